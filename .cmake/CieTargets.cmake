@@ -1,0 +1,105 @@
+# Helpers shared by every folder: how a cie target is compiled, installed and checked.
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_C_STANDARD 17)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
+file(RELATIVE_PATH CIE_RPATH_BIN_TO_LIB "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
+set(CMAKE_INSTALL_RPATH "$ORIGIN/${CIE_RPATH_BIN_TO_LIB}" "$ORIGIN")
+
+if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
+  set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
+endif()
+
+# Warnings, sanitizers: everything of ours is compiled with them, nothing of others.
+function(cie_compile_options target)
+  target_compile_options(${target} PRIVATE
+    $<$<COMPILE_LANGUAGE:CXX>:-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wsign-conversion
+      -Wnon-virtual-dtor -Woverloaded-virtual -Wold-style-cast -Wcast-align -Wformat=2>)
+  if(CIE_WERROR)
+    target_compile_options(${target} PRIVATE $<$<COMPILE_LANGUAGE:CXX>:-Werror>)
+  endif()
+  if(CIE_SANITIZE)
+    target_compile_options(${target} PRIVATE -fsanitize=${CIE_SANITIZE} -fno-omit-frame-pointer
+      -fno-sanitize-recover=all)
+    target_link_options(${target} PRIVATE -fsanitize=${CIE_SANITIZE})
+  endif()
+endfunction()
+
+# Each public header is compiled alone, so that it includes what it uses.
+function(cie_check_headers target)
+  get_target_property(source_dir ${target} SOURCE_DIR)
+  file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE "${source_dir}/include"
+    "${source_dir}/include/*.hpp")
+  set(units "")
+  foreach(header IN LISTS headers)
+    string(REPLACE "/" "_" unit "${header}")
+    set(unit "${CMAKE_CURRENT_BINARY_DIR}/header_check/${unit}.cpp")
+    file(GENERATE OUTPUT "${unit}" CONTENT "#include <${header}>\n#include <${header}>\n")
+    list(APPEND units "${unit}")
+  endforeach()
+  if(units)
+    add_library(${target}_header_check OBJECT ${units})
+    target_link_libraries(${target}_header_check PRIVATE ${target})
+    cie_compile_options(${target}_header_check)
+  endif()
+endfunction()
+
+# cie_library(cie_analysis ALIAS analysis [SHARED] SOURCES ...): library cie::analysis, exported.
+function(cie_library target)
+  cmake_parse_arguments(ARG "SHARED" "ALIAS" "SOURCES" ${ARGN})
+  if(ARG_SHARED)
+    add_library(${target} SHARED ${ARG_SOURCES})
+    set_target_properties(${target} PROPERTIES VERSION ${PROJECT_VERSION}
+      SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  else()
+    add_library(${target} STATIC ${ARG_SOURCES})
+  endif()
+  add_library(cie::${ARG_ALIAS} ALIAS ${target})
+  set_target_properties(${target} PROPERTIES EXPORT_NAME ${ARG_ALIAS})
+  target_include_directories(${target}
+    PUBLIC $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/include>
+           $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>
+    PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
+  target_compile_features(${target} PUBLIC cxx_std_20)
+  cie_compile_options(${target})
+  install(TARGETS ${target} EXPORT cieTargets
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+endfunction()
+
+# cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command.
+function(cie_program target)
+  cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;LIBRARIES" ${ARGN})
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE ${ARG_LIBRARIES})
+  cie_compile_options(${target})
+  if(NOT ARG_NO_INSTALL)
+    install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  endif()
+endfunction()
+
+function(cie_install_headers)
+  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+endfunction()
+
+function(cie_install_package)
+  set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cie)
+  install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir})
+  configure_package_config_file("${PROJECT_SOURCE_DIR}/.cmake/cieConfig.cmake.in"
+    "${PROJECT_BINARY_DIR}/cieConfig.cmake" INSTALL_DESTINATION ${package_dir})
+  write_basic_package_version_file("${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"
+    COMPATIBILITY SameMinorVersion)
+  install(FILES "${PROJECT_BINARY_DIR}/cieConfig.cmake" "${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"
+    DESTINATION ${package_dir})
+endfunction()

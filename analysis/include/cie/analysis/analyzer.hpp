@@ -1,0 +1,58 @@
+// From traces to report and verdicts in one pass.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/verdict.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+struct AnalysisOptions {
+  const SchedulingSpec* spec = nullptr;  // borrowed; null: nothing specified
+  bool require_lossless = false;         // T2 fails on any loss
+  bool allow_crash = false;              // T4 does not mind an interrupted process
+};
+
+struct AnalysisResult {
+  Report report;
+  VerdictReport verdicts;
+};
+
+// The input cannot be read at all (T1): what() says what, where and what to do.
+class UnreadableTrace : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Feed it events in order of time, then finish() once. Not thread-safe.
+class Analyzer {
+ public:
+  // `observer` may be null; it is borrowed until finish() returns.
+  explicit Analyzer(const AnalysisOptions& options, Observer* observer = nullptr);
+  ~Analyzer();
+  Analyzer(Analyzer&&) noexcept;
+  Analyzer& operator=(Analyzer&&) noexcept;
+
+  void consume(const Event& event);
+  AnalysisResult finish();
+
+ private:
+  struct Pipeline;
+  std::unique_ptr<Pipeline> pipeline_;
+};
+
+// Reads the traces (directories; each is searched for CTF traces below it) merged by time and runs
+// the analyzer over them. Throws UnreadableTrace; trouble short of that is in the report.
+AnalysisResult analyze(std::span<const std::filesystem::path> traces, const AnalysisOptions& options,
+                       Observer* observer = nullptr);
+
+}  // namespace cie::analysis

@@ -1,0 +1,82 @@
+// What the analysis tells observers while it goes: callback instances and messages.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/time.hpp>
+#include <cie/tracepoints/schema.hpp>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace cie::analysis {
+
+// How much of an instance lies in the window.
+enum class InstanceState : std::uint8_t {
+  complete,       // counted
+  open,           // started, never ended: listed
+  cut_by_window,  // overlaps an edge of the window or a loss: listed, not counted
+};
+
+// One run of a callback. Times are CLOCK_MONOTONIC of its host.
+struct Instance {
+  std::string_view logical_id;  // valid as long as the analyzer
+  std::uint32_t callback = 0;   // dense index of the callback in Report::callbacks' creation order
+  std::int64_t pid = 0;
+  std::int64_t tid = 0;
+  std::uint64_t seq = 0;
+  InstanceState state = InstanceState::complete;
+  CallbackStatus status = CallbackStatus::ok;
+
+  std::optional<Timestamp> release;  // exact, or the bound that release_source names
+  ReleaseSource release_source = ReleaseSource::start;
+  std::optional<Timestamp> wakeup;  // U: thread_wakeup
+  std::optional<Timestamp> waking;  // W: kernel sched_waking
+  Timestamp start;
+  std::optional<Timestamp> end;  // empty: open
+  std::optional<std::int32_t> cpu_start;
+  std::optional<std::int32_t> cpu_end;
+  std::optional<Duration> execution;  // the four parts: only with complete kernel events
+  std::optional<Duration> preempted;
+  std::optional<Duration> blocked;
+  std::optional<Duration> wake_delay;
+  std::uint32_t missed = 0;
+
+  std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none
+  std::uint64_t writer_gid = 0;
+};
+
+// One message, as its publisher announced it just before it was written.
+struct Publication {
+  Timestamp time;
+  std::int64_t pid = 0;
+  std::int64_t tid = 0;
+  std::optional<std::int32_t> cpu;
+  std::string_view topic;
+  std::uint32_t publisher_id = 0;
+  std::uint64_t seq = 0;
+  std::uint64_t writer_gid = 0;  // 0 when the publisher was never announced
+  std::int64_t source_timestamp_realtime_ns = 0;
+};
+
+// A thread of a traced process stopped or began to run (kernel events only).
+struct SchedSlice {
+  std::int32_t cpu = 0;
+  std::int64_t tid = 0;
+  std::string_view comm;
+  std::int32_t priority = 0;  // kernel scale: 99 - rt, 120 + nice, -1 deadline
+  Timestamp begin;
+  Timestamp end;
+  std::int64_t end_state = 0;  // prev_state as the kernel wrote it
+};
+
+// Receives what happens in order of completion (an instance at its end), so starts are not sorted.
+// Default implementations ignore.
+class Observer {
+ public:
+  virtual ~Observer() = default;
+  virtual void on_instance(const Instance&) {}
+  virtual void on_publication(const Publication&) {}
+  virtual void on_sched_slice(const SchedSlice&) {}
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,135 @@
+// The report: every number cie prints, as the report JSON of the contract has it. An empty optional
+// is "not measured". Definitions of the quantities: analysis/README.md.
+#pragma once
+
+#include <cie/analysis/statistics.hpp>
+#include <cie/analysis/time.hpp>
+#include <cie/tracepoints/schema.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::analysis {
+
+enum class Severity : std::uint8_t { info, loss, error };
+
+// Something about the trace itself that a reader of the numbers must know.
+struct TraceDefect {
+  std::string kind;  // stable, kebab-case: "discarded-events", "seq-gap", …
+  Severity severity = Severity::info;
+  std::uint64_t count = 0;
+  std::string advice;  // what to do about it
+};
+
+// Where the releases of a callback's instances come from.
+enum class ReleaseSource : std::uint8_t { exact, wakeup, source_timestamp, start, mixed };
+std::string_view label(ReleaseSource source) noexcept;
+
+struct TraceSummary {
+  std::vector<std::string> paths;
+  std::optional<Timestamp> begin;  // window, see definitions; empty without packets
+  std::optional<Timestamp> end;
+  std::uint64_t events = 0;
+  std::uint64_t streams = 0;
+  std::vector<std::string> hosts;
+  std::optional<std::uint64_t> lost_events = 0;  // empty when only packets were counted
+  bool complete = false;                         // T2 to T4 pass
+};
+
+struct ProcessReport {
+  std::string host;
+  std::int64_t pid = 0;
+  std::string name;
+  std::optional<std::string> executor;
+  bool complete = false;
+};
+
+struct CallbackThread {
+  std::int64_t tid = 0;
+  std::string name;
+  std::uint64_t instances = 0;
+};
+
+struct CallbackReport {
+  std::string logical_id;
+  std::int64_t pid = 0;
+  std::string node;
+  std::string kind;
+  std::string source;
+  std::string symbol;
+  std::optional<std::uint64_t> period_ns;
+  std::optional<std::uint32_t> group;
+  std::vector<CallbackThread> threads;  // by tid
+  bool isolated = false;  // observed: one callback, one thread, both ways
+  std::uint64_t instances = 0;
+  std::uint64_t incomplete = 0;
+  std::optional<std::uint64_t> missed_releases;
+  std::optional<ReleaseSource> release_source;
+  std::optional<Summary> response_time;
+  std::optional<Summary> response_time_lower;
+  std::optional<Summary> response_time_upper;
+  std::optional<Summary> start_latency;
+  std::optional<Summary> duration;
+  std::optional<Summary> inter_arrival;
+  std::optional<Summary> execution_time;
+  std::optional<Summary> preempted;
+  std::optional<Summary> blocked;
+  std::optional<Summary> wake_delay;
+  std::optional<Summary> wakeup_latency;
+};
+
+// Parameters last read back of a thread.
+struct ThreadSchedReport {
+  std::string moment;  // initial, applied, audit
+  std::int32_t policy = 0;
+  std::string policy_name;  // "SCHED_FIFO"; empty if unknown
+  std::uint64_t flags = 0;
+  std::int32_t nice = 0;
+  std::uint32_t priority = 0;
+  std::uint64_t runtime_ns = 0;
+  std::uint64_t deadline_ns = 0;
+  std::uint64_t period_ns = 0;
+  std::vector<std::uint32_t> cpus;
+  std::int32_t error = 0;
+};
+
+struct ThreadReport {
+  std::int64_t pid = 0;
+  std::int64_t tid = 0;
+  std::string name;
+  std::optional<std::string> role;
+  std::vector<std::string> callbacks;  // logical ids that ran on it, sorted
+  std::optional<ThreadSchedReport> sched;
+  std::optional<std::int64_t> busy_ns;  // on-CPU time; empty without kernel events
+};
+
+struct HopReport {
+  std::string from;
+  std::optional<std::string> to;  // empty for the last hop
+  Summary processing;             // P - a, or F - a for the last
+  std::optional<Summary> communication;
+};
+
+struct ChainReport {
+  std::string name;
+  std::optional<std::int64_t> pid;  // empty when it spans processes
+  std::vector<std::string> hops;    // logical ids
+  std::uint64_t instances = 0;
+  std::optional<Summary> path_latency;
+  std::optional<Summary> reaction_time;
+  std::optional<Summary> data_age;
+  std::vector<HopReport> hop_table;
+};
+
+struct Report {
+  TraceSummary trace;
+  std::vector<TraceDefect> defects;
+  std::vector<ProcessReport> processes;
+  std::vector<CallbackReport> callbacks;  // by pid, then creation order
+  std::vector<ThreadReport> threads;      // by pid, then tid
+  std::vector<ChainReport> chains;
+};
+
+}  // namespace cie::analysis

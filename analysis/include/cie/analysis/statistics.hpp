@@ -1,0 +1,61 @@
+// Count, sum and extremes of a quantity, exact, and its quantiles, approximate within a stated bound.
+#pragma once
+
+#include <cie/analysis/time.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+// The numbers printed for a quantity (`S` of the report): integers in nanoseconds.
+struct Summary {
+  std::uint64_t count = 0;
+  std::int64_t min = 0;
+  std::int64_t max = 0;
+  std::int64_t sum = 0;  // saturates at the ends of int64
+  double mean = 0;
+  std::int64_t p50 = 0;
+  std::int64_t p90 = 0;
+  std::int64_t p99 = 0;
+  std::int64_t p99_9 = 0;
+};
+
+// A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
+// (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding two
+// histograms equals one histogram of all values. Memory: 16 bytes per non-empty bucket, at most
+// about 7 300 buckets.
+class LogLinearHistogram {
+ public:
+  void add(std::int64_t value) noexcept(false);
+  void merge(const LogLinearHistogram& other);
+  // Nearest rank ceil(p * count) with p = numerator/denominator; the bucket's midpoint. Requires
+  // count() > 0.
+  std::int64_t quantile(std::uint64_t numerator, std::uint64_t denominator) const;
+  std::uint64_t count() const noexcept { return count_; }
+
+ private:
+  std::vector<std::uint64_t> positive_;  // grows to the largest bucket seen
+  std::vector<std::uint64_t> negative_;
+  std::uint64_t count_ = 0;
+};
+
+// Accumulates one quantity. Not thread-safe; merge per-shard objects instead.
+class Statistics {
+ public:
+  void add(Duration value);
+  void merge(const Statistics& other);
+  std::uint64_t count() const noexcept { return histogram_.count(); }
+  // Empty when nothing was added: "not measured" is never 0.
+  std::optional<Summary> summary() const;
+
+ private:
+  LogLinearHistogram histogram_;
+  std::int64_t min_ = 0;
+  std::int64_t max_ = 0;
+  __extension__ __int128 sum_ = 0;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,47 @@
+// Points in time and differences of them, in whole nanoseconds. Values come from untrusted traces,
+// so arithmetic wraps instead of being undefined; sums are kept wider (see statistics.hpp).
+#pragma once
+
+#include <compare>
+#include <cstdint>
+
+namespace cie::analysis {
+
+struct Duration {
+  std::int64_t ns = 0;
+  friend constexpr auto operator<=>(const Duration&, const Duration&) = default;
+};
+
+// A point on a host's CLOCK_MONOTONIC.
+struct Timestamp {
+  std::int64_t ns = 0;
+  friend constexpr auto operator<=>(const Timestamp&, const Timestamp&) = default;
+};
+
+namespace detail {
+constexpr std::int64_t wrapping_add(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
+}
+constexpr std::int64_t wrapping_sub(std::int64_t a, std::int64_t b) noexcept {
+  return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
+}
+}  // namespace detail
+
+constexpr Duration operator-(Timestamp a, Timestamp b) noexcept {
+  return {detail::wrapping_sub(a.ns, b.ns)};
+}
+constexpr Timestamp operator+(Timestamp t, Duration d) noexcept {
+  return {detail::wrapping_add(t.ns, d.ns)};
+}
+constexpr Timestamp operator-(Timestamp t, Duration d) noexcept {
+  return {detail::wrapping_sub(t.ns, d.ns)};
+}
+constexpr Duration operator+(Duration a, Duration b) noexcept {
+  return {detail::wrapping_add(a.ns, b.ns)};
+}
+constexpr Duration operator-(Duration a, Duration b) noexcept {
+  return {detail::wrapping_sub(a.ns, b.ns)};
+}
+constexpr Duration& operator+=(Duration& a, Duration b) noexcept { return a = a + b; }
+
+}  // namespace cie::analysis

@@ -1,0 +1,109 @@
+// The scheduling spec: what each callback's thread is meant to run as, and what its instances are
+// meant to keep. The executor applies it, the verifier judges by it; both read it with this.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace cie {
+
+// Linux scheduling policies by their kernel numbers (uapi/linux/sched.h).
+enum class Policy : std::int32_t {
+  other = 0,
+  fifo = 1,
+  round_robin = 2,
+  batch = 3,
+  idle = 5,
+  deadline = 6
+};
+
+// "SCHED_FIFO" and the like; "SCHED_?<n>" is never returned: an unknown number gives an empty view.
+std::string_view policy_name(Policy policy) noexcept;
+// Accepts SCHED_OTHER, SCHED_BATCH, SCHED_IDLE, SCHED_FIFO, SCHED_RR, SCHED_DEADLINE.
+std::optional<Policy> policy_from_name(std::string_view name) noexcept;
+
+// What a thread is asked to run as. An absent policy or affinity is neither applied nor judged.
+struct ThreadParameters {
+  std::optional<Policy> policy;
+  std::int32_t nice = 0;           // SCHED_OTHER and SCHED_BATCH, -20..19
+  std::uint32_t priority = 0;      // SCHED_FIFO and SCHED_RR, 1..99
+  std::uint64_t runtime_ns = 0;    // SCHED_DEADLINE
+  std::uint64_t deadline_ns = 0;   // SCHED_DEADLINE
+  std::uint64_t period_ns = 0;     // SCHED_DEADLINE
+  std::optional<std::vector<std::uint32_t>> cpus;  // ascending, without repetition
+};
+
+// One entry of `callback_groups` (id: a callback's logical id, exact or "<node>/*") or of
+// `non_ros_threads` (id: a thread's name). Times are nanoseconds; an absent bound is not judged.
+struct SpecEntry {
+  std::string id;
+  int line = 0;  // 1-based line in the file, for messages
+  ThreadParameters parameters;
+  std::optional<std::int64_t> response_deadline_ns;
+  std::optional<std::int64_t> wcet_ns;
+  std::optional<std::int64_t> min_inter_arrival_ns;
+  std::optional<std::int64_t> max_inter_arrival_ns;
+  std::optional<std::uint64_t> missed_releases_allowed;
+  std::optional<std::uint64_t> overwrites_allowed;
+  std::optional<std::int64_t> foreign_work_budget_ns;  // per second of the thread's span
+
+  // "<node>/*": judges and configures every callback of that node that has no exact entry.
+  bool is_wildcard() const noexcept;
+};
+
+// A path of callbacks linked by messages, with the bounds it is meant to keep.
+struct SpecChain {
+  std::string name;
+  int line = 0;
+  std::vector<std::string> callbacks;  // logical ids, source first
+  std::optional<std::int64_t> path_latency_ns;
+  std::optional<std::int64_t> reaction_time_ns;
+  std::optional<std::int64_t> data_age_ns;
+};
+
+// A spec file that cannot be used. what() names file, line, entry and the remedy.
+class SpecError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// An immutable, validated spec. Safe to read from several threads.
+class SchedulingSpec {
+ public:
+  // Reads and validates a file. Throws SpecError; nothing is clamped, unknown keys are errors.
+  static SchedulingSpec load(const std::filesystem::path& file);
+  // The same over text; `name` stands in messages where the file's name would.
+  static SchedulingSpec parse(std::string_view text, std::string_view name);
+
+  // The entry for a callback: an exact id wins over the wildcard of its node. Null if none.
+  const SpecEntry* find_callback(std::string_view logical_id) const noexcept;
+  // The entry for a thread that is not a callback's, by its name. Null if none.
+  const SpecEntry* find_thread(std::string_view name) const noexcept;
+
+  const std::vector<SpecEntry>& callbacks() const noexcept { return callbacks_; }
+  const std::vector<SpecEntry>& threads() const noexcept { return threads_; }
+  const std::vector<SpecChain>& chains() const noexcept { return chains_; }
+  // Pairs of `hardware_info` as written (lscpu's fields), in the file's order.
+  const std::vector<std::pair<std::string, std::string>>& hardware_info() const noexcept {
+    return hardware_info_;
+  }
+  const std::string& name() const noexcept { return name_; }      // file name, for messages
+  const std::string& sha256() const noexcept { return sha256_; }  // of the bytes, lower-case hex
+
+ private:
+  std::string name_;
+  std::string sha256_;
+  std::vector<SpecEntry> callbacks_;
+  std::vector<SpecEntry> threads_;
+  std::vector<SpecChain> chains_;
+  std::vector<std::pair<std::string, std::string>> hardware_info_;
+};
+
+}  // namespace cie

@@ -1,0 +1,174 @@
+// What the executor tells the tracer. Objects of this header are the state events: creating one
+// registers it and emits its *_init, destroying it emits its *_fini with the totals. The registry
+// behind them emits every live one again whenever tracing starts on the running process.
+//
+// Hot functions are noexcept, never allocate, lock or format, and compile to nothing without LTTng
+// (the counters remain, because totals and announcements need them).
+#pragma once
+
+#include <atomic>
+#include <cie/tracepoints/schema.hpp>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::trace {
+
+// False when this build carries no tracepoints (CIE_WITH_LTTNG=OFF).
+bool is_compiled_in() noexcept;
+
+// Scheduling parameters of a thread as the kernel reports them.
+struct SchedReadBack {
+  std::int32_t policy = 0;   // without SCHED_RESET_ON_FORK
+  std::uint64_t flags = 0;   // SCHED_FLAG_*, reset-on-fork included
+  std::int32_t nice = 0;
+  std::uint32_t priority = 0;
+  std::uint64_t runtime_ns = 0;
+  std::uint64_t deadline_ns = 0;
+  std::uint64_t period_ns = 0;
+  std::vector<std::uint32_t> cpus;  // ascending
+};
+
+// Reads the parameters of a thread of this process (0: the caller) with sched_getattr and
+// sched_getaffinity. Empty when the thread is gone. Allocates; any thread may call it.
+std::optional<SchedReadBack> read_back(std::uint32_t tid);
+
+// One run of an executor in this process. The first live Run emits `run_begin` and everything that
+// was registered before it; `run_end` follows when the last Run and every registered object are
+// gone, or at process exit at the latest. Hold one for as long as an executor lives.
+class Run {
+ public:
+  Run(ExecutorKind executor, std::string_view spec_sha256);
+  ~Run();
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+  // Status of `run_end`: 0 if every spin returned normally. Last call wins.
+  void set_status(std::int32_t status) noexcept;
+};
+
+class Node {
+ public:
+  // `name` is fully qualified: "/ns/name".
+  explicit Node(std::string_view name);
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+  NodeId id() const noexcept { return id_; }
+
+ private:
+  NodeId id_;
+};
+
+class Group {
+ public:
+  Group(NodeId node, GroupType type);
+  ~Group();
+  Group(const Group&) = delete;
+  Group& operator=(const Group&) = delete;
+  GroupId id() const noexcept { return id_; }
+
+ private:
+  GroupId id_;
+};
+
+struct CallbackInfo {
+  GroupId group = kNoGroup;
+  NodeId node = kNoNode;
+  CallbackKind kind = CallbackKind::timer;
+  std::string logical_id;  // unique in the process; see unique_logical_id()
+  std::string source;      // topic or service; empty for a timer
+  std::string symbol;      // name of the function, demangled; may be empty
+  std::uint64_t period_ns = 0;
+  std::uint32_t queue_depth = 0;
+  std::uint64_t deadline_ns = 0;
+};
+
+// `base` itself if no callback of this process ever had it, else `base#2`, `base#3`, … in creation
+// order. Thread-safe; claims the id it returns.
+std::string unique_logical_id(std::string_view base);
+
+class Callback {
+ public:
+  explicit Callback(CallbackInfo info);
+  ~Callback();
+  Callback(const Callback&) = delete;
+  Callback& operator=(const Callback&) = delete;
+  CallbackId id() const noexcept { return id_; }
+
+  // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
+  // so far. Thread-safe.
+  void release(std::uint64_t overwritten) noexcept;
+  // Number the next start() will carry.
+  std::uint64_t next_seq() const noexcept;
+
+  // Around one instance, from the thread that runs it. start() returns the instance's seq, which
+  // goes to its end().
+  struct Release {
+    ReleaseKind kind = ReleaseKind::none;
+    std::int64_t release_ns = -1;  // CLOCK_MONOTONIC; -1 unknown
+    std::uint32_t missed = 0;      // whole periods skipped before this release
+    std::int64_t source_timestamp_realtime_ns = 0;
+    std::uint64_t writer_gid = 0;
+  };
+  std::uint64_t start(const Release& release) noexcept;
+  void end(std::uint64_t seq, CallbackStatus status) noexcept;
+
+  // `count` samples were lost before they reached the queue. Thread-safe.
+  void sample_lost(std::uint32_t count) noexcept;
+
+ private:
+  CallbackId id_;
+  struct State;
+  std::shared_ptr<State> state_;  // shared with the registry, which announces it
+};
+
+class Publisher {
+ public:
+  Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid);
+  ~Publisher();
+  Publisher(const Publisher&) = delete;
+  Publisher& operator=(const Publisher&) = delete;
+  PublisherId id() const noexcept { return id_; }
+  // One message. The caller makes source timestamps strictly increasing per writer. Thread-safe as
+  // long as the caller serialises seq and timestamp together (see next_source_timestamp()).
+  void publish(std::int64_t source_timestamp_realtime_ns) noexcept;
+  // CLOCK_REALTIME now, or one more than the previous if the clock did not advance. Thread-safe.
+  std::int64_t next_source_timestamp() noexcept;
+
+ private:
+  PublisherId id_;
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+// A thread of this process. Create it on the thread itself (tid 0), or for another library's thread
+// with its tid. Emits `thread_init`, and `thread_fini` with the number of read-backs.
+class Thread {
+ public:
+  Thread(ThreadRole role, CallbackId callback, GroupId group, std::string_view name,
+         std::uint32_t tid = 0);
+  ~Thread();
+  Thread(const Thread&) = delete;
+  Thread& operator=(const Thread&) = delete;
+  std::uint32_t tid() const noexcept { return tid_; }
+  // Reads the parameters back from the kernel, emits `thread_sched` and returns them. `error` is the
+  // errno of the failed request, 0 otherwise. Empty when the thread is gone (nothing is emitted).
+  std::optional<SchedReadBack> emit_sched(SchedMoment moment, std::int32_t error);
+
+ private:
+  std::uint32_t tid_;
+  struct State;
+  std::shared_ptr<State> state_;
+};
+
+// On a callback's thread, on return from a wait in which it really waited.
+void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept;
+
+// Makes the calling thread's first event now, so that its one-time cost (an allocation, a lock, a
+// system call) is not paid on the hot path. Thread's constructor does it; others may call it.
+void touch_current_thread() noexcept;
+
+}  // namespace cie::trace
