@@ -12,6 +12,7 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <optional>
 #include <string>
@@ -448,12 +449,13 @@ struct Model {
   std::map<std::uint32_t, ChannelFacts> channels;
   std::vector<Loss> losses;  // capped at 100 000; see losses_dropped
   std::uint64_t losses_dropped = 0;
-  std::vector<ProcessFacts> processes;
-  std::vector<ThreadFacts> threads;
-  std::vector<CallbackFacts> callbacks;
+  // Deques, because trackers hold references and observers hold views of names.
+  std::deque<ProcessFacts> processes;
+  std::deque<ThreadFacts> threads;
+  std::deque<CallbackFacts> callbacks;
   std::vector<NodeFacts> nodes;
-  std::vector<GroupFacts> groups;
-  std::vector<PublisherFacts> publishers;
+  std::deque<GroupFacts> groups;
+  std::deque<PublisherFacts> publishers;
   std::vector<ForkFacts> forks;
   std::vector<ChainFacts> chains;
   EventCounts events;
