@@ -44,7 +44,8 @@ TEST(HostileSpec, HidesTerminalEscapesInAnId) {
   const auto error = error_of("callback_groups:\n  - id: \"/a\\e[31m\"\n");
   EXPECT_THAT(error, HasSubstr("control character"));
   EXPECT_EQ(error.find('\x1b'), std::string::npos);
-  EXPECT_THAT(error_of("callback_groups:\n  - id: |\n      /a\n"), HasSubstr("line break"));
+  EXPECT_THAT(error_of("callback_groups:\n  - id: |\n      /a\n    nice: 0\n"),
+              HasSubstr("line break"));
 }
 
 TEST(HostileSpec, IsNotYaml) {
