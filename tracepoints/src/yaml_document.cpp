@@ -174,6 +174,9 @@ const std::string& Value::text(std::string_view what) const {
   if (node_->kind != Node::Kind::scalar) {
     fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) + "; write a single value");
   }
+  if (std::ranges::any_of(node_->text, is_control)) {
+    fail(in_quotes(what) + " holds a line break or control character; write plain text");
+  }
   return node_->text;
 }
 
