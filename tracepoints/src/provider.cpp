@@ -22,15 +22,10 @@ void call(const std::atomic<Hook>& hook) noexcept {
   }
 }
 
-// Static objects of one file are destroyed in reverse order of definition. This one follows LTTng's
-// registration of the probes (in provider.h), so its destructor still has a tracer to talk to.
-struct ExitHook {
-  ExitHook() = default;
-  ExitHook(const ExitHook&) = delete;
-  ExitHook& operator=(const ExitHook&) = delete;
-  ~ExitHook() { call(on_process_exit); }
-};
-const ExitHook exit_hook;
+// The loader finalizes libraries in order of dependency, so everything that uses this library is
+// gone by now. Within a file destructor functions run last defined first: LTTng's own, in
+// provider.h, which unregisters the tracepoints, comes after this one.
+[[gnu::destructor]] void at_exit() noexcept { call(on_process_exit); }
 
 }  // namespace
 

@@ -26,6 +26,8 @@ struct SchedAttr {
 };
 static_assert(sizeof(SchedAttr) == 48);
 
+constexpr std::uint32_t kDeadlinePolicy = 6;  // SCHED_DEADLINE, which glibc 2.36 does not define
+
 // The kernel refuses a mask shorter than its own, so it grows until it fits.
 std::optional<std::vector<std::uint32_t>> read_affinity(pid_t tid) {
   constexpr std::size_t kBits = 8 * sizeof(unsigned long);
@@ -62,14 +64,16 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid) {
   if (!cpus) {
     return std::nullopt;
   }
+  // For other policies the kernel reports its own time slice there.
+  const bool is_deadline = attr.policy == kDeadlinePolicy;
   return SchedReadBack{
       .policy = static_cast<std::int32_t>(attr.policy & ~std::uint32_t{SCHED_RESET_ON_FORK}),
       .flags = attr.flags,
       .nice = attr.nice,
       .priority = attr.priority,
-      .runtime_ns = attr.runtime,
-      .deadline_ns = attr.deadline,
-      .period_ns = attr.period,
+      .runtime_ns = is_deadline ? attr.runtime : 0,
+      .deadline_ns = is_deadline ? attr.deadline : 0,
+      .period_ns = is_deadline ? attr.period : 0,
       .cpus = std::move(*cpus)};
 }
 

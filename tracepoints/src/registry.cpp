@@ -328,7 +328,6 @@ void Registry::emit_registered() {
     }
     thread->unsent.clear();
   }
-  emit_clock_sync();
 }
 
 void Registry::emit_everything() const {

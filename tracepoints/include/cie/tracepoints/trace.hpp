@@ -31,7 +31,7 @@ struct SchedReadBack {
   std::uint64_t flags = 0;  // SCHED_FLAG_*, reset-on-fork included
   std::int32_t nice = 0;
   std::uint32_t priority = 0;
-  std::uint64_t runtime_ns = 0;
+  std::uint64_t runtime_ns = 0;  // these three for SCHED_DEADLINE only, else 0
   std::uint64_t deadline_ns = 0;
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;  // ascending
