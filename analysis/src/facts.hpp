@@ -148,6 +148,7 @@ struct ReadBack {
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;
   std::int32_t error = 0;
+  std::uint64_t starts_before = 0;  // callback starts seen on the thread before it
 };
 
 // A hole in contiguous numbers: `missing` numbers are absent between two events.

@@ -67,8 +67,8 @@ std::optional<SubjectVerdict> Judgement::finish() && {
   return verdict;
 }
 
-void Subjects::add(Judgement&& judgement) {
-  if (auto verdict = std::move(judgement).finish()) verdicts_.push_back(*std::move(verdict));
+void conclude(Judgement&& judgement, std::vector<SubjectVerdict>& verdicts) {
+  if (auto verdict = std::move(judgement).finish()) verdicts.push_back(*std::move(verdict));
 }
 
 }  // namespace cie::analysis

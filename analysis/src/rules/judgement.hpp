@@ -3,12 +3,13 @@
 #pragma once
 
 #include <cie/analysis/verdict.hpp>
+
+#include "../facts.hpp"
+
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include "../facts.hpp"
 
 namespace cie::analysis {
 
@@ -43,14 +44,7 @@ class Judgement {
   std::vector<Evidence> remarks_;
 };
 
-// The verdicts of a rule's subjects.
-class Subjects {
- public:
-  void add(Judgement&& judgement);
-  std::vector<SubjectVerdict> take() && { return std::move(verdicts_); }
-
- private:
-  std::vector<SubjectVerdict> verdicts_;
-};
+// Adds the verdict, if there is one, to a rule's verdicts.
+void conclude(Judgement&& judgement, std::vector<SubjectVerdict>& verdicts);
 
 }  // namespace cie::analysis

@@ -1,12 +1,12 @@
 #include "proof.hpp"
 
+#include "judgement.hpp"
+#include "thread_questions.hpp"
+
 #include <algorithm>
 #include <string>
 #include <tuple>
 #include <utility>
-
-#include "judgement.hpp"
-#include "subject_names.hpp"
 
 namespace cie::analysis {
 namespace {
@@ -17,10 +17,14 @@ std::string counted(std::uint64_t expected, std::uint64_t seen) {
 
 std::string_view name_of(LossKind kind) {
   switch (kind) {
-    case LossKind::discarded_events: return "discarded_events";
-    case LossKind::discarded_packets: return "discarded_packets";
-    case LossKind::damaged_packet: return "damaged_packet";
-    case LossKind::switch_mismatch: return "switch_mismatch";
+    case LossKind::discarded_events:
+      return "discarded_events";
+    case LossKind::discarded_packets:
+      return "discarded_packets";
+    case LossKind::damaged_packet:
+      return "damaged_packet";
+    case LossKind::switch_mismatch:
+      return "switch_mismatch";
   }
   return "";
 }
@@ -73,7 +77,8 @@ Proof::Proof(const Model& model)
   for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
     prove(CallbackIndex{static_cast<std::uint32_t>(i)});
   }
-  for (const auto& publisher : model.publishers) prove(publisher);
+  for (const auto& publisher : model.publishers)
+    prove(publisher);
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     prove(ThreadIndex{static_cast<std::uint32_t>(i)});
   }
@@ -193,9 +198,9 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
   if (!facts.run_end || !has_begun_in_trace(process) || named >= facts.run_end->callbacks) {
     return std::nullopt;
   }
-  return evidence("callback_init", facts.run_end->at,
-                  "callbacks that ran somewhere unseen: " +
-                      counted(facts.run_end->callbacks, named));
+  return evidence(
+      "callback_init", facts.run_end->at,
+      "callbacks that ran somewhere unseen: " + counted(facts.run_end->callbacks, named));
 }
 
 void Proof::find_losses() {
@@ -264,25 +269,26 @@ void Proof::prove(CallbackIndex index) {
       loss = total("started: ");
       loss->note += counted(facts.fini->started, started);
     }
-    // Instances that never end are told by started - ended; each more that is open lost its end.
-    const auto unended =
-        facts.fini->started - std::min(facts.fini->started, facts.fini->ended);
-    const bool is_end_lost = facts.open_count > unended;
-    const bool is_end_surplus = first == 0 && facts.open_count < unended;
-    const auto ended = started - std::min(started, facts.open_count);
+    // Instances that never end are told by started - ended; more that are open lost their end.
+    const auto unended = facts.fini->started - std::min(facts.fini->started, facts.fini->ended);
+    const auto unpaired = facts.ends_before_first + facts.second_ends + facts.ends_without_start;
+    const auto paired = facts.ends - std::min(facts.ends, unpaired);
+    const auto open = facts.starts.count - std::min(facts.starts.count, paired);
+    const bool is_end_lost = open > unended;
+    const bool is_surplus = first == 0 && open < unended;
     compare(facts.process, total("ended"), facts.fini->ended,
-            is_end_lost || is_end_surplus ? ended : facts.fini->ended);
+            is_end_lost || is_surplus ? started - open : facts.fini->ended);
     if (!loss && is_end_lost) {
       loss = total("ended: ");
-      loss->note += counted(facts.fini->ended, ended);
+      loss->note += counted(facts.fini->ended, started - open);
     }
     const auto has_class = [this](const char* event) {
       return model_.events.by_name.contains(event);
     };
-    if (has_begun_in_trace(facts.process) && has_class("cie:callback_release")) {
+    if (has_begun_in_trace(facts.process) && has_class("callback_release")) {
       compare(facts.process, total("released"), facts.fini->released, facts.releases);
     }
-    if (has_begun_in_trace(facts.process) && has_class("cie:sample_lost")) {
+    if (has_begun_in_trace(facts.process) && has_class("sample_lost")) {
       compare(facts.process, total("lost"), facts.fini->lost, facts.lost);
     }
   } else if (!is_interrupted(facts.process)) {
@@ -343,9 +349,8 @@ void Proof::prove(ThreadIndex index) {
     process.disagreements.push_back(missing);
     if (!loss) loss = missing;
   } else if (!loss) {
-    loss = untold_loss(facts.process, facts.read_backs.count != 0
-                                          ? facts.read_backs.last_at.time
-                                          : facts.announced->time);
+    loss = untold_loss(facts.process, facts.read_backs.count != 0 ? facts.read_backs.last_at.time
+                                                                  : facts.announced->time);
   }
   if (!loss && kernel_loss(facts)) is_anything_lost_ = true;
   is_anything_lost_ = is_anything_lost_ || loss.has_value();
@@ -356,9 +361,7 @@ void Proof::prove(ProcessIndex index) {
   auto& process = processes_[at(index)];
   if (facts.run_end) {
     const auto& totals = *facts.run_end;
-    const auto total = [&totals](const char* what) {
-      return evidence("run_end", totals.at, what);
-    };
+    const auto total = [&totals](const char* what) { return evidence("run_end", totals.at, what); };
     compare(index, total("callbacks"), totals.callbacks, process.callbacks_registered);
     compare(index, total("threads"), totals.threads, process.threads_announced);
     compare(index, total("groups"), totals.groups, process.groups_known);

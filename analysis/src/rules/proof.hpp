@@ -3,11 +3,12 @@
 #pragma once
 
 #include <cie/analysis/verdict.hpp>
+
+#include "../facts.hpp"
+
 #include <map>
 #include <optional>
 #include <vector>
-
-#include "../facts.hpp"
 
 namespace cie::analysis {
 

@@ -1,33 +1,19 @@
-// What subjects are called, and small questions about them that several rules ask.
+// Small questions about threads, callbacks and parameters that several rules ask.
 #pragma once
 
 #include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "../facts.hpp"
+#include "rule.hpp"
+
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "../facts.hpp"
-#include "rule.hpp"
-
 namespace cie::analysis {
-
-class SubjectNames {
- public:
-  explicit SubjectNames(const Model& model);
-  std::string callback(const CallbackFacts& callback) const;
-  std::string thread(const ThreadFacts& thread) const;
-  std::string process(const ProcessFacts& process) const;
-  std::string group(const GroupFacts& group) const;
-  std::string topic(const PublisherFacts& publisher) const;
-
- private:
-  std::string of_process(std::string subject, ProcessIndex process) const;
-
-  const Model& model_;
-  bool has_several_processes_ = false;
-};
 
 // [first sign of life or creation, last sign of life]. An announced thread without any is a point.
 std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread);
@@ -37,9 +23,22 @@ bool has_exited(const ThreadFacts& thread) noexcept;
 bool is_isolated(const ThreadFacts& thread) noexcept;
 // The thread was announced for the callback or for its group.
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
-// Threads announced for the callback alone (isolated), by time of announcement.
-std::vector<const ThreadFacts*> isolated_threads_of(const Model& model,
-                                                    const CallbackFacts& callback);
+// The isolated threads of every callback and group.
+class IsolatedThreads {
+ public:
+  explicit IsolatedThreads(const Model& model);
+  // Those announced for the callback or its group, by time of announcement.
+  std::vector<ThreadIndex> of(const CallbackFacts& callback) const;
+  std::vector<ThreadIndex> of(const GroupFacts& group) const;
+
+ private:
+  using Key = std::pair<ProcessIndex, std::uint32_t>;
+  std::vector<ThreadIndex> sorted(std::vector<ThreadIndex> threads) const;
+  const Model& model_;
+  std::map<Key, std::vector<ThreadIndex>> by_callback_;
+  std::map<Key, std::vector<ThreadIndex>> by_group_;
+};
+
 bool is_real_time(std::int32_t policy) noexcept;
 bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
 

@@ -1,6 +1,7 @@
-#include "subject_names.hpp"
+#include "thread_questions.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 namespace cie::analysis {
 namespace {
@@ -23,13 +24,16 @@ std::string describe_policy(Policy policy, std::int32_t nice, std::uint32_t prio
                                 : std::string(name));
   switch (policy) {
     case Policy::fifo:
-    case Policy::round_robin: return text + " " + std::to_string(priority);
+    case Policy::round_robin:
+      return text + " " + std::to_string(priority);
     case Policy::other:
-    case Policy::batch: return text + " nice " + std::to_string(nice);
+    case Policy::batch:
+      return text + " nice " + std::to_string(nice);
     case Policy::deadline:
       return text + " " + std::to_string(runtime) + "/" + std::to_string(deadline) + "/" +
              std::to_string(period);
-    case Policy::idle: break;
+    case Policy::idle:
+      break;
   }
   return text;
 }
@@ -38,48 +42,21 @@ bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
   if (read.policy != static_cast<std::int32_t>(*asked.policy)) return false;
   switch (*asked.policy) {
     case Policy::fifo:
-    case Policy::round_robin: return read.priority == asked.priority;
+    case Policy::round_robin:
+      return read.priority == asked.priority;
     case Policy::other:
-    case Policy::batch: return read.nice == asked.nice;
+    case Policy::batch:
+      return read.nice == asked.nice;
     case Policy::deadline:
       return read.runtime_ns == asked.runtime_ns && read.deadline_ns == asked.deadline_ns &&
              read.period_ns == asked.period_ns;
-    case Policy::idle: break;
+    case Policy::idle:
+      break;
   }
   return true;
 }
 
 }  // namespace
-
-SubjectNames::SubjectNames(const Model& model)
-    : model_(model),
-      has_several_processes_(
-          std::ranges::count_if(model.processes, &ProcessFacts::has_cie_events) > 1) {}
-
-std::string SubjectNames::of_process(std::string subject, ProcessIndex process) const {
-  if (has_several_processes_) {
-    subject += " (pid " + std::to_string(model_.processes[at(process)].pid) + ")";
-  }
-  return subject;
-}
-
-std::string SubjectNames::callback(const CallbackFacts& callback) const {
-  return of_process("callback " + callback.logical_id, callback.process);
-}
-std::string SubjectNames::thread(const ThreadFacts& thread) const {
-  return of_process("thread " + std::to_string(thread.tid), thread.process);
-}
-std::string SubjectNames::process(const ProcessFacts& process) const {
-  return "process " + std::to_string(process.pid);
-}
-std::string SubjectNames::group(const GroupFacts& group) const {
-  return of_process("group " + std::to_string(to_number(group.id)), group.process);
-}
-std::string SubjectNames::topic(const PublisherFacts& publisher) const {
-  const auto name = publisher.registered ? publisher.topic
-                                         : "?" + std::to_string(to_number(publisher.id));
-  return of_process("topic " + name, publisher.process);
-}
 
 std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread) {
   std::optional<Timestamp> begin;
@@ -114,16 +91,55 @@ bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) 
          (thread.group && callback.group && *thread.group == *callback.group);
 }
 
-std::vector<const ThreadFacts*> isolated_threads_of(const Model& model,
-                                                    const CallbackFacts& callback) {
-  std::vector<const ThreadFacts*> threads;
-  for (const auto& thread : model.threads) {
-    if (is_isolated(thread) && is_registered_to(thread, callback)) threads.push_back(&thread);
+IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (!is_isolated(thread)) continue;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (thread.callback)
+      by_callback_[{thread.process, to_number(*thread.callback)}].push_back(index);
+    if (thread.group) by_group_[{thread.process, to_number(*thread.group)}].push_back(index);
   }
-  std::ranges::stable_sort(threads, {}, [](const ThreadFacts* thread) {
-    return std::pair(thread->announced->time, thread->tid);
+}
+
+std::vector<ThreadIndex> IsolatedThreads::sorted(std::vector<ThreadIndex> threads) const {
+  std::ranges::sort(threads, {}, [this](ThreadIndex index) {
+    const auto& thread = model_.threads[at(index)];
+    return std::tuple(thread.announced->time, thread.tid, index);
   });
+  threads.erase(std::ranges::unique(threads).begin(), threads.end());
   return threads;
+}
+
+std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) const {
+  std::vector<ThreadIndex> threads;
+  if (const auto found = by_callback_.find({callback.process, to_number(callback.id)});
+      found != by_callback_.end()) {
+    threads = found->second;
+  }
+  if (callback.group) {
+    if (const auto found = by_group_.find({callback.process, to_number(*callback.group)});
+        found != by_group_.end()) {
+      threads.insert(threads.end(), found->second.begin(), found->second.end());
+    }
+  }
+  return sorted(std::move(threads));
+}
+
+std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
+  std::vector<ThreadIndex> threads;
+  if (const auto found = by_group_.find({group.process, to_number(group.id)});
+      found != by_group_.end()) {
+    threads = found->second;
+  }
+  for (const auto index : group.callbacks) {
+    const auto& callback = model_.callbacks[at(index)];
+    if (const auto found = by_callback_.find({callback.process, to_number(callback.id)});
+        found != by_callback_.end()) {
+      threads.insert(threads.end(), found->second.begin(), found->second.end());
+    }
+  }
+  return sorted(std::move(threads));
 }
 
 bool is_real_time(std::int32_t policy) noexcept {
@@ -138,8 +154,7 @@ bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
 
 const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept {
   if (!thread.applied.empty()) return &thread.applied.back();
-  const bool is_attached =
-      model.processes[at(thread.process)].first_moment == RunMoment::announce;
+  const bool is_attached = model.processes[at(thread.process)].first_moment == RunMoment::announce;
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
 }
 
@@ -150,10 +165,10 @@ std::string describe(const ReadBack& read) {
 }
 
 std::string describe(const ThreadParameters& asked) {
-  std::string text = asked.policy ? describe_policy(*asked.policy, asked.nice, asked.priority,
-                                                    asked.runtime_ns, asked.deadline_ns,
-                                                    asked.period_ns)
-                                  : "any policy";
+  std::string text = asked.policy
+                         ? describe_policy(*asked.policy, asked.nice, asked.priority,
+                                           asked.runtime_ns, asked.deadline_ns, asked.period_ns)
+                         : "any policy";
   return text += asked.cpus ? " on CPUs " + cpu_list(*asked.cpus) : " on any CPU";
 }
 
