@@ -5,8 +5,6 @@
 #include "json.hpp"
 #include "name_table.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <iterator>
 #include <optional>
@@ -15,6 +13,8 @@
 #include <tuple>
 #include <utility>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -53,12 +53,13 @@ Value release(const Instance& instance) {
 }
 
 // The columns after logical_id, pid, tid and seq, in the contract's order.
-constexpr std::array<std::string_view, 9> kTimes{"release_ns", "wakeup_ns", "start_ns",
-                                                 "end_ns",     "cpu_start", "cpu_end",
+constexpr std::array<std::string_view, 9> kTimes{"release_ns",   "wakeup_ns",    "start_ns",
+                                                 "end_ns",       "cpu_start",    "cpu_end",
                                                  "execution_ns", "preempted_ns", "blocked_ns"};
 std::array<Value, 9> times(const Instance& i) {
-  return {release(i),         value(i.wakeup),  i.start.ns,         value(i.end),      value(i.cpu_start),
-          value(i.cpu_end),   value(i.execution), value(i.preempted), value(i.blocked)};
+  return {release(i),         value(i.wakeup),    i.start.ns,
+          value(i.end),       value(i.cpu_start), value(i.cpu_end),
+          value(i.execution), value(i.preempted), value(i.blocked)};
 }
 
 void append_csv(std::string& out, const Row& row, std::string_view id) {
@@ -86,8 +87,8 @@ void append_json(std::string& out, const Row& row, std::string_view id) {
     fmt::format_to(std::back_inserter(out), ",\"{}\":", name);
     out += v ? fmt::format_int(*v).c_str() : "null";
   };
-  fmt::format_to(std::back_inserter(out), "{{\"logical_id\":{},\"pid\":{},\"tid\":{},\"seq\":{}", id,
-                 i.pid, i.tid, i.seq);
+  fmt::format_to(std::back_inserter(out), "{{\"logical_id\":{},\"pid\":{},\"tid\":{},\"seq\":{}",
+                 id, i.pid, i.tid, i.seq);
   const auto values = times(i);
   for (std::size_t k = 0; k < values.size(); ++k) {
     append(kTimes.at(k), values.at(k));

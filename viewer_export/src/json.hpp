@@ -1,12 +1,12 @@
 // JSON as this project writes it: keys in the order given, hostile strings made valid.
 #pragma once
 
-#include <nlohmann/json.hpp>
-
 #include <optional>
 #include <ostream>
 #include <string>
 #include <string_view>
+
+#include <nlohmann/json.hpp>
 
 namespace cie::viewer_export {
 

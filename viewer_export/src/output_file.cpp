@@ -133,8 +133,9 @@ struct OutputFile::State {
   void give_name() {
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor);
     for (int attempt = 0; attempt < 100; ++attempt) {
-      temporary = directory_of(target) / ("." + target.filename().string() + "." +
-                                          std::to_string(::getpid()) + "." + std::to_string(attempt));
+      temporary =
+          directory_of(target) / ("." + target.filename().string() + "." +
+                                  std::to_string(::getpid()) + "." + std::to_string(attempt));
       if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) == 0) {
         return;
       }

@@ -2,11 +2,11 @@
 
 #include "csv.hpp"
 
-#include <fmt/format.h>
-
 #include <array>
 #include <string>
 #include <string_view>
+
+#include <fmt/format.h>
 
 namespace cie::viewer_export {
 namespace {

@@ -11,13 +11,14 @@ namespace {
 using analysis::Summary;
 
 Json json_of(const Summary& s) {
-  return {{"count", s.count}, {"min", s.min}, {"max", s.max},
-          {"sum", s.sum},     {"mean", s.mean},  // a NaN would be written as null
-          {"p50", s.p50},     {"p90", s.p90}, {"p99", s.p99},
-          {"p99_9", s.p99_9}};
+  return {{"count", s.count}, {"min", s.min}, {"max", s.max}, {"sum", s.sum},
+          {"mean", s.mean},  // a NaN would be written as null
+          {"p50", s.p50},     {"p90", s.p90}, {"p99", s.p99}, {"p99_9", s.p99_9}};
 }
 Json json_of(const std::optional<Summary>& s) { return s ? json_of(*s) : Json(nullptr); }
-Json json_of(const std::optional<analysis::Timestamp>& t) { return t ? Json(t->ns) : Json(nullptr); }
+Json json_of(const std::optional<analysis::Timestamp>& t) {
+  return t ? Json(t->ns) : Json(nullptr);
+}
 
 // Arrays need saying so: braces around strings would make an object of two of them.
 template <typename Range, typename Convert>

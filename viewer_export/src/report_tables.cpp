@@ -2,13 +2,13 @@
 
 #include "text_layout.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <string_view>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -39,22 +39,22 @@ Cell response_cell(const CallbackReport& c, std::int64_t Summary::*part) {
 
 std::vector<Cell> callback_row(const CallbackReport& c) {
   const bool has_missed = c.missed_releases.value_or(0) > 0;
-  const auto missed = c.missed_releases
-                          ? Cell{fmt::format("{}", *c.missed_releases),
-                                 has_missed ? Look::bad : Look::plain}
-                          : not_measured();
+  const auto missed = c.missed_releases ? Cell{fmt::format("{}", *c.missed_releases),
+                                               has_missed ? Look::bad : Look::plain}
+                                        : not_measured();
   const auto isolated = c.instances == 0 ? not_measured()
                         : c.isolated     ? Cell{"yes", Look::good}
                                          : Cell{"NO", Look::bad};
-  return {{printable(c.logical_id)},
-          {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
-          response_cell(c, &Summary::p50),
-          response_cell(c, &Summary::p99),
-          response_cell(c, &Summary::max),
-          duration_cell(c.start_latency, &Summary::max),
-          duration_cell(c.execution_time, &Summary::max),
-          missed,
-          isolated};
+  return {
+      {printable(c.logical_id)},
+      {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
+      response_cell(c, &Summary::p50),
+      response_cell(c, &Summary::p99),
+      response_cell(c, &Summary::max),
+      duration_cell(c.start_latency, &Summary::max),
+      duration_cell(c.execution_time, &Summary::max),
+      missed,
+      isolated};
 }
 
 // What the scheduler was told: "FIFO 80", "OTHER nice 5", "DEADLINE 2.000 ms/10.00 ms".
@@ -100,8 +100,8 @@ const analysis::ProcessReport* find_process(const Report& report, std::int64_t p
 std::string title_of(std::string_view what, const Report& report, std::int64_t pid,
                      const TextStyle& style) {
   const auto* process = find_process(report, pid);
-  const auto title = fmt::format("{} of {}", what,
-                                 process != nullptr ? process_title(*process) : fmt::format("pid {}", pid));
+  const auto title = fmt::format(
+      "{} of {}", what, process != nullptr ? process_title(*process) : fmt::format("pid {}", pid));
   return paint(elide(title, style.columns), Look::strong, style) + "\n";
 }
 
@@ -111,8 +111,8 @@ std::string tables_by_process(std::string_view what, const Report& report, const
                               const TextStyle& style, MakeTable make_table, MakeRow make_row) {
   std::string text;
   for (auto first = rows.begin(); first != rows.end();) {
-    const auto last = std::find_if(first, rows.end(),
-                                   [&](const auto& row) { return row.pid != first->pid; });
+    const auto last =
+        std::find_if(first, rows.end(), [&](const auto& row) { return row.pid != first->pid; });
     TextTable table = make_table();
     std::for_each(first, last, [&](const auto& row) { table.add(make_row(row)); });
     text += title_of(what, report, first->pid, style) + table.render(style) + "\n";
@@ -133,9 +133,11 @@ void add_quantity(TextTable& table, std::string_view name, const std::optional<S
 std::string chain_table(const ChainReport& chain, std::size_t number, const TextStyle& style) {
   // A chain without a spec is named by all its hops, which the table lists anyway.
   const bool is_named = chain.name.find(" -> ") == std::string::npos;
-  const auto title = fmt::format("Chain {}: {}, {} complete", is_named ? printable(chain.name) : fmt::format("{}", number),
-                                 counted(chain.hops.size(), "callback"), counted(chain.instances, "instance"));
-  TextTable table({{"", "", Align::left}, {"count", ""}, {"min", ""}, {"p50", ""}, {"p99", ""}, {"max", ""}});
+  const auto title = fmt::format(
+      "Chain {}: {}, {} complete", is_named ? printable(chain.name) : fmt::format("{}", number),
+      counted(chain.hops.size(), "callback"), counted(chain.instances, "instance"));
+  TextTable table(
+      {{"", "", Align::left}, {"count", ""}, {"min", ""}, {"p50", ""}, {"p99", ""}, {"max", ""}});
   add_quantity(table, "path latency", chain.path_latency);
   add_quantity(table, "reaction time", chain.reaction_time);
   add_quantity(table, "data age", chain.data_age);
@@ -145,7 +147,8 @@ std::string chain_table(const ChainReport& chain, std::size_t number, const Text
       add_quantity(table, "  message to the next", hop.communication);
     }
   }
-  return paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) + "\n";
+  return paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) +
+         "\n";
 }
 
 }  // namespace
@@ -169,11 +172,11 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
       [] {
         return TextTable({{"", "callback", Align::left},
                           {"", "runs"},
-                          {"response", "p50"},
-                          {"time", "p99"},
-                          {"", "max"},
-                          {"start lat.", "max"},
-                          {"execution", "max"},
+                          {"response", "time p50"},
+                          {"response", "time p99"},
+                          {"response", "time max"},
+                          {"start", "lat. max"},
+                          {"execution", "time max"},
                           {"", "missed"},
                           {"iso-", "lated"}});
       },
@@ -200,7 +203,9 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
   for (const auto& chain : report.chains) {
     chains.push_back(&chain);
   }
-  const auto latency = [](const ChainReport* c) { return c->path_latency ? c->path_latency->max : -1; };
+  const auto latency = [](const ChainReport* c) {
+    return c->path_latency ? c->path_latency->max : -1;
+  };
   if (chains.size() > kChainsShown) {
     std::ranges::stable_sort(chains, std::greater{}, latency);
     chains.resize(kChainsShown);
@@ -211,8 +216,8 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
     text += chain_table(*chain, number, style);
   }
   if (chains.size() < report.chains.size()) {
-    text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n", chains.size(),
-                        report.chains.size());
+    text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
+                        chains.size(), report.chains.size());
   }
   return text;
 }

@@ -3,12 +3,12 @@
 #include "report_tables.hpp"
 #include "text_layout.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -38,10 +38,10 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
 }
 
 std::string window_text(const analysis::TraceSummary& trace) {
-  std::string text = trace.begin && trace.end
-                         ? format_duration((*trace.end - *trace.begin).ns)
-                         : std::string("unknown length");
-  text += fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
+  std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
+                                              : std::string("unknown length");
+  text +=
+      fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
   if (!trace.hosts.empty()) {
     text += (trace.hosts.size() == 1 ? ", host " : ", hosts ") + joined(trace.hosts, " ");
   }
@@ -83,8 +83,8 @@ std::string verdict_line(const analysis::VerdictReport& verdicts, const TextStyl
   const auto passed = rules_with(verdicts, Verdict::pass);
   std::string text;
   if (!failed.empty()) {
-    text = fmt::format("FAIL: {} violated ({})", counted(failed.size(), "rule"),
-                       joined(failed, ", "));
+    text =
+        fmt::format("FAIL: {} violated ({})", counted(failed.size(), "rule"), joined(failed, ", "));
   } else if (!open.empty()) {
     text = fmt::format("INCONCLUSIVE: the trace does not decide {} ({})",
                        counted(open.size(), "rule"), joined(open, ", "));
@@ -115,7 +115,8 @@ std::int64_t max_of(const std::optional<analysis::Summary>& summary) {
 // One line per question that a reader asks first.
 std::string worst_offenders(const Report& report, const TextStyle& style) {
   std::string text;
-  const auto add = [&](std::string_view question, const std::string& value, const CallbackReport& c) {
+  const auto add = [&](std::string_view question, const std::string& value,
+                       const CallbackReport& c) {
     const std::string start = fmt::format("  {:<22}{:>11}  ", question, value);
     text += start + elide(callback_title(report, c), style.columns - start.size()) + "\n";
   };
@@ -149,7 +150,10 @@ std::string defects(const Report& report, const TextStyle& style) {
   for (const auto& defect : report.defects) {
     const bool is_error = defect.severity == analysis::Severity::error;
     const bool is_loss = defect.severity == analysis::Severity::loss;
-    text += paint(fmt::format("  {} {} x {}\n", is_error ? "ERROR" : is_loss ? "LOSS " : "info ",
+    text += paint(fmt::format("  {} {} x {}\n",
+                              is_error  ? "ERROR"
+                              : is_loss ? "LOSS "
+                                        : "info ",
                               printable(defect.kind), defect.count),
                   is_error  ? Look::bad
                   : is_loss ? Look::doubtful

@@ -37,8 +37,7 @@ void Spool::append(std::string_view bytes) {
 
 void Spool::read(std::uint64_t offset, std::span<char> bytes) const {
   while (!bytes.empty()) {
-    const auto got =
-        ::pread(file_.get(), bytes.data(), bytes.size(), static_cast<::off_t>(offset));
+    const auto got = ::pread(file_.get(), bytes.data(), bytes.size(), static_cast<::off_t>(offset));
     if (got < 0 && errno == EINTR) {
       continue;
     }

@@ -2,13 +2,13 @@
 
 #include "utf8.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
 #include <numeric>
+
+#include <fmt/format.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -222,8 +222,8 @@ std::string TextTable::render(const TextStyle& style) const {
     return trimmed(result);
   };
   std::string text;
-  const bool has_two_lines =
-      std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return !c.subtitle.empty(); });
+  const bool has_two_lines = std::any_of(columns_.begin(), columns_.end(),
+                                         [](const Column& c) { return !c.subtitle.empty(); });
   for (const auto part : {&Column::title, &Column::subtitle}) {
     if (part == &Column::title || has_two_lines) {
       text += line([&](std::size_t i) {
@@ -234,7 +234,8 @@ std::string TextTable::render(const TextStyle& style) const {
   for (const auto& row : rows_) {
     const bool is_split = display_width(row.front().text) > width.front();
     if (is_split) {
-      text += "  " + paint(elide(row.front().text, style.columns - 2), row.front().look, style) + "\n";
+      text +=
+          "  " + paint(elide(row.front().text, style.columns - 2), row.front().look, style) + "\n";
     }
     text += line([&](std::size_t i) {
       const auto shown = i == 0 && is_split ? std::string_view{} : std::string_view(row[i].text);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/viewer_export/text_style.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <string>

@@ -50,4 +50,15 @@ CodePoint first_code_point(std::string_view text) noexcept {
   return {value, form.size, true};
 }
 
+std::string valid_utf8(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    const auto point = first_code_point(text);
+    result += point.is_valid ? text.substr(0, point.size) : std::string_view("\xEF\xBF\xBD");
+    text.remove_prefix(point.size);
+  }
+  return result;
+}
+
 }  // namespace cie::viewer_export

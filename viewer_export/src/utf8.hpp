@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 #include <string_view>
 
 namespace cie::viewer_export {
@@ -15,5 +16,8 @@ struct CodePoint {
 
 // The first code point. Rejects overlong forms, surrogates and values beyond U+10FFFF.
 CodePoint first_code_point(std::string_view text) noexcept;
+
+// Invalid bytes become U+FFFD; everything else is unchanged.
+std::string valid_utf8(std::string_view text);
 
 }  // namespace cie::viewer_export

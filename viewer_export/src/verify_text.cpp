@@ -3,13 +3,13 @@
 
 #include "text_layout.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include <fmt/format.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -53,18 +53,23 @@ std::string shell_quoted(std::string_view text) {
   return result + "'";
 }
 
-std::string evidence_line(const Evidence& evidence) {
+std::string evidence_line(const Evidence& evidence, const analysis::Report& report) {
   const auto id = [](std::string_view name, const auto& value) {
     return value ? fmt::format("  {} {}", name, *value) : std::string{};
   };
-  return fmt::format("at {} ns  {}{}{}{}{}{}", evidence.time.ns, printable(evidence.event),
-                     id("cpu", evidence.cpu), id("pid", evidence.pid), id("tid", evidence.tid),
-                     evidence.note.empty() ? "" : "  ", printable(evidence.note));
+  const auto since_begin =
+      report.trace.begin ? fmt::format(" ({} into the trace)",
+                                       format_duration((evidence.time - *report.trace.begin).ns))
+                         : std::string{};
+  return fmt::format("at {} ns{}  {}{}{}{}{}{}", evidence.time.ns, since_begin,
+                     printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),
+                     id("tid", evidence.tid), evidence.note.empty() ? "" : "  ",
+                     printable(evidence.note));
 }
 
 // Shows the events around the evidence. Times are CLOCK_REALTIME there.
-std::string babeltrace2_command(const std::vector<Evidence>& evidence, const analysis::Report& report,
-                                const VerifyContext& context) {
+std::string babeltrace2_command(const std::vector<Evidence>& evidence,
+                                const analysis::Report& report, const VerifyContext& context) {
   std::string command = "babeltrace2";
   const auto [first, last] =
       std::minmax_element(evidence.begin(), evidence.end(),
@@ -74,7 +79,8 @@ std::string babeltrace2_command(const std::vector<Evidence>& evidence, const ana
   const bool is_known =
       context.clock_offset_ns &&
       !__builtin_add_overflow(first->time.ns, *context.clock_offset_ns - kMarginNs, &begin) &&
-      !__builtin_add_overflow(last->time.ns, *context.clock_offset_ns + kMarginNs, &end) && begin >= 0;
+      !__builtin_add_overflow(last->time.ns, *context.clock_offset_ns + kMarginNs, &end) &&
+      begin >= 0;
   if (is_known) {
     command += fmt::format(" --clock-seconds --begin {} --end {}", seconds(begin), seconds(end));
   }
@@ -91,10 +97,12 @@ std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVe
   text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
   text += subject.checked > 0 ? fmt::format(" ({} checked)\n", subject.checked) : "\n";
   for (const auto& evidence : subject.evidence) {
-    text += "    " + evidence_line(evidence) + "\n";
+    text += "    " + evidence_line(evidence, report) + "\n";
   }
   if (!subject.evidence.empty()) {
-    text += "    " + paint(babeltrace2_command(subject.evidence, report, context), Look::faint, style) + "\n";
+    text += "    " +
+            paint(babeltrace2_command(subject.evidence, report, context), Look::faint, style) +
+            "\n";
   }
   return text;
 }
@@ -106,7 +114,8 @@ std::string headline(const analysis::VerdictReport& verdicts, const TextStyle& s
     list += (list.empty() ? "" : " ") + rule.id;
   }
   const auto overall = std::max(verdicts.verdict, Verdict::pass);
-  std::string text = paint(fmt::format("Verdict: {}", analysis::label(overall)), look_of(overall), style) + "\n";
+  std::string text =
+      paint(fmt::format("Verdict: {}", analysis::label(overall)), look_of(overall), style) + "\n";
   const auto add = [&](std::string_view title, Verdict verdict) {
     const auto& list = ids.at(static_cast<std::size_t>(verdict));
     for (const auto& line : wrap(list, style.columns - 18)) {
@@ -128,19 +137,22 @@ std::string summary(const analysis::Report& report, const VerifyContext& context
     instances += callback.instances;
     incomplete += callback.incomplete;
   }
-  std::string text = fmt::format("{} of {} in {} checked; {} cut by an edge or never ended\n",
-                                 counted(instances, "instance"), counted(report.callbacks.size(), "callback"),
-                                 counted(report.processes.size(), "process"), incomplete);
+  std::string text =
+      fmt::format("{} of {} in {} checked; {} cut by an edge or never ended\n",
+                  counted(instances, "instance"), counted(report.callbacks.size(), "callback"),
+                  counted(report.processes.size(), "process"), incomplete);
   for (const auto& defect : report.defects) {
     if (defect.severity != analysis::Severity::info) {
       text += fmt::format("tainted by {} x {}: {}\n", printable(defect.kind), defect.count,
                           printable(defect.advice));
     }
   }
-  text += context.spec_name.empty()
-              ? "no --spec was given: rules that compare with one are not applicable\n"
-              : fmt::format("spec {} sha256 {}\n", printable(context.spec_name), context.spec_sha256);
-  return text + fmt::format("cie {}; cie verify --explain ID tells what a rule means\n", tool_version());
+  text +=
+      context.spec_name.empty()
+          ? "no --spec was given: rules that compare with one are not applicable\n"
+          : fmt::format("spec {} sha256 {}\n", printable(context.spec_name), context.spec_sha256);
+  return text +
+         fmt::format("cie {}; cie verify --explain ID tells what a rule means\n", tool_version());
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/instance.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -28,8 +29,8 @@ class InstanceWriter final : public analysis::Observer {
   // Throws WriteError when the temporary files cannot be written.
   void on_instance(const analysis::Instance& instance) override;
 
-  // Writes all rows. CSV has the columns of the contract; JSON Lines the same names as keys, null for
-  // unknown. Call it once. Throws what the stream throws, and WriteError.
+  // Writes all rows. CSV has the columns of the contract; JSON Lines the same names as keys, null
+  // for unknown. Call it once. Throws what the stream throws, and WriteError.
   void write(std::ostream& out, InstanceFormat format);
 
  private:

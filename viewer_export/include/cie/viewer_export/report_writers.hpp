@@ -5,6 +5,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/viewer_export/text_style.hpp>
+
 #include <ostream>
 
 namespace cie::viewer_export {
@@ -13,8 +14,8 @@ namespace cie::viewer_export {
 // UTF-8 of hostile names becomes U+FFFD.
 void write_report_json(std::ostream& out, const analysis::Report& report);
 
-// For people: verdict (when given; borrowed, may be null), what to look at first, defects, callbacks,
-// threads, chains, and what the dashes mean. Names from traces cannot move the cursor.
+// For people: verdict (when given; borrowed, may be null), what to look at first, defects,
+// callbacks, threads, chains, and what the dashes mean. Names from traces cannot move the cursor.
 void write_report_text(std::ostream& out, const analysis::Report& report,
                        const analysis::VerdictReport* verdicts, const TextStyle& style);
 

@@ -4,6 +4,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/viewer_export/text_style.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <ostream>
@@ -18,13 +19,13 @@ void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdict
 struct VerifyContext {
   std::string spec_name;    // empty: no spec was given
   std::string spec_sha256;  // of its bytes, lower-case hex
-  // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty: unknown;
-  // the commands then lack their time range.
+  // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty:
+  // unknown; the commands then lack their time range.
   std::optional<std::int64_t> clock_offset_ns;
 };
 
-// For people: the verdict first, then one line per failing or inconclusive rule and subject with its
-// evidence and a babeltrace2 command that shows the events around it, then a summary.
+// For people: the verdict first, then one line per failing or inconclusive rule and subject with
+// its evidence and a babeltrace2 command that shows the events around it, then a summary.
 void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdicts,
                        const analysis::Report& report, const VerifyContext& context,
                        const TextStyle& style);
