@@ -114,6 +114,7 @@ struct ProcessFacts {
   std::optional<RunTotals> run_end;    // last one seen
   std::optional<EventRef> first_seen;  // any event of this pid
   std::optional<EventRef> last_seen;
+  std::uint64_t announcements = 0;  // run_begin of moment announce
   bool has_cie_events = false;  // anything but clock_sync; others are not processes of the report
   std::string name;             // command name where known
 };
@@ -294,6 +295,8 @@ struct CallbackFacts {
   CallbackId id{};
   std::optional<EventRef> registered;  // first callback_init; empty: never seen
   std::uint32_t inits = 0;
+  std::optional<EventRef> last_init;  // last callback_init that was not a mere announcement
+  std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
   std::uint64_t first_next_seq = 0;  // of the first callback_init seen
   std::string logical_id;            // "?<id>" when never registered
   std::string node;

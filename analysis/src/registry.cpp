@@ -159,6 +159,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   auto& process = model_.processes[at(index)];
   process.has_cie_events = true;
   process.executor = event.executor;
+  if (event.moment == RunMoment::announce) ++process.announcements;
   if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
   if (process.run_begin) return;
   process.run_begin = ref(head);
@@ -212,6 +213,11 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   const auto index = callback(*process, event.callback);
   auto& facts = model_.callbacks[at(index)];
   ++facts.inits;
+  // Repeated state follows a run_begin(announce); an init without one registers the callback anew.
+  const auto announcements = model_.processes[at(*process)].announcements;
+  const bool is_announcement = facts.registered && announcements != facts.announcements_at_init;
+  facts.announcements_at_init = announcements;
+  if (!is_announcement) facts.last_init = ref(head);
   if (facts.registered) return;
   facts.registered = ref(head);
   facts.first_next_seq = event.next_seq;

@@ -73,6 +73,12 @@ bool SequenceTracker::is_missing(std::uint64_t number) const noexcept {
   });
 }
 
+bool SequenceTracker::has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept {
+  return std::any_of(holes_.begin(), holes_.end(), [after, until](const Hole& hole) {
+    return hole.begin <= until && hole.end > after + 1;
+  });
+}
+
 void SequenceTracker::finish(SequenceFacts& facts) const {
   facts.missing += untracked_;
   for (const auto& hole : holes_) {

@@ -14,6 +14,8 @@ class SequenceTracker {
   void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;
+  // Whether any number in (after, until] is in a hole.
+  bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;
   // A new series begins: the next number is expected to be 0.
   void restart() noexcept { restarted_ = true; }
   // Adds the hole between a promised first number and the first one seen, and totals the holes.
