@@ -42,6 +42,8 @@ class LogLinearHistogram {
   std::uint64_t count_ = 0;
 };
 
+__extension__ typedef __int128 Int128;  // NOLINT(modernize-use-using): the only spelling -Wpedantic takes
+
 // Accumulates one quantity. Not thread-safe; merge per-shard objects instead.
 class Statistics {
  public:
@@ -55,7 +57,7 @@ class Statistics {
   LogLinearHistogram histogram_;
   std::int64_t min_ = 0;
   std::int64_t max_ = 0;
-  __extension__ __int128 sum_ = 0;
+  Int128 sum_ = 0;
 };
 
 }  // namespace cie::analysis
