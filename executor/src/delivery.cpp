@@ -21,13 +21,13 @@ extern "C" dds_rhc* dds_rhc_default_new(dds_reader* reader, const ddsi_sertype* 
 namespace cie::executor {
 
 void Delivery::set_target(ReadySink* sink, Callback* callback) {
-  const Lock lock{mutex_};
+  const std::lock_guard lock{mutex_};
   sink_ = sink;
   callback_ = callback;
 }
 
 void Delivery::set_trace(trace::Callback* callback) {
-  const Lock lock{mutex_};
+  const std::lock_guard lock{mutex_};
   trace_ = callback;
 }
 
@@ -38,7 +38,7 @@ void Delivery::announce() noexcept {
 }
 
 void Delivery::lost(std::uint32_t count) noexcept {
-  const Lock lock{mutex_};
+  const std::lock_guard lock{mutex_};
   if (trace_ != nullptr) trace_->sample_lost(count);
 }
 

@@ -4,6 +4,7 @@
 #include <cie/tracepoints/trace.hpp>
 #include <cstdint>
 #include <memory>
+#include <mutex>
 
 #include "arrival_log.hpp"
 #include "callback.hpp"
@@ -30,7 +31,7 @@ class Delivery {
   // `store` puts the sample into the queue and says whether it stayed there.
   template <typename Store>
   bool deliver(const void* sample, const Arrival& arrival, Store store) noexcept {
-    const Lock lock{mutex_};
+    const std::lock_guard lock{mutex_};
     arrivals_.record(sample, arrival);
     const bool is_stored = store();
     if (is_stored) announce();
@@ -43,13 +44,6 @@ class Delivery {
   QueueCount& count() noexcept { return count_; }
 
  private:
-  struct Lock {
-    explicit Lock(PiMutex& mutex) noexcept : mutex(mutex) { mutex.lock(); }
-    Lock(const Lock&) = delete;
-    Lock& operator=(const Lock&) = delete;
-    ~Lock() { mutex.unlock(); }
-    PiMutex& mutex;
-  };
   void announce() noexcept;
 
   PiMutex mutex_;

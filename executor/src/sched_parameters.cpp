@@ -116,7 +116,7 @@ struct FreeCpuSet {
 
 int set_affinity(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
   if (cpus.empty()) return EINVAL;
-  const int count = static_cast<int>(cpus.back()) + 1;  // ascending
+  const std::size_t count = std::size_t{cpus.back()} + 1;  // ascending
   const std::unique_ptr<cpu_set_t, FreeCpuSet> set{CPU_ALLOC(count)};
   if (set == nullptr) return ENOMEM;
   const std::size_t size = CPU_ALLOC_SIZE(count);

@@ -26,6 +26,8 @@ class SerialLoop final : public Loop {
   void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) override;
   void run(std::int64_t deadline_ns) override;
   void stop() noexcept override;
+  // Undoes stop(), while no thread runs the loop.
+  void resume() noexcept { is_stopped_.store(false, std::memory_order_release); }
   bool is_on_own_thread() const noexcept override;
 
  private:

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "callback.hpp"
+#include "clock.hpp"
 #include "reader.hpp"
 
 namespace cie::executor {
@@ -28,8 +29,8 @@ class SubscriptionCallback final : public Callback {
   using Message = std::shared_ptr<void>;
   enum class Spare : std::uint8_t { there, lent, moving };
   struct Lent {
-    explicit Lent(SubscriptionCallback& owner)
-        : owner(owner), message(owner.borrow_message()) {}
+    explicit Lent(SubscriptionCallback& lender)
+        : owner(lender), message(lender.borrow_message()) {}
     Lent(const Lent&) = delete;
     Lent& operator=(const Lent&) = delete;
     ~Lent() { owner.give_back(std::move(message)); }

@@ -1,5 +1,6 @@
 #include "team.hpp"
 
+#include <algorithm>
 #include <utility>
 
 #include "clock.hpp"
@@ -124,6 +125,16 @@ void Team::add(const std::shared_ptr<Callback>& callback) {
     callbacks_.push_back(callback);
   }
   loop_->add(callback);
+}
+
+void Team::remove(const std::vector<std::shared_ptr<Callback>>& callbacks) {
+  {
+    const std::lock_guard lock{mutex_};
+    std::erase_if(callbacks_, [&callbacks](const auto& callback) {
+      return std::ranges::find(callbacks, callback) != callbacks.end();
+    });
+  }
+  loop_->remove(callbacks);
 }
 
 void Team::stop() {

@@ -66,6 +66,8 @@ class Team {
   void open_gate();
   // Adds a callback; its loop serves it once the gate is open.
   void add(const std::shared_ptr<Callback>& callback);
+  // Returns when none of them runs or will run; not from a thread of this team.
+  void remove(const std::vector<std::shared_ptr<Callback>>& callbacks);
   Loop& loop() noexcept { return *loop_; }
   // Takes the callbacks out of service and makes the threads leave; does not wait for them.
   void stop();

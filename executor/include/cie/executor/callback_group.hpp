@@ -27,8 +27,8 @@ class CallbackGroup {
 };
 
 struct CallbackOptions {
-  std::shared_ptr<CallbackGroup> group;   // null: a group of its own
-  std::string name;                       // stands in the logical id's parentheses; may be empty
+  std::shared_ptr<CallbackGroup> group{};   // null: a group of its own
+  std::string name{};                       // stands in the logical id's parentheses; may be empty
   std::chrono::nanoseconds deadline{0};   // declared response-time bound; 0: none
 };
 

@@ -21,7 +21,7 @@ class Context {
     // CYCLONEDDS_URI says is then ignored.
     bool loopback = false;
     // Participants with different tags do not see each other, even in one domain. Loopback only.
-    std::string tag;
+    std::string tag{};
 
     // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG. Throws
     // std::invalid_argument naming the variable that cannot be used.

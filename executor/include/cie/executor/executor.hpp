@@ -21,12 +21,12 @@ class ExecutorCore;
 
 // A thread does not run as the spec says.
 struct ParameterProblem {
-  std::string file;  // the spec's name
+  std::string file{};  // the spec's name
   int line = 0;      // 1-based; of the entry
-  std::string entry;  // its id
-  std::string thread;
+  std::string entry{};  // its id
+  std::string thread{};
   int error = 0;      // errno of the refused request; 0: accepted, but another value was read back
-  std::string reason;  // in words, with the remedy
+  std::string reason{};  // in words, with the remedy
 
   // "demo.yaml:12: \"/lidar@Timer(100000000)\": cannot set SCHED_FIFO 80: … ".
   std::string text() const;
@@ -57,13 +57,13 @@ enum class OnError : std::uint8_t {
 struct ExecutorOptions {
   // Null: threads run as the kernel starts them. Callback threads of the isolated executor take the
   // entry of their callback's logical id; all other threads that of their name.
-  std::shared_ptr<const SchedulingSpec> spec;
+  std::shared_ptr<const SchedulingSpec> spec{};
   OnError on_error = OnError::refuse;
   // Called from the thread concerned, one call at a time. May be empty.
-  std::function<void(const ParameterProblem&)> on_parameter_problem;
+  std::function<void(const ParameterProblem&)> on_parameter_problem{};
   // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
   // throws the exception.
-  std::function<void(const CallbackFailure&)> on_exception;
+  std::function<void(const CallbackFailure&)> on_exception{};
   // Threads of a reentrant group under the isolated executor, and of MultiThreadedExecutor (there
   // 0 means one for each CPU the process may use, at least 2).
   unsigned reentrant_threads = 4;

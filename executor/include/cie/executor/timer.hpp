@@ -17,8 +17,8 @@ class TimerCallback;
 struct TimerOptions : CallbackOptions {
   // First expiry on CLOCK_MONOTONIC (steady_clock); if it is past when an executor first serves the
   // timer, the next instant of its grid. Absent: `phase` after an executor first serves it.
-  std::optional<std::chrono::nanoseconds> start;
-  std::optional<std::chrono::nanoseconds> phase;  // absent: one period
+  std::optional<std::chrono::nanoseconds> start{};
+  std::optional<std::chrono::nanoseconds> phase{};  // absent: one period
 };
 
 // Expiries lie on an absolute grid and never drift. A timer that is served late runs once for the
