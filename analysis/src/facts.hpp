@@ -296,10 +296,10 @@ struct CallbackFacts {
   CallbackId id{};
   std::optional<EventRef> registered;  // first callback_init; empty: never seen
   std::uint32_t inits = 0;
-  std::optional<EventRef> last_init;  // last callback_init that was not a mere announcement
+  std::optional<EventRef> last_init;        // last callback_init that was not a mere announcement
   std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
-  std::uint64_t first_next_seq = 0;  // of the first callback_init seen
-  std::string logical_id;            // "?<id>" when never registered
+  std::uint64_t first_next_seq = 0;         // of the first callback_init seen
+  std::string logical_id;                   // "?<id>" when never registered
   std::string node;
   NodeId node_id{};
   std::optional<CallbackKind> kind;

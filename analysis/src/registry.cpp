@@ -278,9 +278,8 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   if (index) {
     const auto& known = model_.threads[at(*index)];
     const bool is_same_creation = known.start_ns && *known.start_ns == event.start_ns;
-    const bool was_unannounced =
-        !known.announced && !known.kernel_exit &&
-        (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
+    const bool was_unannounced = !known.announced && !known.kernel_exit &&
+                                 (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
     if (!is_same_creation && !was_unannounced) index.reset();
   }
   if (!index) index = new_thread(*process, event.tid);

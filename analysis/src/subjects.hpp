@@ -1,10 +1,10 @@
 // Names of subjects as verdicts print them, and the orders in which things are printed.
 #pragma once
 
+#include "facts.hpp"
+
 #include <string>
 #include <vector>
-
-#include "facts.hpp"
 
 namespace cie::analysis {
 

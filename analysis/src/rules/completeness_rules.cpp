@@ -108,7 +108,7 @@ void judge_specified(const RuleContext& context, const SpecEntry& entry,
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
     } else {
-      judgement.fail(evidence("callback_init", {.time = model.begin.value_or(Timestamp{})},
+      judgement.fail(evidence("callback_init", moment(model.begin.value_or(Timestamp{})),
                               asked + ", which was never registered"));
       for (const auto& process : model.processes) {
         if (!process.run_end) continue;
@@ -118,7 +118,7 @@ void judge_specified(const RuleContext& context, const SpecEntry& entry,
       }
     }
     if (!is_any) {
-      judgement.overrule(evidence("run_begin", {.time = model.begin.value_or(Timestamp{})},
+      judgement.overrule(evidence("run_begin", moment(model.begin.value_or(Timestamp{})),
                                   "the trace holds no process of ours"));
     }
     conclude(std::move(judgement), verdicts);

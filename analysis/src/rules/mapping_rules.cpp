@@ -123,10 +123,10 @@ void judge_threads_of(const Model& model, const CallbackFacts& callback, Judgeme
           judgement.fail(started_here(model, pairs[k]));
           break;
         case Succession::unknown:
-          judgement.doubt(
-              evidence("thread_fini", {.time = lifetime(earlier).second, .tid = earlier.tid},
-                       thread_name(earlier) + " ran it too; its exit before " + thread_name(later) +
-                           " began was not seen, nor that it lived on"));
+          judgement.doubt(evidence("thread_fini", moment(lifetime(earlier).second, earlier.tid),
+                                   thread_name(earlier) + " ran it too; its exit before " +
+                                       thread_name(later) +
+                                       " began was not seen, nor that it lived on"));
           break;
         case Succession::successive:
           break;

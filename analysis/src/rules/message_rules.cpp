@@ -130,7 +130,7 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
                                         " instances of the chain are incomplete"));
       }
       if (asked.path_latency_ns && chain->inexact != 0) {
-        judgement.doubt(evidence("release", {.time = model.begin.value_or(Timestamp{})},
+        judgement.doubt(evidence("release", moment(model.begin.value_or(Timestamp{})),
                                  "a release on " + std::to_string(chain->inexact) +
                                      " instances of the chain is not known exactly"));
       }

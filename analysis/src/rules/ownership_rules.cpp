@@ -12,8 +12,6 @@
 namespace cie::analysis {
 namespace {
 
-using Wide = __int128;
-
 ThreadIndex thread_index(std::size_t i) { return ThreadIndex{static_cast<std::uint32_t>(i)}; }
 
 const EventRef& first_start_on(const ThreadFacts& thread) {
@@ -54,7 +52,7 @@ void judge_foreign_callbacks(const Model& model, const Proof& proof, const Threa
 void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFacts& thread,
                         const SpecEntry& entry, const std::string& where, Judgement& judgement) {
   const auto budget = *entry.foreign_work_budget_ns;
-  const EventRef end{.time = lifetime(thread).second, .tid = thread.tid};
+  const EventRef end = moment(lifetime(thread).second, thread.tid);
   if (const auto loss = proof.kernel_loss(thread)) {
     judgement.doubt(loss);
     return;
@@ -70,10 +68,10 @@ void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFact
   }
   judgement.check();
   // foreign / span > budget / second, in whole nanoseconds.
-  const bool is_above = static_cast<Wide>(*thread.foreign_ns) * 1'000'000'000 >
-                        static_cast<Wide>(budget) * *thread.foreign_span_ns;
+  const bool is_above = static_cast<Int128>(*thread.foreign_ns) * 1'000'000'000 >
+                        static_cast<Int128>(budget) * *thread.foreign_span_ns;
   if (!is_above) return;
-  judgement.fail(evidence("sched_switch", {.time = *thread.first_wait, .tid = thread.tid},
+  judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
                           "first wait: foreign work is counted from here"));
   judgement.fail(evidence("sched_switch", end,
                           nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +

@@ -89,7 +89,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     }
     judgement.doubt(proof.loss(index));
     judgement.doubt(proof.kernel_loss(thread));
-    const EventRef begin{.time = lifetime(thread).first, .tid = thread.tid};
+    const EventRef begin = moment(lifetime(thread).first, thread.tid);
     if (!thread.last_read_back) {
       judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {

@@ -115,7 +115,7 @@ void judge_never_ended(const Model& model, const Proof& proof, const CallbackFac
     judgement.fail(evidence("callback_start", open.start,
                             "seq " + std::to_string(open.seq) + " starts, released at " +
                                 std::to_string(since.ns) + " at the latest, and never ends"));
-    judgement.fail(evidence("window", {.time = *model.end},
+    judgement.fail(evidence("window", moment(*model.end),
                             "end of the window, " + nanoseconds(*model.end - since) +
                                 " later; the deadline is " + nanoseconds(deadline)));
   }

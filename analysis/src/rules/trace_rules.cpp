@@ -25,7 +25,7 @@ constexpr std::array<Requirement, 5> kRequired{{
     {"callback_end", "enable cie:callback_end and let a callback run"},
 }};
 
-EventRef begin_of(const Model& model) { return {.time = model.begin.value_or(Timestamp{})}; }
+EventRef begin_of(const Model& model) { return moment(model.begin.value_or(Timestamp{})); }
 
 std::vector<Evidence> losses_of(const Model& model, bool only_damage) {
   std::vector<const Loss*> losses;
@@ -106,8 +106,7 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   judgement.check(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
   const auto& regressions = model.time_regressions;
   if (regressions.first) {
-    judgement.fail(evidence("time_regression",
-                            {.time = regressions.first_previous, .cpu = regressions.first->cpu},
+    judgement.fail(evidence("time_regression", moment(regressions.first_previous),
                             "the stream had come to this time"));
     judgement.fail(evidence(
         "time_regression", *regressions.first,
