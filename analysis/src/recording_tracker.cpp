@@ -128,6 +128,10 @@ const Window& RecordingTracker::window_of(StreamIndex index) const {
   return found == channels_.end() ? kNoWindow : found->second.window;
 }
 
+bool RecordingTracker::is_kernel(StreamIndex index) const {
+  return at(index) < model_.streams.size() && model_.streams[at(index)].domain == Domain::kernel;
+}
+
 bool RecordingTracker::has_kernel(HostIndex host) const {
   return std::any_of(channels_.begin(), channels_.end(), [host](const auto& entry) {
     return entry.second.domain == Domain::kernel && entry.second.host == host;

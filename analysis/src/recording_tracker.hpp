@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
-#include <vector>
 
 #include "facts.hpp"
 #include "registry.hpp"
+
+#include <vector>
 
 namespace cie::analysis {
 
@@ -43,6 +44,7 @@ class RecordingTracker {
   // Intersection of the windows of a host's kernel channels; empty begin without kernel events.
   Window kernel_window(HostIndex host) const;
   bool has_kernel(HostIndex host) const;
+  bool is_kernel(StreamIndex stream) const;
   void finish();
 
  private:

@@ -2,10 +2,10 @@
 // publisher), so a hole counts only if it is never filled.
 #pragma once
 
+#include "facts.hpp"
+
 #include <cstdint>
 #include <vector>
-
-#include "facts.hpp"
 
 namespace cie::analysis {
 
@@ -14,6 +14,8 @@ class SequenceTracker {
   void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;
+  // Whether any number in (after, until] is in a hole.
+  bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;
   // A new series begins: the next number is expected to be 0.
   void restart() noexcept { restarted_ = true; }
   // Adds the hole between a promised first number and the first one seen, and totals the holes.
@@ -27,8 +29,8 @@ class SequenceTracker {
     EventRef before;
     EventRef after;
   };
-  std::vector<Hole> holes_;       // ascending, at most kMaxHoles
-  std::uint64_t untracked_ = 0;   // missing numbers beyond kMaxHoles holes
+  std::vector<Hole> holes_;      // ascending, at most kMaxHoles
+  std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxHoles holes
   bool restarted_ = false;
 };
 
