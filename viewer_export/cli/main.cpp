@@ -146,7 +146,9 @@ int main(int argc, char** argv) {
   const cie::cli::Arguments arguments(argv + std::min(argc, 1), argv + argc);
   const bool is_started = !arguments.empty() && (arguments[0] == "run" || arguments[0] == "record");
   if (!is_started) {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an error with a message, not a silent end
+    // A closed pipe and a file size limit are errors with a message, not a silent end.
+    std::signal(SIGPIPE, SIG_IGN);
+    std::signal(SIGXFSZ, SIG_IGN);
   }
   return cie::cli::run(arguments);
 }
