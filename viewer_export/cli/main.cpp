@@ -161,7 +161,9 @@ int main(int argc, char** argv) {
     return !arguments.empty() && std::find(names.begin(), names.end(), arguments[0]) != names.end();
   };
   if (is_one_of({"run", "record"})) return cie::cli::run(arguments);
-  std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an error with a message, not a silent end
+  // A closed pipe and a file size limit are errors with a message, not a silent end.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   if (is_one_of({"report", "instances", "verify", "export"})) return cie::cli::guarded(arguments);
   return cie::cli::run(arguments);
 }
