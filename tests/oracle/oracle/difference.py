@@ -115,3 +115,23 @@ def _evidence(rule: dict[str, Any], subject: str) -> str:
 def _short(value: Any) -> str:
     text = repr(value)
     return text if len(text) < 160 else text[:157] + "..."
+
+
+def compare_weaker(expected: dict[str, Any], got: dict[str, Any]) -> list[str]:
+    """Law L2: loss never turns FAIL into PASS and never makes a false FAIL."""
+    lines = []
+    wanted = expected["verdict"]
+    if (wanted, got.get("verdict")) in (("PASS", "FAIL"), ("FAIL", "PASS")):
+        lines.append(f"overall: {got['verdict']}, though without the loss it is {wanted}")
+    rules = {r["id"]: r for r in got.get("rules", [])}
+    for rule in expected["rules"]:
+        truth = {s["subject"]: s["verdict"] for s in rule["subjects"]}
+        for s in rules.get(rule["id"], {}).get("subjects", []):
+            before, after = truth.get(s["subject"], "NOT_APPLICABLE"), s["verdict"]
+            if before == "*":
+                continue
+            if (after == "FAIL") != (before == "FAIL") and {before, after} & {"FAIL"} and (
+                    after in ("FAIL", "PASS")):
+                lines.append(f"{rule['id']} {s['subject']}: {after}, though without the loss it is "
+                             f"{before}" + _evidence(rules[rule["id"]], s["subject"]))
+    return lines

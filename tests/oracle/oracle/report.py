@@ -55,7 +55,7 @@ def callback_report(callback: Callback) -> dict[str, Any]:
         "pid": callback.process.pid,
         "node": callback.process.nodes.get(init.node_id, "") if init else "",
         "kind": callback.kind,
-        "source": init.source if init else "",
+        "source": callback.source,
         "symbol": init.symbol if init else "",
         "period_ns": init.period_ns if callback.kind == "timer" else None,
         "group": init.group_id if init else None,

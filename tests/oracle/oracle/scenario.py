@@ -160,8 +160,9 @@ class Scenario:
     def drop(self, gone: Callable[[Record], bool], declared: bool) -> list[Record]:
         """User events that never reach the trace; `declared`: the tracer counts them."""
         m = self.machine
-        lost = [r for r in m.user if gone(r)]
-        m.user = [r for r in m.user if not gone(r)]
+        doomed = [gone(r) for r in m.user]
+        lost = [r for r, away in zip(m.user, doomed) if away]
+        m.user = [r for r, away in zip(m.user, doomed) if not away]
         if declared:
             self.discarded_user += [(r.time, r.cpu) for r in lost]
         return lost
