@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -32,12 +34,13 @@ std::optional<Policy> policy_from_name(std::string_view name) noexcept;
 // What a thread is asked to run as. An absent policy or affinity is neither applied nor judged.
 struct ThreadParameters {
   std::optional<Policy> policy;
-  std::int32_t nice = 0;           // SCHED_OTHER and SCHED_BATCH, -20..19
-  std::uint32_t priority = 0;      // SCHED_FIFO and SCHED_RR, 1..99
-  std::uint64_t runtime_ns = 0;    // SCHED_DEADLINE
-  std::uint64_t deadline_ns = 0;   // SCHED_DEADLINE
-  std::uint64_t period_ns = 0;     // SCHED_DEADLINE
+  std::int32_t nice = 0;                           // SCHED_OTHER and SCHED_BATCH, -20..19
+  std::uint32_t priority = 0;                      // SCHED_FIFO and SCHED_RR, 1..99
+  std::uint64_t runtime_ns = 0;                    // SCHED_DEADLINE
+  std::uint64_t deadline_ns = 0;                   // SCHED_DEADLINE
+  std::uint64_t period_ns = 0;                     // SCHED_DEADLINE
   std::optional<std::vector<std::uint32_t>> cpus;  // ascending, without repetition
+  friend bool operator==(const ThreadParameters&, const ThreadParameters&) = default;
 };
 
 // One entry of `callback_groups` (id: a callback's logical id, exact or "<node>/*") or of
@@ -56,6 +59,7 @@ struct SpecEntry {
 
   // "<node>/*": judges and configures every callback of that node that has no exact entry.
   bool is_wildcard() const noexcept;
+  friend bool operator==(const SpecEntry&, const SpecEntry&) = default;
 };
 
 // A path of callbacks linked by messages, with the bounds it is meant to keep.
@@ -104,6 +108,10 @@ class SchedulingSpec {
   std::vector<SpecEntry> threads_;
   std::vector<SpecChain> chains_;
   std::vector<std::pair<std::string, std::string>> hardware_info_;
+  using Index = std::map<std::string, std::size_t, std::less<>>;  // into the vectors above
+  Index callback_index_;                                          // exact ids
+  Index nodes_;                                                   // nodes that have a wildcard
+  Index thread_index_;
 };
 
 }  // namespace cie

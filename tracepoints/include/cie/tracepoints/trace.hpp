@@ -4,10 +4,15 @@
 //
 // Hot functions are noexcept, never allocate, lock or format, and compile to nothing without LTTng
 // (the counters remain, because totals and announcements need them).
+//
+// Every object may be created, used and destroyed on any thread; use of one object must not overlap
+// its destruction. Constructors allocate, take a priority-inheriting lock and may throw
+// std::bad_alloc; Run's also std::system_error when its background thread cannot be created.
+// After fork() a child inherits no registered object: those of the parent stay silent in it.
 #pragma once
 
-#include <atomic>
 #include <cie/tracepoints/schema.hpp>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -22,11 +27,11 @@ bool is_compiled_in() noexcept;
 
 // Scheduling parameters of a thread as the kernel reports them.
 struct SchedReadBack {
-  std::int32_t policy = 0;   // without SCHED_RESET_ON_FORK
-  std::uint64_t flags = 0;   // SCHED_FLAG_*, reset-on-fork included
+  std::int32_t policy = 0;  // without SCHED_RESET_ON_FORK
+  std::uint64_t flags = 0;  // SCHED_FLAG_*, reset-on-fork included
   std::int32_t nice = 0;
   std::uint32_t priority = 0;
-  std::uint64_t runtime_ns = 0;
+  std::uint64_t runtime_ns = 0;  // these three for SCHED_DEADLINE only, else 0
   std::uint64_t deadline_ns = 0;
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;  // ascending
@@ -38,7 +43,13 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid);
 
 // One run of an executor in this process. The first live Run emits `run_begin` and everything that
 // was registered before it; `run_end` follows when the last Run and every registered object are
-// gone, or at process exit at the latest. Hold one for as long as an executor lives.
+// gone, or when the process calls exit() or returns from main (not at _exit, abort or a signal).
+// Hold one for as long as an executor lives. `run_begin` names the executor and the spec of the Run
+// that began it; totals of `run_end` are the process's, so a later run counts on.
+//
+// While a Run lives, a background thread named "cie-announce" (SCHED_OTHER, nice 10, all signals
+// blocked) announces all state whenever a session starts, and emits `clock_sync` every second while
+// traced. It is joined when `run_end` is emitted.
 class Run {
  public:
   Run(ExecutorKind executor, std::string_view spec_sha256);
@@ -47,6 +58,9 @@ class Run {
   Run& operator=(const Run&) = delete;
   // Status of `run_end`: 0 if every spin returned normally. Last call wins.
   void set_status(std::int32_t status) noexcept;
+
+ private:
+  std::uint64_t generation_;  // 0 in a child of fork(): belongs to the parent
 };
 
 class Node {
@@ -90,6 +104,10 @@ struct CallbackInfo {
 // order. Thread-safe; claims the id it returns.
 std::string unique_logical_id(std::string_view base);
 
+struct CallbackState;
+struct PublisherState;
+struct ThreadState;
+
 class Callback {
  public:
   explicit Callback(CallbackInfo info);
@@ -99,13 +117,14 @@ class Callback {
   CallbackId id() const noexcept { return id_; }
 
   // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
-  // so far. Thread-safe.
+  // so far. Thread-safe (one atomic increment).
   void release(std::uint64_t overwritten) noexcept;
   // Number the next start() will carry.
   std::uint64_t next_seq() const noexcept;
 
   // Around one instance, from the thread that runs it. start() returns the instance's seq, which
-  // goes to its end().
+  // goes to its end(). Callbacks of a mutually exclusive group rely on the executor never running
+  // two instances of one callback at once; those of a reentrant or unknown group may overlap.
   struct Release {
     ReleaseKind kind = ReleaseKind::none;
     std::int64_t release_ns = -1;  // CLOCK_MONOTONIC; -1 unknown
@@ -121,8 +140,7 @@ class Callback {
 
  private:
   CallbackId id_;
-  struct State;
-  std::shared_ptr<State> state_;  // shared with the registry, which announces it
+  std::shared_ptr<CallbackState> state_;  // shared with the registry, which announces it
 };
 
 class Publisher {
@@ -132,20 +150,25 @@ class Publisher {
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
   PublisherId id() const noexcept { return id_; }
-  // One message. The caller makes source timestamps strictly increasing per writer. Thread-safe as
-  // long as the caller serialises seq and timestamp together (see next_source_timestamp()).
+  // One message: takes the next seq and the next source timestamp in one lock-free step, emits
+  // `publish` and returns the timestamp to write the message with. Several threads may publish: seq
+  // and timestamp then rise together, though two events may appear in the trace in swapped order.
+  std::int64_t publish() noexcept;
+
+  // The same in two calls, for a single publishing thread (or several that the caller serialises
+  // over both calls): the timestamps given to publish() must be strictly increasing.
   void publish(std::int64_t source_timestamp_realtime_ns) noexcept;
   // CLOCK_REALTIME now, or one more than the previous if the clock did not advance. Thread-safe.
   std::int64_t next_source_timestamp() noexcept;
 
  private:
   PublisherId id_;
-  struct State;
-  std::shared_ptr<State> state_;
+  std::shared_ptr<PublisherState> state_;
 };
 
 // A thread of this process. Create it on the thread itself (tid 0), or for another library's thread
-// with its tid. Emits `thread_init`, and `thread_fini` with the number of read-backs.
+// with its tid. Emits `thread_init`, and on destruction a last audit (if the thread still lives)
+// and `thread_fini` with the number of read-backs.
 class Thread {
  public:
   Thread(ThreadRole role, CallbackId callback, GroupId group, std::string_view name,
@@ -154,14 +177,14 @@ class Thread {
   Thread(const Thread&) = delete;
   Thread& operator=(const Thread&) = delete;
   std::uint32_t tid() const noexcept { return tid_; }
-  // Reads the parameters back from the kernel, emits `thread_sched` and returns them. `error` is the
-  // errno of the failed request, 0 otherwise. Empty when the thread is gone (nothing is emitted).
+  // Reads the parameters back from the kernel, emits `thread_sched` and returns them. `error` is
+  // the errno of the failed request, 0 otherwise. Empty when the thread is gone (nothing is
+  // emitted).
   std::optional<SchedReadBack> emit_sched(SchedMoment moment, std::int32_t error);
 
  private:
   std::uint32_t tid_;
-  struct State;
-  std::shared_ptr<State> state_;
+  std::shared_ptr<ThreadState> state_;
 };
 
 // On a callback's thread, on return from a wait in which it really waited.

@@ -1,0 +1,263 @@
+#include <cie/analysis/analyzer.hpp>
+
+#include "chain_tracker.hpp"
+#include "enforcement_tracker.hpp"
+#include "facts.hpp"
+#include "instance_builder.hpp"
+#include "recording_tracker.hpp"
+#include "registry.hpp"
+#include "report_builder.hpp"
+#include "rules/rule.hpp"
+#include "thread_timeline.hpp"
+
+#include <array>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+// Names of the event classes, by index of EventBody; empty for what is not an event of the trace.
+constexpr std::array<std::string_view, std::variant_size_v<EventBody>> kEventNames{
+    "",
+    "",
+    "",
+    "",
+    "",
+    "",
+    "",
+    "run_begin",
+    "run_end",
+    "node_init",
+    "group_init",
+    "callback_init",
+    "callback_fini",
+    "publisher_init",
+    "publisher_fini",
+    "thread_init",
+    "thread_fini",
+    "thread_sched",
+    "callback_release",
+    "thread_wakeup",
+    "callback_start",
+    "callback_end",
+    "publish",
+    "sample_lost",
+    "clock_sync",
+    "sched_switch",
+    "sched_waking",
+    "sched_wakeup",
+    "sched_process_fork",
+    "sched_process_exit",
+    "sched_migrate_task",
+    "sched_pi_setprio",
+    ""};
+
+}  // namespace
+
+struct Analyzer::Pipeline {
+  Pipeline(const AnalysisOptions& analysis_options, Observer* instance_observer)
+      : options(analysis_options),
+        observer(instance_observer),
+        registry(model),
+        recording(model, registry),
+        chains(model, registry, options.spec),
+        instances(model, registry, recording, timeline, chains, observer),
+        enforcement(model, registry, timeline, instances) {}
+
+  void count(const Event& event) {
+    ++model.events.total;
+    ++by_class[event.body.index()];
+    recording.count_event(event.head.stream);
+    now = event.head.time;
+  }
+
+  // An event of our provider: a thread of a process spoke.
+  void note_user(const EventHead& head) {
+    ++model.events.cie;
+    if (!head.pid) ++model.events.cie_without_pid;
+    if (!head.tid) {
+      ++model.events.cie_without_tid;
+      return;
+    }
+    const auto thread = registry.thread_of(head);
+    const auto host = registry.host_of(head);
+    if (recording.has_kernel(host)) {
+      timeline.on_user_event(host, *head.tid, head.cpu, head.time);
+    }
+    if (thread) enforcement.on_user_event(head, *thread);
+  }
+
+  void structural(const Event& event) {
+    const auto& head = event.head;
+    std::visit(
+        Overloaded{[&](const StreamBegin& e) { recording.apply(head, e); },
+                   [&](const StreamEnd& e) { recording.apply(head, e); },
+                   [&](const PacketBegin& e) { recording.apply(head, e); },
+                   [&](const PacketEnd& e) { recording.apply(head, e); },
+                   [&](const Discarded& e) {
+                     recording.apply(head, e);
+                     if (recording.is_kernel(head.stream)) {
+                       timeline.add_hole(
+                           registry.host_of(head),
+                           {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
+                     }
+                   },
+                   [&](const DamagedPacket& e) { recording.apply(head, e); },
+                   [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
+        event.body);
+  }
+
+  void hot(const Event& event) {
+    const auto& head = event.head;
+    const auto host = registry.host_of(head);
+    const auto callback_of = [&](CallbackId id) -> CallbackFacts* {
+      const auto process = registry.process_of(head);
+      return process ? &model.callbacks[at(registry.callback(*process, id))] : nullptr;
+    };
+    std::visit(Overloaded{[&](const CallbackRelease& e) {
+                            auto* callback = callback_of(e.callback);
+                            if (callback == nullptr) return;
+                            ++callback->releases;
+                            if (e.overwritten > callback->overwritten) {
+                              callback->overwritten = e.overwritten;
+                              callback->overwritten_at = ref(head);
+                            }
+                          },
+                          [&](const SampleLost& e) {
+                            auto* callback = callback_of(e.callback);
+                            if (callback == nullptr || e.total <= callback->lost) return;
+                            callback->lost = e.total;
+                            callback->lost_at = ref(head);
+                          },
+                          [&](const ThreadWakeup& e) { instances.apply(head, e); },
+                          [&](const CallbackStart& e) { instances.apply(head, e); },
+                          [&](const CallbackEnd& e) { instances.apply(head, e); },
+                          [&](const Publish& e) { instances.apply(head, e); },
+                          [&](const ClockSync& e) { instances.apply(head, e); },
+                          [&](const SchedSwitch& e) {
+                            model.hosts[at(host)].has_switches = true;
+                            if (!head.cpu) return;
+                            const auto hole =
+                                timeline.on_switch(host, *head.cpu, head.time, e, observer);
+                            if (hole) {
+                              recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
+                                                      .domain = Domain::kernel,
+                                                      .host = host,
+                                                      .begin = hole->begin,
+                                                      .end = hole->end,
+                                                      .count = std::nullopt,
+                                                      .cpu = hole->cpu,
+                                                      .note = {}});
+                            }
+                            enforcement.on_switch(head, host, e);
+                          },
+                          [&](const SchedWaking& e) {
+                            model.hosts[at(host)].has_wakings = true;
+                            timeline.on_waking(host, e.tid, head.time);
+                          },
+                          [&](const SchedWakeup& e) {
+                            model.hosts[at(host)].has_wakings = true;
+                            timeline.on_wakeup(host, e.tid, head.time);
+                          },
+                          [&](const SchedProcessFork& e) {
+                            model.hosts[at(host)].has_forks = true;
+                            enforcement.on_fork(head, host, e);
+                          },
+                          [&](const SchedProcessExit& e) {
+                            registry.apply(head, e);
+                            timeline.on_exit(host, e.tid);
+                          },
+                          [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
+                          [](const auto&) {}},
+               event.body);
+  }
+
+  void state(const Event& event) {
+    const auto& head = event.head;
+    const auto host = registry.host_of(head);
+    std::visit(
+        Overloaded{[&](const ThreadInit& e) {
+                     const auto thread = registry.apply(head, e);
+                     if (!thread) return;
+                     const auto& facts = model.threads[at(*thread)];
+                     const bool is_new = facts.announced && facts.announced->time == head.time;
+                     if (is_new && facts.ran.empty()) instances.thread_began(host, *thread);
+                   },
+                   [&](const ThreadFini& e) {
+                     enforcement.on_thread_fini(head, host, e.tid);
+                     registry.apply(head, e);
+                   },
+                   [&](const ThreadSched& e) {
+                     const auto thread = registry.apply(head, e);
+                     if (thread) enforcement.on_read_back(*thread, e);
+                   },
+                   [&](const RunBegin& e) { registry.apply(head, e); },
+                   [&](const RunEnd& e) { registry.apply(head, e); },
+                   [&](const NodeInit& e) { registry.apply(head, e); },
+                   [&](const GroupInit& e) { registry.apply(head, e); },
+                   [&](const CallbackInit& e) { registry.apply(head, e); },
+                   [&](const CallbackFini& e) { registry.apply(head, e); },
+                   [&](const PublisherInit& e) { registry.apply(head, e); },
+                   [&](const PublisherFini& e) { registry.apply(head, e); }, [](const auto&) {}},
+        event.body);
+  }
+
+  AnalysisOptions options;
+  Observer* observer;
+  Model model;
+  Registry registry;
+  RecordingTracker recording;
+  ThreadTimeline timeline;
+  ChainTracker chains;
+  InstanceBuilder instances;
+  EnforcementTracker enforcement;
+  std::array<std::uint64_t, std::variant_size_v<EventBody>> by_class{};
+  Timestamp now;
+};
+
+Analyzer::Analyzer(const AnalysisOptions& options, Observer* observer)
+    : pipeline_(std::make_unique<Pipeline>(options, observer)) {}
+Analyzer::~Analyzer() = default;
+Analyzer::Analyzer(Analyzer&&) noexcept = default;
+Analyzer& Analyzer::operator=(Analyzer&&) noexcept = default;
+
+void Analyzer::consume(const Event& event) {
+  auto& pipeline = *pipeline_;
+  const auto index = event.body.index();
+  constexpr auto kFirstEvent = EventBody(RunBegin{}).index();
+  static const auto first_kernel = EventBody(SchedSwitch{}).index();
+  static const auto last_state = EventBody(ThreadSched{}).index();
+  if (index < kFirstEvent) {
+    pipeline.structural(event);
+    return;
+  }
+  pipeline.count(event);
+  if (index < first_kernel) pipeline.note_user(event.head);
+  if (index <= last_state) {
+    pipeline.state(event);
+  } else {
+    pipeline.hot(event);
+  }
+  pipeline.instances.advance(pipeline.now);
+}
+
+AnalysisResult Analyzer::finish() {
+  auto& pipeline = *pipeline_;
+  auto& model = pipeline.model;
+  for (std::size_t i = 0; i < kEventNames.size(); ++i) {
+    if (!kEventNames[i].empty() && pipeline.by_class[i] > 0) {
+      model.events.by_name.emplace(kEventNames[i], pipeline.by_class[i]);
+    }
+  }
+  pipeline.recording.finish();
+  pipeline.instances.finish();
+  pipeline.chains.finish();
+  pipeline.enforcement.finish();
+  pipeline.registry.finish();
+  AnalysisResult result;
+  result.verdicts = verify(RuleContext{.model = model, .options = pipeline.options});
+  result.report = build_report(model, result.verdicts);
+  return result;
+}
+
+}  // namespace cie::analysis

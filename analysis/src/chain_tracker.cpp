@@ -1,0 +1,234 @@
+#include "chain_tracker.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxMessages = 1024;  // per publisher, waiting to be taken
+constexpr std::uint32_t kMaxHops = 32;
+constexpr std::size_t kMaxPaths = 4096;
+constexpr std::size_t kMaxPendingReads = 1024;
+
+void keep_larger(std::optional<ChainExtreme>& extreme, Duration value, const EventRef& start,
+                 const EventRef& end) {
+  if (extreme && extreme->value >= value) return;
+  extreme = ChainExtreme{.value = value, .first_start = start, .last_end = end};
+}
+
+}  // namespace
+
+ChainTracker::ChainTracker(Model& model, Registry& registry, const SchedulingSpec* spec)
+    : model_(model), registry_(registry), has_spec_(spec != nullptr && !spec->chains().empty()) {
+  if (!has_spec_) return;
+  for (const auto& chain : spec->chains()) {
+    Chain entry;
+    entry.facts.name = chain.name;
+    entry.facts.specified = true;
+    entry.facts.hops = chain.callbacks;
+    specified_.push_back(std::move(entry));
+  }
+}
+
+void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
+                              std::int64_t source_timestamp, std::shared_ptr<ChainNode> node) {
+  auto& facts = model_.publishers[publisher];
+  if (!facts.first_source_timestamp) facts.first_source_timestamp = source_timestamp;
+  auto& messages = messages_[publisher];
+  if (messages.size() >= kMaxMessages) messages.pop_front();
+  messages.push_back(
+      Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
+}
+
+void ChainTracker::resolve(ChainNode& node) {
+  if (node.writer_gid == 0 || node.source_timestamp == 0) return;
+  if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside) return;
+  const auto publisher = registry_.publisher_by_gid(node.writer_gid);
+  if (!publisher) {
+    node.link = ChainNode::Link::source;  // written by somebody who is not traced
+    return;
+  }
+  const auto& messages = messages_[*publisher];
+  const auto found = std::find_if(messages.rbegin(), messages.rend(), [&node](const Message& m) {
+    return m.source_timestamp == node.source_timestamp;
+  });
+  if (found == messages.rend()) {
+    const auto& first = model_.publishers[*publisher].first_source_timestamp;
+    node.link = !first || node.source_timestamp < *first ? ChainNode::Link::outside
+                                                         : ChainNode::Link::unseen;
+    return;
+  }
+  node.published = found->time;
+  if (!found->node) {
+    node.link = ChainNode::Link::outside;
+    return;
+  }
+  node.link = ChainNode::Link::resolved;
+  node.parent = found->node;
+  node.depth = node.parent->depth + 1;
+  if (node.depth < kMaxHops) return;
+  auto* ancestor = &node;  // a cycle of callbacks: forget what lies further back
+  for (std::uint32_t i = 1; i < kMaxHops && ancestor->parent; ++i)
+    ancestor = ancestor->parent.get();
+  ancestor->parent.reset();
+  if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::outside;
+}
+
+void ChainTracker::link(ChainNode& node) { resolve(node); }
+
+void ChainTracker::on_complete(const std::shared_ptr<ChainNode>& node, const EventRef& end) {
+  resolve(*node);  // the publisher may have been announced in between
+  if (!has_spec_) {
+    on_path(node, end);
+    return;
+  }
+  for (auto& chain : specified_)
+    on_specified(node, end, chain);
+}
+
+void ChainTracker::on_specified(const std::shared_ptr<ChainNode>& node, const EventRef& end,
+                                Chain& chain) {
+  const auto& hops = chain.facts.hops;
+  std::vector<const ChainNode*> nodes(hops.size());
+  const ChainNode* current = node.get();
+  for (std::size_t i = hops.size(); i-- > 0;) {
+    if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return;
+    nodes[i] = current;
+    if (i == 0) break;
+    if (current->link == ChainNode::Link::unseen) {
+      ++chain.facts.incomplete;
+      if (!chain.facts.first_incomplete) chain.facts.first_incomplete = current->start;
+      return;
+    }
+    if (!current->parent) return;
+    current = current->parent.get();
+  }
+  if (!nodes.front()->is_in_window) return;
+  measure(chain, nodes, end);
+}
+
+void ChainTracker::on_path(const std::shared_ptr<ChainNode>& node, const EventRef& end) {
+  std::vector<const ChainNode*> nodes;
+  for (const ChainNode* current = node.get(); current != nullptr; current = current->parent.get()) {
+    nodes.push_back(current);
+    if (!current->parent && current->link != ChainNode::Link::source &&
+        current->link != ChainNode::Link::outside) {
+      return;  // an unseen publish: where the path begins is unknown
+    }
+  }
+  if (nodes.size() < 2) return;
+  std::reverse(nodes.begin(), nodes.end());
+  if (!nodes.front()->is_in_window) return;
+  Path path;
+  path.reserve(nodes.size());
+  for (const auto* hop : nodes)
+    path.push_back(hop->callback);
+  if (!paths_.contains(path) && paths_.size() >= kMaxPaths) return;
+  measure(paths_[std::move(path)], nodes, end);
+}
+
+bool ChainTracker::has_hole(const std::vector<const ChainNode*>& nodes, const Progress& progress) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (registry_.starts(nodes[i]->callback).has_hole_between(progress.seqs[i], nodes[i]->seq)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+void ChainTracker::measure(Chain& chain, const std::vector<const ChainNode*>& nodes,
+                           const EventRef& end) {
+  auto& facts = chain.facts;
+  ++facts.instances;
+  chain.hops.clear();
+  for (const auto* node : nodes)
+    chain.hops.push_back(node->callback);
+  const bool is_exact =
+      std::all_of(nodes.begin(), nodes.end(), [](const ChainNode* node) { return node->release; });
+  facts.processing.resize(nodes.size());
+  facts.communication.resize(nodes.size() - 1);
+  if (is_exact) {
+    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+      const auto published = nodes[i + 1]->published;
+      facts.processing[i].add(published - *nodes[i]->release);
+      facts.communication[i].add(*nodes[i + 1]->release - published);
+    }
+    facts.processing.back().add(end.time - *nodes.back()->release);
+    const auto latency = end.time - *nodes.front()->release;
+    facts.path_latency.add(latency);
+    keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
+  } else {
+    ++facts.inexact;
+  }
+
+  auto& progress = chain.progress;
+  const auto read = nodes.front()->start.time;
+  if (progress.has_last && has_hole(nodes, progress)) {
+    progress.has_last = false;
+    progress.pending.clear();
+  }
+  if (progress.has_last) {
+    const auto age = end.time - progress.last_read;
+    facts.data_age.add(age);
+    keep_larger(facts.max_data_age, age, progress.last_start, end);
+  }
+  auto& pending = progress.pending;
+  const auto answered = std::find_if(pending.begin(), pending.end(),
+                                     [read](const Read& r) { return r.read >= read; });
+  for (auto r = pending.begin(); r != answered; ++r) {
+    const auto reaction = end.time - r->read;
+    facts.reaction_time.add(reaction);
+    keep_larger(facts.max_reaction_time, reaction, r->start, end);
+  }
+  const bool is_known = answered != pending.end() && answered->read == read;
+  pending.erase(pending.begin(), answered);
+  const bool is_newer = !progress.has_last || read > progress.last_read;
+  if (!is_known && is_newer && pending.size() < kMaxPendingReads) {
+    pending.push_back(Read{.read = read, .start = nodes.front()->start});
+  }
+  progress.seqs.clear();
+  for (const auto* node : nodes)
+    progress.seqs.push_back(node->seq);
+  progress.last_read = read;
+  progress.last_start = nodes.front()->start;
+  progress.has_last = true;
+}
+
+void ChainTracker::finish() {
+  const auto add = [this](Chain& chain) {
+    auto& facts = chain.facts;
+    facts.last_callbacks = chain.hops;
+    for (std::size_t i = 0; i < chain.hops.size(); ++i) {
+      const auto process = model_.callbacks[at(chain.hops[i])].process;
+      if (i == 0) {
+        facts.process = process;
+      } else if (facts.process != process) {
+        facts.process.reset();
+        break;
+      }
+    }
+    model_.chains.push_back(std::move(facts));
+  };
+  for (auto& chain : specified_)
+    add(chain);
+  for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
+    // Paths are in lexical order: the ones that go on from this one follow it directly.
+    const auto next = std::next(entry);
+    const auto& path = entry->first;
+    const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
+                         std::equal(path.begin(), path.end(), next->first.begin());
+    if (goes_on) continue;
+    auto& facts = entry->second.facts;
+    for (const auto hop : path) {
+      const auto& id = model_.callbacks[at(hop)].logical_id;
+      facts.hops.push_back(id);
+      facts.name += facts.name.empty() ? id : " -> " + id;
+    }
+    add(entry->second);
+  }
+  std::stable_sort(
+      model_.chains.begin(), model_.chains.end(),
+      [](const ChainFacts& a, const ChainFacts& b) { return !a.specified && a.name < b.name; });
+}
+
+}  // namespace cie::analysis

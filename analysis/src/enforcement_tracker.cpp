@@ -1,0 +1,198 @@
+#include "enforcement_tracker.hpp"
+
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::int32_t kFirstFairPriority = 100;  // kernel priorities below are real-time
+constexpr std::size_t kMaxForks = 65'536;
+
+bool is_real_time(std::int32_t prio) noexcept { return prio < kFirstFairPriority; }
+
+}  // namespace
+
+std::int32_t kernel_priority(const ReadBack& read_back) {
+  switch (static_cast<Policy>(read_back.policy)) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return 99 - static_cast<std::int32_t>(std::min(read_back.priority, 99U));
+    case Policy::deadline:
+      return -1;
+    case Policy::other:
+    case Policy::batch:
+      return 120 + std::clamp(read_back.nice, -20, 19);
+    case Policy::idle:
+      return 120 + std::clamp(read_back.nice, -20, 19);
+  }
+  return 120;
+}
+
+bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
+  if (a.policy != b.policy || a.cpus != b.cpus) return false;
+  switch (static_cast<Policy>(a.policy)) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return a.priority == b.priority;
+    case Policy::deadline:
+      return a.runtime_ns == b.runtime_ns && a.deadline_ns == b.deadline_ns &&
+             a.period_ns == b.period_ns;
+    case Policy::other:
+    case Policy::batch:
+    case Policy::idle:
+      return a.nice == b.nice;
+  }
+  return a.priority == b.priority && a.nice == b.nice;
+}
+
+const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
+  if (!thread.applied.empty()) return &thread.applied.back();
+  const bool is_attached = model_.processes[at(thread.process)].first_moment == RunMoment::announce;
+  return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
+}
+
+void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
+  if (event.moment != SchedMoment::audit) return;
+  auto& thread = model_.threads[at(index)];
+  const auto* expected = reference(thread);
+  if (expected == nullptr || !thread.last_read_back) return;
+  ++thread.audits_checked;
+  if (!thread.audit_mismatch && !is_same_parameters(*expected, *thread.last_read_back)) {
+    thread.audit_mismatch = {*expected, *thread.last_read_back};
+  }
+}
+
+void EnforcementTracker::check_cpu(const EventHead& head, ThreadFacts& thread, bool is_switch) {
+  if (!head.cpu || !thread.last_read_back || thread.last_read_back->cpus.empty()) return;
+  ++thread.cpus_checked;
+  if (is_switch) ++thread.switch_cpus_checked;
+  const auto& cpus = thread.last_read_back->cpus;
+  const bool is_allowed =
+      *head.cpu >= 0 &&
+      std::binary_search(cpus.begin(), cpus.end(), static_cast<std::uint32_t>(*head.cpu));
+  if (is_allowed || thread.cpu_violation) return;
+  auto where = ref(head);
+  where.tid = thread.tid;
+  where.pid = model_.processes[at(thread.process)].pid;
+  thread.cpu_violation = {*thread.last_read_back, where};
+}
+
+void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index) {
+  check_cpu(head, model_.threads[at(index)], false);
+}
+
+void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
+                                        std::int32_t prio) {
+  const auto index = registry_.thread_by_tid(host, tid);
+  if (!index) return;
+  auto& thread = model_.threads[at(*index)];
+  if (thread.fini || threads_[*index].is_boosted) return;
+  const auto* expected = reference(thread);
+  if (expected == nullptr) return;
+  ++thread.switches_checked;
+  if (thread.priority_mismatch || kernel_priority(*expected) == prio) return;
+  auto where = ref(head);
+  where.tid = tid;
+  where.pid = model_.processes[at(thread.process)].pid;
+  thread.priority_mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+}
+
+void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
+                                   const SchedSwitch& event) {
+  auto& tids = tids_[host];
+  if (event.prev_tid != 0) {
+    tids[event.prev_tid].prio = event.prev_prio;
+    check_priority(head, host, event.prev_tid, event.prev_prio);
+    const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
+    if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
+      auto& thread = model_.threads[at(*index)];
+      auto& state = threads_[*index];
+      const bool is_configured = !thread.applied.empty() || thread.first_audit;
+      if (!state.first_wait && thread.announced && is_configured && !thread.fini) {
+        state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
+        thread.first_wait = head.time;
+      }
+    }
+  }
+  if (event.next_tid == 0) return;
+  auto& next = tids[event.next_tid];
+  next.prio = event.next_prio;
+  if (next.fork) {
+    model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
+    next.fork.reset();
+  }
+  check_priority(head, host, event.next_tid, event.next_prio);
+  if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
+    auto& thread = model_.threads[at(*index)];
+    if (!thread.fini) check_cpu(head, thread, true);
+  }
+}
+
+void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
+                                 const SchedProcessFork& event) {
+  auto& tids = tids_[host];
+  const auto parent = tids.find(event.parent_tid);
+  tids[event.child_tid] = OfTid{};
+  if (parent == tids.end() || !is_real_time(parent->second.prio)) return;
+  if (model_.forks.size() >= kMaxForks) return;
+  tids[event.child_tid].fork = model_.forks.size();
+  model_.forks.push_back(ForkFacts{.at = ref(head),
+                                   .host = host,
+                                   .parent_tid = event.parent_tid,
+                                   .child_tid = event.child_tid,
+                                   .parent_prio = parent->second.prio,
+                                   .child_first = std::nullopt,
+                                   .child = std::nullopt});
+}
+
+void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& event) {
+  const auto index = registry_.thread_by_tid(host, event.tid);
+  if (!index) return;
+  const auto* expected = reference(model_.threads[at(*index)]);
+  threads_[*index].is_boosted = expected == nullptr || event.new_prio != kernel_priority(*expected);
+}
+
+void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {
+  if (const auto index = registry_.thread_by_tid(host, tid)) {
+    total_foreign_work(*index, host, head.time);
+  }
+}
+
+void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end) {
+  auto& thread = model_.threads[at(index)];
+  const auto& state = threads_[index];
+  if (!state.first_wait || !model_.hosts[at(host)].has_switches) return;
+  const auto parts =
+      ThreadTimeline::between(*state.first_wait, timeline_.mark(host, thread.tid, end));
+  const auto inside = instances_.inside_execution(index, host, end);
+  if (!parts || !inside) return;
+  if (timeline_.overlaps_hole(host, state.first_wait->time, end)) return;
+  thread.foreign_ns = (parts->execution - *inside).ns;
+  thread.foreign_span_ns = (end - state.first_wait->time).ns;
+}
+
+void EnforcementTracker::finish() {
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& thread = model_.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    const auto host = model_.processes[at(thread.process)].host;
+    if (!model_.hosts[at(host)].has_switches) continue;
+    if (!thread.fini && thread.last_seen) {
+      total_foreign_work(index, host, model_.end.value_or(thread.last_seen->time));
+    }
+    if (registry_.thread_by_tid(host, thread.tid) == index) {
+      const auto end = model_.end.value_or(Timestamp{});
+      thread.busy_ns = timeline_.mark(host, thread.tid, end).total.execution.ns;
+    }
+  }
+  for (auto& fork : model_.forks) {
+    if (const auto child = registry_.thread_by_tid(fork.host, fork.child_tid)) {
+      fork.child = child;
+      model_.threads[at(*child)].is_fork_child_of_real_time = true;
+    }
+  }
+}
+
+}  // namespace cie::analysis

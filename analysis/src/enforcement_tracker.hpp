@@ -1,0 +1,60 @@
+// Compares what threads do with what their parameters allow, event by event: audits, priorities and
+// CPUs of switches, CPUs of user events, children of real-time threads, work outside callbacks.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "facts.hpp"
+#include "instance_builder.hpp"
+#include "registry.hpp"
+#include "thread_timeline.hpp"
+
+#include <unordered_map>
+
+namespace cie::analysis {
+
+class EnforcementTracker {
+ public:
+  EnforcementTracker(Model& model, Registry& registry, ThreadTimeline& timeline,
+                     InstanceBuilder& instances)
+      : model_(model), registry_(registry), timeline_(timeline), instances_(instances) {}
+
+  void on_read_back(ThreadIndex thread, const ThreadSched& event);
+  void on_user_event(const EventHead& head, ThreadIndex thread);
+  // After the timeline has seen the switch.
+  void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
+  void on_fork(const EventHead& head, HostIndex host, const SchedProcessFork& event);
+  void on_pi_setprio(HostIndex host, const SchedPiSetprio& event);
+  void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
+  void finish();
+
+ private:
+  struct OfThread {
+    bool is_boosted = false;  // runs at a priority inherited through a mutex
+    std::optional<ThreadTimeline::Mark> first_wait;
+  };
+  struct OfTid {
+    std::int32_t prio = 120;
+    std::optional<std::size_t> fork;  // index into model.forks while its first switch-in is awaited
+  };
+
+  // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
+  const ReadBack* reference(const ThreadFacts& thread) const;
+  void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
+  void check_cpu(const EventHead& head, ThreadFacts& thread, bool is_switch);
+  void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
+
+  Model& model_;
+  Registry& registry_;
+  ThreadTimeline& timeline_;
+  InstanceBuilder& instances_;
+  std::unordered_map<ThreadIndex, OfThread> threads_;
+  std::unordered_map<HostIndex, std::unordered_map<std::int64_t, OfTid>> tids_;
+};
+
+// Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs.
+bool is_same_parameters(const ReadBack& a, const ReadBack& b);
+// The kernel's priority (99 - rt, 120 + nice, -1) that a read-back's policy gives.
+std::int32_t kernel_priority(const ReadBack& read_back);
+
+}  // namespace cie::analysis

@@ -1,0 +1,554 @@
+#include "instance_builder.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxOpenPerThread = 64;
+constexpr std::size_t kMaxOpenListed = 64;
+constexpr std::size_t kRecent = 64;
+constexpr std::size_t kMaxPending = 100'000;
+constexpr std::size_t kMaxMoves = 1024;
+// State is announced within one second of a session's start; three are ample.
+constexpr Duration kSettleTime{3'000'000'000};
+
+}  // namespace
+
+InstanceBuilder::OfThread& InstanceBuilder::of_thread(const std::optional<ThreadIndex>& thread) {
+  return threads_[thread ? static_cast<std::uint32_t>(*thread) : kNoId];
+}
+
+void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
+  of_thread(thread).wakeup.reset();
+  timeline_.forget_wake(host, model_.threads[at(thread)].tid);
+}
+
+void InstanceBuilder::apply(const EventHead& head, const ClockSync& event) {
+  realtime_offsets_[registry_.host_of(head)] =
+      detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
+}
+
+void InstanceBuilder::apply(const EventHead& head, const ThreadWakeup& /*event*/) {
+  const auto thread = registry_.thread_of(head);
+  if (thread) of_thread(thread).wakeup = head.time;
+}
+
+void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
+  const auto process = registry_.process_of(head);
+  if (!process) return;
+  model_.processes[at(*process)].has_cie_events = true;
+  auto live = std::make_unique<Live>();
+  live->callback = registry_.callback(*process, event.callback);
+  live->thread = registry_.thread_of(head);
+  live->host = registry_.host_of(head);
+  live->stream = head.stream;
+  live->seq = event.seq;
+  live->start = ref(head);
+  live->release_kind = event.release_kind.value_or(ReleaseKind::none);
+  live->release_ns = event.release_ns;
+  live->missed = event.missed;
+  live->source_timestamp = event.source_timestamp_realtime_ns;
+  live->writer_gid = event.writer_gid;
+  if (const auto offset = realtime_offsets_.find(live->host); offset != realtime_offsets_.end()) {
+    live->realtime_offset = offset->second;
+  }
+
+  auto& on_thread = of_thread(live->thread);
+  auto& callback = callbacks_[live->callback];
+  auto& facts = model_.callbacks[at(live->callback)];
+  registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
+  if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
+    facts.missed += live->missed;
+    if (live->missed > 0 && !facts.first_missed) {
+      facts.first_missed = Extreme<std::uint32_t>{.value = live->missed,
+                                                  .seq = live->seq,
+                                                  .start = live->start,
+                                                  .end = std::nullopt,
+                                                  .release = std::nullopt};
+    }
+  }
+  if (live->thread) {
+    live->wakeup = on_thread.wakeup;
+    live->wake = timeline_.last_wake(live->host, *head.tid);
+    live->mark = timeline_.mark(live->host, *head.tid, head.time);
+    note_on_thread(*live);
+    if (!on_thread.open.empty()) {
+      live->is_nested = true;
+      auto& outer = *on_thread.open.back();
+      if (!outer.first_inner) outer.first_inner = {live->callback, live->start};
+    }
+  } else {
+    ++facts.starts_without_tid;
+  }
+  for (auto* open : callback.open) {
+    if (!open->first_overlapping) open->first_overlapping = {live->seq, live->start};
+  }
+
+  live->node = std::make_shared<ChainNode>();
+  live->node->callback = live->callback;
+  live->node->seq = live->seq;
+  live->node->start = live->start;
+  live->node->writer_gid = live->writer_gid;
+  live->node->source_timestamp = live->source_timestamp;
+  const auto& window = recording_.window_of(head.stream);
+  live->node->is_in_window = window.begin && *window.begin <= head.time;
+  if (live->release_kind != ReleaseKind::none && live->release_ns >= 0) {
+    live->node->release = Timestamp{live->release_ns};
+  }
+  chains_.link(*live->node);
+
+  if (on_thread.open.size() >= kMaxOpenPerThread) {
+    auto oldest = std::move(on_thread.open.front());
+    on_thread.open.erase(on_thread.open.begin());
+    abandon(std::move(oldest));
+  }
+  callback.open.push_back(live.get());
+  on_thread.open.push_back(std::move(live));
+}
+
+void InstanceBuilder::note_on_thread(const Live& live) {
+  auto& callback = model_.callbacks[at(live.callback)];
+  auto& thread = model_.threads[at(*live.thread)];
+  const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
+    for (auto& pair : pairs) {
+      if (pair.callback != live.callback || pair.thread != *live.thread) continue;
+      ++pair.starts;
+      pair.last_activity = live.start;
+      return;
+    }
+    pairs.push_back(CallbackOnThread{.callback = live.callback,
+                                     .thread = *live.thread,
+                                     .starts = 1,
+                                     .instances = 0,
+                                     .first_start = live.start,
+                                     .first_seq = live.seq,
+                                     .last_activity = live.start});
+  };
+  if (!callback.ran_on.empty() && callback.moves.size() < kMaxMoves) {
+    const auto last = std::max_element(callback.ran_on.begin(), callback.ran_on.end(),
+                                       [](const CallbackOnThread& a, const CallbackOnThread& b) {
+                                         return a.last_activity.time < b.last_activity.time;
+                                       });
+    if (last->thread != *live.thread) {
+      const bool is_new = callback.last_init && callback.last_init->time > last->last_activity.time;
+      callback.moves.push_back(Move{.from = last->thread,
+                                    .to = *live.thread,
+                                    .last_on_from = last->last_activity,
+                                    .first_on_to = live.start,
+                                    .registered_again = is_new});
+    }
+  }
+  start_on(callback.ran_on);
+  start_on(thread.ran);
+}
+
+void InstanceBuilder::apply(const EventHead& head, const CallbackEnd& event) {
+  const auto process = registry_.process_of(head);
+  if (!process) return;
+  const auto index = registry_.callback(*process, event.callback);
+  const auto thread = registry_.thread_of(head);
+  auto& facts = model_.callbacks[at(index)];
+  ++facts.ends;
+  if (!facts.max_end_seq || event.seq > *facts.max_end_seq) {
+    facts.max_end_seq = event.seq;
+    facts.max_end_at = ref(head);
+  }
+  auto& on_thread = of_thread(thread);
+  auto& open = on_thread.open;
+  const auto found =
+      std::find_if(open.rbegin(), open.rend(), [index, &event](const std::unique_ptr<Live>& live) {
+        return live->callback == index && live->seq == event.seq;
+      });
+  if (found == open.rend()) {
+    note_end_without_start(head, index, event.seq);
+    return;
+  }
+  auto live = std::move(*found);
+  open.erase(std::next(found).base());
+  live->end = ref(head);
+  live->status = event.status.value_or(CallbackStatus::ok);
+  if (thread) {
+    const auto mark = timeline_.mark(live->host, *head.tid, head.time);
+    live->parts = ThreadTimeline::between(live->mark, mark);
+    timeline_.forget_wake(live->host, *head.tid);
+    on_thread.wakeup.reset();
+    if (!live->is_nested) {
+      if (live->parts) {
+        on_thread.inside += live->parts->execution;
+      } else {
+        on_thread.is_inside_known = false;
+      }
+    }
+  }
+  close(std::move(live));
+}
+
+void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,
+                                             std::uint64_t seq) {
+  auto& facts = model_.callbacks[at(index)];
+  auto& callback = callbacks_[index];
+  const auto& starts = facts.starts;
+  if (!starts.first || seq < *starts.first) {
+    ++facts.ends_before_first;
+    return;
+  }
+  const bool was_started = seq <= *starts.last && !registry_.starts(index).is_missing(seq);
+  const auto first_end = std::find_if(callback.recent.rbegin(), callback.recent.rend(),
+                                      [seq](const Ended& ended) { return ended.seq == seq; });
+  const bool is_open = std::any_of(callback.open.begin(), callback.open.end(),
+                                   [seq](const Live* live) { return live->seq == seq; });
+  if (was_started && !is_open) {
+    ++facts.second_ends;
+    if (!facts.first_second_end && first_end != callback.recent.rend()) {
+      facts.first_second_end =
+          CallbackFacts::SecondEnd{.seq = seq, .first = first_end->end, .second = ref(head)};
+    }
+    return;
+  }
+  ++facts.ends_without_start;
+  if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
+}
+
+void InstanceBuilder::close(std::unique_ptr<Live> live) {
+  auto& callback = callbacks_[live->callback];
+  std::erase(callback.open, live.get());
+  auto& facts = model_.callbacks[at(live->callback)];
+  if (live->first_overlapping && !facts.overlap) {
+    facts.overlap = CallbackFacts::Overlap{.first_seq = live->seq,
+                                           .first_start = live->start,
+                                           .first_end = live->end,
+                                           .second_seq = live->first_overlapping->first,
+                                           .second_start = live->first_overlapping->second};
+  }
+  if (live->thread) {
+    auto& thread = model_.threads[at(*live->thread)];
+    if (live->first_inner && !thread.nesting) {
+      thread.nesting = ThreadFacts::Nesting{.outer = live->callback,
+                                            .outer_start = live->start,
+                                            .outer_end = live->end,
+                                            .inner = live->first_inner->first,
+                                            .inner_start = live->first_inner->second};
+    }
+    for (auto* pairs : {&facts.ran_on, &thread.ran}) {
+      for (auto& pair : *pairs) {
+        if (pair.callback == live->callback && pair.thread == *live->thread) {
+          pair.last_activity = *live->end;
+        }
+      }
+    }
+  }
+  callback.recent.push_back(Ended{.seq = live->seq,
+                                  .start = live->start,
+                                  .end = *live->end,
+                                  .release = live->node->release,
+                                  .is_counted = false});
+  if (callback.recent.size() > kRecent) callback.recent.pop_front();
+  pending_.push_back(std::move(live));
+}
+
+void InstanceBuilder::abandon(std::unique_ptr<Live> live) {
+  auto& callback = callbacks_[live->callback];
+  std::erase(callback.open, live.get());
+  auto& facts = model_.callbacks[at(live->callback)];
+  if (live->first_overlapping && !facts.overlap_unproven) {
+    facts.overlap_unproven =
+        CallbackFacts::Overlap{.first_seq = live->seq,
+                               .first_start = live->start,
+                               .first_end = std::nullopt,
+                               .second_seq = live->first_overlapping->first,
+                               .second_start = live->first_overlapping->second};
+  }
+  if (live->thread && live->first_inner) {
+    auto& thread = model_.threads[at(*live->thread)];
+    if (!thread.nesting_unproven) {
+      thread.nesting_unproven = ThreadFacts::Nesting{.outer = live->callback,
+                                                     .outer_start = live->start,
+                                                     .outer_end = std::nullopt,
+                                                     .inner = live->first_inner->first,
+                                                     .inner_start = live->first_inner->second};
+    }
+  }
+  finalize(*live);
+}
+
+bool InstanceBuilder::is_settled(const Live& live, Timestamp now) const {
+  if (now - live.end->time > kSettleTime) return true;
+  const bool is_announced = model_.callbacks[at(live.callback)].registered &&
+                            (!live.thread || model_.threads[at(*live.thread)].announced);
+  return is_announced && timeline_.is_confirmed(live.host, live.end->time);
+}
+
+void InstanceBuilder::advance(Timestamp now) {
+  while (!pending_.empty() &&
+         (is_settled(*pending_.front(), now) || pending_.size() > kMaxPending)) {
+    finalize(*pending_.front());
+    pending_.pop_front();
+  }
+}
+
+bool InstanceBuilder::is_isolated_thread(const Live& live) const {
+  return live.thread && model_.threads[at(*live.thread)].role == ThreadRole::callback;
+}
+
+Instance InstanceBuilder::instance_of(const Live& live) const {
+  const auto& facts = model_.callbacks[at(live.callback)];
+  Instance instance;
+  instance.logical_id = facts.logical_id;
+  instance.callback = static_cast<std::uint32_t>(live.callback);
+  instance.pid = live.start.pid.value_or(-1);
+  instance.tid = live.start.tid.value_or(-1);
+  instance.seq = live.seq;
+  instance.status = live.status;
+  instance.start = live.start.time;
+  if (live.end) instance.end = live.end->time;
+  instance.cpu_start = live.start.cpu;
+  if (live.end) instance.cpu_end = live.end->cpu;
+  instance.wakeup = live.wakeup;
+  instance.waking = live.wake.waking;
+  instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
+  instance.source_timestamp_realtime_ns = live.source_timestamp;
+  instance.writer_gid = live.writer_gid;
+
+  if (live.node->release) {
+    instance.release = live.node->release;
+    instance.release_source = ReleaseSource::exact;
+  } else if (is_isolated_thread(live) && (live.wake.waking || live.wakeup)) {
+    instance.release = live.wake.waking ? live.wake.waking : live.wakeup;
+    instance.release_source = ReleaseSource::wakeup;
+  } else if (const auto written = source_time(live)) {
+    instance.release = written;
+    instance.release_source = ReleaseSource::source_timestamp;
+  } else {
+    instance.release = live.start.time;
+    instance.release_source = ReleaseSource::start;
+  }
+
+  const auto end = live.end ? live.end->time : live.start.time;
+  const auto& window = recording_.window_of(live.stream);
+  if (!live.end) {
+    instance.state = InstanceState::open;
+  } else if (!window.contains(live.start.time, end)) {
+    instance.state = InstanceState::cut_by_window;
+  }
+
+  const auto kernel = recording_.kernel_window(live.host);
+  if (live.end && live.parts && model_.hosts[at(live.host)].has_switches &&
+      kernel.contains(live.start.time, end) &&
+      !timeline_.overlaps_hole(live.host, live.start.time, end)) {
+    instance.execution = live.parts->execution;
+    instance.preempted = live.parts->preempted;
+    instance.blocked = live.parts->blocked;
+    instance.wake_delay = live.parts->wake_delay;
+  }
+  return instance;
+}
+
+std::optional<Timestamp> InstanceBuilder::source_time(const Live& live) const {
+  if (live.source_timestamp == 0 || !live.realtime_offset) return std::nullopt;
+  const auto publisher = registry_.publisher_by_gid(live.writer_gid);
+  if (!publisher) return std::nullopt;
+  const auto process = model_.publishers[*publisher].process;
+  if (model_.processes[at(process)].host != live.host) return std::nullopt;  // another clock
+  return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
+}
+
+void InstanceBuilder::finalize(const Live& live) {
+  const auto instance = instance_of(live);
+  auto& facts = model_.callbacks[at(live.callback)];
+  const auto& window = recording_.window_of(live.stream);
+  if (live.end && window.excludes(live.start.time, live.end->time)) return;
+  if (!live.end && window.end && live.start.time > *window.end) return;
+  switch (instance.state) {
+    case InstanceState::complete:
+      count(live, instance);
+      chains_.on_complete(live.node, *live.end);
+      break;
+    case InstanceState::cut_by_window:
+      ++facts.cut_instances;
+      break;
+    case InstanceState::open:
+      ++facts.open_count;
+      if (facts.open.size() < kMaxOpenListed) {
+        facts.open.push_back(
+            OpenInstance{.start = live.start,
+                         .seq = live.seq,
+                         .release = instance.release,
+                         .release_exact = instance.release_source == ReleaseSource::exact,
+                         .missed = live.missed,
+                         .thread = live.thread.value_or(ThreadIndex{kNoId})});
+      }
+      break;
+  }
+  if (observer_ != nullptr) observer_->on_instance(instance);
+}
+
+void InstanceBuilder::count(const Live& live, const Instance& instance) {
+  auto& facts = model_.callbacks[at(live.callback)];
+  const auto keep_max = [&live, &instance](std::optional<Extreme<Duration>>& extreme,
+                                           Duration value) {
+    if (extreme && extreme->value >= value) return;
+    extreme = Extreme<Duration>{.value = value,
+                                .seq = live.seq,
+                                .start = live.start,
+                                .end = live.end,
+                                .release = instance.release};
+  };
+  ++facts.instances;
+  ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
+  if (live.thread) {
+    for (auto* pairs : {&facts.ran_on, &model_.threads[at(*live.thread)].ran}) {
+      for (auto& pair : *pairs) {
+        if (pair.callback == live.callback && pair.thread == *live.thread) ++pair.instances;
+      }
+    }
+  }
+  const auto duration = *instance.end - instance.start;
+  facts.duration.add(duration);
+  keep_max(facts.max_duration, duration);
+
+  if (instance.release_source == ReleaseSource::exact) {
+    ++facts.exact_instances;
+    const auto response = *instance.end - *instance.release;
+    facts.response_time.add(response);
+    facts.start_latency.add(instance.start - *instance.release);
+    keep_max(facts.max_response, response);
+    keep_max(facts.max_response_lower, response);
+    keep_max(facts.max_response_upper, response);
+  } else {
+    const auto lower = instance.release_source == ReleaseSource::wakeup
+                           ? *instance.end - *instance.release
+                           : duration;
+    facts.response_time_lower.add(lower);
+    keep_max(facts.max_response_lower, lower);
+    if (const auto written = source_time(live)) {
+      const auto upper = *instance.end - *written;
+      facts.response_time_upper.add(upper);
+      keep_max(facts.max_response_upper, upper);
+    } else {
+      ++facts.without_upper_bound;
+    }
+  }
+
+  if (instance.execution) {
+    facts.execution_time.add(*instance.execution);
+    facts.preempted.add(*instance.preempted);
+    keep_max(facts.max_execution, *instance.execution);
+    if (instance.blocked && instance.wake_delay) {
+      facts.blocked.add(*instance.blocked);
+      facts.wake_delay.add(*instance.wake_delay);
+      const auto sum =
+          *instance.execution + *instance.preempted + *instance.blocked + *instance.wake_delay;
+      if (sum != duration) ++facts.identity_failures;
+    }
+  } else {
+    keep_max(facts.max_duration_without_execution, duration);
+  }
+  if (live.wake.waking && live.wake.first_in) {
+    facts.wakeup_latency.add(*live.wake.first_in - *live.wake.waking);
+  }
+  note_arrival(live, instance);
+}
+
+void InstanceBuilder::note_arrival(const Live& live, const Instance& instance) {
+  auto& facts = model_.callbacks[at(live.callback)];
+  auto& arrivals = callbacks_[live.callback].arrivals;
+  if (instance.release_source != ReleaseSource::exact) return;
+  const Ended arrived{.seq = live.seq,
+                      .start = live.start,
+                      .end = *live.end,
+                      .release = instance.release,
+                      .is_counted = true};
+  const auto pair = [&facts](const Ended& earlier, const Ended& later) {
+    const auto gap = *later.release - *earlier.release;
+    facts.inter_arrival.add(gap);
+    const Extreme<Duration> extreme{.value = gap,
+                                    .seq = later.seq,
+                                    .start = later.start,
+                                    .end = later.end,
+                                    .release = later.release};
+    if (!facts.min_inter_arrival || gap < facts.min_inter_arrival->value) {
+      facts.min_inter_arrival = extreme;
+    }
+    if (!facts.max_inter_arrival || gap > facts.max_inter_arrival->value) {
+      facts.max_inter_arrival = extreme;
+    }
+    if (*later.release <= earlier.end.time && !facts.release_before_end) {
+      facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
+                                                                 .start = earlier.start,
+                                                                 .end = earlier.end,
+                                                                 .next_release = *later.release,
+                                                                 .next_start = later.start};
+    }
+  };
+  for (const auto& other : arrivals) {
+    if (other.seq + 1 == arrived.seq) pair(other, arrived);
+    if (arrived.seq + 1 == other.seq) pair(arrived, other);
+  }
+  arrivals.push_back(arrived);
+  if (arrivals.size() > kRecent) arrivals.pop_front();
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Publish& event) {
+  const auto process = registry_.process_of(head);
+  if (!process) return;
+  model_.processes[at(*process)].has_cie_events = true;
+  const auto index = registry_.publisher(*process, event.publisher);
+  auto& facts = model_.publishers[index];
+  registry_.published(index).observe(event.seq, ref(head), facts.published);
+  const auto thread = registry_.thread_of(head);
+  std::shared_ptr<ChainNode> node;
+  if (thread) {
+    const auto& open = of_thread(thread).open;
+    if (!open.empty()) node = open.back()->node;
+  }
+  chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, std::move(node));
+  if (observer_ == nullptr) return;
+  observer_->on_publication(
+      Publication{.time = head.time,
+                  .pid = *head.pid,
+                  .tid = head.tid.value_or(-1),
+                  .cpu = head.cpu,
+                  .topic = facts.topic,
+                  .publisher_id = to_number(event.publisher),
+                  .seq = event.seq,
+                  .writer_gid = facts.writer_gid,
+                  .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns});
+}
+
+std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,
+                                                          Timestamp now) {
+  auto& on_thread = of_thread(thread);
+  if (!on_thread.is_inside_known) return std::nullopt;
+  auto inside = on_thread.inside;
+  if (!on_thread.open.empty()) {
+    const auto& outermost = *on_thread.open.front();
+    const auto parts = ThreadTimeline::between(
+        outermost.mark, timeline_.mark(host, model_.threads[at(thread)].tid, now));
+    if (!parts) return std::nullopt;
+    inside += parts->execution;
+  }
+  return inside;
+}
+
+void InstanceBuilder::finish() {
+  while (!pending_.empty()) {
+    finalize(*pending_.front());
+    pending_.pop_front();
+  }
+  std::vector<std::unique_ptr<Live>> open;
+  for (auto& [thread, state] : threads_) {
+    for (auto& live : state.open)
+      open.push_back(std::move(live));
+    state.open.clear();
+  }
+  std::sort(open.begin(), open.end(), [](const auto& a, const auto& b) {
+    return std::tie(a->start.time, a->start.tid, a->seq) <
+           std::tie(b->start.time, b->start.tid, b->seq);
+  });
+  for (auto& live : open)
+    abandon(std::move(live));
+}
+
+}  // namespace cie::analysis

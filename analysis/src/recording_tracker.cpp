@@ -1,0 +1,175 @@
+#include "recording_tracker.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+constexpr std::size_t kMaxLosses = 100'000;
+const Window kNoWindow{};
+}  // namespace
+
+StreamFacts* RecordingTracker::stream(StreamIndex index) {
+  return at(index) < model_.streams.size() ? &model_.streams[at(index)] : nullptr;
+}
+
+void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
+  const auto host = registry_.host(event.host);
+  registry_.set_stream_host(head.stream, host);
+  auto& host_facts = model_.hosts[at(host)];
+  if (host_facts.clock_uuid.empty()) host_facts.clock_uuid = event.clock_uuid;
+  for (const auto& other : model_.streams) {
+    if (other.clock_uuid != event.clock_uuid) model_.clocks_unrelated = true;
+  }
+  if (at(head.stream) >= model_.streams.size()) {
+    model_.streams.resize(at(head.stream) + 1);
+    states_.resize(at(head.stream) + 1);
+  }
+  auto& facts = model_.streams[at(head.stream)];
+  facts.channel = event.channel;
+  facts.domain = event.domain;
+  facts.host = host;
+  facts.path = event.path;
+  facts.clock_uuid = event.clock_uuid;
+  auto& channel = channels_[event.channel];
+  channel.domain = event.domain;
+  channel.host = host;
+  channel.streams.push_back(static_cast<std::uint32_t>(head.stream));
+  update(channel);
+}
+
+void RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) {
+  const auto* facts = stream(head.stream);
+  if (facts == nullptr) return;
+  states_[at(head.stream)].ended = true;
+  update(channels_[facts->channel]);
+}
+
+void RecordingTracker::apply(const EventHead& head, const PacketBegin& /*event*/) {
+  auto* facts = stream(head.stream);
+  if (facts == nullptr) return;
+  ++facts->packets;
+  if (facts->begin) return;
+  facts->begin = head.time;
+  update(channels_[facts->channel]);
+}
+
+void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) {
+  auto* facts = stream(head.stream);
+  if (facts != nullptr) facts->end = head.time;
+}
+
+void RecordingTracker::update(Channel& channel) {
+  channel.window = Window{};
+  bool has_all_begun = true;
+  for (const auto index : channel.streams) {
+    const auto& facts = model_.streams[index];
+    const bool is_empty = !facts.begin && states_[index].ended;
+    if (is_empty) continue;
+    if (!facts.begin) {
+      has_all_begun = false;
+      continue;
+    }
+    auto& window = channel.window;
+    window.begin = window.begin ? std::max(*window.begin, *facts.begin) : *facts.begin;
+    if (states_[index].ended && facts.end) {
+      window.end = window.end ? std::min(*window.end, *facts.end) : *facts.end;
+    }
+  }
+  if (!has_all_begun) channel.window.begin.reset();
+}
+
+void RecordingTracker::add_loss(Loss loss) {
+  if (model_.losses.size() >= kMaxLosses) {
+    ++model_.losses_dropped;
+    return;
+  }
+  model_.losses.push_back(std::move(loss));
+}
+
+void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
+  const auto* facts = stream(head.stream);
+  add_loss(Loss{.kind = event.packets ? LossKind::discarded_packets : LossKind::discarded_events,
+                .domain = facts != nullptr ? facts->domain : Domain::user,
+                .host = registry_.host_of(head),
+                .begin = event.begin,
+                .end = event.end,
+                .count = event.count,
+                .cpu = head.cpu,
+                .note = facts != nullptr ? facts->path : std::string{}});
+}
+
+void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) {
+  const auto* facts = stream(head.stream);
+  add_loss(Loss{.kind = LossKind::damaged_packet,
+                .domain = facts != nullptr ? facts->domain : Domain::user,
+                .host = registry_.host_of(head),
+                .begin = head.time,
+                .end = head.time,
+                .count = std::nullopt,
+                .cpu = head.cpu,
+                .note = std::string(event.reason)});
+}
+
+void RecordingTracker::apply(const EventHead& head, const TimeRegression& event) {
+  auto& facts = model_.time_regressions;
+  ++facts.count;
+  if (facts.first) return;
+  facts.first = ref(head);
+  facts.first_previous = event.previous;
+}
+
+void RecordingTracker::count_event(StreamIndex index) {
+  if (auto* facts = stream(index)) ++facts->events;
+}
+
+const Window& RecordingTracker::window_of(StreamIndex index) const {
+  if (at(index) >= model_.streams.size()) return kNoWindow;
+  const auto found = channels_.find(model_.streams[at(index)].channel);
+  return found == channels_.end() ? kNoWindow : found->second.window;
+}
+
+bool RecordingTracker::is_kernel(StreamIndex index) const {
+  return at(index) < model_.streams.size() && model_.streams[at(index)].domain == Domain::kernel;
+}
+
+bool RecordingTracker::has_kernel(HostIndex host) const {
+  return std::any_of(channels_.begin(), channels_.end(), [host](const auto& entry) {
+    return entry.second.domain == Domain::kernel && entry.second.host == host;
+  });
+}
+
+Window RecordingTracker::kernel_window(HostIndex host) const {
+  Window all;
+  bool is_first = true;
+  for (const auto& [number, channel] : channels_) {
+    if (channel.domain != Domain::kernel || channel.host != host) continue;
+    if (!channel.window.begin) return Window{};
+    all.begin = is_first ? channel.window.begin : std::max(all.begin, channel.window.begin);
+    if (channel.window.end) {
+      all.end = all.end ? std::min(*all.end, *channel.window.end) : *channel.window.end;
+    }
+    is_first = false;
+  }
+  return all;
+}
+
+void RecordingTracker::finish() {
+  const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
+    return entry.second.domain == Domain::user && entry.second.window.begin;
+  });
+  for (const auto& [number, channel] : channels_) {
+    model_.channels[number] = ChannelFacts{.domain = channel.domain,
+                                           .host = channel.host,
+                                           .begin = channel.window.begin,
+                                           .end = channel.window.end};
+    if (has_user && channel.domain != Domain::user) continue;
+    if (const auto begin = channel.window.begin) {
+      model_.begin = model_.begin ? std::min(*model_.begin, *begin) : *begin;
+    }
+    if (const auto end = channel.window.end) {
+      model_.end = model_.end ? std::max(*model_.end, *end) : *end;
+    }
+  }
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,69 @@
+// Streams, packets and what the tracer lost: yields the window of each channel as it becomes known.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "facts.hpp"
+#include "registry.hpp"
+
+#include <vector>
+
+namespace cie::analysis {
+
+// Part of the time line that a channel covers in all its streams, as far as events in order of time
+// have shown it yet. An empty begin: not every stream has begun, so the window lies ahead. An empty
+// end: no stream has ended.
+struct Window {
+  std::optional<Timestamp> begin;
+  std::optional<Timestamp> end;
+
+  bool contains(Timestamp from, Timestamp to) const noexcept {
+    return begin && *begin <= from && (!end || to <= *end);
+  }
+  bool excludes(Timestamp from, Timestamp to) const noexcept {
+    return !begin || to < *begin || (end && from > *end);
+  }
+};
+
+class RecordingTracker {
+ public:
+  RecordingTracker(Model& model, Registry& registry) : model_(model), registry_(registry) {}
+
+  void apply(const EventHead& head, const StreamBegin& event);
+  void apply(const EventHead& head, const StreamEnd& event);
+  void apply(const EventHead& head, const PacketBegin& event);
+  void apply(const EventHead& head, const PacketEnd& event);
+  void apply(const EventHead& head, const Discarded& event);
+  void apply(const EventHead& head, const DamagedPacket& event);
+  void apply(const EventHead& head, const TimeRegression& event);
+  void add_loss(Loss loss);
+  void count_event(StreamIndex stream);
+
+  // Window of the channel that a stream belongs to.
+  const Window& window_of(StreamIndex stream) const;
+  // Intersection of the windows of a host's kernel channels; empty begin without kernel events.
+  Window kernel_window(HostIndex host) const;
+  bool has_kernel(HostIndex host) const;
+  bool is_kernel(StreamIndex stream) const;
+  void finish();
+
+ private:
+  struct Channel {
+    Domain domain = Domain::user;
+    HostIndex host{};
+    std::vector<std::uint32_t> streams;
+    Window window;
+  };
+  struct StreamState {
+    bool ended = false;
+  };
+  StreamFacts* stream(StreamIndex index);
+  void update(Channel& channel);
+
+  Model& model_;
+  Registry& registry_;
+  std::vector<StreamState> states_;
+  std::map<std::uint32_t, Channel> channels_;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,373 @@
+#include "registry.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxApplied = 1024;  // read-backs kept per thread; first and last survive
+
+ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
+  return ReadBack{.at = ref(head),
+                  .moment = event.moment,
+                  .n = event.n,
+                  .policy = event.policy,
+                  .flags = event.flags,
+                  .nice = event.nice,
+                  .priority = event.priority,
+                  .runtime_ns = event.runtime_ns,
+                  .deadline_ns = event.deadline_ns,
+                  .period_ns = event.period_ns,
+                  .cpus = {event.cpus.begin(), event.cpus.end()},
+                  .error = event.error};
+}
+
+template <typename Index>
+std::uint64_t scope(Index index) noexcept {
+  return static_cast<std::uint64_t>(index);
+}
+
+template <typename Id>
+std::int64_t key(Id id) noexcept {
+  return static_cast<std::int64_t>(to_number(id));
+}
+
+}  // namespace
+
+HostIndex Registry::host(std::string_view name) {
+  for (std::size_t i = 0; i < model_.hosts.size(); ++i) {
+    if (model_.hosts[i].name == name) return HostIndex{static_cast<std::uint32_t>(i)};
+  }
+  model_.hosts.push_back(HostFacts{.name = std::string(name), .clock_uuid = {}});
+  return HostIndex{static_cast<std::uint32_t>(model_.hosts.size() - 1)};
+}
+
+void Registry::set_stream_host(StreamIndex stream, HostIndex host) {
+  if (at(stream) >= stream_hosts_.size()) stream_hosts_.resize(at(stream) + 1);
+  stream_hosts_[at(stream)] = host;
+}
+
+HostIndex Registry::host_of(const EventHead& head) const {
+  return at(head.stream) < stream_hosts_.size() ? stream_hosts_[at(head.stream)] : HostIndex{};
+}
+
+ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
+  const auto index = ProcessIndex{static_cast<std::uint32_t>(model_.processes.size())};
+  auto& process = model_.processes.emplace_back();
+  process.host = host;
+  process.pid = pid;
+  process_by_pid_[{scope(host), pid}] = index;
+  return index;
+}
+
+std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
+  if (!head.pid) return std::nullopt;
+  const auto host = host_of(head);
+  const auto found = process_by_pid_.find({scope(host), *head.pid});
+  const auto index = found != process_by_pid_.end() ? found->second : new_process(host, *head.pid);
+  auto& process = model_.processes[at(index)];
+  if (!process.first_seen) process.first_seen = ref(head);
+  process.last_seen = ref(head);
+  return index;
+}
+
+ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
+  const auto index = ThreadIndex{static_cast<std::uint32_t>(model_.threads.size())};
+  auto& thread = model_.threads.emplace_back();
+  thread.process = process;
+  thread.tid = tid;
+  thread_by_process_tid_[{scope(process), tid}] = index;
+  thread_by_host_tid_[{scope(model_.processes[at(process)].host), tid}] = index;
+  return index;
+}
+
+std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int64_t tid) const {
+  const auto found = thread_by_process_tid_.find({scope(process), tid});
+  if (found == thread_by_process_tid_.end()) return std::nullopt;
+  return found->second;
+}
+
+std::optional<ThreadIndex> Registry::thread_of(const EventHead& head) {
+  const auto process = process_of(head);
+  if (!process || !head.tid) return std::nullopt;
+  auto index = find_thread(*process, *head.tid);
+  // After its exit a tid belongs to somebody new; after thread_fini alone it may still speak.
+  if (!index || model_.threads[at(*index)].kernel_exit) index = new_thread(*process, *head.tid);
+  auto& thread = model_.threads[at(*index)];
+  if (!thread.first_seen) thread.first_seen = ref(head);
+  thread.last_seen = ref(head);
+  return index;
+}
+
+std::optional<ThreadIndex> Registry::thread_by_tid(HostIndex host, std::int64_t tid) const {
+  const auto found = thread_by_host_tid_.find({scope(host), tid});
+  if (found == thread_by_host_tid_.end()) return std::nullopt;
+  return found->second;
+}
+
+CallbackIndex Registry::callback(ProcessIndex process, CallbackId id) {
+  const auto [found, is_new] = callback_by_id_.try_emplace(
+      {scope(process), key(id)},
+      CallbackIndex{static_cast<std::uint32_t>(model_.callbacks.size())});
+  if (is_new) {
+    auto& callback = model_.callbacks.emplace_back();
+    callback.process = process;
+    callback.id = id;
+    callback.logical_id = "?" + std::to_string(to_number(id));
+  }
+  return found->second;
+}
+
+std::uint32_t Registry::publisher(ProcessIndex process, PublisherId id) {
+  const auto [found, is_new] = publisher_by_id_.try_emplace(
+      {scope(process), key(id)}, static_cast<std::uint32_t>(model_.publishers.size()));
+  if (is_new) {
+    auto& publisher = model_.publishers.emplace_back();
+    publisher.process = process;
+    publisher.id = id;
+  }
+  return found->second;
+}
+
+std::uint32_t Registry::group(ProcessIndex process, GroupId id, const EventHead& head) {
+  const auto [found, is_new] = group_by_id_.try_emplace(
+      {scope(process), key(id)}, static_cast<std::uint32_t>(model_.groups.size()));
+  if (is_new) {
+    auto& group = model_.groups.emplace_back();
+    group.process = process;
+    group.id = id;
+    group.first_seen = ref(head);
+  }
+  return found->second;
+}
+
+std::string Registry::node_name(ProcessIndex process, NodeId id) const {
+  const auto found = node_by_id_.find({scope(process), key(id)});
+  return found == node_by_id_.end() ? std::string{} : model_.nodes[found->second].name;
+}
+
+void Registry::apply(const EventHead& head, const RunBegin& event) {
+  auto of_process = head;
+  if (!of_process.pid) of_process.pid = event.pid;
+  auto index = *process_of(of_process);
+  if (const auto start = model_.processes[at(index)].start_ns;
+      start && *start != event.process_start_ns) {
+    index = new_process(host_of(head), *of_process.pid);
+    model_.processes[at(index)].first_seen = ref(head);
+    model_.processes[at(index)].last_seen = ref(head);
+  }
+  auto& process = model_.processes[at(index)];
+  process.has_cie_events = true;
+  process.executor = event.executor;
+  if (event.moment == RunMoment::announce) ++process.announcements;
+  if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
+  if (process.run_begin) return;
+  process.run_begin = ref(head);
+  process.first_moment = event.moment;
+  process.boot_id = event.boot_id;
+  process.tool_version = event.tool_version;
+  process.start_ns = event.process_start_ns;
+  process.pid_ns = event.pid_ns;
+  process.contract_version = event.contract_version;
+  process.online_cpus = event.online_cpus;
+}
+
+void Registry::apply(const EventHead& head, const RunEnd& event) {
+  const auto index = process_of(head);
+  if (!index) return;
+  auto& process = model_.processes[at(*index)];
+  process.has_cie_events = true;
+  process.run_end = RunTotals{.at = ref(head),
+                              .callbacks = event.callbacks,
+                              .threads = event.threads,
+                              .groups = event.groups,
+                              .publishers = event.publishers,
+                              .status = event.status};
+}
+
+void Registry::apply(const EventHead& head, const NodeInit& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.processes[at(*process)].has_cie_events = true;
+  const auto [found, is_new] = node_by_id_.try_emplace(
+      {scope(*process), key(event.node)}, static_cast<std::uint32_t>(model_.nodes.size()));
+  if (is_new) {
+    model_.nodes.push_back(
+        NodeFacts{.process = *process, .id = event.node, .name = std::string(event.name)});
+  }
+}
+
+void Registry::apply(const EventHead& head, const GroupInit& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.processes[at(*process)].has_cie_events = true;
+  auto& facts = model_.groups[group(*process, event.group, head)];
+  facts.node = event.node;
+  facts.type = event.type;
+}
+
+void Registry::apply(const EventHead& head, const CallbackInit& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.processes[at(*process)].has_cie_events = true;
+  const auto index = callback(*process, event.callback);
+  auto& facts = model_.callbacks[at(index)];
+  ++facts.inits;
+  // Repeated state follows a run_begin(announce); an init without one registers the callback anew.
+  const auto announcements = model_.processes[at(*process)].announcements;
+  const bool is_announcement = facts.registered && announcements != facts.announcements_at_init;
+  facts.announcements_at_init = announcements;
+  if (!is_announcement) facts.last_init = ref(head);
+  if (facts.registered) return;
+  facts.registered = ref(head);
+  facts.first_next_seq = event.next_seq;
+  facts.logical_id = event.logical_id;
+  facts.node_id = event.node;
+  facts.node = node_name(*process, event.node);
+  facts.kind = event.kind;
+  facts.source = event.source;
+  facts.symbol = event.symbol;
+  facts.period_ns = event.period_ns;
+  facts.queue_depth = event.queue_depth;
+  facts.deadline_ns = event.deadline_ns;
+  if (to_number(event.group) != kNoId) {
+    facts.group = event.group;
+    model_.groups[group(*process, event.group, head)].callbacks.push_back(index);
+  }
+}
+
+void Registry::apply(const EventHead& head, const CallbackFini& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.callbacks[at(callback(*process, event.callback))].fini =
+      CallbackTotals{.at = ref(head),
+                     .started = event.started,
+                     .ended = event.ended,
+                     .released = event.released,
+                     .overwritten = event.overwritten,
+                     .lost = event.lost};
+}
+
+void Registry::apply(const EventHead& head, const PublisherInit& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.processes[at(*process)].has_cie_events = true;
+  const auto index = publisher(*process, event.publisher);
+  auto& facts = model_.publishers[index];
+  if (facts.registered) return;
+  facts.registered = ref(head);
+  facts.first_next_seq = event.next_seq;
+  facts.topic = event.topic;
+  facts.writer_gid = event.writer_gid;
+  facts.node = event.node;
+  publisher_by_gid_[event.writer_gid] = index;
+}
+
+void Registry::apply(const EventHead& head, const PublisherFini& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  model_.publishers[publisher(*process, event.publisher)].fini = {ref(head), event.published};
+}
+
+std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadInit& event) {
+  const auto process = process_of(head);
+  if (!process) return std::nullopt;
+  model_.processes[at(*process)].has_cie_events = true;
+  auto index = find_thread(*process, event.tid);
+  if (index) {
+    const auto& known = model_.threads[at(*index)];
+    const bool is_same_creation = known.start_ns && *known.start_ns == event.start_ns;
+    const bool was_unannounced = !known.announced && !known.kernel_exit &&
+                                 (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
+    if (!is_same_creation && !was_unannounced) index.reset();
+  }
+  if (!index) index = new_thread(*process, event.tid);
+  auto& thread = model_.threads[at(*index)];
+  if (thread.fini) {  // announced anew after its end: another spin on the same thread
+    thread.fini.reset();
+    read_back_numbers_[*index].restart();
+  }
+  if (!thread.announced) {
+    thread.announced = ref(head);
+    thread.start_ns = event.start_ns;
+  }
+  thread.role = event.role;
+  if (event.callback != kNoCallback) thread.callback = event.callback;
+  if (event.group != kNoGroup) thread.group = event.group;
+  thread.name = event.name;
+  if (head.tid && *head.tid == thread.tid) {
+    if (!thread.first_seen) thread.first_seen = ref(head);
+    thread.last_seen = ref(head);
+  }
+  return index;
+}
+
+void Registry::apply(const EventHead& head, const ThreadFini& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  const auto index = find_thread(*process, event.tid);
+  if (!index) return;
+  auto& thread = model_.threads[at(*index)];
+  thread.fini = ref(head);
+  thread.fini_read_backs += event.read_backs;
+}
+
+std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSched& event) {
+  const auto process = process_of(head);
+  if (!process) return std::nullopt;
+  auto index = find_thread(*process, event.tid);
+  if (!index) index = new_thread(*process, event.tid);
+  auto& thread = model_.threads[at(*index)];
+  auto read_back = read_back_of(head, event);
+  read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
+  if (event.moment == SchedMoment::initial && !thread.initial) thread.initial = read_back;
+  if (event.moment == SchedMoment::applied) {
+    if (thread.applied.size() >= kMaxApplied) thread.applied.pop_back();
+    thread.applied.push_back(read_back);
+  }
+  if (event.moment == SchedMoment::audit) {
+    thread.audits = thread.audits.value_or(0) + 1;
+    if (!thread.first_audit) thread.first_audit = read_back;
+  }
+  thread.last_read_back = std::move(read_back);
+  return index;
+}
+
+void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
+  const auto index = thread_by_tid(host_of(head), event.tid);
+  if (index) model_.threads[at(*index)].kernel_exit = ref(head);
+}
+
+std::optional<std::uint32_t> Registry::publisher_by_gid(std::uint64_t gid) const {
+  const auto found = publisher_by_gid_.find(gid);
+  if (found == publisher_by_gid_.end()) return std::nullopt;
+  return found->second;
+}
+
+void Registry::finish() {
+  for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
+    auto& facts = model_.callbacks[i];
+    const auto& numbers = start_numbers_[CallbackIndex{static_cast<std::uint32_t>(i)}];
+    if (facts.registered) {
+      numbers.finish(facts.first_next_seq, *facts.registered, facts.starts);
+    } else {
+      numbers.finish(facts.starts);
+    }
+    if (facts.node.empty()) facts.node = node_name(facts.process, facts.node_id);
+  }
+  for (std::size_t i = 0; i < model_.publishers.size(); ++i) {
+    auto& facts = model_.publishers[i];
+    const auto& numbers = publish_numbers_[static_cast<std::uint32_t>(i)];
+    if (facts.registered) {
+      numbers.finish(facts.first_next_seq, *facts.registered, facts.published);
+    } else {
+      numbers.finish(facts.published);
+    }
+  }
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& facts = model_.threads[i];
+    read_back_numbers_[ThreadIndex{static_cast<std::uint32_t>(i)}].finish(facts.read_backs);
+  }
+}
+
+}  // namespace cie::analysis

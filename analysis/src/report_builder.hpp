@@ -1,0 +1,13 @@
+// Facts and verdicts into the report.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include "facts.hpp"
+
+namespace cie::analysis {
+
+Report build_report(const Model& model, const VerdictReport& verdicts);
+
+}  // namespace cie::analysis

@@ -1,0 +1,33 @@
+// What every rule is: an identity, a page of documentation and a pure function from the facts to
+// verdicts. Adding a rule touches its own file pair and the table in rules.cpp.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include "facts.hpp"
+
+#include <string_view>
+#include <vector>
+
+namespace cie::analysis {
+
+struct RuleContext {
+  const Model& model;
+  const AnalysisOptions& options;
+};
+
+struct Rule {
+  std::string_view id;    // "M2"
+  std::string_view name;  // "one-callback-per-thread"
+  std::string_view page;  // what it means, why it matters, what makes it inconclusive, the remedy
+  std::vector<SubjectVerdict> (*judge)(const RuleContext&);
+};
+
+// Every rule, in the contract's order.
+const std::vector<Rule>& rules();
+
+// Judges the facts by every rule, sorts subjects, takes the worst.
+VerdictReport verify(const RuleContext& context);
+
+}  // namespace cie::analysis

@@ -1,0 +1,119 @@
+#include <cie/analysis/statistics.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <limits>
+
+namespace cie::analysis {
+namespace {
+
+// Buckets 0..127 hold the values 0..127; from there 64 buckets per octave.
+constexpr std::uint64_t kExact = 128;
+constexpr unsigned kSubBucketBits = 6;
+
+std::uint64_t magnitude(std::int64_t value) noexcept {
+  const auto bits = static_cast<std::uint64_t>(value);
+  return value < 0 ? 0 - bits : bits;
+}
+
+std::size_t bucket_of(std::uint64_t value) noexcept {
+  if (value < kExact) return value;
+  const auto octave = static_cast<unsigned>(std::bit_width(value)) - 1;  // >= 7
+  const auto sub = (value >> (octave - kSubBucketBits)) & 63U;
+  return kExact + (octave - 7) * 64 + sub;
+}
+
+// Midpoint of a bucket; the bucket's own value where it holds one.
+std::uint64_t value_of(std::size_t bucket) noexcept {
+  if (bucket < kExact) return bucket;
+  const auto octave = static_cast<unsigned>((bucket - kExact) / 64) + 7;
+  const auto sub = (bucket - kExact) % 64;
+  const auto shift = octave - kSubBucketBits;
+  return ((64 + sub) << shift) + ((std::uint64_t{1} << shift) >> 1U);
+}
+
+void count_in(std::vector<std::uint64_t>& buckets, std::size_t bucket, std::uint64_t times) {
+  if (bucket >= buckets.size()) buckets.resize(bucket + 1);
+  buckets[bucket] += times;
+}
+
+void merge_into(std::vector<std::uint64_t>& to, const std::vector<std::uint64_t>& from) {
+  if (from.size() > to.size()) to.resize(from.size());
+  for (std::size_t i = 0; i < from.size(); ++i)
+    to[i] += from[i];
+}
+
+std::int64_t clamped(Int128 value) noexcept {
+  if (value > std::numeric_limits<std::int64_t>::max()) {
+    return std::numeric_limits<std::int64_t>::max();
+  }
+  if (value < std::numeric_limits<std::int64_t>::min()) {
+    return std::numeric_limits<std::int64_t>::min();
+  }
+  return static_cast<std::int64_t>(value);
+}
+
+}  // namespace
+
+void LogLinearHistogram::add(std::int64_t value) {
+  count_in(value < 0 ? negative_ : positive_, bucket_of(magnitude(value)), 1);
+  ++count_;
+}
+
+void LogLinearHistogram::merge(const LogLinearHistogram& other) {
+  merge_into(positive_, other.positive_);
+  merge_into(negative_, other.negative_);
+  count_ += other.count_;
+}
+
+std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
+                                          std::uint64_t denominator) const {
+  assert(count_ > 0 && numerator <= denominator);
+  const auto product = static_cast<Int128>(count_) * numerator;
+  const auto rank = std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
+  std::uint64_t seen = 0;
+  for (std::size_t i = negative_.size(); i-- > 0;) {  // largest magnitude first
+    seen += negative_[i];
+    if (seen >= rank) return static_cast<std::int64_t>(0 - value_of(i));
+  }
+  for (std::size_t i = 0; i < positive_.size(); ++i) {
+    seen += positive_[i];
+    if (seen >= rank) return static_cast<std::int64_t>(value_of(i));
+  }
+  return 0;
+}
+
+void Statistics::add(Duration value) {
+  min_ = count() == 0 ? value.ns : std::min(min_, value.ns);
+  max_ = count() == 0 ? value.ns : std::max(max_, value.ns);
+  sum_ += value.ns;
+  histogram_.add(value.ns);
+}
+
+void Statistics::merge(const Statistics& other) {
+  if (other.count() == 0) return;
+  min_ = count() == 0 ? other.min_ : std::min(min_, other.min_);
+  max_ = count() == 0 ? other.max_ : std::max(max_, other.max_);
+  sum_ += other.sum_;
+  histogram_.merge(other.histogram_);
+}
+
+std::optional<Summary> Statistics::summary() const {
+  if (count() == 0) return std::nullopt;
+  const auto quantile = [this](std::uint64_t numerator, std::uint64_t denominator) {
+    return std::clamp(histogram_.quantile(numerator, denominator), min_, max_);
+  };
+  return Summary{.count = count(),
+                 .min = min_,
+                 .max = max_,
+                 .sum = clamped(sum_),
+                 .mean = static_cast<double>(sum_) / static_cast<double>(count()),
+                 .p50 = quantile(50, 100),
+                 .p90 = quantile(90, 100),
+                 .p99 = quantile(99, 100),
+                 .p99_9 = quantile(999, 1000)};
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,195 @@
+#include "thread_timeline.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxHoles = 65'536;
+
+// 0x100 is "preempted" since Linux 4.14; higher bits are flags (linux/sched.h, TASK_REPORT_MAX).
+bool is_runnable(std::int64_t prev_state) noexcept {
+  return (static_cast<std::uint64_t>(prev_state) & 0xffU) == 0;
+}
+
+}  // namespace
+
+void ThreadTimeline::leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable) {
+  if (thread.state == State::running && thread.cpu == cpu) {
+    thread.total.execution += time - thread.since;
+  } else if (thread.state != State::unknown) {
+    ++thread.breaks;  // its switch-in was not recorded
+  }
+  thread.state = is_runnable ? State::preempted : State::blocked;
+  thread.since = time;
+  thread.out = time;
+  thread.before_sync.reset();
+}
+
+void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
+  if (thread.state == State::running && thread.before_sync && thread.since == time) {
+    thread.state = thread.before_sync->first;  // the user event of this nanosecond came first
+    thread.since = thread.before_sync->second;
+    thread.breaks = thread.breaks_before_sync;
+  }
+  switch (thread.state) {
+    case State::preempted:
+      thread.total.preempted += time - thread.since;
+      break;
+    case State::waking:
+      thread.total.wake_delay += time - thread.since;
+      break;
+    case State::blocked:  // no wake-up recorded: where blocking ended is unknown
+      thread.total.blocked += time - thread.since;
+      ++thread.split_breaks;
+      break;
+    case State::running:
+      ++thread.breaks;  // its switch-out was not recorded
+      break;
+    case State::unknown:
+      break;
+  }
+  thread.state = State::running;
+  thread.cpu = cpu;
+  thread.since = time;
+  thread.before_sync.reset();
+  if ((thread.waking || thread.wakeup) && !thread.first_in) thread.first_in = time;
+}
+
+std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, std::int32_t cpu,
+                                                              Timestamp time,
+                                                              const SchedSwitch& event,
+                                                              Observer* observer) {
+  auto& of_host = hosts_[host];
+  auto& on_cpu = of_host.cpus[cpu];
+  std::optional<Hole> hole;
+  if (on_cpu.is_known && on_cpu.tid != event.prev_tid) {
+    hole = Hole{.begin = on_cpu.time, .end = time, .cpu = cpu};
+    add_hole(host, *hole);
+    if (on_cpu.tid != 0) {
+      auto& vanished = of_host.threads[on_cpu.tid];
+      if (vanished.state == State::running && vanished.cpu == cpu) {
+        vanished.state = State::unknown;
+        ++vanished.breaks;
+      }
+    }
+  }
+  if (event.prev_tid != 0) {
+    auto& prev = of_host.threads[event.prev_tid];
+    if (observer != nullptr && prev.state == State::running && prev.cpu == cpu) {
+      observer->on_sched_slice(SchedSlice{.cpu = cpu,
+                                          .tid = event.prev_tid,
+                                          .comm = event.prev_comm,
+                                          .priority = event.prev_prio,
+                                          .begin = prev.since,
+                                          .end = time,
+                                          .end_state = event.prev_state});
+    }
+    leave(prev, time, cpu, is_runnable(event.prev_state));
+  }
+  if (event.next_tid != 0) enter(of_host.threads[event.next_tid], time, cpu);
+  on_cpu = Cpu{.tid = event.next_tid, .time = time, .is_known = true};
+  return hole;
+}
+
+void ThreadTimeline::wake(Thread& thread, Timestamp time) {
+  if (thread.state != State::blocked) return;
+  thread.total.blocked += time - thread.since;
+  thread.state = State::waking;
+  thread.since = time;
+}
+
+void ThreadTimeline::on_waking(HostIndex host, std::int64_t tid, Timestamp time) {
+  auto& woken = thread(host, tid);
+  wake(woken, time);
+  woken.waking = time;
+  woken.first_in.reset();
+}
+
+void ThreadTimeline::on_wakeup(HostIndex host, std::int64_t tid, Timestamp time) {
+  auto& woken = thread(host, tid);
+  wake(woken, time);
+  if (woken.waking) return;
+  woken.wakeup = time;
+  woken.first_in.reset();
+}
+
+void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
+                                   std::optional<std::int32_t> cpu, Timestamp time) {
+  auto& seen = thread(host, tid);
+  if (seen.state == State::running && (!cpu || seen.cpu == *cpu)) return;
+  if (seen.out == time && seen.state != State::unknown) return;  // the event came just before it
+  seen.breaks_before_sync = seen.breaks;
+  seen.before_sync = {seen.state, seen.since};
+  if (seen.state == State::running) {
+    seen.before_sync.reset();  // moved to another CPU unseen
+    seen.total.execution += time - seen.since;
+  }
+  if (seen.state != State::unknown) ++seen.breaks;
+  seen.state = State::running;
+  seen.cpu = cpu.value_or(-1);
+  seen.since = time;
+}
+
+void ThreadTimeline::on_exit(HostIndex host, std::int64_t tid) { forget_wake(host, tid); }
+
+void ThreadTimeline::add_hole(HostIndex host, Hole hole) {
+  auto& holes = hosts_[host].holes;
+  if (holes.size() >= kMaxHoles) holes.erase(holes.begin(), holes.begin() + kMaxHoles / 2);
+  holes.push_back(hole);
+}
+
+ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Timestamp time) {
+  const auto& read = thread(host, tid);
+  Mark mark{
+      .total = read.total, .breaks = read.breaks, .split_breaks = read.split_breaks, .time = time};
+  if (read.state == State::running) mark.total.execution += time - read.since;
+  return mark;
+}
+
+std::optional<ThreadTimeline::Parts> ThreadTimeline::between(const Mark& from, const Mark& to) {
+  if (from.breaks != to.breaks) return std::nullopt;
+  Parts parts{.execution = to.total.execution - from.total.execution,
+              .preempted = to.total.preempted - from.total.preempted,
+              .blocked = std::nullopt,
+              .wake_delay = std::nullopt};
+  if (from.split_breaks == to.split_breaks) {
+    parts.blocked = to.total.blocked - from.total.blocked;
+    parts.wake_delay = to.total.wake_delay - from.total.wake_delay;
+  }
+  return parts;
+}
+
+bool ThreadTimeline::overlaps_hole(HostIndex host, Timestamp from, Timestamp to) const {
+  const auto found = hosts_.find(host);
+  if (found == hosts_.end()) return false;
+  const auto& holes = found->second.holes;
+  return std::any_of(holes.rbegin(), holes.rend(),
+                     [from, to](const Hole& hole) { return hole.begin <= to && from <= hole.end; });
+}
+
+bool ThreadTimeline::is_confirmed(HostIndex host, Timestamp time) const {
+  const auto found = hosts_.find(host);
+  if (found == hosts_.end()) return true;
+  return std::all_of(found->second.cpus.begin(), found->second.cpus.end(),
+                     [time](const auto& entry) { return entry.second.time >= time; });
+}
+
+ThreadTimeline::Wake ThreadTimeline::last_wake(HostIndex host, std::int64_t tid) const {
+  const auto found = hosts_.find(host);
+  if (found == hosts_.end()) return {};
+  const auto& threads = found->second.threads;
+  const auto of_thread = threads.find(tid);
+  if (of_thread == threads.end()) return {};
+  const auto& read = of_thread->second;
+  return {.waking = read.waking ? read.waking : read.wakeup, .first_in = read.first_in};
+}
+
+void ThreadTimeline::forget_wake(HostIndex host, std::int64_t tid) {
+  auto& read = thread(host, tid);
+  read.waking.reset();
+  read.wakeup.reset();
+  read.first_in.reset();
+}
+
+}  // namespace cie::analysis

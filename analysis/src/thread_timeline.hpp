@@ -1,0 +1,112 @@
+// What the kernel's scheduler did with each thread: cumulative on-CPU, preempted, blocked and
+// wake-delay time, so that any interval's parts are the difference of two marks.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+
+#include "facts.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace cie::analysis {
+
+// The four parts of a duration (definitions: identity). Blocked and wake delay are known only
+// together, when the wake-ups were recorded.
+struct TimeParts {
+  Duration execution;
+  Duration preempted;
+  Duration blocked;
+  Duration wake_delay;
+};
+
+class ThreadTimeline {
+ public:
+  // A reading of a thread's cumulative parts at one of its own events, when it was on a CPU.
+  struct Mark {
+    TimeParts total;
+    std::uint64_t breaks = 0;        // times its record was found broken before the mark
+    std::uint64_t split_breaks = 0;  // the same for blocked / wake delay only
+    Timestamp time;
+  };
+  struct Parts {
+    Duration execution;
+    Duration preempted;
+    std::optional<Duration> blocked;
+    std::optional<Duration> wake_delay;
+  };
+  struct Wake {
+    std::optional<Timestamp> waking;    // W, sched_waking or else sched_wakeup
+    std::optional<Timestamp> first_in;  // first switch-in after W
+  };
+  struct Hole {
+    Timestamp begin;
+    Timestamp end;
+    std::int32_t cpu = 0;
+  };
+
+  // Returns the hole that a switch reveals, if its prev_tid is not the CPU's last next_tid.
+  std::optional<Hole> on_switch(HostIndex host, std::int32_t cpu, Timestamp time,
+                                const SchedSwitch& event, Observer* observer);
+  void on_waking(HostIndex host, std::int64_t tid, Timestamp time);
+  void on_wakeup(HostIndex host, std::int64_t tid, Timestamp time);
+  // A user event proves that its thread runs on its CPU, whatever was seen before.
+  void on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
+                     Timestamp time);
+  void on_exit(HostIndex host, std::int64_t tid);
+  void add_hole(HostIndex host, Hole hole);
+
+  Mark mark(HostIndex host, std::int64_t tid, Timestamp time);
+  // The parts between two marks; empty if the thread's record broke between them.
+  static std::optional<Parts> between(const Mark& from, const Mark& to);
+  // Whether an interval overlaps a hole or a loss of the kernel's record.
+  bool overlaps_hole(HostIndex host, Timestamp from, Timestamp to) const;
+  // Every CPU of the host has been heard of at or after `time`: no hole before it is left to find.
+  bool is_confirmed(HostIndex host, Timestamp time) const;
+
+  Wake last_wake(HostIndex host, std::int64_t tid) const;
+  // Forgets wake-ups: a later instance or incarnation must not see them.
+  void forget_wake(HostIndex host, std::int64_t tid);
+
+ private:
+  enum class State : std::uint8_t { unknown, running, preempted, blocked, waking };
+  struct Thread {
+    State state = State::unknown;
+    std::int32_t cpu = -1;
+    Timestamp since;
+    std::optional<Timestamp> out;  // last switch-out
+    TimeParts total;
+    std::uint64_t breaks = 0;
+    std::uint64_t split_breaks = 0;
+    std::optional<Timestamp> waking;
+    std::optional<Timestamp> wakeup;
+    std::optional<Timestamp> first_in;
+    // Before a user event moved it to running without a switch-in, at `since`: a switch-in of the
+    // same nanosecond makes that move undone.
+    std::optional<std::pair<State, Timestamp>> before_sync;
+    std::uint64_t breaks_before_sync = 0;
+  };
+  struct Cpu {
+    std::int64_t tid = -1;  // last next_tid
+    Timestamp time;         // last switch
+    bool is_known = false;
+  };
+  struct Host {
+    std::unordered_map<std::int64_t, Thread> threads;
+    std::unordered_map<std::int32_t, Cpu> cpus;
+    std::vector<Hole> holes;
+  };
+
+  Thread& thread(HostIndex host, std::int64_t tid) { return hosts_[host].threads[tid]; }
+  static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
+  static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
+  static void wake(Thread& thread, Timestamp time);
+
+  std::unordered_map<HostIndex, Host> hosts_;
+};
+
+}  // namespace cie::analysis

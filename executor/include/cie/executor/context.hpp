@@ -1,0 +1,47 @@
+// The process's place on the network: one DDS participant, shared by all nodes of the process.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace cie {
+
+namespace executor {
+class ContextState;
+}
+
+// Create one per process, before any node, and keep it until the last node is gone (nodes hold it
+// alive too). A second one of the same domain while the first lives throws std::logic_error.
+class Context {
+ public:
+  struct Options {
+    std::uint32_t domain = 0;  // 0..230
+    // Loopback interface only, without multicast; processes of this machine find each other. What
+    // CYCLONEDDS_URI says is then ignored.
+    bool loopback = false;
+    // Participants with different tags do not see each other, even in one domain. Loopback only.
+    std::string tag{};
+
+    // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG. Throws
+    // std::invalid_argument naming the variable that cannot be used.
+    static Options from_environment();
+  };
+
+  // Throws std::runtime_error when the participant cannot be created, std::invalid_argument for
+  // unusable options.
+  explicit Context(const Options& options = Options::from_environment());
+  ~Context();
+  Context(Context&&) noexcept;
+  Context& operator=(Context&&) noexcept;
+
+  const Options& options() const noexcept;
+
+  // For the classes of this library.
+  const std::shared_ptr<executor::ContextState>& state() const noexcept { return state_; }
+
+ private:
+  std::shared_ptr<executor::ContextState> state_;
+};
+
+}  // namespace cie

@@ -1,0 +1,124 @@
+// Executors decide which thread runs which callback.
+#pragma once
+
+#include <cie/executor/node.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
+#include <cie/tracepoints/schema.hpp>
+#include <chrono>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cie {
+
+namespace executor {
+class ExecutorCore;
+}
+
+// A thread does not run as the spec says.
+struct ParameterProblem {
+  std::string file{};  // the spec's name
+  int line = 0;      // 1-based; of the entry
+  std::string entry{};  // its id
+  std::string thread{};
+  int error = 0;      // errno of the refused request; 0: accepted, but another value was read back
+  std::string reason{};  // in words, with the remedy
+
+  // "demo.yaml:12: \"/lidar@Timer(100000000)\": cannot set SCHED_FIFO 80: … ".
+  std::string text() const;
+};
+
+// Thrown under OnError::refuse, before any callback of the threads concerned runs.
+class ParametersRefused : public std::runtime_error {
+ public:
+  explicit ParametersRefused(std::vector<ParameterProblem> problems);
+  const std::vector<ParameterProblem>& problems() const noexcept { return problems_; }
+
+ private:
+  std::vector<ParameterProblem> problems_;
+};
+
+// A callback ended by an exception.
+struct CallbackFailure {
+  CallbackId callback{};
+  std::string logical_id;
+  std::exception_ptr exception;
+};
+
+enum class OnError : std::uint8_t {
+  refuse,  // spin() and add_node() throw ParametersRefused
+  warn     // the handler is told, the callback runs as the kernel left it
+};
+
+struct ExecutorOptions {
+  // Null: threads run as the kernel starts them. Callback threads of the isolated executor take the
+  // entry of their callback's logical id; all other threads that of their name.
+  std::shared_ptr<const SchedulingSpec> spec{};
+  OnError on_error = OnError::refuse;
+  // Called from the thread concerned, one call at a time. May be empty.
+  std::function<void(const ParameterProblem&)> on_parameter_problem{};
+  // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
+  // throws the exception.
+  std::function<void(const CallbackFailure&)> on_exception{};
+  // Threads of a reentrant group under the isolated executor, and of MultiThreadedExecutor (there
+  // 0 means one for each CPU the process may use, at least 2).
+  unsigned reentrant_threads = 4;
+  unsigned threads = 0;
+};
+
+// What all executors share. Every function may be called from any thread. Wrong use throws
+// std::logic_error: a node in two executors or twice in one, spin() while spinning, remove_node() of
+// a stranger or from a callback that it would have to wait for.
+class Executor {
+ public:
+  virtual ~Executor();  // cancels; must not run while spin() has not returned
+  Executor(const Executor&) = delete;
+  Executor& operator=(const Executor&) = delete;
+
+  // Serves the node's callbacks, those it has and those it gets, while spinning. The node must
+  // outlive its membership; its destructor ends that.
+  void add_node(Node& node);
+  // Returns when no callback of the node runs any more: bounded by the longest one.
+  void remove_node(Node& node);
+  // Serves callbacks until cancel(); then waits for the running ones and joins all threads.
+  // A cancel() that came before makes the next spin() return at once.
+  void spin();
+  void spin_for(std::chrono::nanoseconds duration);
+  // Async-signal-safe.
+  void cancel() noexcept;
+
+  bool is_spinning() const noexcept;
+  // What on_parameter_problem was told so far.
+  std::vector<ParameterProblem> parameter_problems() const;
+
+ protected:
+  Executor(ExecutorKind kind, ExecutorOptions options);
+
+ private:
+  std::shared_ptr<executor::ExecutorCore> core_;
+};
+
+// One thread for each callback group, and so for each callback that was not put into a group with
+// others. A reentrant group has a pool of `reentrant_threads`.
+class CallbackIsolatedExecutor final : public Executor {
+ public:
+  explicit CallbackIsolatedExecutor(ExecutorOptions options = {});
+};
+
+// All callbacks on the thread that calls spin().
+class SingleThreadedExecutor final : public Executor {
+ public:
+  explicit SingleThreadedExecutor(ExecutorOptions options = {});
+};
+
+// `threads` threads take ready callbacks from one queue; spin()'s own thread only waits.
+class MultiThreadedExecutor final : public Executor {
+ public:
+  explicit MultiThreadedExecutor(ExecutorOptions options = {});
+};
+
+}  // namespace cie

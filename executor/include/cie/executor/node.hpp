@@ -1,0 +1,86 @@
+// A named set of callbacks and publishers.
+#pragma once
+
+#include <cie/executor/callback_group.hpp>
+#include <cie/executor/context.hpp>
+#include <cie/executor/message.hpp>
+#include <cie/executor/publisher.hpp>
+#include <cie/executor/qos.hpp>
+#include <cie/executor/subscription.hpp>
+#include <cie/executor/timer.hpp>
+#include <cie/tracepoints/schema.hpp>
+#include <chrono>
+#include <concepts>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <typeinfo>
+#include <utility>
+
+namespace cie {
+
+namespace executor {
+class NodeState;
+std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanoseconds period,
+                                            std::function<void()> function,
+                                            const TimerOptions& options,
+                                            const std::type_info& symbol);
+std::shared_ptr<SubscriptionCallback> create_subscription(
+    NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
+    MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
+std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
+                                      const dds_topic_descriptor& type);
+}  // namespace executor
+
+// Entities may be created at any time from any thread, also while an executor spins the node: they
+// are served from then on. A node's destructor takes it out of its executor and waits for its
+// running callbacks, so it must not run inside one of them.
+//
+// Names are those of ROS 2: letters, digits and underscores, not starting with a digit; topics may
+// be relative to the namespace ("scan"), absolute ("/scan") or private ("~/scan"). A name that does
+// not fit throws std::invalid_argument.
+class Node {
+ public:
+  Node(const Context& context, std::string_view name, std::string_view name_space = "/");
+  ~Node();
+  Node(const Node&) = delete;
+  Node& operator=(const Node&) = delete;
+
+  // "/ns/name".
+  const std::string& fully_qualified_name() const noexcept;
+
+  std::shared_ptr<CallbackGroup> create_callback_group(GroupType type);
+
+  // `period` at least 1 us, else std::invalid_argument.
+  template <std::invocable F>
+  std::shared_ptr<Timer> create_wall_timer(std::chrono::nanoseconds period, F function,
+                                           const TimerOptions& options = {}) {
+    return std::make_shared<Timer>(
+        executor::create_timer(*state_, period, std::move(function), options, typeid(F)));
+  }
+
+  template <Message T>
+  std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos) {
+    return std::make_shared<Publisher<T>>(
+        executor::create_writer(*state_, topic, qos, MessageTraits<T>::descriptor()));
+  }
+
+  template <Message T, SubscriptionFunction<T> F>
+  std::shared_ptr<Subscription<T>> create_subscription(std::string_view topic, const QoS& qos,
+                                                       F function,
+                                                       const CallbackOptions& options = {}) {
+    return std::make_shared<Subscription<T>>(executor::create_subscription(
+        *state_, topic, qos, MessageTraits<T>::descriptor(),
+        executor::erase_message_type<T>(std::move(function)), options, typeid(F)));
+  }
+
+  // For the classes of this library.
+  const std::shared_ptr<executor::NodeState>& state() const noexcept { return state_; }
+
+ private:
+  std::shared_ptr<executor::NodeState> state_;
+};
+
+}  // namespace cie

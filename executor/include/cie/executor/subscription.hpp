@@ -1,0 +1,67 @@
+// Runs a callback for each message of a topic. Made by Node::create_subscription.
+#pragma once
+
+#include <cie/executor/message.hpp>
+#include <cie/tracepoints/schema.hpp>
+#include <concepts>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+namespace cie {
+
+namespace executor {
+class SubscriptionCallback;
+using MessageFunction =
+    std::function<void(const std::shared_ptr<const void>& message, const MessageInfo& info)>;
+const std::string& logical_id_of(const SubscriptionCallback& callback) noexcept;
+CallbackId id_of(const SubscriptionCallback& callback) noexcept;
+std::uint32_t matched_writers(const SubscriptionCallback& callback);
+}  // namespace executor
+
+// What a subscription's callback may look like: it takes `const T&` or `shared_ptr<const T>`, and
+// after it, if it likes, `const MessageInfo&`. A message taken by reference is valid until the
+// callback returns; one taken by pointer for as long as the pointer is kept.
+template <typename F, typename T>
+concept SubscriptionFunction =
+    std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&> ||
+    std::invocable<F&, std::shared_ptr<const T>> ||
+    std::invocable<F&, std::shared_ptr<const T>, const MessageInfo&>;
+
+// May outlive its node; it then is idle.
+template <Message T>
+class Subscription {
+ public:
+  explicit Subscription(std::shared_ptr<executor::SubscriptionCallback> callback)
+      : callback_(std::move(callback)) {}
+  const std::string& logical_id() const noexcept { return executor::logical_id_of(*callback_); }
+  CallbackId id() const noexcept { return executor::id_of(*callback_); }
+  // Publishers connected now, in this process and others.
+  std::uint32_t publisher_count() const { return executor::matched_writers(*callback_); }
+
+ private:
+  std::shared_ptr<executor::SubscriptionCallback> callback_;
+};
+
+namespace executor {
+template <Message T, SubscriptionFunction<T> F>
+MessageFunction erase_message_type(F function) {
+  return [function = std::move(function)](const std::shared_ptr<const void>& message,
+                                          const MessageInfo& info) mutable {
+    if constexpr (std::invocable<F&, const T&, const MessageInfo&>) {
+      function(*static_cast<const T*>(message.get()), info);
+    } else if constexpr (std::invocable<F&, const T&>) {
+      function(*static_cast<const T*>(message.get()));
+    } else if constexpr (std::invocable<F&, std::shared_ptr<const T>, const MessageInfo&>) {
+      function(std::static_pointer_cast<const T>(message), info);
+    } else {
+      function(std::static_pointer_cast<const T>(message));
+    }
+  };
+}
+}  // namespace executor
+
+}  // namespace cie

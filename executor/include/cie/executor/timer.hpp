@@ -1,0 +1,38 @@
+// A periodic callback. Made by Node::create_wall_timer.
+#pragma once
+
+#include <cie/executor/callback_group.hpp>
+#include <cie/tracepoints/schema.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace cie {
+
+namespace executor {
+class TimerCallback;
+}
+
+struct TimerOptions : CallbackOptions {
+  // First expiry on CLOCK_MONOTONIC (steady_clock); if it is past when an executor first serves the
+  // timer, the next instant of its grid. Absent: `phase` after an executor first serves it.
+  std::optional<std::chrono::nanoseconds> start{};
+  std::optional<std::chrono::nanoseconds> phase{};  // absent: one period
+};
+
+// Expiries lie on an absolute grid and never drift. A timer that is served late runs once for the
+// latest expiry, with the skipped ones counted. The handle may outlive its node; it then is idle.
+class Timer {
+ public:
+  explicit Timer(std::shared_ptr<executor::TimerCallback> callback)
+      : callback_(std::move(callback)) {}
+  const std::string& logical_id() const noexcept;
+  CallbackId id() const noexcept;
+  std::chrono::nanoseconds period() const noexcept;
+
+ private:
+  std::shared_ptr<executor::TimerCallback> callback_;
+};
+
+}  // namespace cie

@@ -1,0 +1,107 @@
+// The seam that all executors share: something that can run one instance and say when it is next
+// due, and somebody who is told that it became ready.
+#pragma once
+
+#include <atomic>
+#include <cie/tracepoints/schema.hpp>
+#include <cie/tracepoints/trace.hpp>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "names.hpp"
+
+namespace cie::executor {
+
+class Callback;
+
+// Told from the thread that made the callback ready; must neither block nor throw.
+class ReadySink {
+ public:
+  ReadySink() = default;
+  ReadySink(const ReadySink&) = delete;
+  ReadySink& operator=(const ReadySink&) = delete;
+  virtual ~ReadySink() = default;
+  virtual void on_ready(Callback& callback) noexcept = 0;
+};
+
+// A callback group: its announcement, shared by the callbacks in it.
+class GroupState {
+ public:
+  GroupState(NodeId node, GroupType type) : type_(type), trace_(node, type) {}
+  GroupType type() const noexcept { return type_; }
+  GroupId id() const noexcept { return trace_.id(); }
+
+ private:
+  GroupType type_;
+  trace::Group trace_;
+};
+
+// Owned by its node, and while served by a loop. The loop of a mutually exclusive group calls
+// execute_one() from one thread at a time; that of a reentrant group from several at once.
+class Callback {
+ public:
+  Callback(std::shared_ptr<GroupState> group, trace::CallbackInfo info)
+      : group_(std::move(group)),
+        logical_id_(info.logical_id),
+        label_(executor::thread_label(info)),
+        trace_(std::make_unique<trace::Callback>(std::move(info))) {}
+  Callback(const Callback&) = delete;
+  Callback& operator=(const Callback&) = delete;
+  virtual ~Callback() = default;
+
+  // Runs one instance if one is released, and says whether it did. What the user's function throws
+  // passes through, after the instance ended with status exception.
+  virtual bool execute_one() = 0;
+  // CLOCK_MONOTONIC of the next timer expiry; kNever for what is not a timer.
+  virtual std::int64_t next_due() const noexcept = 0;
+  // Begins to be served: readiness goes to `sink`, which is told at once, because what came before
+  // was not announced. Null ends it; then no on_ready() is running when this returns.
+  virtual void serve(ReadySink* sink) = 0;
+
+  CallbackId id() const noexcept { return trace_->id(); }
+  const std::string& logical_id() const noexcept { return logical_id_; }
+  // What its thread is called: at most 15 bytes.
+  const std::string& label() const noexcept { return label_; }
+  GroupState& group() const noexcept { return *group_; }
+
+  // The ready mark belongs to the sink: it sets it, and its loop takes it.
+  void mark_ready() noexcept { is_ready_.store(true, std::memory_order_release); }
+  bool take_ready_mark() noexcept {
+    return is_ready_.load(std::memory_order_relaxed) &&
+           is_ready_.exchange(false, std::memory_order_acquire);
+  }
+  bool is_marked_ready() const noexcept { return is_ready_.load(std::memory_order_relaxed); }
+
+ protected:
+  trace::Callback& trace() noexcept { return *trace_; }
+
+  // One instance: from its start event to its end event, whichever way it ends.
+  class Instance {
+   public:
+    Instance(Callback& callback, const trace::Callback::Release& release) noexcept
+        : callback_(callback), seq_(callback.trace_->start(release)) {}
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+    ~Instance() {
+      const bool is_unwinding = std::uncaught_exceptions() > exceptions_;
+      callback_.trace_->end(seq_, is_unwinding ? CallbackStatus::exception : CallbackStatus::ok);
+    }
+
+   private:
+    Callback& callback_;
+    std::uint64_t seq_;
+    int exceptions_ = std::uncaught_exceptions();
+  };
+
+ private:
+  std::shared_ptr<GroupState> group_;
+  std::string logical_id_;
+  std::string label_;
+  std::unique_ptr<trace::Callback> trace_;
+  std::atomic<bool> is_ready_{false};
+};
+
+}  // namespace cie::executor

@@ -1,0 +1,144 @@
+#include "context_state.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <mutex>
+#include <set>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "threads.hpp"
+
+namespace cie {
+namespace executor {
+namespace {
+
+constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
+
+// Participants of one machine that can find each other without multicast: each sends its
+// announcement to every index, so the number costs traffic at start.
+constexpr std::uint32_t kMostParticipantIndex = 30;
+
+std::string loopback_configuration(const std::string& tag) {
+  std::string xml =
+      "<CycloneDDS><Domain Id=\"any\"><General><Interfaces>"
+      "<NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
+      "<AllowMulticast>false</AllowMulticast></General>"
+      "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>" +
+      std::to_string(kMostParticipantIndex) +
+      "</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers>";
+  if (!tag.empty()) xml += "<Tag>" + tag + "</Tag>";
+  return xml + "</Discovery></Domain></CycloneDDS>";
+}
+
+void validate(const Context::Options& options) {
+  if (options.domain > kMostDomain) {
+    throw std::invalid_argument{"DDS domain " + std::to_string(options.domain) +
+                                " is not usable: choose 0 to " + std::to_string(kMostDomain)};
+  }
+  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
+  if (!std::ranges::all_of(options.tag, is_plain)) {
+    throw std::invalid_argument{"discovery tag \"" + options.tag +
+                                "\" is not usable: letters, digits, '-' and '_' only"};
+  }
+  if (!options.tag.empty() && !options.loopback) {
+    throw std::invalid_argument{"a discovery tag needs the loopback configuration"};
+  }
+}
+
+std::mutex& claims_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+std::set<std::uint32_t>& claims() {
+  static std::set<std::uint32_t> domains;
+  return domains;
+}
+
+}  // namespace
+
+ContextState::DomainClaim::DomainClaim(std::uint32_t domain) : domain_(domain) {
+  const std::lock_guard lock{claims_mutex()};
+  if (!claims().insert(domain).second) {
+    throw std::logic_error{"this process already has a Context of DDS domain " +
+                           std::to_string(domain) + ": share it, one participant is enough"};
+  }
+}
+
+ContextState::DomainClaim::~DomainClaim() {
+  const std::lock_guard lock{claims_mutex()};
+  claims().erase(domain_);
+}
+
+ContextState::ContextState(const Context::Options& options)
+    : options_((validate(options), options)), claim_(options.domain) {
+  const auto before = thread_ids();
+  const std::string domain = "domain " + std::to_string(options_.domain);
+  if (options_.loopback) {
+    domain_ = dds::Entity{
+        dds_create_domain(options_.domain, loopback_configuration(options_.tag).c_str()),
+        "configuring DDS", domain};
+  }
+  participant_ = dds::Entity{dds_create_participant(options_.domain, nullptr, nullptr),
+                             "creating the DDS participant", domain};
+  for (const auto& [tid, name] : new_named_threads(before)) {
+    workers_.push_back(
+        {name, std::make_unique<trace::Thread>(ThreadRole::worker, kNoCallback, kNoGroup, name, tid)});
+    workers_.back().trace->emit_sched(SchedMoment::initial, 0);
+  }
+}
+
+ContextState::~ContextState() {
+  participant_.reset();
+  domain_.reset();  // the threads end here
+  workers_.clear();
+}
+
+}  // namespace executor
+
+namespace {
+
+std::string environment(const char* name) {
+  const char* const value = std::getenv(name);
+  return value == nullptr ? std::string{} : std::string{value};
+}
+
+std::uint32_t domain_from(const char* name, const std::string& text) {
+  std::uint32_t domain = 0;
+  const auto* const end = text.data() + text.size();
+  const auto [parsed, error] = std::from_chars(text.data(), end, domain);
+  if (error != std::errc{} || parsed != end) {
+    throw std::invalid_argument{std::string{name} + "=\"" + text + "\" is not a domain number"};
+  }
+  return domain;
+}
+
+}  // namespace
+
+Context::Options Context::Options::from_environment() {
+  Options options;
+  for (const char* const name : {"CIE_DOMAIN_ID", "ROS_DOMAIN_ID"}) {
+    const std::string text = environment(name);
+    if (text.empty()) continue;
+    options.domain = domain_from(name, text);
+    break;
+  }
+  const std::string loopback = environment("CIE_LOOPBACK");
+  if (loopback != "" && loopback != "0" && loopback != "1") {
+    throw std::invalid_argument{"CIE_LOOPBACK=\"" + loopback + "\" is neither 0 nor 1"};
+  }
+  options.loopback = loopback == "1";
+  options.tag = environment("CIE_DISCOVERY_TAG");
+  return options;
+}
+
+Context::Context(const Options& options)
+    : state_(std::make_shared<executor::ContextState>(options)) {}
+Context::~Context() = default;
+Context::Context(Context&&) noexcept = default;
+Context& Context::operator=(Context&&) noexcept = default;
+const Context::Options& Context::options() const noexcept { return state_->options(); }
+
+}  // namespace cie

@@ -1,0 +1,37 @@
+#include "dds_qos.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace cie::executor::dds {
+
+QosPtr to_dds(const QoS& qos, std::string_view object) {
+  const bool keeps_all = qos.history() == History::keep_all;
+  if (!keeps_all &&
+      (qos.depth() == 0 || qos.depth() > std::uint32_t{std::numeric_limits<std::int32_t>::max()})) {
+    throw std::logic_error{"the queue of \"" + std::string{object} +
+                           "\" cannot be " + std::to_string(qos.depth()) +
+                           " deep: use KeepLast{1} or more, or KeepAll"};
+  }
+  const auto depth = keeps_all ? 0 : static_cast<std::int32_t>(qos.depth());
+  const auto history = keeps_all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST;
+  QosPtr result{dds_create_qos()};
+  dds_qset_history(result.get(), history, depth);
+  dds_qset_reliability(result.get(),
+                       qos.reliability() == Reliability::reliable ? DDS_RELIABILITY_RELIABLE
+                                                                  : DDS_RELIABILITY_BEST_EFFORT,
+                       DDS_INFINITY);
+  dds_qset_writer_data_lifecycle(result.get(), false);
+  if (qos.durability() == Durability::transient_local) {
+    dds_qset_durability(result.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+    dds_qset_durability_service(result.get(), 0, history, depth, DDS_LENGTH_UNLIMITED,
+                                DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  } else {
+    dds_qset_durability(result.get(), DDS_DURABILITY_VOLATILE);
+  }
+  return result;
+}
+
+}  // namespace cie::executor::dds

@@ -1,0 +1,22 @@
+// QoS in the terms of DDS.
+#pragma once
+
+#include <cie/executor/qos.hpp>
+#include <memory>
+#include <string_view>
+
+#include <dds/dds.h>
+
+namespace cie::executor::dds {
+
+struct DeleteQos {
+  void operator()(dds_qos_t* qos) const noexcept { dds_delete_qos(qos); }
+};
+using QosPtr = std::unique_ptr<dds_qos_t, DeleteQos>;
+
+// The policies that rmw_cyclonedds sets for the same QoS: a reliable writer blocks rather than
+// drops, disposal is left to the application, transient-local history is as deep as the queue.
+// Throws std::logic_error naming `object` for KeepLast{0}.
+QosPtr to_dds(const QoS& qos, std::string_view object);
+
+}  // namespace cie::executor::dds

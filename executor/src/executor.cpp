@@ -1,0 +1,54 @@
+#include <cie/executor/executor.hpp>
+#include <utility>
+
+#include "clock.hpp"
+#include "executor_core.hpp"
+#include "node_state.hpp"
+
+namespace cie {
+namespace {
+
+std::string joined(const std::vector<ParameterProblem>& problems) {
+  std::string text;
+  for (const ParameterProblem& problem : problems) {
+    text.append(text.empty() ? "" : "\n").append(problem.text());
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string ParameterProblem::text() const {
+  return file + ":" + std::to_string(line) + ": \"" + entry + "\": thread \"" + thread + "\": " +
+         reason;
+}
+
+ParametersRefused::ParametersRefused(std::vector<ParameterProblem> problems)
+    : std::runtime_error(joined(problems)), problems_(std::move(problems)) {}
+
+Executor::Executor(ExecutorKind kind, ExecutorOptions options)
+    : core_(std::make_shared<executor::ExecutorCore>(kind, std::move(options))) {}
+
+Executor::~Executor() {
+  cancel();
+  core_->remove_all_nodes();
+}
+
+void Executor::add_node(Node& node) { core_->add_node(node.state()); }
+void Executor::remove_node(Node& node) { core_->remove_node(*node.state()); }
+void Executor::spin() { core_->spin(executor::kNever); }
+void Executor::spin_for(std::chrono::nanoseconds duration) {
+  core_->spin(executor::monotonic_now() + duration.count());
+}
+void Executor::cancel() noexcept { core_->cancel(); }
+bool Executor::is_spinning() const noexcept { return core_->is_spinning(); }
+std::vector<ParameterProblem> Executor::parameter_problems() const { return core_->problems(); }
+
+CallbackIsolatedExecutor::CallbackIsolatedExecutor(ExecutorOptions options)
+    : Executor(ExecutorKind::isolated, std::move(options)) {}
+SingleThreadedExecutor::SingleThreadedExecutor(ExecutorOptions options)
+    : Executor(ExecutorKind::single_threaded, std::move(options)) {}
+MultiThreadedExecutor::MultiThreadedExecutor(ExecutorOptions options)
+    : Executor(ExecutorKind::multi_threaded, std::move(options)) {}
+
+}  // namespace cie

@@ -1,0 +1,82 @@
+// What the three executors have in common: membership, start and end of spinning, cancellation. They
+// differ in how callbacks are put on loops and threads.
+#pragma once
+
+#include <cie/executor/executor.hpp>
+#include <cie/tracepoints/trace.hpp>
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "loop.hpp"
+#include "serial_loop.hpp"
+#include "team.hpp"
+#include "wakeup.hpp"
+
+namespace cie::executor {
+
+class ContextState;
+class NodeState;
+
+class ExecutorCore final : public FailureSink, public std::enable_shared_from_this<ExecutorCore> {
+ public:
+  ExecutorCore(ExecutorKind kind, ExecutorOptions options);
+
+  void add_node(const std::shared_ptr<NodeState>& node);
+  void remove_node(NodeState& node);
+  void remove_all_nodes();
+  // A callback that a node got: served at once while spinning, if the node still belongs here.
+  void serve_new(NodeState& node, const std::shared_ptr<Callback>& callback);
+
+  void spin(std::int64_t deadline_ns);
+  void cancel() noexcept;
+  bool is_spinning() const noexcept { return is_spinning_.load(std::memory_order_acquire); }
+  std::vector<ParameterProblem> problems() const { return configurator_.problems(); }
+
+  void on_failure(Callback& callback, std::exception_ptr exception) noexcept override;
+
+ private:
+  using Callbacks = std::vector<std::shared_ptr<Callback>>;
+  using TeamPtr = std::shared_ptr<Team>;
+
+  // One spin() from its beginning to its end, whichever way it ends.
+  class Spin;
+
+  // With mutex_ held: puts callbacks on threads, which it starts and configures first. Throws
+  // ParametersRefused, with nothing of it left.
+  void serve(const Callbacks& callbacks);
+  void serve_isolated(const Callbacks& callbacks);
+  void serve_pooled(const Callbacks& callbacks);
+  TeamPtr start_group_team(const Callbacks& callbacks_of_group);
+  void configure_workers(const NodeState& node);
+  void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
+  unsigned pool_size() const;
+  void wait_for_end(std::int64_t deadline_ns);
+
+  const ExecutorKind kind_;
+  const ExecutorOptions options_;
+  trace::Run run_;
+  ThreadConfigurator configurator_{options_};
+  std::atomic<bool> is_spinning_{false};
+  std::atomic<bool> is_cancelled_{false};
+  Wakeup wakeup_;                                // of the thread in spin(), unless it runs a loop
+  const std::unique_ptr<SerialLoop> own_loop_;   // of the single-threaded executor
+
+  std::mutex mutex_;  // of what follows
+  bool is_serving_ = false;
+  std::vector<std::shared_ptr<NodeState>> nodes_;
+  std::set<const Callback*> served_;
+  std::map<const GroupState*, TeamPtr> teams_;  // isolated: by group; pooled: one, under null
+  std::set<const ContextState*> configured_contexts_;
+
+  std::mutex failure_mutex_;
+  std::exception_ptr failure_;
+};
+
+}  // namespace cie::executor

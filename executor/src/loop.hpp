@@ -1,0 +1,48 @@
+// What a thread of an executor does all day.
+#pragma once
+
+#include <cie/tracepoints/schema.hpp>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <vector>
+
+#include "callback.hpp"
+
+namespace cie::executor {
+
+// Told when a callback ended by an exception. From the callback's thread; must not throw.
+class FailureSink {
+ public:
+  FailureSink() = default;
+  FailureSink(const FailureSink&) = delete;
+  FailureSink& operator=(const FailureSink&) = delete;
+  virtual ~FailureSink() = default;
+  virtual void on_failure(Callback& callback, std::exception_ptr exception) noexcept = 0;
+};
+
+// Serves a set of callbacks on the threads that call run(). Everything else may be called from any
+// thread while they do.
+class Loop : public ReadySink {
+ public:
+  virtual void add(std::shared_ptr<Callback> callback) = 0;
+  // Returns when none of them runs or will run; not from a thread of this loop.
+  virtual void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) = 0;
+  // Serves until stop() or until `deadline_ns` of CLOCK_MONOTONIC.
+  virtual void run(std::int64_t deadline_ns) = 0;
+  // Makes every run() return after the callback it is in; final. Async-signal-safe in SerialLoop.
+  virtual void stop() noexcept = 0;
+  virtual bool is_on_own_thread() const noexcept = 0;
+};
+
+// Runs one instance; true if there was one. What the user's function throws ends up in `failures`.
+inline bool execute(Callback& callback, FailureSink& failures) noexcept {
+  try {
+    return callback.execute_one();
+  } catch (...) {
+    failures.on_failure(callback, std::current_exception());
+    return true;
+  }
+}
+
+}  // namespace cie::executor

@@ -1,0 +1,31 @@
+// Names of nodes, topics, callbacks and threads.
+#pragma once
+
+#include <cie/tracepoints/trace.hpp>
+#include <string>
+#include <string_view>
+#include <typeinfo>
+
+namespace cie::executor {
+
+// "/ns/name". Throws std::invalid_argument for a name that is not one of ROS 2.
+std::string qualified_node_name(std::string_view name, std::string_view name_space);
+
+// The absolute name of a topic as a node of this name means it: "scan", "/scan" or "~/scan". Throws
+// std::invalid_argument.
+std::string qualified_topic(std::string_view topic, std::string_view qualified_node);
+
+// The name a ROS 2 topic has in DDS: "rt" before the absolute name.
+std::string dds_topic_name(std::string_view qualified_topic);
+
+// `<node>@Timer(<what>)`; `what` is the period in ns, the topic, or an explicit callback name.
+std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::string_view what);
+
+// What a thread can be called (15 bytes) so that `ps` and `top` show what it does: the ends of the
+// node's and the source's name, "lidar:scan", "lidar:100ms", or of an explicit callback name.
+std::string thread_label(const trace::CallbackInfo& info);
+
+// A type's name as it is written in C++.
+std::string demangled(const std::type_info& type);
+
+}  // namespace cie::executor

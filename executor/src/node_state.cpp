@@ -1,0 +1,159 @@
+#include "node_state.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "executor_core.hpp"
+#include "names.hpp"
+#include "subscription_callback.hpp"
+#include "timer_callback.hpp"
+#include "writer.hpp"
+
+namespace cie {
+namespace executor {
+
+NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view name,
+                     std::string_view name_space)
+    : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {}
+
+std::shared_ptr<GroupState> NodeState::new_group(GroupType type) {
+  auto group = std::make_shared<GroupState>(id(), type);
+  const std::lock_guard lock{mutex_};
+  groups_.push_back(group);
+  return group;
+}
+
+std::shared_ptr<GroupState> NodeState::group_or_new(const std::shared_ptr<CallbackGroup>& group) {
+  if (group == nullptr) return std::make_shared<GroupState>(id(), GroupType::mutually_exclusive);
+  const std::lock_guard lock{mutex_};
+  if (std::ranges::find(groups_, group->state()) == groups_.end()) {
+    throw std::logic_error{"the callback group given to node \"" + name_ +
+                           "\" is another node's: create it with this one"};
+  }
+  return group->state();
+}
+
+void NodeState::add(std::shared_ptr<Callback> callback) {
+  std::shared_ptr<ExecutorCore> executor;
+  {
+    const std::lock_guard lock{mutex_};
+    callbacks_.push_back(callback);
+    executor = executor_;
+  }
+  if (executor == nullptr) return;
+  try {
+    executor->serve_new(*this, callback);
+  } catch (...) {
+    const std::lock_guard lock{mutex_};
+    std::erase(callbacks_, callback);
+    throw;
+  }
+}
+
+std::vector<std::shared_ptr<Callback>> NodeState::callbacks() const {
+  const std::lock_guard lock{mutex_};
+  return callbacks_;
+}
+
+void NodeState::join(std::shared_ptr<ExecutorCore> executor) {
+  const std::lock_guard lock{mutex_};
+  if (executor_ == executor) {
+    throw std::logic_error{"node \"" + name_ + "\" was already added to this executor"};
+  }
+  if (executor_ != nullptr) {
+    throw std::logic_error{"node \"" + name_ +
+                           "\" belongs to another executor: remove it there first"};
+  }
+  executor_ = std::move(executor);
+}
+
+void NodeState::leave() {
+  const std::lock_guard lock{mutex_};
+  executor_.reset();
+}
+
+std::shared_ptr<ExecutorCore> NodeState::executor() const {
+  const std::lock_guard lock{mutex_};
+  return executor_;
+}
+
+namespace {
+
+trace::CallbackInfo describe(const NodeState& node, const GroupState& group, CallbackKind kind,
+                             const std::string& what, const CallbackOptions& options,
+                             const std::type_info& symbol) {
+  trace::CallbackInfo info;
+  info.group = group.id();
+  info.node = node.id();
+  info.kind = kind;
+  info.logical_id = trace::unique_logical_id(
+      logical_id(node.name(), kind, options.name.empty() ? what : options.name));
+  info.symbol = demangled(symbol);
+  if (options.deadline.count() < 0) {
+    throw std::invalid_argument{"the deadline of \"" + info.logical_id + "\" is negative"};
+  }
+  info.deadline_ns = static_cast<std::uint64_t>(options.deadline.count());
+  return info;
+}
+
+}  // namespace
+
+std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanoseconds period,
+                                            std::function<void()> function,
+                                            const TimerOptions& options,
+                                            const std::type_info& symbol) {
+  if (period < std::chrono::microseconds{1}) {
+    throw std::invalid_argument{"a timer of node \"" + node.name() + "\" has a period of " +
+                                std::to_string(period.count()) + " ns: 1000 ns is the least"};
+  }
+  auto group = node.group_or_new(options.group);
+  auto info = describe(node, *group, CallbackKind::timer, std::to_string(period.count()), options,
+                       symbol);
+  info.period_ns = static_cast<std::uint64_t>(period.count());
+  auto timer = std::make_shared<TimerCallback>(std::move(group), std::move(info),
+                                               std::move(function), options);
+  node.add(timer);
+  return timer;
+}
+
+std::shared_ptr<SubscriptionCallback> create_subscription(
+    NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
+    MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
+  const std::string name = qualified_topic(topic, node.name());
+  auto group = node.group_or_new(options.group);
+  auto reader = std::make_unique<Reader>(node.context(), name, qos, type);
+  auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
+  info.source = name;
+  info.queue_depth = qos.depth();
+  auto subscription = std::make_shared<SubscriptionCallback>(
+      std::move(group), std::move(info), std::move(reader), type, std::move(function));
+  node.add(subscription);
+  return subscription;
+}
+
+std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
+                                      const dds_topic_descriptor& type) {
+  return std::make_shared<Writer>(node.context(), node.id(), qualified_topic(topic, node.name()),
+                                  qos, type);
+}
+
+}  // namespace executor
+
+Node::Node(const Context& context, std::string_view name, std::string_view name_space)
+    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space)) {}
+
+Node::~Node() {
+  if (const auto executor = state_->executor()) executor->remove_node(*state_);
+}
+
+const std::string& Node::fully_qualified_name() const noexcept { return state_->name(); }
+
+std::shared_ptr<CallbackGroup> Node::create_callback_group(GroupType type) {
+  return std::make_shared<CallbackGroup>(state_->new_group(type));
+}
+
+GroupType CallbackGroup::type() const noexcept { return state_->type(); }
+GroupId CallbackGroup::id() const noexcept { return state_->id(); }
+
+}  // namespace cie

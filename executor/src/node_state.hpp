@@ -1,0 +1,54 @@
+// What a Node is made of, shared with the executor that serves it.
+#pragma once
+
+#include <cie/executor/node.hpp>
+#include <cie/tracepoints/trace.hpp>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "callback.hpp"
+#include "context_state.hpp"
+
+namespace cie::executor {
+
+class ExecutorCore;
+
+// Thread-safe. The lock is never held while the executor's is taken.
+class NodeState {
+ public:
+  NodeState(std::shared_ptr<ContextState> context, std::string_view name,
+            std::string_view name_space);
+
+  const std::string& name() const noexcept { return name_; }
+  NodeId id() const noexcept { return trace_.id(); }
+  const std::shared_ptr<ContextState>& context() const noexcept { return context_; }
+
+  // The group for a new callback: the given one, or a fresh one. Throws std::logic_error if the
+  // given one belongs to another node.
+  std::shared_ptr<GroupState> group_or_new(const std::shared_ptr<CallbackGroup>& group);
+  std::shared_ptr<GroupState> new_group(GroupType type);
+
+  // Takes the callback in and tells the executor, which serves it before this returns. If it
+  // refuses (throws), the callback is taken out again.
+  void add(std::shared_ptr<Callback> callback);
+  std::vector<std::shared_ptr<Callback>> callbacks() const;
+
+  // Membership. join() throws std::logic_error when the node has an executor.
+  void join(std::shared_ptr<ExecutorCore> executor);
+  void leave();
+  std::shared_ptr<ExecutorCore> executor() const;
+
+ private:
+  std::shared_ptr<ContextState> context_;
+  std::string name_;
+  trace::Node trace_;
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<GroupState>> groups_;
+  std::vector<std::shared_ptr<Callback>> callbacks_;
+  std::shared_ptr<ExecutorCore> executor_;
+};
+
+}  // namespace cie::executor

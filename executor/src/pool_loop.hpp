@@ -1,0 +1,57 @@
+// Callbacks served by several threads from one queue.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "loop.hpp"
+
+namespace cie::executor {
+
+// The dispatch of the multi-threaded executor and of a reentrant group's pool. One idle thread, the
+// leader, waits for the next timer; the others wait for work. Callbacks of a mutually exclusive group
+// never overlap.
+class PoolLoop final : public Loop {
+ public:
+  explicit PoolLoop(FailureSink& failures) : failures_(failures) {}
+
+  void on_ready(Callback& callback) noexcept override;
+  void add(std::shared_ptr<Callback> callback) override;
+  void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) override;
+  void run(std::int64_t deadline_ns) override;
+  void stop() noexcept override;
+  bool is_on_own_thread() const noexcept override;
+
+ private:
+  struct Served {
+    std::shared_ptr<Callback> callback;
+    int running = 0;
+    bool is_removed = false;
+  };
+
+  // All with the lock held.
+  Served* pick();
+  bool is_blocked(const Served& served) const;
+  void finish(Served& served, bool has_run);
+  std::int64_t next_due() const;
+  void wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns);
+
+  FailureSink& failures_;
+  mutable std::mutex mutex_;  // of everything below
+  std::condition_variable work_;
+  std::condition_variable finished_;
+  std::vector<std::unique_ptr<Served>> served_;
+  std::map<const GroupState*, int> running_of_group_;
+  std::vector<std::thread::id> runners_;
+  std::size_t turn_ = 0;  // where pick() begins: every callback gets its turn
+  int idle_ = 0;
+  bool has_leader_ = false;
+  bool is_stopped_ = false;
+};
+
+}  // namespace cie::executor

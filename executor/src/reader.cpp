@@ -1,0 +1,93 @@
+#include "reader.hpp"
+
+#include <utility>
+
+// clang-format off
+#include <dds/features.h>
+#include <dds/ddsi/ddsi_serdata.h>
+// clang-format on
+
+#include "context_state.hpp"
+#include "dds_qos.hpp"
+#include "names.hpp"
+
+namespace cie::executor {
+namespace {
+
+// How many arrivals are remembered for a queue without bound.
+constexpr std::uint32_t kUnboundedLogDepth = 4096;
+
+struct UnrefSerdata {
+  void operator()(ddsi_serdata* data) const noexcept { ddsi_serdata_unref(data); }
+};
+using SerdataPtr = std::unique_ptr<ddsi_serdata, UnrefSerdata>;
+
+void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* delivery) noexcept {
+  if (status.total_count_change > 0) {
+    static_cast<Delivery*>(delivery)->lost(static_cast<std::uint32_t>(status.total_count_change));
+  }
+}
+
+struct DeleteListener {
+  void operator()(dds_listener_t* listener) const noexcept { dds_delete_listener(listener); }
+};
+
+}  // namespace
+
+Reader::Reader(std::shared_ptr<ContextState> context, const std::string& topic, const QoS& qos,
+               const dds_topic_descriptor& type)
+    : context_(std::move(context)) {
+  const bool keeps_all = qos.history() == History::keep_all;
+  const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
+  delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
+                                         keeps_all || is_keyed ? 0 : qos.depth());
+  const auto dds_qos = dds::to_dds(qos, topic);
+  const dds_entity_t participant = context_->participant();
+  topic_ = dds::Entity{
+      dds_create_topic(participant, &type, dds_topic_name(topic).c_str(), nullptr, nullptr),
+      "creating the DDS topic", topic};
+  const std::unique_ptr<dds_listener_t, DeleteListener> listener{
+      dds_create_listener(delivery_.get())};
+  dds_lset_sample_lost(listener.get(), on_sample_lost);
+  // The cache belongs to the reader from here on; if there is no reader, it leaks nothing but
+  // itself, because Cyclone does not say whether it took it.
+  reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.get(), dds_qos.get(),
+                                              listener.get(), make_recording_cache(delivery_)),
+                        "creating the DDS reader", topic};
+}
+
+bool Reader::take(void* message, MessageInfo& info) {
+  for (;;) {
+    ddsi_serdata* taken = nullptr;
+    dds_sample_info_t sample{};
+    QueueCount& count = delivery_->count();
+    const std::uint64_t stored = count.begin_take();
+    const bool is_empty = dds_takecdr(reader_.get(), &taken, 1, &sample, DDS_ANY_STATE) <= 0;
+    const auto outcome = is_empty             ? TakeOutcome::empty
+                         : sample.valid_data ? TakeOutcome::sample
+                                             : TakeOutcome::other;
+    count.end_take(outcome, stored);
+    if (is_empty) return false;
+    const SerdataPtr data{taken};
+    if (outcome == TakeOutcome::other) continue;
+    if (!ddsi_serdata_to_sample(data.get(), message, nullptr, nullptr)) continue;
+    info.source_timestamp_realtime_ns = sample.source_timestamp;
+    if (const auto arrival = delivery_->arrivals().find(data.get())) {
+      info.arrival_ns = arrival->time_ns;
+      info.writer_gid = arrival->writer_gid;
+    } else {
+      info.arrival_ns = -1;
+      info.writer_gid = 0;
+    }
+    return true;
+  }
+}
+
+std::uint32_t Reader::matched() const {
+  dds_subscription_matched_status_t status{};
+  dds::check(dds_get_subscription_matched_status(reader_.get(), &status),
+             "asking for the publishers", "a reader");
+  return status.current_count;
+}
+
+}  // namespace cie::executor

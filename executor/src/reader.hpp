@@ -1,0 +1,42 @@
+// The receiving end of a topic.
+#pragma once
+
+#include <cie/executor/message.hpp>
+#include <cie/executor/qos.hpp>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "dds_entity.hpp"
+#include "delivery.hpp"
+
+namespace cie::executor {
+
+class ContextState;
+
+// Owns a DDS reader and its topic. take() and matched() from any thread.
+class Reader {
+ public:
+  // `topic` is the absolute ROS name. Throws dds::Error, std::logic_error (QoS).
+  Reader(std::shared_ptr<ContextState> context, const std::string& topic, const QoS& qos,
+         const dds_topic_descriptor& type);
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+  // Deletes the reader first, which waits for its listener: not in a callback of DDS.
+  ~Reader() = default;
+
+  // Takes the next sample into `message`, reusing the memory of its contents, and says what is
+  // known of it. False when there is none.
+  bool take(void* message, MessageInfo& info);
+
+  Delivery& delivery() noexcept { return *delivery_; }
+  std::uint32_t matched() const;
+
+ private:
+  std::shared_ptr<ContextState> context_;
+  std::shared_ptr<Delivery> delivery_;
+  dds::Entity topic_;
+  dds::Entity reader_;
+};
+
+}  // namespace cie::executor

@@ -1,0 +1,158 @@
+#include "team.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "clock.hpp"
+#include "sched_parameters.hpp"
+#include "threads.hpp"
+
+namespace cie::executor {
+
+const SpecEntry* ThreadConfigurator::entry_of_callback(
+    const std::string& logical_id) const noexcept {
+  return options_.spec ? options_.spec->find_callback(logical_id) : nullptr;
+}
+
+const SpecEntry* ThreadConfigurator::entry_of_thread(const std::string& name) const noexcept {
+  return options_.spec ? options_.spec->find_thread(name) : nullptr;
+}
+
+ParameterProblem ThreadConfigurator::problem(const SpecEntry& entry, const std::string& thread,
+                                             int error, std::string reason) const {
+  return {.file = options_.spec->name(),
+          .line = entry.line,
+          .entry = entry.id,
+          .thread = thread,
+          .error = error,
+          .reason = std::move(reason)};
+}
+
+void ThreadConfigurator::report(const ParameterProblem& problem) {
+  const std::lock_guard lock{mutex_};
+  problems_.push_back(problem);
+  if (options_.on_parameter_problem) options_.on_parameter_problem(problem);
+}
+
+std::vector<ParameterProblem> ThreadConfigurator::problems() const {
+  const std::lock_guard lock{mutex_};
+  return problems_;
+}
+
+std::vector<ParameterProblem> ThreadConfigurator::configure(trace::Thread& thread,
+                                                            const std::string& name,
+                                                            const SpecEntry* entry) {
+  SchedRequest outcome;
+  if (entry != nullptr) outcome = request(thread.tid(), entry->parameters);
+  const auto reported = thread.emit_sched(SchedMoment::applied, outcome.error);
+  std::vector<ParameterProblem> found;
+  if (entry == nullptr) return found;
+  if (outcome.error != 0) {
+    found.push_back(problem(*entry, name, outcome.error,
+                            "cannot set " + outcome.what + ": " + outcome.reason));
+  } else if (!reported) {
+    found.push_back(problem(*entry, name, 0, "the thread ended before it could be read back"));
+  } else {
+    for (const std::string& difference : differences(entry->parameters, *reported)) {
+      found.push_back(problem(*entry, name, 0, "read back after setting: " + difference));
+    }
+  }
+  for (const ParameterProblem& each : found) report(each);
+  return found;
+}
+
+Team::Team(std::unique_ptr<Loop> loop, const std::vector<ThreadPlan>& plans,
+           ThreadConfigurator& configurator)
+    : loop_(std::move(loop)), configurator_(configurator), unconfigured_(plans.size()) {
+  try {
+    for (const ThreadPlan& plan : plans) {
+      threads_.emplace_back([this, plan] { run(plan); });
+    }
+  } catch (...) {
+    stop();
+    join();
+    throw;
+  }
+}
+
+Team::~Team() {
+  stop();
+  join();
+}
+
+void Team::run(const ThreadPlan& plan) noexcept {
+  set_current_thread_name(plan.name);
+  try {
+    trace::Thread thread{plan.role, plan.callback, plan.group, plan.name};
+    thread.emit_sched(SchedMoment::initial, 0);
+    const auto problems = configurator_.configure(thread, plan.name, plan.entry);
+    {
+      std::unique_lock lock{mutex_};
+      problems_.insert(problems_.end(), problems.begin(), problems.end());
+      --unconfigured_;
+      changed_.notify_all();
+      changed_.wait(lock, [this] { return gate_ != Gate::closed; });
+      if (gate_ == Gate::leave) return;
+    }
+    loop_->run(kNever);
+  } catch (...) {
+    // Setting up failed (memory, a handler that threw): whoever waits at the gate is told.
+    const std::lock_guard lock{mutex_};
+    failure_ = std::current_exception();
+    unconfigured_ = unconfigured_ > 0 ? unconfigured_ - 1 : 0;
+    changed_.notify_all();
+  }
+}
+
+std::vector<ParameterProblem> Team::wait_configured() {
+  std::unique_lock lock{mutex_};
+  changed_.wait(lock, [this] { return unconfigured_ == 0; });
+  if (failure_) std::rethrow_exception(failure_);
+  return problems_;
+}
+
+void Team::set_gate(Gate gate) {
+  const std::lock_guard lock{mutex_};
+  if (gate_ == Gate::closed) gate_ = gate;
+  changed_.notify_all();
+}
+
+void Team::open_gate() { set_gate(Gate::open); }
+
+void Team::add(const std::shared_ptr<Callback>& callback) {
+  {
+    const std::lock_guard lock{mutex_};
+    callbacks_.push_back(callback);
+  }
+  loop_->add(callback);
+}
+
+void Team::remove(const std::vector<std::shared_ptr<Callback>>& callbacks) {
+  {
+    const std::lock_guard lock{mutex_};
+    std::erase_if(callbacks_, [&callbacks](const auto& callback) {
+      return std::ranges::find(callbacks, callback) != callbacks.end();
+    });
+  }
+  loop_->remove(callbacks);
+}
+
+void Team::stop() {
+  loop_->stop();
+  set_gate(Gate::leave);
+  std::vector<std::shared_ptr<Callback>> callbacks;
+  {
+    const std::lock_guard lock{mutex_};
+    callbacks.swap(callbacks_);
+  }
+  for (const auto& callback : callbacks) callback->serve(nullptr);
+}
+
+void Team::join() {
+  const std::lock_guard lock{join_mutex_};
+  for (std::thread& thread : threads_) {
+    if (thread.joinable()) thread.join();
+  }
+}
+
+}  // namespace cie::executor

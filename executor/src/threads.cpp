@@ -1,0 +1,61 @@
+#include "threads.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include <pthread.h>
+#include <unistd.h>
+
+namespace cie::executor {
+
+std::set<std::uint32_t> thread_ids() {
+  std::set<std::uint32_t> tids;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry{"/proc/self/task", error}, end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    std::uint32_t tid = 0;
+    if (std::from_chars(name.data(), name.data() + name.size(), tid).ec == std::errc{}) {
+      tids.insert(tid);
+    }
+  }
+  return tids;
+}
+
+std::string thread_name(std::uint32_t tid) {
+  std::ifstream file{"/proc/self/task/" + std::to_string(tid) + "/comm"};
+  std::string name;
+  std::getline(file, name);
+  return name;
+}
+
+std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
+    const std::set<std::uint32_t>& before) {
+  using namespace std::chrono_literals;
+  constexpr int kAttempts = 50;
+  const std::string own = thread_name(current_tid());
+  std::vector<std::pair<std::uint32_t, std::string>> found;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    found.clear();
+    for (const std::uint32_t tid : thread_ids()) {
+      if (!before.contains(tid)) found.emplace_back(tid, thread_name(tid));
+    }
+    std::erase_if(found, [](const auto& thread) { return thread.second.empty(); });
+    if (std::ranges::none_of(found, [&own](const auto& t) { return t.second == own; })) break;
+    std::this_thread::sleep_for(1ms);
+  }
+  return found;
+}
+
+std::uint32_t current_tid() noexcept { return static_cast<std::uint32_t>(gettid()); }
+
+void set_current_thread_name(const std::string& name) noexcept {
+  constexpr std::size_t kRoom = 15;
+  pthread_setname_np(pthread_self(), name.substr(0, kRoom).c_str());
+}
+
+}  // namespace cie::executor

@@ -1,0 +1,27 @@
+// The threads of this process as the kernel lists them.
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::executor {
+
+std::set<std::uint32_t> thread_ids();
+
+// The name (comm) of a thread of this process; empty when it is gone.
+std::string thread_name(std::uint32_t tid);
+
+// The threads that are not in `before`. A new thread names itself after it started; this waits
+// briefly for those that still carry the caller's name.
+std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
+    const std::set<std::uint32_t>& before);
+
+std::uint32_t current_tid() noexcept;
+
+// Names the calling thread; what exceeds 15 bytes is cut off.
+void set_current_thread_name(const std::string& name) noexcept;
+
+}  // namespace cie::executor

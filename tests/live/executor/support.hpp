@@ -1,0 +1,62 @@
+// What the live tests of the executor share: a private place on the loopback interface.
+#pragma once
+
+#include <cie/executor/executor.hpp>
+#include <cie/executor/node.hpp>
+#include <chrono>
+#include <cie_messages.hpp>
+#include <functional>
+#include <future>
+#include <string>
+#include <thread>
+
+#include <unistd.h>
+
+namespace cie::test {
+
+using namespace std::chrono_literals;
+
+// Several test processes run at once: the domain spreads them over ports, the tag keeps those that
+// share one apart.
+inline Context::Options private_options() {
+  constexpr std::uint32_t kDomains = 200;
+  const auto pid = static_cast<std::uint32_t>(getpid());
+  return {.domain = 20 + pid % kDomains, .loopback = true, .tag = "test-" + std::to_string(pid)};
+}
+
+// Waits for `is_true` with a generous bound: a failure means "never", not "late".
+inline bool eventually(const std::function<bool()>& is_true, std::chrono::seconds bound = 20s) {
+  const auto end = std::chrono::steady_clock::now() + bound;
+  while (!is_true()) {
+    if (std::chrono::steady_clock::now() > end) return false;
+    std::this_thread::sleep_for(1ms);
+  }
+  return true;
+}
+
+// spin() on a thread of its own; what it throws comes out of wait(). Cancels when it goes.
+class Spinning {
+ public:
+  explicit Spinning(Executor& executor)
+      : executor_(executor), done_(std::async(std::launch::async, [&executor] { executor.spin(); })) {
+    eventually([this] { return executor_.is_spinning() || is_done(); });
+  }
+  Spinning(const Spinning&) = delete;
+  Spinning& operator=(const Spinning&) = delete;
+  ~Spinning() {
+    executor_.cancel();
+    if (done_.valid()) done_.wait();
+  }
+  bool is_done() const { return done_.wait_for(0s) == std::future_status::ready; }
+  void wait() { done_.get(); }
+  void cancel_and_wait() {
+    executor_.cancel();
+    done_.get();
+  }
+
+ private:
+  Executor& executor_;
+  std::future<void> done_;
+};
+
+}  // namespace cie::test

@@ -1,0 +1,148 @@
+// A traced application for the live tests: one timer and one subscription, each on its own thread,
+// and a publisher, driven by the facade alone.
+//
+//   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort]
+//              [--burst N] [--status N] [--ready FILE]
+//
+// Writes FILE (its pid) once everything is registered; prints the totals it emitted on exit.
+#include <cie/tracepoints/trace.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include <unistd.h>
+
+namespace {
+
+namespace trace = cie::trace;
+
+struct Options {
+  std::uint64_t instances = 10;
+  std::uint64_t period_us = 1000;
+  std::uint64_t burst = 0;
+  bool is_until_signal = false;
+  std::string leave_by = "return";
+  int status = 0;
+  std::string ready;
+};
+
+std::atomic<bool> is_asked_to_stop{false};
+
+Options parse(int argc, char** argv) {
+  Options options;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view name = argv[i];
+    if (name == "--until-signal") {
+      options.is_until_signal = true;
+      continue;
+    }
+    if (i + 1 >= argc) {
+      std::exit(64);
+    }
+    const std::string value = argv[++i];
+    if (name == "--instances") {
+      options.instances = std::stoull(value);
+    } else if (name == "--period-us") {
+      options.period_us = std::stoull(value);
+    } else if (name == "--burst") {
+      options.burst = std::stoull(value);
+    } else if (name == "--leave-by") {
+      options.leave_by = value;
+    } else if (name == "--status") {
+      options.status = std::stoi(value);
+    } else if (name == "--ready") {
+      options.ready = value;
+    } else {
+      std::exit(64);
+    }
+  }
+  return options;
+}
+
+struct Application {
+  trace::Run run{cie::ExecutorKind::isolated, ""};
+  trace::Node node{"/test/node"};
+  trace::Group timer_group{node.id(), cie::GroupType::mutually_exclusive};
+  trace::Group subscription_group{node.id(), cie::GroupType::mutually_exclusive};
+  trace::Publisher publisher{node.id(), "/test/topic", 0x1234};
+  trace::Callback timer{{.group = timer_group.id(),
+                         .node = node.id(),
+                         .kind = cie::CallbackKind::timer,
+                         .logical_id = trace::unique_logical_id("/test/node@Timer(1000000)"),
+                         .source = "",
+                         .symbol = "on_timer",
+                         .period_ns = 1'000'000}};
+  trace::Callback subscription{
+      {.group = subscription_group.id(),
+       .node = node.id(),
+       .kind = cie::CallbackKind::subscription,
+       .logical_id = trace::unique_logical_id("/test/node@Subscription(/test/topic)"),
+       .source = "/test/topic",
+       .symbol = "on_message",
+       .queue_depth = 5}};
+};
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+void run_instance(Application& app, std::int64_t release_ns) {
+  const std::uint64_t timer_seq =
+      app.timer.start({.kind = cie::ReleaseKind::timer, .release_ns = release_ns});
+  const std::int64_t stamp = app.publisher.publish();
+  app.subscription.release(0);
+  app.timer.end(timer_seq, cie::CallbackStatus::ok);
+  const std::uint64_t seq = app.subscription.start({.kind = cie::ReleaseKind::data,
+                                                    .release_ns = release_ns,
+                                                    .source_timestamp_realtime_ns = stamp,
+                                                    .writer_gid = 0x1234});
+  app.subscription.end(seq, cie::CallbackStatus::ok);
+}
+
+void work(Application& app, const Options& options) {
+  const trace::Thread thread(cie::ThreadRole::pool, cie::kNoCallback, cie::kNoGroup, "pool");
+  if (!options.ready.empty()) {
+    std::ofstream(options.ready + ".tmp") << getpid() << '\n';
+    std::rename((options.ready + ".tmp").c_str(), options.ready.c_str());
+  }
+  for (std::uint64_t i = 0; i < options.burst; ++i) {
+    run_instance(app, now_ns());
+  }
+  for (std::uint64_t i = 0; options.is_until_signal ? !is_asked_to_stop : i < options.instances;
+       ++i) {
+    trace::thread_wakeup(app.timer.id(), cie::WakeupReason::timer);
+    run_instance(app, now_ns());
+    std::this_thread::sleep_for(std::chrono::microseconds(options.period_us));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Options options = parse(argc, argv);
+  for (const int signal : {SIGTERM, SIGINT}) {
+    std::signal(signal, [](int) { is_asked_to_stop = true; });
+  }
+  auto app = std::make_unique<Application>();
+  std::thread(work, std::ref(*app), std::cref(options)).join();
+  std::printf("instances %llu\n", static_cast<unsigned long long>(app->timer.next_seq()));
+  std::fflush(stdout);
+  if (options.leave_by == "abort") {
+    std::abort();
+  }
+  if (options.leave_by == "exit") {
+    std::exit(options.status);  // the application is still alive, and leaks
+  }
+  return options.status;
+}

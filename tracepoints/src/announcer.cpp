@@ -1,0 +1,142 @@
+#include "announcer.hpp"
+
+#include "clock.hpp"
+#include "provider.h"
+
+#include <cerrno>
+#include <csignal>
+#include <ctime>
+#include <new>
+#include <system_error>
+#include <utility>
+
+#include <linux/futex.h>
+#include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace cie::trace {
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::int64_t kPollWhileUntraced = 800'000'000;
+constexpr std::int64_t kLetAllEventsBeEnabled = 50'000'000;
+constexpr int kNice = 10;
+constexpr std::size_t kStackSize = 256 * 1024;
+
+// Bumped whenever the announcer has something to look at; its futex.
+std::atomic<std::uint32_t> wakeups{0};
+// How many session starts LTTng told of.
+std::atomic<std::uint32_t> session_starts{0};
+
+void wake() noexcept {
+  wakeups.fetch_add(1, std::memory_order_release);
+  syscall(SYS_futex, &wakeups, FUTEX_WAKE_PRIVATE, 1, nullptr, nullptr, 0);
+}
+
+void count_session_start() noexcept {
+  session_starts.fetch_add(1, std::memory_order_release);
+  wake();
+}
+
+void wait(std::uint32_t seen_wakeups, std::int64_t nanoseconds) noexcept {
+  const timespec timeout{.tv_sec = nanoseconds / kSecond, .tv_nsec = nanoseconds % kSecond};
+  syscall(SYS_futex, &wakeups, FUTEX_WAIT_PRIVATE, seen_wakeups, &timeout, nullptr, 0);
+}
+
+// An ordinary thread even if its creator is real-time: the attributes say so before it exists.
+int create_thread(pthread_t* thread, void* (*enter)(void*), void* argument) {
+  pthread_attr_t attributes{};
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, kStackSize);
+  const sched_param no_priority{};
+  pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+  pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
+  pthread_attr_setschedparam(&attributes, &no_priority);
+  int error = pthread_create(thread, &attributes, enter, argument);
+  if (error == EPERM) {  // SCHED_IDLE without the right to leave it: stay there
+    pthread_attr_setinheritsched(&attributes, PTHREAD_INHERIT_SCHED);
+    error = pthread_create(thread, &attributes, enter, argument);
+  }
+  pthread_attr_destroy(&attributes);
+  return error;
+}
+
+}  // namespace
+
+Announcer::Announcer(std::function<void()> announce)
+    : announce_(std::move(announce)), seen_(session_starts.load(std::memory_order_acquire)) {
+  watch_session_starts(&count_session_start);
+  sigset_t all;
+  sigset_t previous;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &previous);  // the new thread inherits it
+  const int error = create_thread(&thread_, &Announcer::enter, this);
+  pthread_sigmask(SIG_SETMASK, &previous, nullptr);
+  if (error != 0) {
+    throw std::system_error(error, std::generic_category(),
+                            "cannot create the thread \"cie-announce\"");
+  }
+}
+
+Announcer::~Announcer() {
+  is_stopping_.store(true, std::memory_order_release);
+  wake();
+  pthread_join(thread_, nullptr);
+}
+
+void* Announcer::enter(void* self) noexcept {
+  static_cast<Announcer*>(self)->run();
+  return nullptr;
+}
+
+// Without memory for the read-backs the announcement is tried again at the next wake-up.
+bool Announcer::try_announce() noexcept {
+  try {
+    announce_();
+    return true;
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+}
+
+void Announcer::run() noexcept {
+  pthread_setname_np(pthread_self(), "cie-announce");
+  const auto tid = static_cast<id_t>(syscall(SYS_gettid));
+  if (getpriority(PRIO_PROCESS, tid) < kNice) {
+    setpriority(PRIO_PROCESS, tid, kNice);
+  }
+  bool was_traced = is_traced();
+  std::int64_t next_sync = monotonic_now_ns();
+  while (true) {
+    const std::uint32_t seen_wakeups = wakeups.load(std::memory_order_acquire);
+    if (is_stopping_.load(std::memory_order_acquire)) {
+      return;
+    }
+    const bool is_now_traced = is_traced();
+    const std::uint32_t starts = session_starts.load(std::memory_order_acquire);
+    if (starts != seen_) {
+      was_traced = try_announce();
+      seen_ = was_traced ? starts : seen_;
+    } else if (is_now_traced && !was_traced) {
+      wait(seen_wakeups, kLetAllEventsBeEnabled);
+      was_traced = try_announce();
+    } else {
+      was_traced = is_now_traced;
+    }
+    std::int64_t pause = kPollWhileUntraced;
+    if (is_now_traced) {
+      const std::int64_t now = monotonic_now_ns();
+      if (now >= next_sync) {
+        const ClockPair clocks = read_clocks();
+        emit::clock_sync(clocks.monotonic_ns, clocks.realtime_ns);
+        next_sync = now + kSecond;
+      }
+      pause = next_sync - now;
+    }
+    wait(seen_wakeups, pause);
+  }
+}
+
+}  // namespace cie::trace

@@ -1,0 +1,38 @@
+// The background thread that announces all state whenever tracing starts, and emits `clock_sync`.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+
+#include <pthread.h>
+
+namespace cie::trace {
+
+// Runs from construction to destruction. Not real-time, whatever its creator is: SCHED_OTHER,
+// nice 10; all signals blocked; named "cie-announce".
+//
+// Sessions announce themselves through a probe (see provider.h), so the thread sleeps on a futex.
+// It wakes by itself once a second while traced, for `clock_sync`; and every 800 ms while not
+// traced, to see the one case the probe does not tell: events enabled in a session that already
+// runs.
+class Announcer {
+ public:
+  // `announce` is called on the background thread. Throws std::system_error.
+  explicit Announcer(std::function<void()> announce);
+  ~Announcer();
+  Announcer(const Announcer&) = delete;
+  Announcer& operator=(const Announcer&) = delete;
+
+ private:
+  static void* enter(void* self) noexcept;
+  void run() noexcept;
+  bool try_announce() noexcept;
+
+  std::function<void()> announce_;
+  std::uint32_t seen_;  // session starts that were announced already
+  std::atomic<bool> is_stopping_{false};
+  pthread_t thread_{};
+};
+
+}  // namespace cie::trace

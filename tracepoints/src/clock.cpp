@@ -1,0 +1,34 @@
+#include "clock.hpp"
+
+#include <ctime>
+#include <limits>
+
+namespace cie::trace {
+namespace {
+
+std::int64_t now_ns(clockid_t clock) noexcept {
+  timespec now{};
+  clock_gettime(clock, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+std::int64_t monotonic_now_ns() noexcept { return now_ns(CLOCK_MONOTONIC); }
+
+ClockPair read_clocks() noexcept {
+  ClockPair best{};
+  std::int64_t shortest = std::numeric_limits<std::int64_t>::max();
+  for (int attempt = 0; attempt < 5; ++attempt) {
+    const std::int64_t before = now_ns(CLOCK_MONOTONIC);
+    const std::int64_t realtime = now_ns(CLOCK_REALTIME);
+    const std::int64_t interval = now_ns(CLOCK_MONOTONIC) - before;
+    if (interval < shortest) {
+      shortest = interval;
+      best = {.monotonic_ns = before + interval / 2, .realtime_ns = realtime};
+    }
+  }
+  return best;
+}
+
+}  // namespace cie::trace

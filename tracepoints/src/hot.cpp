@@ -1,0 +1,92 @@
+// The functions on the callback path. Each counts, then emits: a number is taken before the
+// tracepoint looks whether it is enabled, so that an announcement which reads the counter after
+// tracing began never misses a number that was not recorded (see tracepoints/README.md,
+// "next_seq").
+#include <cie/tracepoints/trace.hpp>
+
+#include "provider.h"
+#include "state.hpp"
+
+#include <ctime>
+
+namespace cie::trace {
+namespace {
+
+// Takes the next number of a counter. Without overlap there is one writer at a time, ordered by the
+// executor, and an ordinary increment serves at a tenth of the cost.
+std::uint64_t take(std::atomic<std::uint64_t>& counter, bool may_overlap) noexcept {
+  if (may_overlap) {
+    return counter.fetch_add(1, std::memory_order_relaxed);
+  }
+  const std::uint64_t value = counter.load(std::memory_order_relaxed);
+  counter.store(value + 1, std::memory_order_relaxed);
+  return value;
+}
+
+// Keeps the compiler from looking at the tracepoint before the count.
+void count_before_emit() noexcept { std::atomic_signal_fence(std::memory_order_seq_cst); }
+
+std::int64_t realtime_ns() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+void Callback::release(std::uint64_t overwritten) noexcept {
+  CallbackState& state = *state_;
+  const std::uint64_t seq = state.released.fetch_add(1, std::memory_order_relaxed) + 1;
+  std::uint64_t seen = state.overwritten.load(std::memory_order_relaxed);
+  while (overwritten > seen &&
+         !state.overwritten.compare_exchange_weak(seen, overwritten, std::memory_order_relaxed)) {
+  }
+  count_before_emit();
+  emit::callback_release(id_, seq, overwritten);
+}
+
+std::uint64_t Callback::next_seq() const noexcept {
+  return state_->started.load(std::memory_order_relaxed);
+}
+
+std::uint64_t Callback::start(const Release& release) noexcept {
+  const std::uint64_t seq = take(state_->started, state_->may_overlap);
+  count_before_emit();
+  emit::callback_start(id_, seq, release);
+  return seq;
+}
+
+void Callback::end(std::uint64_t seq, CallbackStatus status) noexcept {
+  take(state_->ended, state_->may_overlap);
+  count_before_emit();
+  emit::callback_end(id_, seq, status);
+}
+
+void Callback::sample_lost(std::uint32_t count) noexcept {
+  const std::uint64_t total = state_->lost.fetch_add(count, std::memory_order_relaxed) + count;
+  count_before_emit();
+  emit::sample_lost(id_, count, total);
+}
+
+std::int64_t Publisher::publish() noexcept {
+  const MessageStamp message = state_->messages.next(realtime_ns());
+  count_before_emit();
+  emit::publish(id_, message.seq, message.source_timestamp_realtime_ns);
+  return message.source_timestamp_realtime_ns;
+}
+
+void Publisher::publish(std::int64_t source_timestamp_realtime_ns) noexcept {
+  const std::uint64_t seq = state_->messages.next_seq_at(source_timestamp_realtime_ns);
+  count_before_emit();
+  emit::publish(id_, seq, source_timestamp_realtime_ns);
+}
+
+std::int64_t Publisher::next_source_timestamp() noexcept {
+  return state_->messages.next_timestamp(realtime_ns());
+}
+
+void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept {
+  emit::thread_wakeup(callback, reason);
+}
+
+}  // namespace cie::trace

@@ -1,0 +1,80 @@
+// Reads a thread's scheduling parameters back from the kernel.
+#include <cie/tracepoints/trace.hpp>
+
+#include <cerrno>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace cie::trace {
+namespace {
+
+// struct sched_attr of uapi/linux/sched/types.h, first published size.
+struct SchedAttr {
+  std::uint32_t size = 0;
+  std::uint32_t policy = 0;
+  std::uint64_t flags = 0;
+  std::int32_t nice = 0;
+  std::uint32_t priority = 0;
+  std::uint64_t runtime = 0;
+  std::uint64_t deadline = 0;
+  std::uint64_t period = 0;
+};
+static_assert(sizeof(SchedAttr) == 48);
+
+constexpr std::uint32_t kDeadlinePolicy = 6;  // SCHED_DEADLINE, which glibc 2.36 does not define
+
+// The kernel refuses a mask shorter than its own, so it grows until it fits.
+std::optional<std::vector<std::uint32_t>> read_affinity(pid_t tid) {
+  constexpr std::size_t kBits = 8 * sizeof(unsigned long);
+  for (std::size_t words = 16; words <= 16384; words *= 2) {
+    std::vector<unsigned long> mask(words);
+    const long bytes =
+        syscall(SYS_sched_getaffinity, tid, words * sizeof(unsigned long), mask.data());
+    if (bytes < 0 && errno == EINVAL) {
+      continue;
+    }
+    if (bytes < 0) {
+      return std::nullopt;
+    }
+    std::vector<std::uint32_t> cpus;
+    for (std::size_t bit = 0; bit < static_cast<std::size_t>(bytes) * 8; ++bit) {
+      if ((mask[bit / kBits] >> (bit % kBits)) & 1U) {
+        cpus.push_back(static_cast<std::uint32_t>(bit));
+      }
+    }
+    return cpus;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SchedReadBack> read_back(std::uint32_t tid) {
+  SchedAttr attr;
+  const auto kernel_tid = static_cast<pid_t>(tid);
+  if (syscall(SYS_sched_getattr, kernel_tid, &attr, sizeof attr, 0U) != 0) {
+    return std::nullopt;
+  }
+  std::optional<std::vector<std::uint32_t>> cpus = read_affinity(kernel_tid);
+  if (!cpus) {
+    return std::nullopt;
+  }
+  // For other policies the kernel reports its own time slice there.
+  const bool is_deadline = attr.policy == kDeadlinePolicy;
+  return SchedReadBack{
+      .policy = static_cast<std::int32_t>(attr.policy & ~std::uint32_t{SCHED_RESET_ON_FORK}),
+      .flags = attr.flags,
+      .nice = attr.nice,
+      .priority = attr.priority,
+      .runtime_ns = is_deadline ? attr.runtime : 0,
+      .deadline_ns = is_deadline ? attr.deadline : 0,
+      .period_ns = is_deadline ? attr.period : 0,
+      .cpus = std::move(*cpus)};
+}
+
+}  // namespace cie::trace

@@ -1,0 +1,419 @@
+#include "registry.hpp"
+
+#include "clock.hpp"
+#include "provider.h"
+#include "version.hpp"
+
+#include <algorithm>
+#include <new>
+#include <utility>
+
+#include <pthread.h>
+
+namespace cie::trace {
+namespace {
+
+constexpr std::time_t kPatienceAtExitSeconds = 1;
+
+void emit_clock_sync() noexcept {
+  const ClockPair clocks = read_clocks();
+  emit::clock_sync(clocks.monotonic_ns, clocks.realtime_ns);
+}
+
+void emit_init(const CallbackState& callback) noexcept {
+  const CallbackInfo& info = callback.info;
+  emit::callback_init({.callback_id = to_number(callback.id),
+                       .group_id = to_number(info.group),
+                       .node_id = to_number(info.node),
+                       .kind = info.kind,
+                       .logical_id = info.logical_id.c_str(),
+                       .source = info.source.c_str(),
+                       .symbol = info.symbol.c_str(),
+                       .period_ns = info.period_ns,
+                       .queue_depth = info.queue_depth,
+                       .deadline_ns = info.deadline_ns,
+                       .next_seq = callback.started.load(std::memory_order_acquire)});
+}
+
+void emit_init(const PublisherState& publisher) noexcept {
+  emit::publisher_init(publisher.id, publisher.node, publisher.topic.c_str(), publisher.writer_gid,
+                       publisher.messages.count());
+}
+
+void emit_init(const ThreadState& thread) noexcept {
+  emit::thread_init({.tid = thread.tid,
+                     .role = thread.role,
+                     .callback_id = to_number(thread.callback),
+                     .group_id = to_number(thread.group),
+                     .name = thread.name.c_str(),
+                     .start_ns = thread.start_ns});
+}
+
+void emit_sched(const ThreadState& thread, const SchedRecord& record) noexcept {
+  const SchedReadBack& read = record.parameters;
+  emit::thread_sched({.tid = thread.tid,
+                      .moment = record.moment,
+                      .n = record.n,
+                      .policy = read.policy,
+                      .flags = read.flags,
+                      .nice = read.nice,
+                      .priority = read.priority,
+                      .runtime_ns = read.runtime_ns,
+                      .deadline_ns = read.deadline_ns,
+                      .period_ns = read.period_ns,
+                      .cpus = read.cpus.data(),
+                      .cpu_count = static_cast<std::uint32_t>(read.cpus.size()),
+                      .error = record.error});
+}
+
+void emit_fini(const CallbackState& callback) noexcept {
+  // `ended` is read before `started`, so that a callback which is running shows as started only.
+  const std::uint64_t ended = callback.ended.load(std::memory_order_acquire);
+  emit::callback_fini({.callback_id = to_number(callback.id),
+                       .started = callback.started.load(std::memory_order_acquire),
+                       .ended = ended,
+                       .released = callback.released.load(std::memory_order_acquire),
+                       .overwritten = callback.overwritten.load(std::memory_order_acquire),
+                       .lost = callback.lost.load(std::memory_order_acquire)});
+}
+
+void emit_fini(const PublisherState& publisher) noexcept {
+  emit::publisher_fini(publisher.id, publisher.messages.count());
+}
+
+void emit_fini(const ThreadState& thread) noexcept {
+  emit::thread_fini(thread.tid, thread.read_backs);
+}
+
+}  // namespace
+
+// The registry's lock. The thread meets the tracer before it takes the lock: a first event
+// registers the thread under a lock of LTTng's that fork() holds while it waits for ours.
+class Registry::Guard {
+ public:
+  explicit Guard(Registry& registry) : mutex_(registry.mutex_) {
+    touch_current_thread();
+    mutex_.lock();
+  }
+  ~Guard() { mutex_.unlock(); }
+  Guard(const Guard&) = delete;
+  Guard& operator=(const Guard&) = delete;
+
+ private:
+  PriorityMutex& mutex_;
+};
+
+bool Registry::Live::has_objects() const noexcept {
+  return !nodes.empty() || !groups.empty() || !callbacks.empty() || !publishers.empty() ||
+         !threads.empty();
+}
+
+Registry& Registry::instance() {
+  static Registry* const registry = new Registry;  // outlives every static object
+  return *registry;
+}
+
+Registry::Registry() : live_(std::make_unique<Live>()) {
+  pthread_atfork(&before_fork, &after_fork_in_parent, &after_fork_in_child);
+  at_process_exit([]() noexcept { instance().finish_at_exit(); });
+}
+
+std::uint64_t Registry::begin_run(ExecutorKind executor, std::string_view spec_sha256) {
+  const Guard guard(*this);
+  Live& live = *live_;
+  if (!live.is_running && !is_finished_) {
+    live.executor = executor;
+    live.spec_sha256 = spec_sha256;
+    live.process = read_process_info();
+    // Before run_begin: a session that starts meanwhile is then announced to, rather than missed.
+    live.announcer = std::make_unique<Announcer>([this] { announce(); });
+    live.is_running = true;
+    emit_run_begin(RunMoment::start);
+    emit_registered();
+  }
+  ++live.runs;
+  return generation_;
+}
+
+void Registry::end_run(std::uint64_t generation) {
+  std::unique_ptr<Announcer> stopped;
+  const Guard guard(*this);
+  if (generation == generation_) {
+    --live_->runs;
+    stopped = end_if_empty();
+  }
+}
+
+void Registry::set_status(std::uint64_t generation, std::int32_t status) {
+  const Guard guard(*this);
+  if (generation == generation_) {
+    live_->totals.status = status;
+  }
+}
+
+NodeId Registry::add_node(std::string_view name) {
+  const Guard guard(*this);
+  const NodeId node{next_node_++};
+  const auto& added = live_->nodes.emplace(node, std::string(name)).first->second;
+  if (live_->is_running) {
+    emit::node_init(node, added.c_str());
+  }
+  return node;
+}
+
+void Registry::remove_node(NodeId node) {
+  std::unique_ptr<Announcer> stopped;
+  const Guard guard(*this);
+  if (live_->nodes.erase(node) != 0) {
+    stopped = end_if_empty();
+  }
+}
+
+GroupId Registry::add_group(NodeId node, GroupType type) {
+  const Guard guard(*this);
+  const GroupId group{next_group_++};
+  live_->groups.emplace(group, GroupRecord{.node = node, .type = type});
+  if (live_->is_running) {
+    ++live_->totals.groups;
+    emit::group_init(group, node, type);
+  }
+  return group;
+}
+
+void Registry::remove_group(GroupId group) {
+  std::unique_ptr<Announcer> stopped;
+  const Guard guard(*this);
+  if (live_->groups.erase(group) != 0) {
+    stopped = end_if_empty();
+  }
+}
+
+std::shared_ptr<CallbackState> Registry::add_callback(CallbackInfo info) {
+  const Guard guard(*this);
+  const auto group = live_->groups.find(info.group);
+  const bool may_overlap =
+      group == live_->groups.end() || group->second.type != GroupType::mutually_exclusive;
+  const CallbackId id{next_callback_++};
+  auto callback = std::make_shared<CallbackState>(id, std::move(info), may_overlap);
+  live_->callbacks.emplace(id, callback);
+  if (live_->is_running) {
+    ++live_->totals.callbacks;
+    emit_init(*callback);
+  }
+  return callback;
+}
+
+void Registry::remove_callback(CallbackId callback) {
+  std::unique_ptr<Announcer> stopped;
+  const Guard guard(*this);
+  const auto found = live_->callbacks.find(callback);
+  if (found == live_->callbacks.end()) {
+    return;
+  }
+  if (live_->is_running) {
+    emit_fini(*found->second);
+  }
+  live_->callbacks.erase(found);
+  stopped = end_if_empty();
+}
+
+std::shared_ptr<PublisherState> Registry::add_publisher(NodeId node, std::string_view topic,
+                                                        std::uint64_t writer_gid) {
+  const Guard guard(*this);
+  const PublisherId id{next_publisher_++};
+  auto publisher = std::make_shared<PublisherState>(id, node, topic, writer_gid);
+  live_->publishers.emplace(id, publisher);
+  if (live_->is_running) {
+    ++live_->totals.publishers;
+    emit_init(*publisher);
+  }
+  return publisher;
+}
+
+void Registry::remove_publisher(PublisherId publisher) {
+  std::unique_ptr<Announcer> stopped;
+  const Guard guard(*this);
+  const auto found = live_->publishers.find(publisher);
+  if (found == live_->publishers.end()) {
+    return;
+  }
+  if (live_->is_running) {
+    emit_fini(*found->second);
+  }
+  live_->publishers.erase(found);
+  stopped = end_if_empty();
+}
+
+std::shared_ptr<ThreadState> Registry::add_thread(ThreadState thread) {
+  auto added = std::make_shared<ThreadState>(std::move(thread));
+  const Guard guard(*this);
+  live_->threads.push_back(added);
+  if (live_->is_running) {
+    ++live_->totals.threads;
+    emit_init(*added);
+  }
+  return added;
+}
+
+void Registry::remove_thread(const ThreadState* thread) {
+  std::unique_ptr<Announcer> stopped;
+  const Guard guard(*this);
+  const auto found = std::ranges::find(live_->threads, thread, &std::shared_ptr<ThreadState>::get);
+  if (found == live_->threads.end()) {
+    return;
+  }
+  if (live_->is_running) {
+    emit_fini(**found);
+  }
+  live_->threads.erase(found);
+  stopped = end_if_empty();
+}
+
+void Registry::record_sched(ThreadState& thread, SchedMoment moment, std::int32_t error,
+                            const SchedReadBack& parameters) {
+  SchedRecord record{.moment = moment, .error = error, .parameters = parameters};
+  const Guard guard(*this);
+  record.n = thread.read_backs++;
+  if (live_->is_running) {
+    emit_sched(thread, record);
+  } else {
+    thread.unsent.push_back(std::move(record));
+  }
+}
+
+std::string Registry::unique_logical_id(std::string_view base) {
+  const Guard guard(*this);
+  auto& claimed = live_->logical_ids;
+  std::string id(base);
+  // "x#2" may itself have been claimed as a base, so look until one is free.
+  std::uint32_t& count = claimed[id];
+  while (++count > 1) {
+    std::string numbered = std::string(base) + '#' + std::to_string(count);
+    if (claimed.emplace(numbered, 1).second) {
+      return numbered;
+    }
+  }
+  return id;
+}
+
+void Registry::announce() {
+  const Guard guard(*this);
+  if (!live_->is_running) {
+    return;
+  }
+  emit_run_begin(RunMoment::announce);
+  emit_everything();
+  for (const auto& thread : live_->threads) {
+    if (auto parameters = read_back(thread->tid)) {  // else it ended unannounced: nothing to say
+      emit_sched(*thread, {.moment = SchedMoment::audit,
+                           .n = thread->read_backs++,
+                           .error = 0,
+                           .parameters = std::move(*parameters)});
+    }
+  }
+  emit_clock_sync();
+}
+
+// At run_begin: everything registered before it counts and is emitted now, with what was read back.
+void Registry::emit_registered() {
+  Live& live = *live_;
+  live.totals.groups += static_cast<std::uint32_t>(live.groups.size());
+  live.totals.callbacks += static_cast<std::uint32_t>(live.callbacks.size());
+  live.totals.publishers += static_cast<std::uint32_t>(live.publishers.size());
+  live.totals.threads += static_cast<std::uint32_t>(live.threads.size());
+  emit_everything();
+  for (const auto& thread : live.threads) {
+    for (const SchedRecord& record : thread->unsent) {
+      emit_sched(*thread, record);
+    }
+    thread->unsent.clear();
+  }
+}
+
+void Registry::emit_everything() const {
+  for (const auto& [id, name] : live_->nodes) {
+    emit::node_init(id, name.c_str());
+  }
+  for (const auto& [id, group] : live_->groups) {
+    emit::group_init(id, group.node, group.type);
+  }
+  for (const auto& [id, callback] : live_->callbacks) {
+    emit_init(*callback);
+  }
+  for (const auto& [id, publisher] : live_->publishers) {
+    emit_init(*publisher);
+  }
+  for (const auto& thread : live_->threads) {
+    emit_init(*thread);
+  }
+}
+
+void Registry::emit_run_begin(RunMoment moment) const {
+  const ClockPair clocks = read_clocks();
+  const ProcessInfo& process = live_->process;
+  emit::run_begin({.tool_version = kToolVersion,
+                   .executor = label(live_->executor).data(),
+                   .boot_id = process.boot_id.c_str(),
+                   .host = process.host.c_str(),
+                   .pid = process.pid,
+                   .pid_ns = process.pid_ns,
+                   .process_start_ns = process.process_start_ns,
+                   .monotonic_ns = clocks.monotonic_ns,
+                   .realtime_ns = clocks.realtime_ns,
+                   .online_cpus = process.online_cpus,
+                   .spec_sha256 = live_->spec_sha256.c_str(),
+                   .moment = moment});
+}
+
+// The announcer is handed out because its thread may be waiting for the lock: the caller destroys
+// it after the lock is released.
+std::unique_ptr<Announcer> Registry::end_if_empty() {
+  Live& live = *live_;
+  if (!live.is_running || live.runs != 0 || live.has_objects()) {
+    return nullptr;
+  }
+  live.is_running = false;
+  emit::run_end(live.totals);
+  return std::move(live.announcer);
+}
+
+void Registry::finish_at_exit() noexcept {
+  touch_current_thread();
+  if (!mutex_.try_lock_for(kPatienceAtExitSeconds)) {
+    return;  // exit() was called with the lock held, from a signal handler: no run_end, no deadlock
+  }
+  Live& live = *live_;
+  is_finished_ = true;
+  std::unique_ptr<Announcer> announcer = std::move(live.announcer);
+  if (live.is_running) {
+    live.is_running = false;
+    for (const auto& [id, callback] : live.callbacks) {
+      emit_fini(*callback);
+    }
+    for (const auto& [id, publisher] : live.publishers) {
+      emit_fini(*publisher);
+    }
+    for (const auto& thread : live.threads) {
+      emit_fini(*thread);
+    }
+    emit::run_end(live.totals);
+  }
+  mutex_.unlock();
+}
+
+void Registry::before_fork() { instance().mutex_.lock(); }
+
+void Registry::after_fork_in_parent() { instance().mutex_.unlock(); }
+
+// The child has none of the parent's threads and runs none of its callbacks. What it inherited is
+// forgotten, not destroyed: the announcer's thread does not exist here, and the inherited lock has
+// an owner that does not either.
+void Registry::after_fork_in_child() {
+  Registry& registry = instance();
+  new (&registry.mutex_) PriorityMutex;
+  static_cast<void>(registry.live_.release());
+  registry.live_ = std::make_unique<Live>();
+  ++registry.generation_;
+}
+
+}  // namespace cie::trace

@@ -1,0 +1,69 @@
+// What the registry and the objects of trace.hpp share about one callback, publisher or thread:
+// identity, written once at registration, and counters, written on the hot path.
+#pragma once
+
+#include <cie/tracepoints/trace.hpp>
+
+#include "message_clock.hpp"
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::trace {
+
+inline constexpr std::size_t kCacheLine = 64;
+
+struct CallbackState {
+  CallbackState(CallbackId callback, CallbackInfo callback_info, bool may_overlap_itself)
+      : id(callback), may_overlap(may_overlap_itself), info(std::move(callback_info)) {}
+
+  const CallbackId id;
+  const bool may_overlap;  // of a reentrant or unknown group: two threads may count at once
+  const CallbackInfo info;
+
+  // Written by the thread that runs the callback …
+  alignas(kCacheLine) std::atomic<std::uint64_t> started{0};
+  std::atomic<std::uint64_t> ended{0};
+  // … and by those that make it ready, on another cache line.
+  alignas(kCacheLine) std::atomic<std::uint64_t> released{0};
+  std::atomic<std::uint64_t> overwritten{0};
+  std::atomic<std::uint64_t> lost{0};
+};
+
+struct PublisherState {
+  PublisherState(PublisherId publisher, NodeId publisher_node, std::string_view publisher_topic,
+                 std::uint64_t gid)
+      : id(publisher), node(publisher_node), topic(publisher_topic), writer_gid(gid) {}
+
+  const PublisherId id;
+  const NodeId node;
+  const std::string topic;
+  const std::uint64_t writer_gid;
+  alignas(kCacheLine) MessageClock messages;
+};
+
+// One read-back of a thread's parameters, as `thread_sched` carries it.
+struct SchedRecord {
+  SchedMoment moment{};
+  std::uint32_t n = 0;
+  std::int32_t error = 0;
+  SchedReadBack parameters;
+};
+
+struct ThreadState {
+  ThreadRole role{};
+  CallbackId callback{};
+  GroupId group{};
+  std::string name;
+  std::uint32_t tid = 0;
+  std::int64_t start_ns = 0;
+  // Guarded by the registry's lock.
+  std::uint32_t read_backs = 0;
+  std::vector<SchedRecord> unsent;  // read back before the first Run
+};
+
+}  // namespace cie::trace

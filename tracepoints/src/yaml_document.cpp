@@ -1,0 +1,240 @@
+#include "yaml_document.hpp"
+
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <set>
+#include <sstream>
+
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
+namespace cie::yaml {
+namespace {
+
+constexpr std::size_t kMaxBytes = std::size_t{4} << 20U;
+constexpr std::size_t kMaxDepth = 64;
+
+[[noreturn]] void fail_at(std::string_view file, int line, std::string_view message) {
+  throw SpecError(std::string(file) + ':' + std::to_string(line) + ": " + std::string(message));
+}
+
+int line_of(const YAML::Mark& mark) { return mark.line < 0 ? 1 : mark.line + 1; }
+
+// Builds the tree from yaml-cpp's events. An alias shares the node it names, so that nested aliases
+// cost nothing here; readers of the tree bound what they visit.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  explicit TreeBuilder(std::string_view file) : file_(file) {}
+
+  std::shared_ptr<const Node> take_root() { return std::move(root_); }
+
+  void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    add(make(Node::Kind::null, mark, anchor));
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto target = anchors_.find(anchor);
+    if (target == anchors_.end()) {
+      fail_at(file_, line_of(mark), "an alias names an anchor that is not defined before it");
+    }
+    if (std::ranges::find(open_, target->second) != open_.end()) {
+      fail_at(file_, line_of(mark), "an alias stands inside the value it names");
+    }
+    add(target->second);
+  }
+  void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
+                const std::string& value) override {
+    auto node = make(Node::Kind::scalar, mark, anchor);
+    node->text = value;
+    add(node);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value /*style*/) override {
+    begin(make(Node::Kind::sequence, mark, anchor));
+  }
+  void OnSequenceEnd() override { open_.pop_back(); }
+  void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value /*style*/) override {
+    begin(make(Node::Kind::map, mark, anchor));
+  }
+  void OnMapEnd() override { open_.pop_back(); }
+
+ private:
+  std::shared_ptr<Node> make(Node::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
+    auto node = std::make_shared<Node>();
+    node->kind = kind;
+    node->line = line_of(mark);
+    if (anchor != 0) anchors_[anchor] = node;
+    return node;
+  }
+  void add(const std::shared_ptr<Node>& node) {
+    if (open_.empty()) {
+      root_ = node;
+    } else {
+      open_.back()->items.push_back(node);
+    }
+  }
+  void begin(const std::shared_ptr<Node>& node) {
+    if (open_.size() == kMaxDepth) fail_at(file_, node->line, "nested too deeply; flatten it");
+    add(node);
+    open_.push_back(node);
+  }
+
+  std::string_view file_;
+  std::shared_ptr<const Node> root_;
+  std::vector<std::shared_ptr<Node>> open_;  // sequences and maps not yet ended, outermost first
+  std::map<YAML::anchor_t, std::shared_ptr<Node>> anchors_;
+};
+
+// Length of the UTF-8 sequence at the front of `text`; 0 if it is none (RFC 3629).
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xf0 ? 4 : first >= 0xe0 ? 3 : 2;
+  if (first < 0xc2 || first > 0xf4 || text.size() < length) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80) return 0;
+  }
+  const unsigned char second = byte(1);
+  const bool is_overlong = (first == 0xe0 && second < 0xa0) || (first == 0xf0 && second < 0x90);
+  const bool is_surrogate = first == 0xed && second > 0x9f;
+  const bool is_beyond_unicode = first == 0xf4 && second > 0x8f;
+  return is_overlong || is_surrogate || is_beyond_unicode ? 0 : length;
+}
+
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+void check_is_text(std::string_view text, std::string_view file) {
+  if (text.size() > kMaxBytes) {
+    fail_at(file, 1, "larger than 4 MiB; a scheduling spec is a small YAML file");
+  }
+  int line = 1;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto length = utf8_length(text.substr(i));
+    const char c = text[i];
+    if (length == 0) fail_at(file, line, "not UTF-8; save the file in that encoding");
+    if (is_control(c) && c != '\n' && c != '\r' && c != '\t') {
+      fail_at(file, line, "holds a control character; a scheduling spec is YAML text");
+    }
+    if (c == '\n') ++line;
+    i += length;
+  }
+}
+
+std::string in_quotes(std::string_view text) {
+  constexpr std::size_t kShown = 80;
+  return '"' + std::string(text.substr(0, kShown)) + (text.size() > kShown ? "…\"" : "\"");
+}
+
+// Empty unless `text` is an exact decimal int64.
+std::optional<std::int64_t> parse_integer(std::string_view text) {
+  const std::string_view digits = text.starts_with('-') ? text.substr(1) : text;
+  if (digits.empty() || (digits.size() > 1 && digits.front() == '0')) return std::nullopt;
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+  return value;
+}
+
+std::string_view kind_name(Node::Kind kind) {
+  switch (kind) {
+    case Node::Kind::null:
+      return "nothing";
+    case Node::Kind::scalar:
+      return "a single value";
+    case Node::Kind::sequence:
+      return "a list";
+    case Node::Kind::map:
+      return "a map";
+  }
+  return "";
+}
+
+}  // namespace
+
+void Value::fail(std::string_view message) const {
+  std::string text = entry_.empty() ? std::string() : "entry " + in_quotes(entry_) + ": ";
+  fail_at(file_, node_->line, text += message);
+}
+
+Value Value::of_entry(std::string_view entry) const {
+  Value value = *this;
+  value.entry_ = entry;
+  return value;
+}
+
+const std::string& Value::text(std::string_view what) const {
+  if (node_->kind != Node::Kind::scalar) {
+    fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) + "; write a single value");
+  }
+  if (std::ranges::any_of(node_->text, is_control)) {
+    fail(in_quotes(what) + " holds a line break or control character; write plain text");
+  }
+  return node_->text;
+}
+
+std::vector<Value> Value::items(std::string_view what) const {
+  if (node_->kind != Node::Kind::sequence) {
+    fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) + "; write a list");
+  }
+  std::vector<Value> values;
+  values.reserve(node_->items.size());
+  for (const auto& item : node_->items)
+    values.push_back(Value(*item, file_).of_entry(entry_));
+  return values;
+}
+
+std::vector<std::pair<std::string, Value>> Value::fields(std::string_view what) const {
+  if (node_->kind != Node::Kind::map) {
+    fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) +
+         "; write a map of \"key: value\" lines");
+  }
+  std::vector<std::pair<std::string, Value>> fields;
+  std::set<std::string_view> seen;
+  for (std::size_t i = 0; i + 1 < node_->items.size(); i += 2) {
+    const Value key = Value(*node_->items[i], file_).of_entry(entry_);
+    const std::string& name = key.text("key");
+    if (!seen.insert(name).second)
+      key.fail("key " + in_quotes(name) + " is written twice; remove one");
+    fields.emplace_back(name, Value(*node_->items[i + 1], file_).of_entry(entry_));
+  }
+  return fields;
+}
+
+std::int64_t Value::integer(std::string_view what, std::int64_t min, std::int64_t max) const {
+  const auto value = parse_integer(text(what));
+  if (value && *value >= min && *value <= max) return *value;
+  std::string remedy =
+      "; write a whole number from " + std::to_string(min) + " to " + std::to_string(max);
+  if (!value) remedy += " in decimal digits (no fraction, exponent, unit or leading zero)";
+  fail(in_quotes(what) + " is " + in_quotes(node_->text) + remedy);
+}
+
+std::shared_ptr<const Node> parse(std::string_view text, std::string_view file) {
+  check_is_text(text, file);
+  // yaml-cpp takes a quoted text that the file's end cuts off as complete if a line break precedes
+  // the end, so it does not get to see that.
+  text = text.substr(0, text.find_last_not_of(" \t\r\n") + 1);
+  std::istringstream stream{std::string(text)};
+  try {
+    YAML::Parser parser(stream);
+    TreeBuilder first(file);
+    if (!parser.HandleNextDocument(first)) fail_at(file, 1, "empty; write callback_groups: []");
+    TreeBuilder second(file);
+    if (parser.HandleNextDocument(second)) {
+      fail_at(file, second.take_root()->line, "a second document begins; keep one per file");
+    }
+    return first.take_root();
+  } catch (const YAML::Exception& error) {
+    fail_at(file, line_of(error.mark), "not YAML: " + error.msg);
+  }
+}
+
+}  // namespace cie::yaml

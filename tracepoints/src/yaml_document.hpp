@@ -1,0 +1,60 @@
+// A YAML document from an untrusted file, as values that know where they stand. yaml-cpp parses;
+// the tree is ours, so that depth, size and aliases are bounded and every message has a line.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace cie::yaml {
+
+struct Node {
+  enum class Kind : std::uint8_t { null, scalar, sequence, map };
+  Kind kind = Kind::null;
+  int line = 1;
+  std::string text;                                // of a scalar
+  std::vector<std::shared_ptr<const Node>> items;  // of a sequence; of a map: key, value, key, …
+};
+
+// One value of the document and what it belongs to. Cheap to copy; valid as long as its Document.
+// Every function that expects a shape throws SpecError when it finds another.
+class Value {
+ public:
+  Value(const Node& node, std::string_view file) : node_(&node), file_(file) {}
+
+  int line() const noexcept { return node_->line; }
+  bool is_null() const noexcept { return node_->kind == Node::Kind::null; }
+  bool is_empty_sequence() const noexcept {
+    return node_->kind == Node::Kind::sequence && node_->items.empty();
+  }
+
+  // `what` names the value in messages: "affinity".
+  const std::string& text(std::string_view what) const;
+  std::vector<Value> items(std::string_view what) const;
+  // Keys are text and occur once.
+  std::vector<std::pair<std::string, Value>> fields(std::string_view what) const;
+  // Decimal digits with an optional minus sign, exactly: neither fraction, exponent, other base nor
+  // leading zero, and within [min, max].
+  std::int64_t integer(std::string_view what, std::int64_t min, std::int64_t max) const;
+
+  // The same value; messages say that it belongs to `entry`.
+  Value of_entry(std::string_view entry) const;
+  // "FILE:LINE: entry "ID": message".
+  [[noreturn]] void fail(std::string_view message) const;
+
+ private:
+  const Node* node_;
+  std::string_view file_;
+  std::string entry_;
+};
+
+// Parses exactly one document. Throws SpecError for anything else: other encodings than UTF-8,
+// control characters, more than 4 MiB, nesting beyond 64, bad syntax, a second document.
+std::shared_ptr<const Node> parse(std::string_view text, std::string_view file);
+
+}  // namespace cie::yaml
