@@ -117,8 +117,13 @@ def _short(value: Any) -> str:
     return text if len(text) < 160 else text[:157] + "..."
 
 
-def compare_weaker(expected: dict[str, Any], got: dict[str, Any]) -> list[str]:
-    """Law L2: loss never turns FAIL into PASS and never makes a false FAIL."""
+def compare_weaker(expected: dict[str, Any], got: dict[str, Any], flips: bool) -> list[str]:
+    """Law L2: loss never makes a false FAIL and never lets a violation pass over all.
+
+    `flips`: neither may a single subject go from FAIL to PASS. That holds when what is missing
+    leaves holes; a missing tail is a crash, and the rules judge what was before it. M7 is left out:
+    its table has no INCONCLUSIVE.
+    """
     lines = []
     wanted = expected["verdict"]
     if (wanted, got.get("verdict")) in (("PASS", "FAIL"), ("FAIL", "PASS")):
@@ -128,10 +133,9 @@ def compare_weaker(expected: dict[str, Any], got: dict[str, Any]) -> list[str]:
         truth = {s["subject"]: s["verdict"] for s in rule["subjects"]}
         for s in rules.get(rule["id"], {}).get("subjects", []):
             before, after = truth.get(s["subject"], "NOT_APPLICABLE"), s["verdict"]
-            if before == "*":
-                continue
-            if (after == "FAIL") != (before == "FAIL") and {before, after} & {"FAIL"} and (
-                    after in ("FAIL", "PASS")):
+            false_fail = after == "FAIL" and before not in ("FAIL", "*")
+            flip = flips and after == "PASS" and before == "FAIL" and rule["id"] != "M7"
+            if false_fail or flip:
                 lines.append(f"{rule['id']} {s['subject']}: {after}, though without the loss it is "
                              f"{before}" + _evidence(rules[rule["id"]], s["subject"]))
     return lines

@@ -51,6 +51,7 @@ class Scenario:
         self.hidden: set[int] = set()      # ids of truth rows that the trace no longer shows
         self.unpaired: set[int] = set()    # rows whose end the trace no longer shows
         self.weaker = False                # verdicts may only be weaker than declared
+        self.flips = True                  # and never go from FAIL to PASS
         self.recomputable = True           # babeltrace2 reads everything of it
         self.numbers = True                # report and instances are known
         self.report_open: set[str] = set()  # report keys that the documents leave open
@@ -467,6 +468,6 @@ class Scenario:
         (folder / "instances.csv").write_text(self.instances_csv())
         for name, data in (("report", self.report()), ("verify", self.verify()),
                            ("how", {"scenario": self.name, "seed": self.seed,
-                                    "weaker": self.weaker, "recomputable": self.recomputable,
+                                    "weaker": self.weaker, "flips": self.flips, "recomputable": self.recomputable,
                                     "numbers": self.numbers})):
             (folder / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n")
