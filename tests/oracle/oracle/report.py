@@ -86,7 +86,7 @@ def callback_report(callback: Callback) -> dict[str, Any]:
 def chain_report(chain: Chain, model: Model) -> dict[str, Any]:
     exact = [c for c in chain.instances if c.exact]
     hops = []
-    for k, hop in enumerate(chain.hops):
+    for k, hop in enumerate(chain.hops if exact else ()):
         last = k == len(chain.hops) - 1
         processing = [(c.instances[k].end if last else c.publishes[k].time) - c.instances[k].release
                       for c in exact]

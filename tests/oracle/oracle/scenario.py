@@ -290,6 +290,8 @@ class Scenario:
             "callbacks": [self._callback_report(c, a) for a in self.apps for c in a.callbacks],
             "chains": [self._chain_report(name, members) for name, members in self.chains],
         }
+        if not self.chains:
+            del report["chains"]  # a spec without chains: none, or those seen?
         for c in report["callbacks"]:
             for key in self.report_open:
                 c.pop(key, None)
