@@ -12,16 +12,15 @@ std::int64_t after(std::int64_t last, std::int64_t now) noexcept { return std::m
 // Reads the two halves one by one: a mixture of two states fails the exchange that follows, and
 // count() looks at one half only.
 MessageClock::Value MessageClock::load() const noexcept {
-  const auto* stamp = reinterpret_cast<const MessageStamp*>(&word_);
   Value value{};
-  value.stamp.seq = __atomic_load_n(&stamp->seq, __ATOMIC_RELAXED);
+  value.stamp.seq = __atomic_load_n(&value_.stamp.seq, __ATOMIC_RELAXED);
   value.stamp.source_timestamp_realtime_ns =
-      __atomic_load_n(&stamp->source_timestamp_realtime_ns, __ATOMIC_RELAXED);
+      __atomic_load_n(&value_.stamp.source_timestamp_realtime_ns, __ATOMIC_RELAXED);
   return value;
 }
 
 bool MessageClock::exchange(Value expected, Value desired) noexcept {
-  return __sync_bool_compare_and_swap(&word_, expected.word, desired.word);
+  return __sync_bool_compare_and_swap(&value_.word, expected.word, desired.word);
 }
 
 MessageStamp MessageClock::next(std::int64_t now) noexcept {
@@ -59,7 +58,7 @@ std::int64_t MessageClock::next_timestamp(std::int64_t now) noexcept {
 }
 
 std::uint64_t MessageClock::count() const noexcept {
-  return __atomic_load_n(&reinterpret_cast<const MessageStamp*>(&word_)->seq, __ATOMIC_ACQUIRE);
+  return __atomic_load_n(&value_.stamp.seq, __ATOMIC_ACQUIRE);
 }
 
 }  // namespace cie::trace

@@ -34,7 +34,7 @@ class MessageClock {
   Value load() const noexcept;
   bool exchange(Value expected, Value desired) noexcept;
 
-  alignas(16) Word word_ = 0;
+  alignas(16) Value value_{.word = 0};
 };
 
 }  // namespace cie::trace
