@@ -1,6 +1,4 @@
-#include <array>
 #include <cie/analysis/analyzer.hpp>
-#include <utility>
 
 #include "chain_tracker.hpp"
 #include "enforcement_tracker.hpp"
@@ -11,6 +9,9 @@
 #include "report_builder.hpp"
 #include "rules/rule.hpp"
 #include "thread_timeline.hpp"
+
+#include <array>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -88,23 +89,22 @@ struct Analyzer::Pipeline {
 
   void structural(const Event& event) {
     const auto& head = event.head;
-    std::visit(Overloaded{[&](const StreamBegin& e) { recording.apply(head, e); },
-                          [&](const StreamEnd& e) { recording.apply(head, e); },
-                          [&](const PacketBegin& e) { recording.apply(head, e); },
-                          [&](const PacketEnd& e) { recording.apply(head, e); },
-                          [&](const Discarded& e) {
-                            recording.apply(head, e);
-                            if (recording.is_kernel(head.stream)) {
-                              timeline.add_hole(registry.host_of(head),
-                                                {.begin = e.begin,
-                                                 .end = e.end,
-                                                 .cpu = head.cpu.value_or(-1)});
-                            }
-                          },
-                          [&](const DamagedPacket& e) { recording.apply(head, e); },
-                          [&](const TimeRegression& e) { recording.apply(head, e); },
-                          [](const auto&) {}},
-               event.body);
+    std::visit(
+        Overloaded{[&](const StreamBegin& e) { recording.apply(head, e); },
+                   [&](const StreamEnd& e) { recording.apply(head, e); },
+                   [&](const PacketBegin& e) { recording.apply(head, e); },
+                   [&](const PacketEnd& e) { recording.apply(head, e); },
+                   [&](const Discarded& e) {
+                     recording.apply(head, e);
+                     if (recording.is_kernel(head.stream)) {
+                       timeline.add_hole(
+                           registry.host_of(head),
+                           {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
+                     }
+                   },
+                   [&](const DamagedPacket& e) { recording.apply(head, e); },
+                   [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
+        event.body);
   }
 
   void hot(const Event& event) {
@@ -114,92 +114,92 @@ struct Analyzer::Pipeline {
       const auto process = registry.process_of(head);
       return process ? &model.callbacks[at(registry.callback(*process, id))] : nullptr;
     };
-    std::visit(
-        Overloaded{[&](const CallbackRelease& e) {
-                     auto* callback = callback_of(e.callback);
-                     if (callback == nullptr) return;
-                     ++callback->releases;
-                     if (e.overwritten > callback->overwritten) {
-                       callback->overwritten = e.overwritten;
-                       callback->overwritten_at = ref(head);
-                     }
-                   },
-                   [&](const SampleLost& e) {
-                     auto* callback = callback_of(e.callback);
-                     if (callback == nullptr || e.total <= callback->lost) return;
-                     callback->lost = e.total;
-                     callback->lost_at = ref(head);
-                   },
-                   [&](const ThreadWakeup& e) { instances.apply(head, e); },
-                   [&](const CallbackStart& e) { instances.apply(head, e); },
-                   [&](const CallbackEnd& e) { instances.apply(head, e); },
-                   [&](const Publish& e) { instances.apply(head, e); },
-                   [&](const ClockSync& e) { instances.apply(head, e); },
-                   [&](const SchedSwitch& e) {
-                     model.hosts[at(host)].has_switches = true;
-                     if (!head.cpu) return;
-                     const auto hole = timeline.on_switch(host, *head.cpu, head.time, e, observer);
-                     if (hole) {
-                       recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
-                                               .domain = Domain::kernel,
-                                               .host = host,
-                                               .begin = hole->begin,
-                                               .end = hole->end,
-                                               .count = std::nullopt,
-                                               .cpu = hole->cpu,
-                                               .note = {}});
-                     }
-                     enforcement.on_switch(head, host, e);
-                   },
-                   [&](const SchedWaking& e) {
-                     model.hosts[at(host)].has_wakings = true;
-                     timeline.on_waking(host, e.tid, head.time);
-                   },
-                   [&](const SchedWakeup& e) {
-                     model.hosts[at(host)].has_wakings = true;
-                     timeline.on_wakeup(host, e.tid, head.time);
-                   },
-                   [&](const SchedProcessFork& e) {
-                     model.hosts[at(host)].has_forks = true;
-                     enforcement.on_fork(head, host, e);
-                   },
-                   [&](const SchedProcessExit& e) {
-                     registry.apply(head, e);
-                     timeline.on_exit(host, e.tid);
-                   },
-                   [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
-                   [](const auto&) {}},
-        event.body);
+    std::visit(Overloaded{[&](const CallbackRelease& e) {
+                            auto* callback = callback_of(e.callback);
+                            if (callback == nullptr) return;
+                            ++callback->releases;
+                            if (e.overwritten > callback->overwritten) {
+                              callback->overwritten = e.overwritten;
+                              callback->overwritten_at = ref(head);
+                            }
+                          },
+                          [&](const SampleLost& e) {
+                            auto* callback = callback_of(e.callback);
+                            if (callback == nullptr || e.total <= callback->lost) return;
+                            callback->lost = e.total;
+                            callback->lost_at = ref(head);
+                          },
+                          [&](const ThreadWakeup& e) { instances.apply(head, e); },
+                          [&](const CallbackStart& e) { instances.apply(head, e); },
+                          [&](const CallbackEnd& e) { instances.apply(head, e); },
+                          [&](const Publish& e) { instances.apply(head, e); },
+                          [&](const ClockSync& e) { instances.apply(head, e); },
+                          [&](const SchedSwitch& e) {
+                            model.hosts[at(host)].has_switches = true;
+                            if (!head.cpu) return;
+                            const auto hole =
+                                timeline.on_switch(host, *head.cpu, head.time, e, observer);
+                            if (hole) {
+                              recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
+                                                      .domain = Domain::kernel,
+                                                      .host = host,
+                                                      .begin = hole->begin,
+                                                      .end = hole->end,
+                                                      .count = std::nullopt,
+                                                      .cpu = hole->cpu,
+                                                      .note = {}});
+                            }
+                            enforcement.on_switch(head, host, e);
+                          },
+                          [&](const SchedWaking& e) {
+                            model.hosts[at(host)].has_wakings = true;
+                            timeline.on_waking(host, e.tid, head.time);
+                          },
+                          [&](const SchedWakeup& e) {
+                            model.hosts[at(host)].has_wakings = true;
+                            timeline.on_wakeup(host, e.tid, head.time);
+                          },
+                          [&](const SchedProcessFork& e) {
+                            model.hosts[at(host)].has_forks = true;
+                            enforcement.on_fork(head, host, e);
+                          },
+                          [&](const SchedProcessExit& e) {
+                            registry.apply(head, e);
+                            timeline.on_exit(host, e.tid);
+                          },
+                          [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
+                          [](const auto&) {}},
+               event.body);
   }
 
   void state(const Event& event) {
     const auto& head = event.head;
     const auto host = registry.host_of(head);
-    std::visit(Overloaded{[&](const ThreadInit& e) {
-                            const auto thread = registry.apply(head, e);
-                            if (!thread) return;
-                            const auto& facts = model.threads[at(*thread)];
-                            const bool is_new = facts.announced && facts.announced->time == head.time;
-                            if (is_new && facts.ran.empty()) instances.thread_began(host, *thread);
-                          },
-                          [&](const ThreadFini& e) {
-                            enforcement.on_thread_fini(head, host, e.tid);
-                            registry.apply(head, e);
-                          },
-                          [&](const ThreadSched& e) {
-                            const auto thread = registry.apply(head, e);
-                            if (thread) enforcement.on_read_back(*thread, e);
-                          },
-                          [&](const RunBegin& e) { registry.apply(head, e); },
-                          [&](const RunEnd& e) { registry.apply(head, e); },
-                          [&](const NodeInit& e) { registry.apply(head, e); },
-                          [&](const GroupInit& e) { registry.apply(head, e); },
-                          [&](const CallbackInit& e) { registry.apply(head, e); },
-                          [&](const CallbackFini& e) { registry.apply(head, e); },
-                          [&](const PublisherInit& e) { registry.apply(head, e); },
-                          [&](const PublisherFini& e) { registry.apply(head, e); },
-                          [](const auto&) {}},
-               event.body);
+    std::visit(
+        Overloaded{[&](const ThreadInit& e) {
+                     const auto thread = registry.apply(head, e);
+                     if (!thread) return;
+                     const auto& facts = model.threads[at(*thread)];
+                     const bool is_new = facts.announced && facts.announced->time == head.time;
+                     if (is_new && facts.ran.empty()) instances.thread_began(host, *thread);
+                   },
+                   [&](const ThreadFini& e) {
+                     enforcement.on_thread_fini(head, host, e.tid);
+                     registry.apply(head, e);
+                   },
+                   [&](const ThreadSched& e) {
+                     const auto thread = registry.apply(head, e);
+                     if (thread) enforcement.on_read_back(*thread, e);
+                   },
+                   [&](const RunBegin& e) { registry.apply(head, e); },
+                   [&](const RunEnd& e) { registry.apply(head, e); },
+                   [&](const NodeInit& e) { registry.apply(head, e); },
+                   [&](const GroupInit& e) { registry.apply(head, e); },
+                   [&](const CallbackInit& e) { registry.apply(head, e); },
+                   [&](const CallbackFini& e) { registry.apply(head, e); },
+                   [&](const PublisherInit& e) { registry.apply(head, e); },
+                   [&](const PublisherFini& e) { registry.apply(head, e); }, [](const auto&) {}},
+        event.body);
   }
 
   AnalysisOptions options;

@@ -36,8 +36,8 @@ void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
   if (!facts.first_source_timestamp) facts.first_source_timestamp = source_timestamp;
   auto& messages = messages_[publisher];
   if (messages.size() >= kMaxMessages) messages.pop_front();
-  messages.push_back(Message{
-      .source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
+  messages.push_back(
+      Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
 }
 
 void ChainTracker::resolve(ChainNode& node) {
@@ -68,7 +68,8 @@ void ChainTracker::resolve(ChainNode& node) {
   node.depth = node.parent->depth + 1;
   if (node.depth < kMaxHops) return;
   auto* ancestor = &node;  // a cycle of callbacks: forget what lies further back
-  for (std::uint32_t i = 1; i < kMaxHops && ancestor->parent; ++i) ancestor = ancestor->parent.get();
+  for (std::uint32_t i = 1; i < kMaxHops && ancestor->parent; ++i)
+    ancestor = ancestor->parent.get();
   ancestor->parent.reset();
   if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::outside;
 }
@@ -81,7 +82,8 @@ void ChainTracker::on_complete(const std::shared_ptr<ChainNode>& node, const Eve
     on_path(node, end);
     return;
   }
-  for (auto& chain : specified_) on_specified(node, end, chain);
+  for (auto& chain : specified_)
+    on_specified(node, end, chain);
 }
 
 void ChainTracker::on_specified(const std::shared_ptr<ChainNode>& node, const EventRef& end,
@@ -107,8 +109,7 @@ void ChainTracker::on_specified(const std::shared_ptr<ChainNode>& node, const Ev
 
 void ChainTracker::on_path(const std::shared_ptr<ChainNode>& node, const EventRef& end) {
   std::vector<const ChainNode*> nodes;
-  for (const ChainNode* current = node.get(); current != nullptr;
-       current = current->parent.get()) {
+  for (const ChainNode* current = node.get(); current != nullptr; current = current->parent.get()) {
     nodes.push_back(current);
     if (!current->parent && current->link != ChainNode::Link::source &&
         current->link != ChainNode::Link::outside) {
@@ -120,7 +121,8 @@ void ChainTracker::on_path(const std::shared_ptr<ChainNode>& node, const EventRe
   if (!nodes.front()->is_in_window) return;
   Path path;
   path.reserve(nodes.size());
-  for (const auto* hop : nodes) path.push_back(hop->callback);
+  for (const auto* hop : nodes)
+    path.push_back(hop->callback);
   if (!paths_.contains(path) && paths_.size() >= kMaxPaths) return;
   measure(paths_[std::move(path)], nodes, end);
 }
@@ -139,9 +141,10 @@ void ChainTracker::measure(Chain& chain, const std::vector<const ChainNode*>& no
   auto& facts = chain.facts;
   ++facts.instances;
   chain.hops.clear();
-  for (const auto* node : nodes) chain.hops.push_back(node->callback);
-  const bool is_exact = std::all_of(nodes.begin(), nodes.end(),
-                                    [](const ChainNode* node) { return node->release; });
+  for (const auto* node : nodes)
+    chain.hops.push_back(node->callback);
+  const bool is_exact =
+      std::all_of(nodes.begin(), nodes.end(), [](const ChainNode* node) { return node->release; });
   facts.processing.resize(nodes.size());
   facts.communication.resize(nodes.size() - 1);
   if (is_exact) {
@@ -184,7 +187,8 @@ void ChainTracker::measure(Chain& chain, const std::vector<const ChainNode*>& no
     pending.push_back(Read{.read = read, .start = nodes.front()->start});
   }
   progress.seqs.clear();
-  for (const auto* node : nodes) progress.seqs.push_back(node->seq);
+  for (const auto* node : nodes)
+    progress.seqs.push_back(node->seq);
   progress.last_read = read;
   progress.last_start = nodes.front()->start;
   progress.has_last = true;
@@ -205,7 +209,8 @@ void ChainTracker::finish() {
     }
     model_.chains.push_back(std::move(facts));
   };
-  for (auto& chain : specified_) add(chain);
+  for (auto& chain : specified_)
+    add(chain);
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
     // Paths are in lexical order: the ones that go on from this one follow it directly.
     const auto next = std::next(entry);

@@ -4,15 +4,16 @@
 
 #include <cie/analysis/event.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "facts.hpp"
+#include "registry.hpp"
+
 #include <deque>
 #include <map>
 #include <memory>
 #include <string>
 #include <unordered_map>
 #include <vector>
-
-#include "facts.hpp"
-#include "registry.hpp"
 
 namespace cie::analysis {
 

@@ -1,7 +1,8 @@
 #include "enforcement_tracker.hpp"
 
-#include <algorithm>
 #include <cie/tracepoints/scheduling_spec.hpp>
+
+#include <algorithm>
 
 namespace cie::analysis {
 namespace {
@@ -48,8 +49,7 @@ bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
 
 const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
   if (!thread.applied.empty()) return &thread.applied.back();
-  const bool is_attached =
-      model_.processes[at(thread.process)].first_moment == RunMoment::announce;
+  const bool is_attached = model_.processes[at(thread.process)].first_moment == RunMoment::announce;
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
 }
 
@@ -70,8 +70,8 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadFacts& thread, b
   if (is_switch) ++thread.switch_cpus_checked;
   const auto& cpus = thread.last_read_back->cpus;
   const bool is_allowed =
-      *head.cpu >= 0 && std::binary_search(cpus.begin(), cpus.end(),
-                                           static_cast<std::uint32_t>(*head.cpu));
+      *head.cpu >= 0 &&
+      std::binary_search(cpus.begin(), cpus.end(), static_cast<std::uint32_t>(*head.cpu));
   if (is_allowed || thread.cpu_violation) return;
   auto where = ref(head);
   where.tid = thread.tid;
@@ -120,8 +120,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   auto& next = tids[event.next_tid];
   next.prio = event.next_prio;
   if (next.fork) {
-    model_.forks[*next.fork].child_first =
-        SwitchPriority{.at = ref(head), .prio = event.next_prio};
+    model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
     next.fork.reset();
   }
   check_priority(head, host, event.next_tid, event.next_prio);
@@ -152,8 +151,7 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
   const auto* expected = reference(model_.threads[at(*index)]);
-  threads_[*index].is_boosted =
-      expected == nullptr || event.new_prio != kernel_priority(*expected);
+  threads_[*index].is_boosted = expected == nullptr || event.new_prio != kernel_priority(*expected);
 }
 
 void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {

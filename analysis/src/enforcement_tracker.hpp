@@ -3,12 +3,13 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
-#include <unordered_map>
 
 #include "facts.hpp"
 #include "instance_builder.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
+
+#include <unordered_map>
 
 namespace cie::analysis {
 

@@ -127,11 +127,10 @@ void InstanceBuilder::note_on_thread(const Live& live) {
                                      .last_activity = live.start});
   };
   if (!callback.ran_on.empty() && callback.moves.size() < kMaxMoves) {
-    const auto last =
-        std::max_element(callback.ran_on.begin(), callback.ran_on.end(),
-                         [](const CallbackOnThread& a, const CallbackOnThread& b) {
-                           return a.last_activity.time < b.last_activity.time;
-                         });
+    const auto last = std::max_element(callback.ran_on.begin(), callback.ran_on.end(),
+                                       [](const CallbackOnThread& a, const CallbackOnThread& b) {
+                                         return a.last_activity.time < b.last_activity.time;
+                                       });
     if (last->thread != *live.thread) {
       const bool is_new = callback.last_init && callback.last_init->time > last->last_activity.time;
       callback.moves.push_back(Move{.from = last->thread,
@@ -203,8 +202,8 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (was_started && !is_open) {
     ++facts.second_ends;
     if (!facts.first_second_end && first_end != callback.recent.rend()) {
-      facts.first_second_end = CallbackFacts::SecondEnd{
-          .seq = seq, .first = first_end->end, .second = ref(head)};
+      facts.first_second_end =
+          CallbackFacts::SecondEnd{.seq = seq, .first = first_end->end, .second = ref(head)};
     }
     return;
   }
@@ -254,12 +253,12 @@ void InstanceBuilder::abandon(std::unique_ptr<Live> live) {
   std::erase(callback.open, live.get());
   auto& facts = model_.callbacks[at(live->callback)];
   if (live->first_overlapping && !facts.overlap_unproven) {
-    facts.overlap_unproven = CallbackFacts::Overlap{.first_seq = live->seq,
-                                                    .first_start = live->start,
-                                                    .first_end = std::nullopt,
-                                                    .second_seq = live->first_overlapping->first,
-                                                    .second_start =
-                                                        live->first_overlapping->second};
+    facts.overlap_unproven =
+        CallbackFacts::Overlap{.first_seq = live->seq,
+                               .first_start = live->start,
+                               .first_end = std::nullopt,
+                               .second_seq = live->first_overlapping->first,
+                               .second_start = live->first_overlapping->second};
   }
   if (live->thread && live->first_inner) {
     auto& thread = model_.threads[at(*live->thread)];
@@ -540,14 +539,16 @@ void InstanceBuilder::finish() {
   }
   std::vector<std::unique_ptr<Live>> open;
   for (auto& [thread, state] : threads_) {
-    for (auto& live : state.open) open.push_back(std::move(live));
+    for (auto& live : state.open)
+      open.push_back(std::move(live));
     state.open.clear();
   }
   std::sort(open.begin(), open.end(), [](const auto& a, const auto& b) {
     return std::tie(a->start.time, a->start.tid, a->seq) <
            std::tie(b->start.time, b->start.tid, b->seq);
   });
-  for (auto& live : open) abandon(std::move(live));
+  for (auto& live : open)
+    abandon(std::move(live));
 }
 
 }  // namespace cie::analysis

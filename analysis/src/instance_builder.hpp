@@ -4,16 +4,17 @@
 
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
-#include <deque>
-#include <memory>
-#include <unordered_map>
-#include <vector>
 
 #include "chain_tracker.hpp"
 #include "facts.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
+
+#include <deque>
+#include <memory>
+#include <unordered_map>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -64,13 +65,13 @@ class InstanceBuilder {
     std::optional<ThreadTimeline::Parts> parts;
     std::shared_ptr<ChainNode> node;
     bool is_nested = false;  // began inside another instance of its thread
-    std::optional<std::pair<CallbackIndex, EventRef>> first_inner;         // E3
-    std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;   // E2: seq, start
+    std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
+    std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
   };
   struct OfThread {
     std::vector<std::unique_ptr<Live>> open;  // a stack: nested starts lie above
     std::optional<Timestamp> wakeup;
-    Duration inside;             // on-CPU time inside outermost instances that ended
+    Duration inside;  // on-CPU time inside outermost instances that ended
     bool is_inside_known = true;
   };
   struct Ended {  // recently ended instances of a callback

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
-#include <vector>
 
 #include "facts.hpp"
 #include "registry.hpp"
+
+#include <vector>
 
 namespace cie::analysis {
 

@@ -19,7 +19,8 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
                   .deadline_ns = event.deadline_ns,
                   .period_ns = event.period_ns,
                   .cpus = {event.cpus.begin(), event.cpus.end()},
-                  .error = event.error};
+                  .error = event.error,
+                  .starts_before = 0};
 }
 
 template <typename Index>
@@ -277,9 +278,8 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   if (index) {
     const auto& known = model_.threads[at(*index)];
     const bool is_same_creation = known.start_ns && *known.start_ns == event.start_ns;
-    const bool was_unannounced =
-        !known.announced && !known.kernel_exit &&
-        (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
+    const bool was_unannounced = !known.announced && !known.kernel_exit &&
+                                 (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
     if (!is_same_creation && !was_unannounced) index.reset();
   }
   if (!index) index = new_thread(*process, event.tid);
@@ -320,6 +320,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
   if (!index) index = new_thread(*process, event.tid);
   auto& thread = model_.threads[at(*index)];
   auto read_back = read_back_of(head, event);
+  for (const auto& pair : thread.ran) read_back.starts_before += pair.starts;
   read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
   if (event.moment == SchedMoment::initial && !thread.initial) thread.initial = read_back;
   if (event.moment == SchedMoment::applied) {

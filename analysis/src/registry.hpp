@@ -4,13 +4,14 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+
+#include "facts.hpp"
+#include "sequence_tracker.hpp"
+
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <unordered_map>
-
-#include "facts.hpp"
-#include "sequence_tracker.hpp"
 
 namespace cie::analysis {
 

@@ -1,21 +1,21 @@
 #include "report_builder.hpp"
 
-#include <algorithm>
 #include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "subjects.hpp"
+
+#include <algorithm>
 #include <numeric>
 #include <string>
 #include <tuple>
 #include <utility>
-
-#include "subjects.hpp"
 
 namespace cie::analysis {
 namespace {
 
 bool is_pass(const VerdictReport& verdicts, std::string_view rule) {
   return std::none_of(verdicts.rules.begin(), verdicts.rules.end(), [rule](const RuleVerdict& r) {
-    return r.id == rule &&
-           (r.verdict == Verdict::fail || r.verdict == Verdict::inconclusive);
+    return r.id == rule && (r.verdict == Verdict::fail || r.verdict == Verdict::inconclusive);
   });
 }
 
@@ -35,10 +35,8 @@ bool is_subject_pass(const VerdictReport& verdicts, std::string_view rule,
 void add_defect(std::vector<TraceDefect>& defects, std::string kind, Severity severity,
                 std::uint64_t count, std::string advice) {
   if (count == 0) return;
-  defects.push_back(TraceDefect{.kind = std::move(kind),
-                                .severity = severity,
-                                .count = count,
-                                .advice = std::move(advice)});
+  defects.push_back(TraceDefect{
+      .kind = std::move(kind), .severity = severity, .count = count, .advice = std::move(advice)});
 }
 
 std::uint64_t count_losses(const Model& model, LossKind kind) {
@@ -64,9 +62,10 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   add_defect(defects, "discarded-events", Severity::loss,
              count_losses(model, LossKind::discarded_events),
              "the tracer's buffers were full: record with larger or more sub-buffers");
-  add_defect(defects, "discarded-packets", Severity::loss,
-             count_losses(model, LossKind::discarded_packets),
-             "whole packets are missing: use discard mode, larger buffers, or look for a lost file");
+  add_defect(
+      defects, "discarded-packets", Severity::loss,
+      count_losses(model, LossKind::discarded_packets),
+      "whole packets are missing: use discard mode, larger buffers, or look for a lost file");
   add_defect(defects, "sched-switch-gaps", Severity::loss,
              count_losses(model, LossKind::switch_mismatch),
              "the kernel's record misses switches: execution times around them are not measured");
@@ -134,7 +133,8 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   trace.end = model.end;
   trace.events = model.events.total;
   trace.streams = model.streams.size();
-  for (const auto& host : model.hosts) trace.hosts.push_back(host.name);
+  for (const auto& host : model.hosts)
+    trace.hosts.push_back(host.name);
   std::sort(trace.hosts.begin(), trace.hosts.end());
   for (const auto& loss : model.losses) {
     if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::damaged_packet) continue;
@@ -144,8 +144,7 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
       *trace.lost_events += *loss.count;
     }
   }
-  trace.complete =
-      is_pass(verdicts, "T2") && is_pass(verdicts, "T3") && is_pass(verdicts, "T4");
+  trace.complete = is_pass(verdicts, "T2") && is_pass(verdicts, "T3") && is_pass(verdicts, "T4");
   return trace;
 }
 
@@ -275,13 +274,13 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
-    ProcessReport entry{.host = model.hosts[at(process.host)].name,
-                        .pid = process.pid,
-                        .name = process.name,
-                        .executor = std::nullopt,
-                        .complete = is_subject_pass(
-                            verdicts, "T4",
-                            subjects.process(ProcessIndex{static_cast<std::uint32_t>(i)}))};
+    ProcessReport entry{
+        .host = model.hosts[at(process.host)].name,
+        .pid = process.pid,
+        .name = process.name,
+        .executor = std::nullopt,
+        .complete = is_subject_pass(verdicts, "T4",
+                                    subjects.process(ProcessIndex{static_cast<std::uint32_t>(i)}))};
     if (!process.executor.empty()) entry.executor = process.executor;
     report.processes.push_back(std::move(entry));
   }
@@ -298,11 +297,11 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
       report.threads.push_back(report_of(model, thread));
     }
   }
-  std::stable_sort(report.threads.begin(), report.threads.end(),
-                   [](const auto& a, const auto& b) {
-                     return std::tie(a.pid, a.tid) < std::tie(b.pid, b.tid);
-                   });
-  for (const auto& chain : model.chains) report.chains.push_back(report_of(model, chain));
+  std::stable_sort(report.threads.begin(), report.threads.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.pid, a.tid) < std::tie(b.pid, b.tid);
+  });
+  for (const auto& chain : model.chains)
+    report.chains.push_back(report_of(model, chain));
   return report;
 }
 

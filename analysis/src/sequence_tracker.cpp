@@ -38,10 +38,9 @@ void SequenceTracker::observe(std::uint64_t number, const EventRef& where, Seque
   }
   if (number < *facts.first) {
     if (*facts.first - number > 1 && holes_.size() < kMaxHoles) {
-      holes_.insert(holes_.begin(), Hole{.begin = number + 1,
-                                         .end = *facts.first,
-                                         .before = where,
-                                         .after = facts.first_at});
+      holes_.insert(
+          holes_.begin(),
+          Hole{.begin = number + 1, .end = *facts.first, .before = where, .after = facts.first_at});
     }
     facts.first = number;
     facts.first_at = where;
@@ -49,8 +48,8 @@ void SequenceTracker::observe(std::uint64_t number, const EventRef& where, Seque
   }
   for (auto hole = holes_.begin(); hole != holes_.end(); ++hole) {
     if (number < hole->begin || number >= hole->end) continue;
-    const auto right = Hole{
-        .begin = number + 1, .end = hole->end, .before = hole->before, .after = hole->after};
+    const auto right =
+        Hole{.begin = number + 1, .end = hole->end, .before = hole->before, .after = hole->after};
     hole->end = number;
     const bool left_is_empty = hole->begin == hole->end;
     if (right.begin < right.end) {
@@ -94,10 +93,8 @@ void SequenceTracker::finish(std::uint64_t promised, const EventRef& promised_at
                              SequenceFacts& facts) const {
   if (facts.first && *facts.first > promised) {
     facts.missing += *facts.first - promised;
-    facts.first_gap = SequenceGap{.expected = promised,
-                                  .seen = *facts.first,
-                                  .before = promised_at,
-                                  .after = facts.first_at};
+    facts.first_gap = SequenceGap{
+        .expected = promised, .seen = *facts.first, .before = promised_at, .after = facts.first_at};
   }
   finish(facts);
 }

@@ -2,10 +2,10 @@
 // publisher), so a hole counts only if it is never filled.
 #pragma once
 
+#include "facts.hpp"
+
 #include <cstdint>
 #include <vector>
-
-#include "facts.hpp"
 
 namespace cie::analysis {
 
@@ -29,8 +29,8 @@ class SequenceTracker {
     EventRef before;
     EventRef after;
   };
-  std::vector<Hole> holes_;       // ascending, at most kMaxHoles
-  std::uint64_t untracked_ = 0;   // missing numbers beyond kMaxHoles holes
+  std::vector<Hole> holes_;      // ascending, at most kMaxHoles
+  std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxHoles holes
   bool restarted_ = false;
 };
 

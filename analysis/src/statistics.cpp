@@ -1,7 +1,8 @@
+#include <cie/analysis/statistics.hpp>
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <cie/analysis/statistics.hpp>
 #include <limits>
 
 namespace cie::analysis {
@@ -39,7 +40,8 @@ void count_in(std::vector<std::uint64_t>& buckets, std::size_t bucket, std::uint
 
 void merge_into(std::vector<std::uint64_t>& to, const std::vector<std::uint64_t>& from) {
   if (from.size() > to.size()) to.resize(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i) to[i] += from[i];
+  for (std::size_t i = 0; i < from.size(); ++i)
+    to[i] += from[i];
 }
 
 std::int64_t clamped(Int128 value) noexcept {

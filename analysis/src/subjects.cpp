@@ -37,6 +37,12 @@ std::string Subjects::group(const GroupFacts& group) const {
   return "group " + std::to_string(to_number(group.id)) + suffix(group.process);
 }
 
+std::string Subjects::topic(const PublisherFacts& publisher) const {
+  const auto name = publisher.registered ? publisher.topic
+                                         : "?" + std::to_string(to_number(publisher.id));
+  return "topic " + name + suffix(publisher.process);
+}
+
 std::vector<CallbackIndex> callbacks_in_order(const Model& model) {
   std::vector<CallbackIndex> order;
   order.reserve(model.callbacks.size());

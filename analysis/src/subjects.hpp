@@ -1,10 +1,10 @@
 // Names of subjects as verdicts print them, and the orders in which things are printed.
 #pragma once
 
+#include "facts.hpp"
+
 #include <string>
 #include <vector>
-
-#include "facts.hpp"
 
 namespace cie::analysis {
 
@@ -17,6 +17,7 @@ class Subjects {
   std::string callback(CallbackIndex index) const;
   std::string thread(ThreadIndex index) const;
   std::string group(const GroupFacts& group) const;
+  std::string topic(const PublisherFacts& publisher) const;
   // A subject named by the spec alone, of no process.
   static std::string callback_named(const std::string& logical_id);
 

@@ -141,10 +141,8 @@ void ThreadTimeline::add_hole(HostIndex host, Hole hole) {
 
 ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Timestamp time) {
   const auto& read = thread(host, tid);
-  Mark mark{.total = read.total,
-            .breaks = read.breaks,
-            .split_breaks = read.split_breaks,
-            .time = time};
+  Mark mark{
+      .total = read.total, .breaks = read.breaks, .split_breaks = read.split_breaks, .time = time};
   if (read.state == State::running) mark.total.execution += time - read.since;
   return mark;
 }
@@ -166,9 +164,8 @@ bool ThreadTimeline::overlaps_hole(HostIndex host, Timestamp from, Timestamp to)
   const auto found = hosts_.find(host);
   if (found == hosts_.end()) return false;
   const auto& holes = found->second.holes;
-  return std::any_of(holes.rbegin(), holes.rend(), [from, to](const Hole& hole) {
-    return hole.begin <= to && from <= hole.end;
-  });
+  return std::any_of(holes.rbegin(), holes.rend(),
+                     [from, to](const Hole& hole) { return hole.begin <= to && from <= hole.end; });
 }
 
 bool ThreadTimeline::is_confirmed(HostIndex host, Timestamp time) const {

@@ -4,13 +4,14 @@
 
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
+
+#include "facts.hpp"
+
 #include <cstdint>
 #include <functional>
 #include <string>
 #include <unordered_map>
 #include <vector>
-
-#include "facts.hpp"
 
 namespace cie::analysis {
 

@@ -6,6 +6,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
+
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -52,7 +53,7 @@ class Analyzer {
 
 // Reads the traces (directories; each is searched for CTF traces below it) merged by time and runs
 // the analyzer over them. Throws UnreadableTrace; trouble short of that is in the report.
-AnalysisResult analyze(std::span<const std::filesystem::path> traces, const AnalysisOptions& options,
-                       Observer* observer = nullptr);
+AnalysisResult analyze(std::span<const std::filesystem::path> traces,
+                       const AnalysisOptions& options, Observer* observer = nullptr);
 
 }  // namespace cie::analysis

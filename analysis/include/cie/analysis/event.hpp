@@ -4,6 +4,7 @@
 
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -32,9 +33,9 @@ struct StreamBegin {
   std::uint32_t channel = 0;  // streams of one channel share a window; dense, given by the reader
   Domain domain = Domain::user;
   std::string_view host;
-  std::string_view clock_uuid;  // the boot id; empty if the clock has none
+  std::string_view clock_uuid;       // the boot id; empty if the clock has none
   std::int64_t clock_offset_ns = 0;  // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it
-  std::string_view path;  // where it lies, for messages
+  std::string_view path;             // where it lies, for messages
 };
 struct StreamEnd {};
 struct PacketBegin {};  // head.time: the packet's begin
@@ -183,7 +184,8 @@ struct ClockSync {
   std::int64_t realtime_ns = 0;
 };
 
-// --- kernel (priorities already normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE) ---
+// --- kernel (priorities already normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE)
+// ---
 struct SchedSwitch {
   std::string_view prev_comm;
   std::int64_t prev_tid = 0;

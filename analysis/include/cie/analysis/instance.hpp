@@ -4,6 +4,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <string_view>

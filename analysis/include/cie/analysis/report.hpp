@@ -5,6 +5,7 @@
 #include <cie/analysis/statistics.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -62,7 +63,7 @@ struct CallbackReport {
   std::optional<std::uint64_t> period_ns;
   std::optional<std::uint32_t> group;
   std::vector<CallbackThread> threads;  // by tid
-  bool isolated = false;  // observed: one callback, one thread, both ways
+  bool isolated = false;                // observed: one callback, one thread, both ways
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;
   std::optional<std::uint64_t> missed_releases;

@@ -1,7 +1,9 @@
-// Count, sum and extremes of a quantity, exact, and its quantiles, approximate within a stated bound.
+// Count, sum and extremes of a quantity, exact, and its quantiles, approximate within a stated
+// bound.
 #pragma once
 
 #include <cie/analysis/time.hpp>
+
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -24,8 +26,8 @@ struct Summary {
 };
 
 // A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
-// (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding two
-// histograms equals one histogram of all values. Memory: 16 bytes per non-empty bucket, at most
+// (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding
+// two histograms equals one histogram of all values. Memory: 16 bytes per non-empty bucket, at most
 // about 7 300 buckets.
 class LogLinearHistogram {
  public:
@@ -42,7 +44,8 @@ class LogLinearHistogram {
   std::uint64_t count_ = 0;
 };
 
-__extension__ typedef __int128 Int128;  // NOLINT(modernize-use-using): the only spelling -Wpedantic takes
+__extension__ typedef __int128
+    Int128;  // NOLINT(modernize-use-using): the only spelling -Wpedantic takes
 
 // Accumulates one quantity. Not thread-safe; merge per-shard objects instead.
 class Statistics {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/time.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,0 +1,13 @@
+// Finds the CTF traces below what the user named.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace cie::analysis {
+
+// Directories below `path` (itself included) that hold a file "metadata", in order of their names.
+// Throws UnreadableTrace when `path` cannot be read or holds none.
+std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path);
+
+}  // namespace cie::analysis

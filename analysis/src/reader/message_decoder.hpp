@@ -1,0 +1,75 @@
+// Messages of libbabeltrace2 into Events. The same object serves the command line's graph and the
+// babeltrace2 plugin.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/event.hpp>
+
+#include "bt_handles.hpp"
+#include "vocabulary.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+#include <babeltrace2/babeltrace.h>
+
+namespace cie::analysis::bt {
+
+class MessageDecoder {
+ public:
+  // `analyzer` is borrowed and fed.
+  explicit MessageDecoder(Analyzer& analyzer) : analyzer_(analyzer) {}
+
+  void consume(const bt_message* message);
+  // Reading stopped here: everything that was still to come is missing.
+  void damaged(const std::string& reason);
+  std::uint64_t events() const noexcept { return events_; }
+
+ private:
+  // One class of events: where its payload and contexts have what we read.
+  struct EventPlan {
+    const Translation* translation = nullptr;
+    FieldTable payload;
+    FieldTable common_context;    // vpid, vtid
+    FieldTable specific_context;  // the same, for tracers that write them there
+    std::string name;
+  };
+  struct Trace {
+    VocabularyState state;
+    Domain domain = Domain::user;
+    std::string host;
+    TraceRef trace;  // keeps the addresses below from being reused
+  };
+  struct Stream {
+    StreamIndex index{};
+    Trace* trace = nullptr;
+    FieldTable packet_context;  // cpu_id
+    std::optional<std::int32_t> cpu;
+    Timestamp last;
+    bool has_packet_times = false;
+    bool has_begun = false;
+  };
+
+  Stream& stream_of(const bt_stream* stream);
+  const EventPlan& plan_of(const bt_event_class* event_class);
+  void stream_begin(const bt_stream* stream);
+  void stream_end(const bt_stream* stream);
+  void packet_begin(const bt_message* message);
+  void packet_end(const bt_message* message);
+  void event(const bt_message* message);
+  void discarded_events(const bt_message* message);
+  void discarded_packets(const bt_message* message);
+  void push(const EventHead& head, const EventBody& body);
+
+  Analyzer& analyzer_;
+  std::unordered_map<const bt_stream*, Stream> streams_;
+  std::unordered_map<const bt_event_class*, EventPlan> plans_;
+  std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;
+  std::map<std::pair<const bt_trace*, std::uint64_t>, std::uint32_t> channels_;
+  std::uint64_t events_ = 0;
+  EventHead last_;
+};
+
+}  // namespace cie::analysis::bt

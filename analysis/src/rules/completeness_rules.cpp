@@ -1,0 +1,183 @@
+#include "completeness_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+
+namespace cie::analysis {
+namespace {
+
+std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    Judgement judgement(names.callback(index));
+    judgement.check(callback.starts.count);
+    judgement.doubt(proof.gap(callback));
+    conclude(std::move(judgement), verdicts);
+  }
+  // Threads and publishers are named only if their numbers jump.
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    Judgement judgement(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}));
+    judgement.doubt(proof.gap(model.threads[i]));
+    conclude(std::move(judgement), verdicts);
+  }
+  for (const auto& publisher : model.publishers) {
+    Judgement judgement(names.topic(publisher));
+    judgement.doubt(proof.gap(publisher));
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto& process = model.processes[i];
+    if (!process.has_cie_events) continue;
+    const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+    Judgement judgement(names.process(index));
+    judgement.check(1 + proof.totals_compared(index));
+    if (!process.run_begin) {
+      judgement.doubt(evidence("run_begin", process.first_seen.value_or(EventRef{}),
+                               "no run_begin of this process"));
+    }
+    if (!process.run_end) {
+      auto note = evidence("run_end", process.last_seen.value_or(EventRef{}),
+                           "interrupted: no run_end; this is the last event of the process");
+      if (context.options.allow_crash) {
+        judgement.remark(std::move(note));
+      } else {
+        judgement.doubt(std::move(note));
+      }
+    }
+    for (const auto& disagreement : proof.disagreements(index))
+      judgement.doubt(disagreement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+// Instances of the callback that are known to have run, seen or counted.
+std::uint64_t known_instances(const Model& model, const CallbackFacts& callback) {
+  const bool is_attached =
+      model.processes[at(callback.process)].first_moment == RunMoment::announce;
+  std::uint64_t count = callback.starts.count;
+  if (callback.fini) count = std::max(count, callback.fini->started);
+  if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
+  return count;
+}
+
+void judge_specified(const RuleContext& context, const SpecEntry& entry,
+                     const std::vector<CallbackIndex>& registered, const Subjects& names,
+                     const Proof& proof, std::vector<SubjectVerdict>& verdicts) {
+  const auto& model = context.model;
+  const bool has_run = std::ranges::any_of(registered, [&model](CallbackIndex index) {
+    return known_instances(model, model.callbacks[at(index)]) > 0;
+  });
+  const auto asked = place(context, entry.line) + " specifies " + entry.id;
+  const auto judge = [&](Judgement judgement, const CallbackFacts* callback) {
+    judgement.check();
+    if (callback != nullptr && known_instances(model, *callback) > 0) {
+      conclude(std::move(judgement), verdicts);
+      return;
+    }
+    bool is_any = false;
+    for (std::size_t i = 0; i < model.processes.size(); ++i) {
+      const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+      if (!model.processes[i].has_cie_events) continue;
+      is_any = true;
+      judgement.overrule(proof.incompleteness(index));
+    }
+    if (callback != nullptr) {
+      judgement.fail(evidence("callback_init", *callback->registered,
+                              asked + ", which was registered here and never ran"));
+      if (callback->fini) {
+        judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
+      }
+    } else {
+      judgement.fail(evidence("callback_init", moment(model.begin.value_or(Timestamp{})),
+                              asked + ", which was never registered"));
+      for (const auto& process : model.processes) {
+        if (!process.run_end) continue;
+        judgement.fail(evidence("run_end", process.run_end->at,
+                                std::to_string(process.run_end->callbacks) +
+                                    " callbacks were registered, all of them seen"));
+      }
+    }
+    if (!is_any) {
+      judgement.overrule(evidence("run_begin", moment(model.begin.value_or(Timestamp{})),
+                                  "the trace holds no process of ours"));
+    }
+    conclude(std::move(judgement), verdicts);
+  };
+  if (registered.empty()) {
+    judge(Judgement(Subjects::callback_named(entry.id)), nullptr);
+  }
+  for (const auto index : registered) {
+    const auto& callback = model.callbacks[at(index)];
+    // One lifetime that ran is enough: the others need not have.
+    if (has_run && known_instances(model, callback) == 0) continue;
+    judge(Judgement(names.callback(index)), &callback);
+  }
+}
+
+std::vector<SubjectVerdict> judge_specified_seen(const RuleContext& context) {
+  std::vector<SubjectVerdict> verdicts;
+  if (context.options.spec == nullptr) return verdicts;
+  const Subjects names(context.model);
+  const Proof proof(context.model);
+  std::map<std::string_view, std::vector<CallbackIndex>> by_id;
+  for (const auto index : callbacks_in_order(context.model)) {
+    const auto& callback = context.model.callbacks[at(index)];
+    if (callback.registered) by_id[callback.logical_id].push_back(index);
+  }
+  for (const auto& entry : context.options.spec->callbacks()) {
+    if (!entry.is_wildcard()) {
+      judge_specified(context, entry, by_id[entry.id], names, proof, verdicts);
+    }
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kSeqContiguous{
+    "T3", "seq-contiguous",
+    "The numbers that each callback, publisher and thread counts its events with have no hole: "
+    "nothing was lost silently. The first start of a callback carries the number its announcement "
+    "promised; an end below the first start belongs to an instance that the recording's begin cut. "
+    "INCONCLUSIVE names the hole; every rule that judges each instance of that subject is then "
+    "INCONCLUSIVE as well. Remedy: see T2.",
+    judge_seq_contiguous};
+
+const Rule kRunComplete{
+    "T4", "run-complete",
+    "The process was seen from its run_begin to its run_end, and what it counted (callbacks, "
+    "threads, groups, publishers, instances started and ended, messages, read-backs) is what the "
+    "trace shows. INCONCLUSIVE when it is not, or when there is no run_end: the process crashed or "
+    "the recording stopped first (\"interrupted\"). --allow-crash accepts an interrupted process; "
+    "the other rules judge what was seen.",
+    judge_run_complete};
+
+const Rule kSpecifiedCallbackSeen{
+    "M1", "specified-callback-seen",
+    "Every callback that the scheduling spec names exactly was registered and ran at least once. A "
+    "misspelt id configures nothing, silently. INCONCLUSIVE without proof that nothing is missing "
+    "from the trace. Remedy: take ids from cie spec template; recordings must last until the "
+    "callback has run.",
+    judge_specified_seen};
+
+}  // namespace cie::analysis

@@ -1,0 +1,183 @@
+#include "execution_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace cie::analysis {
+namespace {
+
+// The instance was still running when its process was cut off: its thread did nothing since.
+bool is_cut_by_end(const Model& model, const Proof& proof, const CallbackFacts& callback,
+                   const OpenInstance& open) {
+  if (!proof.is_interrupted(callback.process)) return false;
+  if (at(open.thread) >= model.threads.size()) return open.seq == callback.starts.last;
+  return std::ranges::all_of(
+      model.threads[at(open.thread)].ran,
+      [&open](const CallbackOnThread& pair) { return pair.last_activity.time <= open.start.time; });
+}
+
+void judge_unpaired(const Model& model, const Proof& proof, const CallbackFacts& callback,
+                    Judgement& judgement) {
+  if (callback.first_end_without_start) {
+    const auto& [seq, where] = *callback.first_end_without_start;
+    judgement.doubt(evidence("callback_end", where,
+                             "ends seq " + std::to_string(seq) + ", whose start was not seen"));
+  }
+  if (callback.fini && !proof.is_interrupted(callback.process)) return;  // the totals tell
+  for (const auto& open : callback.open) {
+    if (is_cut_by_end(model, proof, callback, open)) continue;
+    judgement.doubt(
+        evidence("callback_start", open.start,
+                 "starts seq " + std::to_string(open.seq) + ", whose end was not seen"));
+  }
+}
+
+std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    Judgement judgement(names.callback(index));
+    judgement.check(callback.starts.count);
+    judgement.overrule(proof.loss(index));
+    const auto& fini = callback.fini;
+    if (fini && fini->started != fini->ended && !proof.is_interrupted(callback.process)) {
+      for (const auto& open : callback.open) {
+        judgement.fail(evidence("callback_start", open.start,
+                                "seq " + std::to_string(open.seq) + " starts and never ends"));
+      }
+      judgement.fail(evidence("callback_fini", fini->at,
+                              std::to_string(fini->started) + " started, " +
+                                  std::to_string(fini->ended) + " ended, at a clean exit"));
+    }
+    if (callback.second_ends != 0) {
+      if (const auto& second = callback.first_second_end) {
+        const auto seq = "seq " + std::to_string(second->seq);
+        judgement.fail(evidence("callback_end", second->first, seq + " ends"));
+        judgement.fail(evidence("callback_end", second->second, seq + " ends a second time"));
+      } else {
+        judgement.fail(evidence(
+            "callback_end", callback.max_end_at.value_or(EventRef{}),
+            std::to_string(callback.second_ends) + " ends of instances that had ended before"));
+      }
+    }
+    if (fini && callback.max_end_seq && *callback.max_end_seq >= fini->started) {
+      judgement.fail(evidence("callback_end", *callback.max_end_at,
+                              "ends seq " + std::to_string(*callback.max_end_seq)));
+      judgement.fail(evidence("callback_fini", fini->at,
+                              "but only " + std::to_string(fini->started) + " started"));
+    }
+    judge_unpaired(model, proof, callback, judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+void report(const CallbackFacts::Overlap& overlap, Judgement& judgement) {
+  const auto first = "seq " + std::to_string(overlap.first_seq);
+  judgement.fail(evidence("callback_start", overlap.first_start, first + " starts"));
+  judgement.fail(evidence(
+      "callback_start", overlap.second_start,
+      "seq " + std::to_string(overlap.second_seq) + " starts before " + first + " has ended"));
+  if (overlap.first_end) {
+    judgement.fail(evidence("callback_end", *overlap.first_end, first + " ends"));
+  }
+}
+
+std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    Judgement judgement(names.callback(index));
+    judgement.check(callback.starts.count);
+    judgement.overrule(proof.loss(index));
+    if (callback.overlap) {
+      report(*callback.overlap, judgement);
+    } else if (callback.overlap_unproven) {
+      // Without its end the first instance proves nothing, unless the totals say it never ended.
+      const auto& fini = callback.fini;
+      if (fini && fini->ended < fini->started) {
+        report(*callback.overlap_unproven, judgement);
+      } else {
+        judgement.doubt(evidence("callback_end", callback.overlap_unproven->first_start,
+                                 "whether this instance had ended before the next one started is "
+                                 "unknown: its end was not seen"));
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& judgement) {
+  const auto& outer = model.callbacks[at(nesting.outer)].logical_id;
+  judgement.fail(evidence("callback_start", nesting.outer_start, outer + " starts"));
+  judgement.fail(evidence("callback_start", nesting.inner_start,
+                          model.callbacks[at(nesting.inner)].logical_id + " starts inside it"));
+  if (nesting.outer_end) {
+    judgement.fail(evidence("callback_end", *nesting.outer_end, outer + " ends"));
+  }
+}
+
+std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    Judgement judgement(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}));
+    for (const auto& pair : thread.ran) {
+      judgement.check(pair.starts);
+      judgement.overrule(proof.loss(pair.callback));
+    }
+    if (thread.nesting) {
+      report(model, *thread.nesting, judgement);
+    } else if (thread.nesting_unproven) {
+      const auto& fini = model.callbacks[at(thread.nesting_unproven->outer)].fini;
+      if (fini && fini->ended < fini->started) {
+        report(model, *thread.nesting_unproven, judgement);
+      } else {
+        judgement.doubt(evidence("callback_end", thread.nesting_unproven->outer_start,
+                                 "whether this instance had ended before the next one started is "
+                                 "unknown: its end was not seen"));
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kStartEndPaired{
+    "E1", "start-end-paired",
+    "Each instance that starts ends, once. FAIL when a cleanly ended process counts other numbers "
+    "of starts and ends, when an instance ends twice, or when more ends than started. "
+    "INCONCLUSIVE when a start or end stands alone and no totals tell whether its partner was "
+    "lost. Instances that the recording or a crash cuts are listed in the report, not judged.",
+    judge_paired};
+
+const Rule kNonReentrant{
+    "E2", "non-reentrant",
+    "No two instances of one callback overlap in time. User code is seldom written for that. "
+    "INCONCLUSIVE when events of the callback were lost. Remedy: a mutually exclusive group.",
+    judge_non_reentrant};
+
+const Rule kNoNesting{
+    "E3", "no-nesting",
+    "No callback starts inside an instance of another on the same thread, as happens when user "
+    "code spins an executor inside a callback. The inner one's time is then counted twice. "
+    "INCONCLUSIVE when events of a callback on that thread were lost.",
+    judge_no_nesting};
+
+}  // namespace cie::analysis

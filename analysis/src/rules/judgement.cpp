@@ -1,0 +1,74 @@
+#include "judgement.hpp"
+
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxEvidence = 64;  // a witness is complete with far fewer
+
+void append(std::vector<Evidence>& list, Evidence item) {
+  const auto same = [&item](const Evidence& other) {
+    return std::tie(item.event, item.time, item.note, item.tid, item.pid) ==
+           std::tie(other.event, other.time, other.note, other.tid, other.pid);
+  };
+  if (list.size() >= kMaxEvidence || std::ranges::any_of(list, same)) return;
+  list.push_back(std::move(item));
+}
+
+}  // namespace
+
+Evidence evidence(std::string event, const EventRef& where, std::string note) {
+  return Evidence{.event = std::move(event),
+                  .time = where.time,
+                  .cpu = where.cpu,
+                  .pid = where.pid,
+                  .tid = where.tid,
+                  .note = std::move(note)};
+}
+
+void Judgement::fail(Evidence witness) { append(witnesses_, std::move(witness)); }
+
+void Judgement::doubt(Evidence reason) { append(doubts_, std::move(reason)); }
+
+void Judgement::doubt(const std::optional<Evidence>& reason) {
+  if (reason) doubt(*reason);
+}
+
+void Judgement::overrule(Evidence reason) { append(overruling_, std::move(reason)); }
+
+void Judgement::overrule(const std::optional<Evidence>& reason) {
+  if (reason) overrule(*reason);
+}
+
+void Judgement::remark(Evidence note) { append(remarks_, std::move(note)); }
+
+std::optional<SubjectVerdict> Judgement::finish() && {
+  SubjectVerdict verdict{.subject = std::move(subject_), .checked = checked_, .evidence = {}};
+  if (!overruling_.empty()) {
+    verdict.verdict = Verdict::inconclusive;
+    verdict.evidence = std::move(overruling_);
+    std::ranges::move(witnesses_, std::back_inserter(verdict.evidence));
+  } else if (!witnesses_.empty()) {
+    verdict.verdict = Verdict::fail;
+    verdict.checked = std::max<std::uint64_t>(checked_, 1);
+    verdict.evidence = std::move(witnesses_);
+  } else if (!doubts_.empty()) {
+    verdict.verdict = Verdict::inconclusive;
+    verdict.evidence = std::move(doubts_);
+  } else if (checked_ != 0) {
+    verdict.verdict = Verdict::pass;
+    verdict.evidence = std::move(remarks_);
+  } else {
+    return std::nullopt;
+  }
+  return verdict;
+}
+
+void conclude(Judgement&& judgement, std::vector<SubjectVerdict>& verdicts) {
+  if (auto verdict = std::move(judgement).finish()) verdicts.push_back(*std::move(verdict));
+}
+
+}  // namespace cie::analysis

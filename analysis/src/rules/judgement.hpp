@@ -1,0 +1,55 @@
+// One subject on its way to a verdict: a rule reports what it finds, and the weight of the findings
+// is the same everywhere.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "../facts.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+// A point in time without an event of its own.
+inline EventRef moment(Timestamp time, std::optional<std::int64_t> tid = std::nullopt) {
+  return {.time = time, .cpu = std::nullopt, .pid = std::nullopt, .tid = tid};
+}
+
+Evidence evidence(std::string event, const EventRef& where, std::string note);
+
+class Judgement {
+ public:
+  explicit Judgement(std::string subject) : subject_(std::move(subject)) {}
+
+  // `count` more instances or events were judged.
+  void check(std::uint64_t count = 1) noexcept { checked_ += count; }
+  // A witness of the violation, or one more event of it.
+  void fail(Evidence witness);
+  // Something that is missing and without which the subject does not pass.
+  void doubt(Evidence reason);
+  void doubt(const std::optional<Evidence>& reason);
+  // Something that is missing and without which neither a pass nor a violation is proven.
+  void overrule(Evidence reason);
+  void overrule(const std::optional<Evidence>& reason);
+  // Worth saying although the subject passes.
+  void remark(Evidence note);
+
+  // Empty when nothing was judged and nothing is missing: the rule does not apply.
+  std::optional<SubjectVerdict> finish() &&;
+
+ private:
+  std::string subject_;
+  std::uint64_t checked_ = 0;
+  std::vector<Evidence> witnesses_;
+  std::vector<Evidence> overruling_;
+  std::vector<Evidence> doubts_;
+  std::vector<Evidence> remarks_;
+};
+
+// Adds the verdict, if there is one, to a rule's verdicts.
+void conclude(Judgement&& judgement, std::vector<SubjectVerdict>& verdicts);
+
+}  // namespace cie::analysis

@@ -1,0 +1,289 @@
+#include "mapping_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <tuple>
+
+namespace cie::analysis {
+namespace {
+
+const ThreadFacts& thread_of(const Model& model, ThreadIndex index) {
+  return model.threads[at(index)];
+}
+
+std::string thread_name(const ThreadFacts& thread) {
+  return "thread " + std::to_string(thread.tid) +
+         (thread.name.empty() ? std::string() : " \"" + thread.name + "\"");
+}
+
+// Pairs of a callback and a thread by first start; content decides ties.
+std::vector<CallbackOnThread> in_order(const Model& model, std::vector<CallbackOnThread> pairs) {
+  std::ranges::stable_sort(pairs, {}, [&model](const CallbackOnThread& pair) {
+    return std::tuple(pair.first_start.time, thread_of(model, pair.thread).tid,
+                      to_number(model.callbacks[at(pair.callback)].id));
+  });
+  return pairs;
+}
+
+Evidence started_here(const Model& model, const CallbackOnThread& pair) {
+  return evidence("callback_start", pair.first_start,
+                  model.callbacks[at(pair.callback)].logical_id + " started here (seq " +
+                      std::to_string(pair.first_seq) + "), " + std::to_string(pair.starts) +
+                      " times on this thread");
+}
+
+// An event class or context that is missing altogether leaves a rule without subjects.
+void note_missing_vtid(const RuleContext& context, std::vector<SubjectVerdict>& verdicts) {
+  for (const auto& callback : context.model.callbacks) {
+    if (callback.starts_without_tid == 0) continue;
+    Judgement judgement("trace");
+    judgement.doubt(evidence("vtid", callback.starts.first_at,
+                             "starts without the context vtid belong to no thread"));
+    conclude(std::move(judgement), verdicts);
+    return;
+  }
+}
+
+// A lost instance of a callback that runs in a pool may have run on any thread of the pool.
+std::map<ProcessIndex, Evidence> losses_in_pools(const Model& model, const Proof& proof) {
+  std::map<ProcessIndex, Evidence> losses;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    const bool is_pooled = std::ranges::any_of(callback.ran_on, [&model](const auto& pair) {
+      return !is_isolated(thread_of(model, pair.thread));
+    });
+    if (is_pooled && proof.loss(index)) losses.emplace(callback.process, *proof.loss(index));
+  }
+  return losses;
+}
+
+std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  const auto pool_losses = losses_in_pools(model, proof);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (thread.ran.empty()) continue;
+    Judgement judgement(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}));
+    for (const auto& pair : in_order(model, thread.ran)) {
+      judgement.check(pair.starts);
+      if (thread.ran.size() > 1) judgement.fail(started_here(model, pair));
+      judgement.doubt(proof.loss(pair.callback));
+    }
+    const auto lost = pool_losses.find(thread.process);
+    if (!is_isolated(thread) && lost != pool_losses.end()) judgement.doubt(lost->second);
+    judgement.doubt(proof.unseen_callbacks(thread.process));
+    conclude(std::move(judgement), verdicts);
+  }
+  note_missing_vtid(context, verdicts);
+  return verdicts;
+}
+
+enum class Succession : std::uint8_t { together, successive, unknown };
+
+// How two threads' lives relate. `earlier` began no later than `later`.
+Succession succession(const Model& model, const ThreadFacts& earlier, const ThreadFacts& later) {
+  const auto [begin, last_sign] = lifetime(earlier);
+  const auto next_begin = lifetime(later).first;
+  if (next_begin <= last_sign) {
+    return earlier.tid == later.tid ? Succession::successive : Succession::together;
+  }
+  if (has_exited(earlier) || earlier.tid == later.tid) return Succession::successive;
+  // A tid is given anew only after its thread's exit.
+  const auto host = model.processes[at(earlier.process)].host;
+  const bool is_tid_reused = std::ranges::any_of(model.threads, [&](const ThreadFacts& other) {
+    if (&other == &earlier || other.tid != earlier.tid) return false;
+    if (model.processes[at(other.process)].host != host) return false;
+    const auto born = lifetime(other).first;
+    return born > last_sign && born <= next_begin;
+  });
+  return is_tid_reused ? Succession::successive : Succession::unknown;
+}
+
+void judge_threads_of(const Model& model, const CallbackFacts& callback, Judgement& judgement) {
+  const auto pairs = in_order(model, callback.ran_on);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    for (std::size_t k = i + 1; k < pairs.size(); ++k) {
+      const auto& a = thread_of(model, pairs[i].thread);
+      const auto& b = thread_of(model, pairs[k].thread);
+      const bool is_a_first = lifetime(a).first <= lifetime(b).first;
+      const auto& earlier = is_a_first ? a : b;
+      const auto& later = is_a_first ? b : a;
+      switch (succession(model, earlier, later)) {
+        case Succession::together:
+          judgement.fail(started_here(model, pairs[i]));
+          judgement.fail(started_here(model, pairs[k]));
+          break;
+        case Succession::unknown:
+          judgement.doubt(evidence("thread_fini", moment(lifetime(earlier).second, earlier.tid),
+                                   thread_name(earlier) + " ran it too; its exit before " +
+                                       thread_name(later) +
+                                       " began was not seen, nor that it lived on"));
+          break;
+        case Succession::successive:
+          break;
+      }
+    }
+    if (i >= 64) break;  // 64 threads are witness enough; pairs would be quadratic
+  }
+}
+
+std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    Judgement judgement(names.callback(index));
+    judgement.check(callback.starts.count);
+    judge_threads_of(model, callback, judgement);
+    judgement.doubt(proof.loss(index));
+    if (callback.starts_without_tid != 0) {
+      judgement.doubt(evidence(
+          "vtid", callback.starts.first_at,
+          std::to_string(callback.starts_without_tid) + " starts without the context vtid"));
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+void judge_move(const Model& model, const Move& move, Judgement& judgement) {
+  const auto& from = thread_of(model, move.from);
+  const auto& to = thread_of(model, move.to);
+  if (move.registered_again || lifetime(to).first < lifetime(from).first) return;
+  switch (succession(model, from, to)) {
+    case Succession::together:
+      break;  // threads that live together are M3's concern
+    case Succession::successive:
+      judgement.fail(evidence("callback_start", move.last_on_from,
+                              "ran on " + thread_name(from) + ", which has ended since"));
+      if (from.fini) {
+        judgement.fail(evidence("thread_fini", *from.fini, thread_name(from) + " ends"));
+      } else if (from.kernel_exit) {
+        judgement.fail(
+            evidence("sched_process_exit", *from.kernel_exit, thread_name(from) + " exits"));
+      }
+      if (to.announced) {
+        judgement.fail(evidence("thread_init", *to.announced, thread_name(to) + " begins"));
+      }
+      judgement.fail(evidence("callback_start", move.first_on_to,
+                              "went on on " + thread_name(to) + " without a new callback_init"));
+      break;
+    case Succession::unknown:
+      judgement.doubt(evidence("thread_fini", move.last_on_from,
+                               "ran on " + thread_name(from) +
+                                   ", whose exit was not seen, and went on on " + thread_name(to)));
+      break;
+  }
+}
+
+std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    if (callback.ran_on.empty()) continue;
+    Judgement judgement(names.callback(index));
+    judgement.check(callback.starts.count);
+    for (const auto& move : callback.moves)
+      judge_move(model, move, judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  note_missing_vtid(context, verdicts);
+  return verdicts;
+}
+
+// Last sign of life of a callback: its fini, an end, a start, its registration.
+EventRef last_sign(const CallbackFacts& callback) {
+  EventRef last = *callback.registered;
+  const auto consider = [&last](const EventRef& sign) {
+    if (sign.time > last.time) last = sign;
+  };
+  if (callback.starts.last) consider(callback.starts.last_at);
+  if (callback.max_end_at) consider(*callback.max_end_at);
+  if (callback.fini) consider(callback.fini->at);
+  return last;
+}
+
+std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  std::map<std::pair<std::size_t, std::string>, std::vector<CallbackIndex>> by_id;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    if (callback.registered) by_id[{at(callback.process), callback.logical_id}].push_back(index);
+  }
+  std::vector<SubjectVerdict> verdicts;
+  for (auto& [key, indices] : by_id) {
+    std::ranges::stable_sort(indices, {}, [&model](CallbackIndex index) {
+      return model.callbacks[at(index)].registered->time;
+    });
+    Judgement judgement(names.callback(indices.front()));
+    judgement.check(indices.size());
+    for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
+      const auto& earlier = model.callbacks[at(indices[i])];
+      const auto& later = model.callbacks[at(indices[i + 1])];
+      const auto sign = last_sign(earlier);
+      if (sign.time >= later.registered->time) {
+        judgement.fail(evidence("callback_init", *earlier.registered,
+                                "registered as id " + std::to_string(to_number(earlier.id))));
+        judgement.fail(evidence("callback_init", *later.registered,
+                                "registered again as id " + std::to_string(to_number(later.id)) +
+                                    " while the first one lives"));
+        judgement.fail(evidence(earlier.fini ? "callback_fini" : "callback_start", sign,
+                                "sign of life of the first one"));
+      } else if (!earlier.fini) {
+        judgement.doubt(evidence("callback_fini", *later.registered,
+                                 "whether the earlier callback of this id still lived is unknown: "
+                                 "its callback_fini was not seen"));
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kOneCallbackPerThread{
+    "M2", "one-callback-per-thread",
+    "Each thread ran one callback only. Callbacks that share a thread wait for each other whatever "
+    "their priorities. Threads are told apart by incarnation, so a reused tid is another thread. "
+    "INCONCLUSIVE when a callback on it was never registered or lost instances. Remedy: use the "
+    "isolated executor, one callback per group.",
+    judge_one_callback};
+
+const Rule kOneThreadPerCallback{
+    "M3", "one-thread-per-callback",
+    "Each callback ran on one thread at a time: it never ran on two threads that were alive "
+    "together. A callback that wanders has no priority and no CPU of its own. INCONCLUSIVE without "
+    "the context vtid, when instances were lost, or when it cannot be told whether the earlier "
+    "thread still lived. Remedy: use the isolated executor.",
+    judge_one_thread};
+
+const Rule kMappingPersistent{
+    "M4", "mapping-persistent",
+    "A callback stays with its thread: it did not go on on a thread that replaced an earlier one "
+    "(or reused its tid) without being registered anew. Parameters belong to threads, and a "
+    "replaced thread starts without them. INCONCLUSIVE when the earlier thread's exit was lost.",
+    judge_persistent};
+
+const Rule kUniqueLogicalId{
+    "M7", "unique-logical-id",
+    "No two callbacks of one process live under the same logical id. With equal ids one entry of a "
+    "spec configures whichever comes first. Remedy: give callbacks explicit names, or periods that "
+    "differ.",
+    judge_unique_id};
+
+}  // namespace cie::analysis

@@ -1,0 +1,160 @@
+#include "message_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+namespace cie::analysis {
+namespace {
+
+void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
+  const bool is_attached =
+      context.model.processes[at(callback.process)].first_moment == RunMoment::announce;
+  const auto* entry = spec_entry(context, callback);
+  const auto allowed = entry != nullptr ? entry->overwrites_allowed.value_or(0) : 0;
+  const auto lost = std::max(callback.lost, callback.fini ? callback.fini->lost : 0);
+  const auto overwritten =
+      std::max(callback.overwritten, callback.fini ? callback.fini->overwritten : 0);
+  judgement.check(std::max(callback.releases, callback.starts.count));
+  const auto where = [&callback](const std::optional<EventRef>& running) {
+    return running ? *running : callback.fini->at;
+  };
+  if (lost > 0) {
+    judgement.fail(evidence(callback.lost_at ? "sample_lost" : "callback_fini",
+                            where(callback.lost_at),
+                            std::to_string(lost) + " samples were lost before the queue"));
+  }
+  if (overwritten > allowed) {
+    judgement.fail(evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
+                            where(callback.overwritten_at),
+                            std::to_string(overwritten) +
+                                " samples were overwritten in the queue before they were taken; " +
+                                std::to_string(allowed) + " are allowed"));
+  }
+  const bool has_totals = callback.fini || (is_attached && callback.releases > 0);
+  if (!has_totals) {
+    judgement.doubt(evidence("callback_fini", callback.starts.last_at,
+                             "the totals of lost and overwritten samples were not seen"));
+  }
+}
+
+std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    if (callback.kind == CallbackKind::timer) continue;
+    Judgement judgement(names.callback(index));
+    judgement.doubt(proof.loss(index));
+    if (callback.registered) judge_queue(context, callback, judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+struct Bound {
+  const char* name;
+  std::optional<std::int64_t> limit;
+  const Statistics& measured;
+  const std::optional<ChainExtreme>& max;
+};
+
+void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound& bound,
+                 Judgement& judgement) {
+  if (!bound.limit) return;
+  judgement.check(bound.measured.count());
+  if (!bound.max || bound.max->value.ns <= *bound.limit) return;
+  judgement.fail(
+      evidence("callback_start", bound.max->first_start, "first callback of the chain starts"));
+  judgement.fail(evidence("callback_end", bound.max->last_end,
+                          std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
+                              place(context, asked.line) + " allows " + nanoseconds(*bound.limit)));
+}
+
+// Loss anywhere on the chain, or of callbacks that nothing of was seen.
+std::optional<Evidence> loss_on(const RuleContext& context, const SpecChain& asked,
+                                const Proof& proof) {
+  const auto& model = context.model;
+  const std::set<std::string_view> hops(asked.callbacks.begin(), asked.callbacks.end());
+  std::set<std::string_view> seen;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    if (!hops.contains(callback.logical_id)) continue;
+    seen.insert(callback.logical_id);
+    if (proof.loss(index)) return proof.loss(index);
+  }
+  if (seen.size() == hops.size()) return std::nullopt;
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+    if (model.processes[i].has_cie_events && !proof.is_complete(index)) {
+      return proof.incompleteness(index);
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
+  std::vector<SubjectVerdict> verdicts;
+  if (context.options.spec == nullptr) return verdicts;
+  const auto& model = context.model;
+  const Proof proof(model);
+  for (const auto& asked : context.options.spec->chains()) {
+    if (!asked.path_latency_ns && !asked.reaction_time_ns && !asked.data_age_ns) continue;
+    Judgement judgement("chain " + asked.name);
+    judgement.overrule(loss_on(context, asked, proof));
+    const auto chain = std::ranges::find_if(model.chains, [&asked](const ChainFacts& facts) {
+      return facts.specified && facts.name == asked.name;
+    });
+    if (chain != model.chains.end()) {
+      judge_bound(
+          context, asked,
+          {"path latency", asked.path_latency_ns, chain->path_latency, chain->max_path_latency},
+          judgement);
+      judge_bound(
+          context, asked,
+          {"reaction time", asked.reaction_time_ns, chain->reaction_time, chain->max_reaction_time},
+          judgement);
+      judge_bound(context, asked,
+                  {"data age", asked.data_age_ns, chain->data_age, chain->max_data_age}, judgement);
+      if (chain->incomplete != 0) {
+        judgement.overrule(evidence("publish", chain->first_incomplete.value_or(EventRef{}),
+                                    "the publish of the message taken here was not seen; " +
+                                        std::to_string(chain->incomplete) +
+                                        " instances of the chain are incomplete"));
+      }
+      if (asked.path_latency_ns && chain->inexact != 0) {
+        judgement.doubt(evidence("release", moment(model.begin.value_or(Timestamp{})),
+                                 "a release on " + std::to_string(chain->inexact) +
+                                     " instances of the chain is not known exactly"));
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kNoQueueOverflow{
+    "Q1", "no-queue-overflow",
+    "No sample was lost before a callback's queue, and no more were overwritten in it than "
+    "overwrites_allowed says (0 by default). INCONCLUSIVE when the totals were not seen, as after "
+    "a crash. Remedy: a deeper queue, a faster callback, or overwrites_allowed where only the "
+    "newest sample matters.",
+    judge_queues};
+
+const Rule kChainBounds{
+    "Q2", "chain-bounds",
+    "Path latency, reaction time and data age of the chains in the spec stay within their bounds. "
+    "INCONCLUSIVE when the publish of a message on the chain was not seen, a callback of it lost "
+    "instances, or a release on it is not known exactly.",
+    judge_chains};
+
+}  // namespace cie::analysis

@@ -1,0 +1,246 @@
+#include "ownership_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+ThreadIndex thread_index(std::size_t i) { return ThreadIndex{static_cast<std::uint32_t>(i)}; }
+
+const EventRef& first_start_on(const ThreadFacts& thread) {
+  return std::ranges::min_element(
+             thread.ran, {}, [](const CallbackOnThread& pair) { return pair.first_start.time; })
+      ->first_start;
+}
+
+// The spec's entry for a thread: that of its callback, or, for a worker, of its name.
+const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread) {
+  if (context.options.spec == nullptr) return nullptr;
+  if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
+  for (const auto& pair : thread.ran) {
+    const auto& callback = context.model.callbacks[at(pair.callback)];
+    if (is_registered_to(thread, callback)) return spec_entry(context, callback);
+  }
+  return nullptr;
+}
+
+void judge_foreign_callbacks(const Model& model, const Proof& proof, const ThreadFacts& thread,
+                             Judgement& judgement) {
+  for (const auto& pair : thread.ran) {
+    const auto& callback = model.callbacks[at(pair.callback)];
+    judgement.check(pair.starts);
+    judgement.doubt(proof.loss(pair.callback));
+    if (is_registered_to(thread, callback)) continue;
+    if (!callback.registered && thread.group) continue;  // perhaps of its group
+    judgement.fail(evidence(
+        "thread_init", *thread.announced,
+        "announced for callback " + (thread.callback ? std::to_string(to_number(*thread.callback))
+                                                     : std::string("of its group"))));
+    judgement.fail(evidence("callback_start", pair.first_start,
+                            "started " + callback.logical_id + " (seq " +
+                                std::to_string(pair.first_seq) + "), which is not its own"));
+  }
+}
+
+void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFacts& thread,
+                        const SpecEntry& entry, const std::string& where, Judgement& judgement) {
+  const auto budget = *entry.foreign_work_budget_ns;
+  const EventRef end = moment(lifetime(thread).second, thread.tid);
+  if (const auto loss = proof.kernel_loss(thread)) {
+    judgement.doubt(loss);
+    return;
+  }
+  if (!thread.foreign_ns || !thread.foreign_span_ns || !thread.first_wait) {
+    const bool has_switches =
+        model.hosts[at(model.processes[at(thread.process)].host)].has_switches;
+    judgement.doubt(evidence(
+        "sched_switch", end,
+        has_switches ? "on-CPU time outside callbacks is not known without gap"
+                     : "no sched_switch events; record with --kernel to measure foreign work"));
+    return;
+  }
+  judgement.check();
+  // foreign / span > budget / second, in whole nanoseconds.
+  const bool is_above = static_cast<Int128>(*thread.foreign_ns) * 1'000'000'000 >
+                        static_cast<Int128>(budget) * *thread.foreign_span_ns;
+  if (!is_above) return;
+  judgement.fail(evidence("sched_switch", moment(*thread.first_wait, thread.tid),
+                          "first wait: foreign work is counted from here"));
+  judgement.fail(evidence("sched_switch", end,
+                          nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +
+                              nanoseconds(*thread.foreign_span_ns) + "; " + where + " allows " +
+                              nanoseconds(budget) + " per second"));
+}
+
+std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  const auto unknown = unknown_threads(model, proof);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    Judgement judgement(names.thread(thread_index(i)));
+    if (const auto found = unknown.find(thread_index(i)); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
+    const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
+    if (is_isolated(thread)) judge_foreign_callbacks(model, proof, thread, judgement);
+    if (is_isolated(thread) || is_worker) {
+      const auto* entry = spec_entry_of(context, thread);
+      if (entry != nullptr && entry->foreign_work_budget_ns) {
+        judge_foreign_time(model, proof, thread, *entry, place(context, entry->line), judgement);
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+void judge_group(const Model& model, const GroupFacts& group,
+                 const std::vector<ThreadIndex>& threads, Judgement& judgement) {
+  judgement.check(group.callbacks.size());
+  const auto witness = [&](const std::string& note) {
+    judgement.fail(evidence("group_init", group.first_seen, note));
+    for (const auto index : threads) {
+      const auto& thread = model.threads[at(index)];
+      judgement.fail(evidence("thread_init", *thread.announced,
+                              "isolated thread " + std::to_string(thread.tid) + " serves it"));
+    }
+    for (const auto index : group.callbacks) {
+      const auto& callback = model.callbacks[at(index)];
+      judgement.fail(
+          evidence("callback_init", *callback.registered, callback.logical_id + " belongs to it"));
+    }
+  };
+  if (group.type == GroupType::reentrant) witness("a reentrant group");
+  if (group.callbacks.size() >= 2) {
+    witness("a group of " + std::to_string(group.callbacks.size()) + " callbacks");
+  }
+  if (!group.type) {
+    judgement.doubt(evidence("group_init", group.first_seen, "the group was never announced"));
+  }
+  if (group.callbacks.empty()) {
+    judgement.doubt(evidence("callback_init", group.first_seen,
+                             "no callback of the group was seen to be registered"));
+  }
+}
+
+std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  const IsolatedThreads isolated(model);
+  // Groups whose thread is not known to be isolated or not.
+  std::map<std::pair<ProcessIndex, GroupId>, Evidence> unknown;
+  for (const auto& [index, reason] : unknown_threads(model, proof)) {
+    for (const auto& pair : model.threads[at(index)].ran) {
+      const auto& callback = model.callbacks[at(pair.callback)];
+      if (callback.group) unknown.try_emplace({callback.process, *callback.group}, reason);
+    }
+  }
+  std::vector<SubjectVerdict> verdicts;
+  std::set<std::pair<ProcessIndex, GroupId>> seen;
+  for (const auto& group : model.groups) {
+    seen.insert({group.process, group.id});
+    const auto threads = isolated.of(group);
+    Judgement judgement(names.group(group));
+    if (!threads.empty()) {
+      judge_group(model, group, threads, judgement);
+      judgement.doubt(proof.unseen_callbacks(group.process));
+    }
+    if (const auto found = unknown.find({group.process, group.id}); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  for (const auto& thread : model.threads) {
+    if (!is_isolated(thread) || (thread.group && seen.contains({thread.process, *thread.group}))) {
+      continue;
+    }
+    const auto id = thread.group.value_or(kNoGroup);
+    if (thread.group) seen.insert({thread.process, id});
+    GroupFacts group;
+    group.process = thread.process;
+    group.id = id;
+    Judgement judgement(names.group(group));
+    judgement.doubt(evidence(
+        "group_init", *thread.announced,
+        "the group of isolated thread " + std::to_string(thread.tid) + " was never announced"));
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (thread.ran.empty()) continue;
+    Judgement judgement(names.thread(thread_index(i)));
+    for (const auto& pair : thread.ran)
+      judgement.check(pair.starts);
+    if (!thread.announced) {
+      judgement.overrule(proof.incompleteness(thread.process));
+      const auto& first = first_start_on(thread);
+      judgement.fail(evidence("callback_start", first, "a callback ran here, first at this time"));
+      if (const auto& end = model.processes[at(thread.process)].run_end) {
+        judgement.fail(evidence("run_end", end->at,
+                                "all " + std::to_string(end->threads) +
+                                    " announced threads were seen; this one was not announced"));
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+std::map<ThreadIndex, Evidence> unknown_threads(const Model& model, const Proof& proof) {
+  std::map<ThreadIndex, Evidence> unknown;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (thread.announced || thread.ran.empty() || proof.is_complete(thread.process)) continue;
+    unknown.emplace(thread_index(i),
+                    evidence("thread_init", first_start_on(thread),
+                             "thread " + std::to_string(thread.tid) +
+                                 " was never seen to be announced: its role is unknown"));
+  }
+  return unknown;
+}
+
+const Rule kNoForeignWork{
+    "M6", "no-foreign-work",
+    "An isolated thread starts no callback but its own. With foreign_work_budget in the spec and "
+    "kernel events in the trace, its time on a CPU outside callbacks, from its first wait to its "
+    "end, stays within that budget per second; without a budget that time is not judged. "
+    "INCONCLUSIVE when a callback on it lost instances or the kernel's record has a gap.",
+    judge_foreign_work};
+
+const Rule kSingleCallbackGroup{
+    "M8", "single-callback-group",
+    "The group that an isolated thread serves holds one callback and is not reentrant. Callbacks "
+    "of one group exclude each other, so a shared group takes isolation back. INCONCLUSIVE when "
+    "the group or its callbacks were not seen to be registered. Remedy: leave the group out; each "
+    "callback then gets its own.",
+    judge_groups};
+
+const Rule kThreadKnown{
+    "M9", "thread-known",
+    "Every thread that ran a callback was announced by thread_init. A callback on an unannounced "
+    "thread runs outside the executor's knowledge: nobody configured that thread. INCONCLUSIVE "
+    "without proof that nothing is missing from the trace.",
+    judge_known};
+
+}  // namespace cie::analysis

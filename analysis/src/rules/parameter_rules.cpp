@@ -1,0 +1,168 @@
+#include "parameter_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "ownership_rules.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace cie::analysis {
+namespace {
+
+std::string asks(const RuleContext& context, const SpecEntry& entry) {
+  return place(context, entry.line) + " asks for " + describe(entry.parameters);
+}
+
+// Callbacks that ran on threads of which it is unknown whether they are isolated.
+std::map<CallbackIndex, Evidence> on_unknown_threads(const Model& model, const Proof& proof) {
+  std::map<CallbackIndex, Evidence> callbacks;
+  for (const auto& [index, reason] : unknown_threads(model, proof)) {
+    for (const auto& pair : model.threads[at(index)].ran)
+      callbacks.emplace(pair.callback, reason);
+  }
+  return callbacks;
+}
+
+void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIndex index,
+                        const SpecEntry& entry, Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const auto* applied = last_applied(context.model, thread);
+  if (applied == nullptr) {
+    judgement.doubt(evidence(
+        "thread_sched", *thread.announced,
+        "thread " + std::to_string(thread.tid) + " has no read-back of applied parameters"));
+    return;
+  }
+  judgement.check();
+  if (proof.may_hide_read_back(index, applied->n, std::nullopt)) {
+    judgement.overrule(proof.loss(index));
+  }
+  if (is_as_specified(*applied, entry.parameters)) return;
+  std::string note = asks(context, entry) + "; the thread runs " + describe(*applied);
+  if (applied->error != 0)
+    note += " (the request failed with errno " + std::to_string(applied->error) + ")";
+  judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
+}
+
+std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
+  const auto& model = context.model;
+  std::vector<SubjectVerdict> verdicts;
+  if (context.options.spec == nullptr) return verdicts;
+  const Subjects names(model);
+  const Proof proof(model);
+  const IsolatedThreads isolated(model);
+  const auto unknown = on_unknown_threads(model, proof);
+  for (const auto index : callbacks_in_order(model)) {
+    const auto* entry = spec_entry(context, model.callbacks[at(index)]);
+    if (entry == nullptr || !judges_parameters(entry->parameters)) continue;
+    Judgement judgement(names.callback(index));
+    if (const auto found = unknown.find(index); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
+    for (const auto thread : isolated.of(model.callbacks[at(index)])) {
+      judge_as_specified(context, proof, thread, *entry, judgement);
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (!thread.announced || thread.role != ThreadRole::worker) continue;
+    const auto* entry = context.options.spec->find_thread(thread.name);
+    if (entry == nullptr || !judges_parameters(entry->parameters)) continue;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    Judgement judgement(names.thread(index));
+    judge_as_specified(context, proof, index, *entry, judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+// The thread of a callback that its first instance was meant for: the first one announced.
+void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIndex index,
+                        CallbackIndex callback_index, const SpecEntry& entry,
+                        Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& thread = model.threads[at(index)];
+  const auto& callback = model.callbacks[at(callback_index)];
+  const bool is_attached =
+      model.processes[at(callback.process)].first_moment == RunMoment::announce;
+  const auto& starts = callback.starts;
+  if (!starts.first) {
+    judgement.doubt(proof.loss(callback_index));
+    return;
+  }
+  if (*starts.first != 0) {
+    // Before the window, if the announcement came later than it; lost, if it was promised.
+    const bool is_promised = callback.registered && callback.first_next_seq == 0;
+    if (!is_attached || is_promised) judgement.doubt(proof.loss(callback_index));
+    return;
+  }
+  const auto match = std::ranges::find_if(thread.applied, [&entry](const ReadBack& read_back) {
+    return is_as_specified(read_back, entry.parameters);
+  });
+  if (match == thread.applied.end()) {
+    const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
+                            is_as_specified(*thread.first_audit, entry.parameters);
+    if (is_audited && starts.first_at.time >= thread.first_audit->at.time) judgement.check();
+    if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
+    return;
+  }
+  judgement.check();
+  if (starts.first_at.time >= match->at.time) return;
+  if (proof.may_hide_read_back(index, std::nullopt, match->n)) {
+    judgement.overrule(proof.loss(index));
+  }
+  judgement.fail(evidence("callback_start", starts.first_at,
+                          callback.logical_id + " started (seq 0) unconfigured; " +
+                              std::to_string(std::max<std::uint64_t>(match->starts_before, 1)) +
+                              " instances did"));
+  judgement.fail(evidence("thread_sched", match->at,
+                          "only now the thread runs as specified: " + describe(*match)));
+}
+
+std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
+  const auto& model = context.model;
+  std::vector<SubjectVerdict> verdicts;
+  if (context.options.spec == nullptr) return verdicts;
+  const Subjects names(model);
+  const Proof proof(model);
+  const IsolatedThreads isolated(model);
+  const auto unknown = on_unknown_threads(model, proof);
+  for (const auto index : callbacks_in_order(model)) {
+    const auto* entry = spec_entry(context, model.callbacks[at(index)]);
+    if (entry == nullptr || !judges_parameters(entry->parameters)) continue;
+    Judgement judgement(names.callback(index));
+    if (const auto found = unknown.find(index); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
+    const auto threads = isolated.of(model.callbacks[at(index)]);
+    if (!threads.empty()) {
+      judge_before_first(context, proof, threads.front(), index, *entry, judgement);
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kParametersAsSpecified{
+    "S1", "parameters-as-specified",
+    "What the kernel reported when a thread's parameters were last applied is what the spec asks "
+    "for: policy, priority or nice, deadline triple, CPUs. A refused or forgotten request shows "
+    "here. On a process that was attached to, the first audit stands for it. INCONCLUSIVE without "
+    "such a read-back or when a later one may have been lost. Remedy: the request's errno in the "
+    "evidence; CAP_SYS_NICE, rtprio limits and cpusets are the usual causes.",
+    judge_specified};
+
+const Rule kParametersBeforeFirstCallback{
+    "S2", "parameters-before-first-callback",
+    "A thread was configured before its callback ran for the first time. Configurators outside "
+    "the process come too late by nature; the evidence counts the instances that ran unconfigured. "
+    "INCONCLUSIVE when the first start or an earlier read-back may have been lost.",
+    judge_before};
+
+}  // namespace cie::analysis

@@ -1,0 +1,376 @@
+#include "proof.hpp"
+
+#include "judgement.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+std::string counted(std::uint64_t expected, std::uint64_t seen) {
+  return std::to_string(expected) + " counted, " + std::to_string(seen) + " seen";
+}
+
+std::string_view name_of(LossKind kind) {
+  switch (kind) {
+    case LossKind::discarded_events:
+      return "discarded_events";
+    case LossKind::discarded_packets:
+      return "discarded_packets";
+    case LossKind::damaged_packet:
+      return "damaged_packet";
+    case LossKind::switch_mismatch:
+      return "switch_mismatch";
+  }
+  return "";
+}
+
+std::optional<Evidence> gap_of(const SequenceFacts& numbers, const char* event,
+                               const char* number) {
+  if (numbers.first_gap) {
+    const auto& gap = *numbers.first_gap;
+    return evidence(event, gap.after,
+                    std::string(number) + " jumps: " + std::to_string(gap.expected) +
+                        " was next and " + std::to_string(gap.seen) + " came; " +
+                        std::to_string(numbers.missing) + " missing in all");
+  }
+  if (numbers.missing != 0) {
+    return evidence(event, numbers.last_at,
+                    std::to_string(numbers.missing) + " numbers of " + number + " are missing");
+  }
+  if (numbers.repeated != 0) {
+    return evidence(event, numbers.last_at,
+                    std::string(number) + " does not rise: " + std::to_string(numbers.repeated) +
+                        " numbers came twice");
+  }
+  return std::nullopt;
+}
+
+std::string describe_loss(const Loss& loss) {
+  std::string text = loss.count ? std::to_string(*loss.count) + " lost" : "an unknown number lost";
+  text += " until " + std::to_string(loss.end.ns);
+  text += loss.domain == Domain::kernel ? ", kernel" : ", user space";
+  return loss.note.empty() ? text : text + ", " + loss.note;
+}
+
+}  // namespace
+
+Evidence evidence_of(const Loss& loss) {
+  return Evidence{.event = std::string(name_of(loss.kind)),
+                  .time = loss.begin,
+                  .cpu = loss.cpu,
+                  .pid = std::nullopt,
+                  .tid = std::nullopt,
+                  .note = describe_loss(loss)};
+}
+
+Proof::Proof(const Model& model)
+    : model_(model),
+      processes_(model.processes.size()),
+      callbacks_(model.callbacks.size()),
+      threads_(model.threads.size()) {
+  find_losses();
+  for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
+    prove(CallbackIndex{static_cast<std::uint32_t>(i)});
+  }
+  for (const auto& publisher : model.publishers)
+    prove(publisher);
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    prove(ThreadIndex{static_cast<std::uint32_t>(i)});
+  }
+  for (const auto& group : model.groups) {
+    if (group.type) ++processes_[at(group.process)].groups_known;
+  }
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    prove(ProcessIndex{static_cast<std::uint32_t>(i)});
+  }
+}
+
+bool Proof::is_interrupted(ProcessIndex process) const {
+  return !model_.processes[at(process)].run_end;
+}
+
+bool Proof::has_begun_in_trace(ProcessIndex process) const {
+  return model_.processes[at(process)].first_moment == RunMoment::start;
+}
+
+const std::vector<Evidence>& Proof::disagreements(ProcessIndex process) const {
+  return processes_[at(process)].disagreements;
+}
+
+std::uint64_t Proof::totals_compared(ProcessIndex process) const {
+  return processes_[at(process)].compared;
+}
+
+bool Proof::is_complete(ProcessIndex process) const {
+  const auto& facts = model_.processes[at(process)];
+  return facts.run_begin && facts.run_end && processes_[at(process)].disagreements.empty();
+}
+
+std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
+  const auto& facts = model_.processes[at(process)];
+  if (!facts.run_begin) {
+    return evidence("run_begin", facts.first_seen.value_or(EventRef{}),
+                    "no run_begin: what came before is unknown");
+  }
+  if (!facts.run_end) {
+    return evidence("run_end", facts.last_seen.value_or(EventRef{}),
+                    "no run_end: what came after the last event is unknown");
+  }
+  const auto& problems = processes_[at(process)].disagreements;
+  return problems.empty() ? std::nullopt : std::optional(problems.front());
+}
+
+const std::optional<Evidence>& Proof::loss(CallbackIndex callback) const {
+  return callbacks_[at(callback)];
+}
+
+const std::optional<Evidence>& Proof::loss(ThreadIndex thread) const {
+  return threads_[at(thread)];
+}
+
+std::optional<Evidence> Proof::gap(const CallbackFacts& callback) const {
+  return gap_of(callback.starts, "callback_start", "seq");
+}
+
+std::optional<Evidence> Proof::gap(const PublisherFacts& publisher) const {
+  return gap_of(publisher.published, "publish", "seq");
+}
+
+std::optional<Evidence> Proof::gap(const ThreadFacts& thread) const {
+  const auto& numbers = thread.read_backs;
+  if (auto gap = gap_of(numbers, "thread_sched", "n")) return gap;
+  if (thread.announced && has_begun_in_trace(thread.process) && numbers.first.value_or(0) > 0) {
+    return evidence("thread_sched", numbers.first_at,
+                    "n begins at " + std::to_string(*numbers.first) + ", not at 0");
+  }
+  return std::nullopt;
+}
+
+bool Proof::may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
+                               std::optional<std::uint32_t> before) const {
+  const auto& facts = model_.threads[at(thread)];
+  const auto& numbers = facts.read_backs;
+  const auto first = numbers.first.value_or(0);
+  if (!before) {
+    const auto known = first + numbers.count + numbers.missing;
+    if (facts.fini ? facts.fini_read_backs > known : threads_[at(thread)].has_value()) return true;
+  }
+  if (!after && has_begun_in_trace(facts.process) && first > 0) return true;
+  if (!numbers.first_gap) return false;
+  const std::uint64_t low = after ? std::uint64_t{*after} + 1 : 0;
+  if (before && *before <= low) return false;
+  const auto& gap = *numbers.first_gap;
+  if (before && gap.expected >= *before) return false;
+  const bool is_only_gap = numbers.missing == gap.seen - gap.expected;
+  return !is_only_gap || gap.seen > low;
+}
+
+std::optional<Evidence> Proof::kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const {
+  if (model_.losses_dropped != 0) {
+    return Evidence{.event = "discarded_events",
+                    .time = begin,
+                    .cpu = std::nullopt,
+                    .pid = std::nullopt,
+                    .tid = std::nullopt,
+                    .note = "more losses than could be kept"};
+  }
+  const auto found = kernel_losses_.find(host);
+  if (found == kernel_losses_.end()) return std::nullopt;
+  const auto& losses = found->second;
+  const auto candidate = std::ranges::lower_bound(losses, begin, {}, &Interval::end);
+  if (candidate == losses.end() || candidate->begin > end) return std::nullopt;
+  return evidence_of(*candidate->loss);
+}
+
+std::optional<Evidence> Proof::kernel_loss(const ThreadFacts& thread) const {
+  const auto [begin, end] = lifetime(thread);
+  return kernel_loss(model_.processes[at(thread.process)].host, begin, end);
+}
+
+std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
+  const auto& facts = model_.processes[at(process)];
+  const auto named = processes_[at(process)].callbacks_named;
+  if (!facts.run_end || !has_begun_in_trace(process) || named >= facts.run_end->callbacks) {
+    return std::nullopt;
+  }
+  return evidence(
+      "callback_init", facts.run_end->at,
+      "callbacks that ran somewhere unseen: " + counted(facts.run_end->callbacks, named));
+}
+
+void Proof::find_losses() {
+  std::map<HostIndex, std::vector<Interval>> all;
+  for (const auto& loss : model_.losses) {
+    if (loss.domain == Domain::kernel) {
+      all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss});
+      continue;
+    }
+    auto& last = last_user_loss_[loss.host];
+    if (last == nullptr || last->end < loss.end) last = &loss;
+  }
+  for (auto& [host, losses] : all) {
+    std::ranges::stable_sort(losses, {}, [](const Interval& interval) {
+      return std::tuple(interval.begin, interval.end, interval.loss->kind, interval.loss->cpu,
+                        interval.loss->note);
+    });
+    auto& merged = kernel_losses_[host];
+    for (const auto& interval : losses) {
+      if (!merged.empty() && interval.begin <= merged.back().end) {
+        merged.back().end = std::max(merged.back().end, interval.end);
+      } else {
+        merged.push_back(interval);
+      }
+    }
+  }
+}
+
+void Proof::compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
+                    std::uint64_t seen) {
+  auto& proof = processes_[at(process)];
+  ++proof.compared;
+  if (expected == seen) return;
+  proof.disagreements.push_back(total);
+  proof.disagreements.back().note += ": " + counted(expected, seen);
+}
+
+std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last) const {
+  if (!is_interrupted(process)) return std::nullopt;
+  const auto found = last_user_loss_.find(model_.processes[at(process)].host);
+  if (found == last_user_loss_.end() || found->second->end < last) return std::nullopt;
+  return evidence_of(*found->second);
+}
+
+void Proof::prove(CallbackIndex index) {
+  const auto& facts = model_.callbacks[at(index)];
+  auto& process = processes_[at(facts.process)];
+  auto& loss = callbacks_[at(index)];
+  ++process.callbacks_named;
+  if (facts.registered) ++process.callbacks_registered;
+
+  loss = gap(facts);
+  if (!loss && !facts.registered) {
+    loss = evidence("callback_init", facts.starts.first_at,
+                    "the callback of this id was never registered");
+  }
+  const auto first = facts.starts.first.value_or(facts.first_next_seq);
+  const auto& name = facts.logical_id;
+  if (facts.fini) {
+    const auto total = [&](const char* what) {
+      return evidence("callback_fini", facts.fini->at, name + " " + what);
+    };
+    const auto started = first + facts.starts.count;
+    compare(facts.process, total("started"), facts.fini->started, started);
+    if (!loss && facts.fini->started != started) {
+      loss = total("started: ");
+      loss->note += counted(facts.fini->started, started);
+    }
+    // Instances that never end are told by started - ended; more that are open lost their end.
+    const auto unended = facts.fini->started - std::min(facts.fini->started, facts.fini->ended);
+    const auto unpaired = facts.ends_before_first + facts.second_ends + facts.ends_without_start;
+    const auto paired = facts.ends - std::min(facts.ends, unpaired);
+    const auto open = facts.starts.count - std::min(facts.starts.count, paired);
+    const bool is_end_lost = open > unended;
+    const bool is_surplus = first == 0 && open < unended;
+    compare(facts.process, total("ended"), facts.fini->ended,
+            is_end_lost || is_surplus ? started - open : facts.fini->ended);
+    if (!loss && is_end_lost) {
+      loss = total("ended: ");
+      loss->note += counted(facts.fini->ended, started - open);
+    }
+    const auto has_class = [this](const char* event) {
+      return model_.events.by_name.contains(event);
+    };
+    if (has_begun_in_trace(facts.process) && has_class("callback_release")) {
+      compare(facts.process, total("released"), facts.fini->released, facts.releases);
+    }
+    if (has_begun_in_trace(facts.process) && has_class("sample_lost")) {
+      compare(facts.process, total("lost"), facts.fini->lost, facts.lost);
+    }
+  } else if (!is_interrupted(facts.process)) {
+    const auto missing = evidence("callback_fini", facts.starts.last_at,
+                                  name + " has no callback_fini: its last instances are unknown");
+    if (facts.registered) {
+      process.disagreements.push_back(missing);
+      process.disagreements.back().time = model_.processes[at(facts.process)].run_end->at.time;
+    }
+    if (!loss) loss = missing;
+  } else if (!loss) {
+    auto last = facts.registered ? facts.registered->time : Timestamp{};
+    if (facts.starts.last) last = std::max(last, facts.starts.last_at.time);
+    if (facts.max_end_at) last = std::max(last, facts.max_end_at->time);
+    loss = untold_loss(facts.process, last);
+  }
+  is_anything_lost_ = is_anything_lost_ || loss.has_value();
+}
+
+void Proof::prove(const PublisherFacts& publisher) {
+  auto& process = processes_[at(publisher.process)];
+  if (publisher.registered) ++process.publishers_registered;
+  if (gap(publisher)) is_anything_lost_ = true;
+  if (publisher.fini) {
+    const auto first = publisher.published.first.value_or(publisher.first_next_seq);
+    compare(publisher.process,
+            evidence("publisher_fini", publisher.fini->first, publisher.topic + " published"),
+            publisher.fini->second, first + publisher.published.count);
+  } else if (publisher.registered && !is_interrupted(publisher.process)) {
+    process.disagreements.push_back(evidence("publisher_fini", *publisher.registered,
+                                             publisher.topic + " has no publisher_fini"));
+  }
+}
+
+void Proof::prove(ThreadIndex index) {
+  const auto& facts = model_.threads[at(index)];
+  auto& process = processes_[at(facts.process)];
+  auto& loss = threads_[at(index)];
+  const auto name = "thread " + std::to_string(facts.tid);
+  if (!facts.announced) {
+    if (facts.read_backs.count != 0) {
+      loss = evidence("thread_init", facts.read_backs.first_at, name + " was never announced");
+    }
+    return;
+  }
+  ++process.threads_announced;
+  loss = gap(facts);
+  if (facts.fini) {
+    const auto seen = facts.read_backs.first.value_or(0) + facts.read_backs.count;
+    const auto total = evidence("thread_fini", *facts.fini, name + " read back");
+    compare(facts.process, total, facts.fini_read_backs, seen);
+    if (!loss && facts.fini_read_backs != seen) {
+      loss = total;
+      loss->note += ": " + counted(facts.fini_read_backs, seen);
+    }
+  } else if (!is_interrupted(facts.process)) {
+    const auto missing = evidence("thread_fini", *facts.announced, name + " has no thread_fini");
+    process.disagreements.push_back(missing);
+    if (!loss) loss = missing;
+  } else if (!loss) {
+    loss = untold_loss(facts.process, facts.read_backs.count != 0 ? facts.read_backs.last_at.time
+                                                                  : facts.announced->time);
+  }
+  if (!loss && kernel_loss(facts)) is_anything_lost_ = true;
+  is_anything_lost_ = is_anything_lost_ || loss.has_value();
+}
+
+void Proof::prove(ProcessIndex index) {
+  const auto& facts = model_.processes[at(index)];
+  auto& process = processes_[at(index)];
+  if (facts.run_end) {
+    const auto& totals = *facts.run_end;
+    const auto total = [&totals](const char* what) { return evidence("run_end", totals.at, what); };
+    compare(index, total("callbacks"), totals.callbacks, process.callbacks_registered);
+    compare(index, total("threads"), totals.threads, process.threads_announced);
+    compare(index, total("groups"), totals.groups, process.groups_known);
+    compare(index, total("publishers"), totals.publishers, process.publishers_registered);
+    if (!process.disagreements.empty()) is_anything_lost_ = true;
+  }
+  std::ranges::stable_sort(process.disagreements, {}, [](const Evidence& item) {
+    return std::tie(item.time, item.event, item.note);
+  });
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,90 @@
+// What the trace proves about itself: which subjects lost nothing, judged by contiguous numbers and
+// by the totals that the executor leaves behind (laws L2 and L5).
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "../facts.hpp"
+
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+Evidence evidence_of(const Loss& loss);
+
+class Proof {
+ public:
+  explicit Proof(const Model& model);
+
+  // A process without `run_end`: it crashed, or the recording stopped first.
+  bool is_interrupted(ProcessIndex process) const;
+  // What is missing or disagrees in the process's totals, besides the missing `run_end` itself.
+  const std::vector<Evidence>& disagreements(ProcessIndex process) const;
+  // Every total agrees with what was seen: what is absent from the trace never happened.
+  bool is_complete(ProcessIndex process) const;
+  // Why that is not so; empty if it is.
+  std::optional<Evidence> incompleteness(ProcessIndex process) const;
+  // How many totals of a process could be compared.
+  std::uint64_t totals_compared(ProcessIndex process) const;
+
+  // Why not every instance of the callback is known to have been seen; empty if all were.
+  const std::optional<Evidence>& loss(CallbackIndex callback) const;
+  // The same for its numbers alone (T3).
+  std::optional<Evidence> gap(const CallbackFacts& callback) const;
+  std::optional<Evidence> gap(const PublisherFacts& publisher) const;
+  std::optional<Evidence> gap(const ThreadFacts& thread) const;
+  // Why not every read-back of the thread is known to have been seen.
+  const std::optional<Evidence>& loss(ThreadIndex thread) const;
+  // A read-back may exist without having been seen whose number is above `after` (none: from the
+  // beginning) and below `before` (none: up to the end).
+  bool may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
+                          std::optional<std::uint32_t> before) const;
+
+  // Kernel events were lost while the thread lived, or between two points of it.
+  std::optional<Evidence> kernel_loss(const ThreadFacts& thread) const;
+  std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const;
+  // Callbacks that `run_end` counts and no event names: they may have run anywhere.
+  std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
+
+  // Some subject lost its proof.
+  bool is_anything_lost() const noexcept { return is_anything_lost_; }
+
+ private:
+  struct ProcessProof {
+    std::vector<Evidence> disagreements;
+    std::uint64_t compared = 0;
+    std::uint64_t callbacks_named = 0;
+    std::uint64_t callbacks_registered = 0;
+    std::uint64_t threads_announced = 0;
+    std::uint64_t groups_known = 0;
+    std::uint64_t publishers_registered = 0;
+  };
+  struct Interval {
+    Timestamp begin;
+    Timestamp end;
+    const Loss* loss;
+  };
+
+  bool has_begun_in_trace(ProcessIndex process) const;
+  void compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
+               std::uint64_t seen);
+  void find_losses();
+  void prove(CallbackIndex index);
+  void prove(const PublisherFacts& publisher);
+  void prove(ThreadIndex index);
+  void prove(ProcessIndex index);
+  // A loss in the user's streams after `last` whose victims no total tells.
+  std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
+
+  const Model& model_;
+  std::vector<ProcessProof> processes_;
+  std::vector<std::optional<Evidence>> callbacks_;
+  std::vector<std::optional<Evidence>> threads_;
+  bool is_anything_lost_ = false;
+  std::map<HostIndex, const Loss*> last_user_loss_;
+  std::map<HostIndex, std::vector<Interval>> kernel_losses_;  // disjoint, ascending
+};
+
+}  // namespace cie::analysis

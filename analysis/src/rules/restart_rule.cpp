@@ -1,0 +1,141 @@
+#include "restart_rule.hpp"
+
+#include "../enforcement_tracker.hpp"
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <tuple>
+
+namespace cie::analysis {
+namespace {
+
+struct Lifetime {
+  CallbackIndex index{};
+  Timestamp begin;
+  Timestamp end;
+};
+
+Lifetime lifetime_of(const Model& model, CallbackIndex index) {
+  const auto& callback = model.callbacks[at(index)];
+  const auto& process = model.processes[at(callback.process)];
+  const auto begin =
+      callback.registered ? callback.registered->time : callback.starts.first_at.time;
+  auto end = begin;
+  if (callback.fini) {
+    end = std::max(end, callback.fini->at.time);
+  } else if (process.last_seen) {
+    end = std::max(end, process.last_seen->time);
+  }
+  return {.index = index, .begin = begin, .end = end};
+}
+
+// The last thread that was announced for the callback and has a read-back of what was applied.
+std::optional<ThreadIndex> configured_thread(const Model& model, const IsolatedThreads& isolated,
+                                             const CallbackFacts& callback) {
+  std::optional<ThreadIndex> found;
+  for (const auto index : isolated.of(callback)) {
+    if (last_applied(model, model.threads[at(index)]) != nullptr) found = index;
+  }
+  return found;
+}
+
+std::string properties(const CallbackFacts& callback) {
+  std::string text = callback.kind ? std::string(label(*callback.kind)) : "unknown kind";
+  if (!callback.source.empty()) text += " of " + callback.source;
+  text += ", period " + std::to_string(callback.period_ns) + " ns";
+  return text += ", deadline " + std::to_string(callback.deadline_ns) + " ns";
+}
+
+void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
+                        Judgement& judgement) {
+  const auto key = [](const CallbackFacts& c) {
+    return std::tie(c.kind, c.source, c.period_ns, c.deadline_ns);
+  };
+  if (key(before) == key(after)) return;
+  judgement.fail(evidence("callback_init", *before.registered, "was: " + properties(before)));
+  judgement.fail(evidence("callback_init", *after.registered, "is: " + properties(after)));
+}
+
+void compare_parameters(const Model& model, const Proof& proof, const IsolatedThreads& isolated,
+                        const CallbackFacts& before, const CallbackFacts& after,
+                        Judgement& judgement) {
+  const auto read_back = [&](const CallbackFacts& callback) -> const ReadBack* {
+    const auto index = configured_thread(model, isolated, callback);
+    if (!index) {
+      for (const auto other : isolated.of(callback))
+        judgement.overrule(proof.loss(other));
+      return nullptr;
+    }
+    const auto* applied = last_applied(model, model.threads[at(*index)]);
+    if (proof.may_hide_read_back(*index, applied->n, std::nullopt)) {
+      judgement.overrule(proof.loss(*index));
+    }
+    return applied;
+  };
+  const auto* was = read_back(before);
+  const auto* is = read_back(after);
+  if (was == nullptr || is == nullptr || is_same_parameters(*was, *is)) return;
+  judgement.fail(evidence("thread_sched", was->at, "was: " + describe(*was)));
+  judgement.fail(evidence("thread_sched", is->at, "is: " + describe(*is)));
+}
+
+std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  const IsolatedThreads isolated(model);
+  std::map<std::pair<HostIndex, std::string>, std::vector<Lifetime>> by_id;
+  std::vector<Lifetime> unknown;
+  for (const auto index : callbacks_in_order(model)) {
+    const auto& callback = model.callbacks[at(index)];
+    const auto life = lifetime_of(model, index);
+    if (callback.registered) {
+      by_id[{model.processes[at(callback.process)].host, callback.logical_id}].push_back(life);
+    } else {
+      unknown.push_back(life);
+    }
+  }
+  std::vector<SubjectVerdict> verdicts;
+  std::optional<Timestamp> first_end;  // of any lifetime: who begins later may be a restart
+  for (auto& [key, lives] : by_id) {
+    std::ranges::stable_sort(lives, {},
+                             [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
+    for (std::size_t i = 0; i < lives.size(); ++i) {
+      first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
+      if (i == 0 || lives[i - 1].end > lives[i].begin) continue;
+      const auto& before = model.callbacks[at(lives[i - 1].index)];
+      const auto& after = model.callbacks[at(lives[i].index)];
+      Judgement judgement(names.callback(lives[i].index));
+      judgement.check();
+      compare_properties(before, after, judgement);
+      compare_parameters(model, proof, isolated, before, after, judgement);
+      conclude(std::move(judgement), verdicts);
+    }
+  }
+  for (const auto& life : unknown) {
+    if (!first_end || life.begin <= *first_end) continue;
+    Judgement judgement(names.callback(life.index));
+    judgement.doubt(evidence("callback_init", model.callbacks[at(life.index)].starts.first_at,
+                             "its logical id is unknown, so it cannot be compared with the "
+                             "callbacks of the process before"));
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kMappingSurvivesRestart{
+    "M5", "mapping-survives-restart",
+    "When a process is restarted, each callback returns as it was: same kind, source, period and "
+    "deadline, and its thread with the same policy, priority or nice value, deadline triple and "
+    "CPUs. Configurators that address threads by tid lose their setting here. Each lifetime is "
+    "compared with the one before it. INCONCLUSIVE when an id or the last parameters were lost.",
+    judge_restart};
+
+}  // namespace cie::analysis

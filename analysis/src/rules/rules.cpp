@@ -1,0 +1,129 @@
+#include "completeness_rules.hpp"
+#include "execution_rules.hpp"
+#include "mapping_rules.hpp"
+#include "message_rules.hpp"
+#include "ownership_rules.hpp"
+#include "parameter_rules.hpp"
+#include "restart_rule.hpp"
+#include "rule.hpp"
+#include "stability_rules.hpp"
+#include "timing_rules.hpp"
+#include "trace_rules.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <tuple>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// Orders texts as readers expect, numbers in them by value: "thread 9" before "thread 10".
+bool is_before(std::string_view a, std::string_view b) {
+  while (!a.empty() && !b.empty()) {
+    if (!is_digit(a.front()) || !is_digit(b.front())) {
+      if (a.front() != b.front()) return a.front() < b.front();
+      a.remove_prefix(1);
+      b.remove_prefix(1);
+      continue;
+    }
+    const auto take = [](std::string_view& text) {
+      const auto end = std::min(text.find_first_not_of("0123456789"), text.size());
+      auto digits = text.substr(0, end);
+      text.remove_prefix(end);
+      digits.remove_prefix(std::min(digits.find_first_not_of('0'), digits.size()));
+      return digits;
+    };
+    const auto x = take(a);
+    const auto y = take(b);
+    if (x.size() != y.size()) return x.size() < y.size();
+    if (x != y) return x < y;
+  }
+  return a.size() < b.size();
+}
+
+bool comes_before(const SubjectVerdict& a, const SubjectVerdict& b) {
+  if (is_before(a.subject, b.subject) || is_before(b.subject, a.subject)) {
+    return is_before(a.subject, b.subject);
+  }
+  const auto key = [](const SubjectVerdict& verdict) {
+    return std::tuple(verdict.subject, verdict.verdict, verdict.checked,
+                      verdict.evidence.empty() ? Timestamp{} : verdict.evidence.front().time,
+                      verdict.evidence.empty() ? std::string() : verdict.evidence.front().note);
+  };
+  return key(a) < key(b);
+}
+
+RuleVerdict judge(const Rule& rule, const RuleContext& context) {
+  RuleVerdict verdict{
+      .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
+  std::ranges::stable_sort(verdict.subjects, comes_before);
+  for (const auto& subject : verdict.subjects) {
+    verdict.verdict = std::max(verdict.verdict, subject.verdict);
+  }
+  return verdict;
+}
+
+}  // namespace
+
+const std::vector<Rule>& rules() {
+  static const std::vector<Rule> all{kTraceReadable,
+                                     kNoLoss,
+                                     kSeqContiguous,
+                                     kRunComplete,
+                                     kRequiredEvents,
+                                     kTimeSane,
+                                     kSpecifiedCallbackSeen,
+                                     kOneCallbackPerThread,
+                                     kOneThreadPerCallback,
+                                     kMappingPersistent,
+                                     kMappingSurvivesRestart,
+                                     kNoForeignWork,
+                                     kUniqueLogicalId,
+                                     kSingleCallbackGroup,
+                                     kThreadKnown,
+                                     kParametersAsSpecified,
+                                     kParametersBeforeFirstCallback,
+                                     kParametersUnchanged,
+                                     kAllowedCpusOnly,
+                                     kNoParameterLeak,
+                                     kStartEndPaired,
+                                     kNonReentrant,
+                                     kNoNesting,
+                                     kArrivalExceedsTurnaround,
+                                     kNoMissedRelease,
+                                     kDeadline,
+                                     kBudget,
+                                     kRate,
+                                     kNoQueueOverflow,
+                                     kChainBounds};
+  return all;
+}
+
+VerdictReport verify(const RuleContext& context) {
+  VerdictReport report;
+  for (const auto& rule : rules()) {
+    report.rules.push_back(judge(rule, context));
+    report.verdict = std::max(report.verdict, report.rules.back().verdict);
+  }
+  if (report.verdict == Verdict::not_applicable) report.verdict = Verdict::pass;
+  return report;
+}
+
+std::string_view label(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::not_applicable:
+      return "NOT_APPLICABLE";
+    case Verdict::pass:
+      return "PASS";
+    case Verdict::inconclusive:
+      return "INCONCLUSIVE";
+    case Verdict::fail:
+      return "FAIL";
+  }
+  return "";
+}
+
+}  // namespace cie::analysis

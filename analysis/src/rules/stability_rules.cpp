@@ -1,0 +1,201 @@
+#include "stability_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+std::string priority_text(std::int32_t prio) {
+  if (prio < 0) return "priority of SCHED_DEADLINE";
+  if (prio < 100) return "real-time priority " + std::to_string(99 - prio);
+  return "nice " + std::to_string(prio - 120);
+}
+
+void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
+                     Judgement& judgement) {
+  const auto& thread = model.threads[at(index)];
+  judgement.check(thread.audits_checked + thread.switches_checked);
+  if (thread.audit_mismatch) {
+    const auto& [applied, audit] = *thread.audit_mismatch;
+    if (proof.may_hide_read_back(index, applied.n, audit.n)) judgement.overrule(proof.loss(index));
+    judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied)));
+    judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
+  }
+  if (thread.priority_mismatch) {
+    const auto& [applied, priority] = *thread.priority_mismatch;
+    if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
+      judgement.overrule(proof.loss(index));
+    }
+    judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied)));
+    judgement.fail(evidence("sched_switch", priority.at,
+                            "the kernel schedules it with " + priority_text(priority.prio)));
+  }
+  judgement.doubt(proof.loss(index));
+  judgement.doubt(proof.kernel_loss(thread));
+  if (thread.audits_checked + thread.switches_checked == 0) {
+    judgement.doubt(evidence("thread_sched", *thread.announced,
+                             "no audit and no sched_switch to compare with"));
+  }
+}
+
+std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (!thread.announced) continue;
+    Judgement judgement(names.thread(index));
+    if (last_applied(model, thread) != nullptr) {
+      judge_unchanged(model, proof, index, judgement);
+    } else {
+      judgement.doubt(proof.loss(index));  // what was applied may be what was lost
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
+  const auto& model = context.model;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (!thread.announced && thread.ran.empty()) continue;
+    Judgement judgement(names.thread(index));
+    judgement.check(thread.cpus_checked);
+    if (thread.cpu_violation) {
+      const auto& [mask, where] = *thread.cpu_violation;
+      if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
+        judgement.overrule(proof.loss(index));
+      }
+      judgement.fail(evidence("thread_sched", mask.at, "last read back: " + describe(mask)));
+      judgement.fail(evidence(
+          "cpu", where,
+          "ran on CPU " + std::to_string(where.cpu.value_or(-1)) + ", which is outside that mask"));
+    }
+    judgement.doubt(proof.loss(index));
+    judgement.doubt(proof.kernel_loss(thread));
+    const EventRef begin = moment(lifetime(thread).first, thread.tid);
+    if (!thread.last_read_back) {
+      judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
+    } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
+      judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
+    } else if (thread.switch_cpus_checked == 0) {
+      judgement.remark(evidence("sampled", begin,
+                                "only the CPUs of its own events were seen, not its switches"));
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+bool is_ever_real_time(const ThreadFacts& thread) {
+  const auto is = [](const std::optional<ReadBack>& read_back) {
+    return read_back && is_real_time(read_back->policy);
+  };
+  return is(thread.initial) || is(thread.first_audit) || is(thread.last_read_back) ||
+         std::ranges::any_of(thread.applied,
+                             [](const ReadBack& read) { return is_real_time(read.policy); });
+}
+
+void judge_fork(const ForkFacts& fork, Judgement& judgement) {
+  if (!fork.child_first) return;
+  judgement.check();
+  if (!is_real_time_priority(fork.child_first->prio)) return;
+  judgement.fail(evidence("sched_process_fork", fork.at,
+                          "thread " + std::to_string(fork.parent_tid) + " with " +
+                              priority_text(fork.parent_prio) + " creates thread " +
+                              std::to_string(fork.child_tid)));
+  judgement.fail(evidence("sched_switch", fork.child_first->at,
+                          "which first runs with " + priority_text(fork.child_first->prio)));
+}
+
+std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
+  const auto& model = context.model;
+  std::vector<SubjectVerdict> verdicts;
+  const bool has_real_time = std::ranges::any_of(model.threads, [](const ThreadFacts& thread) {
+    return thread.announced && is_ever_real_time(thread);
+  });
+  if (!has_real_time) return verdicts;
+  const Subjects names(model);
+  const Proof proof(model);
+  std::multimap<ThreadIndex, const ForkFacts*> of_thread;
+  for (const auto& fork : model.forks) {
+    if (fork.child && model.threads[at(*fork.child)].announced) {
+      of_thread.emplace(*fork.child, &fork);
+      continue;
+    }
+    // A child that never spoke: it has no process of ours to be named with.
+    Judgement judgement("thread " + std::to_string(fork.child_tid));
+    judge_fork(fork, judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (!thread.announced) continue;
+    Judgement judgement(names.thread(index));
+    if (thread.initial) {
+      judgement.check();
+      if (is_real_time(thread.initial->policy)) {
+        judgement.fail(evidence("thread_init", *thread.announced,
+                                "thread " + std::to_string(thread.tid) + " begins"));
+        judgement.fail(
+            evidence("thread_sched", thread.initial->at,
+                     "before anything was applied it runs " + describe(*thread.initial)));
+      }
+    } else {
+      judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
+    }
+    const auto [first, last] = of_thread.equal_range(index);
+    for (auto fork = first; fork != last; ++fork)
+      judge_fork(*fork->second, judgement);
+    judgement.doubt(proof.kernel_loss(thread));
+    if (!model.hosts[at(model.processes[at(thread.process)].host)].has_forks) {
+      judgement.remark(evidence("announced only", *thread.announced,
+                                "no fork events: children that were not announced are not seen"));
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace
+
+const Rule kParametersUnchanged{
+    "S3", "parameters-unchanged",
+    "A thread keeps the parameters that were last applied: every later audit agrees with them, and "
+    "so does the priority in every sched_switch, intervals of priority inheritance aside. "
+    "INCONCLUSIVE without audit and kernel events, or when read-backs or kernel events were lost.",
+    judge_parameters_unchanged};
+
+const Rule kAllowedCpusOnly{
+    "S4", "allowed-cpus-only",
+    "A thread ran only on CPUs of the mask that was last read back before. Without kernel events "
+    "only the CPUs of the thread's own events are known: PASS then says \"sampled\". INCONCLUSIVE "
+    "without a read-back, or when read-backs or kernel events were lost.",
+    judge_allowed_cpus};
+
+const Rule kNoParameterLeak{
+    "S5", "no-parameter-leak",
+    "No thread inherited a real-time policy that it was not given: announced threads are judged by "
+    "what they read back at creation, other children of real-time threads by the priority they "
+    "first run with. Remedy: SCHED_FLAG_RESET_ON_FORK, or create threads before raising the "
+    "priority. Without fork events PASS says \"announced only\".",
+    judge_no_leak};
+
+}  // namespace cie::analysis

@@ -1,0 +1,196 @@
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::int32_t kFirstFairPriority = 100;  // kernel scale: 99 - rt, -1 for DEADLINE
+
+std::string cpu_list(const std::vector<std::uint32_t>& cpus) {
+  std::string text;
+  for (const auto cpu : cpus) {
+    text += text.empty() ? "" : ",";
+    text += std::to_string(cpu);
+  }
+  return text;
+}
+
+std::string describe_policy(Policy policy, std::int32_t nice, std::uint32_t priority,
+                            std::uint64_t runtime, std::uint64_t deadline, std::uint64_t period) {
+  const auto name = policy_name(policy);
+  std::string text(name.empty() ? "policy " + std::to_string(static_cast<std::int32_t>(policy))
+                                : std::string(name));
+  switch (policy) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return text + " " + std::to_string(priority);
+    case Policy::other:
+    case Policy::batch:
+      return text + " nice " + std::to_string(nice);
+    case Policy::deadline:
+      return text + " " + std::to_string(runtime) + "/" + std::to_string(deadline) + "/" +
+             std::to_string(period);
+    case Policy::idle:
+      break;
+  }
+  return text;
+}
+
+bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
+  if (read.policy != static_cast<std::int32_t>(*asked.policy)) return false;
+  switch (*asked.policy) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return read.priority == asked.priority;
+    case Policy::other:
+    case Policy::batch:
+      return read.nice == asked.nice;
+    case Policy::deadline:
+      return read.runtime_ns == asked.runtime_ns && read.deadline_ns == asked.deadline_ns &&
+             read.period_ns == asked.period_ns;
+    case Policy::idle:
+      break;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread) {
+  std::optional<Timestamp> begin;
+  std::optional<Timestamp> end;
+  const auto extend = [&begin, &end](Timestamp time) {
+    begin = begin ? std::min(*begin, time) : time;
+    end = end ? std::max(*end, time) : time;
+  };
+  if (thread.start_ns) extend({*thread.start_ns});
+  for (const auto* sign : {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini,
+                           &thread.kernel_exit}) {
+    if (*sign) extend((*sign)->time);
+  }
+  for (const auto& activity : thread.ran) {
+    extend(activity.first_start.time);
+    extend(activity.last_activity.time);
+  }
+  return {begin.value_or(Timestamp{}), end.value_or(Timestamp{})};
+}
+
+bool has_exited(const ThreadFacts& thread) noexcept {
+  return thread.fini.has_value() || thread.kernel_exit.has_value();
+}
+
+bool is_isolated(const ThreadFacts& thread) noexcept {
+  return thread.announced && thread.role == ThreadRole::callback;
+}
+
+bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
+  if (thread.process != callback.process) return false;
+  return (thread.callback && *thread.callback == callback.id) ||
+         (thread.group && callback.group && *thread.group == *callback.group);
+}
+
+IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (!is_isolated(thread)) continue;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (thread.callback)
+      by_callback_[{thread.process, to_number(*thread.callback)}].push_back(index);
+    if (thread.group) by_group_[{thread.process, to_number(*thread.group)}].push_back(index);
+  }
+}
+
+std::vector<ThreadIndex> IsolatedThreads::sorted(std::vector<ThreadIndex> threads) const {
+  std::ranges::sort(threads, {}, [this](ThreadIndex index) {
+    const auto& thread = model_.threads[at(index)];
+    return std::tuple(thread.announced->time, thread.tid, index);
+  });
+  threads.erase(std::ranges::unique(threads).begin(), threads.end());
+  return threads;
+}
+
+std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) const {
+  std::vector<ThreadIndex> threads;
+  if (const auto found = by_callback_.find({callback.process, to_number(callback.id)});
+      found != by_callback_.end()) {
+    threads = found->second;
+  }
+  if (callback.group) {
+    if (const auto found = by_group_.find({callback.process, to_number(*callback.group)});
+        found != by_group_.end()) {
+      threads.insert(threads.end(), found->second.begin(), found->second.end());
+    }
+  }
+  return sorted(std::move(threads));
+}
+
+std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
+  std::vector<ThreadIndex> threads;
+  if (const auto found = by_group_.find({group.process, to_number(group.id)});
+      found != by_group_.end()) {
+    threads = found->second;
+  }
+  for (const auto index : group.callbacks) {
+    const auto& callback = model_.callbacks[at(index)];
+    if (const auto found = by_callback_.find({callback.process, to_number(callback.id)});
+        found != by_callback_.end()) {
+      threads.insert(threads.end(), found->second.begin(), found->second.end());
+    }
+  }
+  return sorted(std::move(threads));
+}
+
+bool is_real_time(std::int32_t policy) noexcept {
+  return policy == static_cast<std::int32_t>(Policy::fifo) ||
+         policy == static_cast<std::int32_t>(Policy::round_robin) ||
+         policy == static_cast<std::int32_t>(Policy::deadline);
+}
+
+bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
+  return kernel_priority < kFirstFairPriority;
+}
+
+const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept {
+  if (!thread.applied.empty()) return &thread.applied.back();
+  const bool is_attached = model.processes[at(thread.process)].first_moment == RunMoment::announce;
+  return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
+}
+
+std::string describe(const ReadBack& read) {
+  return describe_policy(Policy{read.policy}, read.nice, read.priority, read.runtime_ns,
+                         read.deadline_ns, read.period_ns) +
+         " on CPUs " + cpu_list(read.cpus);
+}
+
+std::string describe(const ThreadParameters& asked) {
+  std::string text = asked.policy
+                         ? describe_policy(*asked.policy, asked.nice, asked.priority,
+                                           asked.runtime_ns, asked.deadline_ns, asked.period_ns)
+                         : "any policy";
+  return text += asked.cpus ? " on CPUs " + cpu_list(*asked.cpus) : " on any CPU";
+}
+
+bool is_as_specified(const ReadBack& read, const ThreadParameters& asked) {
+  if (asked.policy && !has_policy(read, asked)) return false;
+  return !asked.cpus || std::ranges::equal(*asked.cpus, read.cpus);
+}
+
+bool judges_parameters(const ThreadParameters& parameters) noexcept {
+  return parameters.policy || parameters.cpus;
+}
+
+const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback) {
+  if (context.options.spec == nullptr || !callback.registered) return nullptr;
+  return context.options.spec->find_callback(callback.logical_id);
+}
+
+std::string place(const RuleContext& context, int line) {
+  return (context.options.spec != nullptr ? context.options.spec->name() : std::string()) + ':' +
+         std::to_string(line);
+}
+
+std::string nanoseconds(std::int64_t value) { return std::to_string(value) + " ns"; }
+
+}  // namespace cie::analysis

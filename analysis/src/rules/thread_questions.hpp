@@ -1,0 +1,62 @@
+// Small questions about threads, callbacks and parameters that several rules ask.
+#pragma once
+
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "../facts.hpp"
+#include "rule.hpp"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// [first sign of life or creation, last sign of life]. An announced thread without any is a point.
+std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread);
+// Its end was recorded.
+bool has_exited(const ThreadFacts& thread) noexcept;
+// Announced with role callback.
+bool is_isolated(const ThreadFacts& thread) noexcept;
+// The thread was announced for the callback or for its group.
+bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
+// The isolated threads of every callback and group.
+class IsolatedThreads {
+ public:
+  explicit IsolatedThreads(const Model& model);
+  // Those announced for the callback or its group, by time of announcement.
+  std::vector<ThreadIndex> of(const CallbackFacts& callback) const;
+  std::vector<ThreadIndex> of(const GroupFacts& group) const;
+
+ private:
+  using Key = std::pair<ProcessIndex, std::uint32_t>;
+  std::vector<ThreadIndex> sorted(std::vector<ThreadIndex> threads) const;
+  const Model& model_;
+  std::map<Key, std::vector<ThreadIndex>> by_callback_;
+  std::map<Key, std::vector<ThreadIndex>> by_group_;
+};
+
+bool is_real_time(std::int32_t policy) noexcept;
+bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
+
+// The read-back that stands for what was applied last: `applied`, or the first audit of a process
+// that was attached to. Null if there is none.
+const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept;
+
+// "SCHED_FIFO 80 on CPUs 0,1".
+std::string describe(const ReadBack& read_back);
+std::string describe(const ThreadParameters& parameters);
+// What is judged (policy with its parameters, affinity) is as asked for.
+bool is_as_specified(const ReadBack& read_back, const ThreadParameters& parameters);
+bool judges_parameters(const ThreadParameters& parameters) noexcept;
+
+const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);
+// "robot.yaml:12".
+std::string place(const RuleContext& context, int line);
+std::string nanoseconds(std::int64_t value);
+inline std::string nanoseconds(Duration value) { return nanoseconds(value.ns); }
+
+}  // namespace cie::analysis

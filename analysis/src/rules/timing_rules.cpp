@@ -1,0 +1,250 @@
+#include "timing_rules.hpp"
+
+#include "../subjects.hpp"
+#include "judgement.hpp"
+#include "proof.hpp"
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+namespace cie::analysis {
+namespace {
+
+// Shared frame: one judgement per callback, in order.
+template <typename Judge>
+std::vector<SubjectVerdict> for_each_callback(const RuleContext& context, const Judge& judge) {
+  const Subjects names(context.model);
+  const Proof proof(context.model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(context.model)) {
+    Judgement judgement(names.callback(index));
+    judge(context.model.callbacks[at(index)], proof.loss(index), proof, judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+template <typename Value>
+Evidence start_of(const Extreme<Value>& extreme, const std::string& note) {
+  return evidence("callback_start", extreme.start, "seq " + std::to_string(extreme.seq) + note);
+}
+
+// The instance that an extreme was taken from: its start and its end.
+void fail_with(const Extreme<Duration>& extreme, const std::string& what, Judgement& judgement) {
+  const auto released =
+      extreme.release ? ", released at " + std::to_string(extreme.release->ns) : std::string();
+  judgement.fail(start_of(extreme, " starts" + released));
+  judgement.fail(evidence("callback_end", extreme.end.value_or(extreme.start), what));
+}
+
+std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
+  if (callback.exact_instances == callback.instances) return std::nullopt;
+  return evidence("release", callback.starts.first_at,
+                  "the release of " +
+                      std::to_string(callback.instances - callback.exact_instances) + " of " +
+                      std::to_string(callback.instances) + " instances is not known exactly");
+}
+
+std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
+  return for_each_callback(context, [](const CallbackFacts& callback,
+                                       const std::optional<Evidence>& loss, const Proof&,
+                                       Judgement& judgement) {
+    if (callback.instances < 2 && !loss) return;
+    judgement.overrule(loss);
+    judgement.doubt(inexact_releases(callback));
+    if (callback.inter_arrival.count() != 0) judgement.check(callback.instances);
+    if (callback.release_before_end) {
+      const auto& witness = *callback.release_before_end;
+      const auto seq = "seq " + std::to_string(witness.seq);
+      judgement.fail(evidence("callback_end", witness.end, seq + " ends"));
+      judgement.fail(evidence("callback_start", witness.next_start,
+                              "the next instance was released at " +
+                                  std::to_string(witness.next_release.ns) +
+                                  ", not after the end of " + seq));
+    } else if (callback.min_inter_arrival && callback.max_response &&
+               callback.min_inter_arrival->value <= callback.max_response->value) {
+      fail_with(*callback.max_response,
+                "longest response time: " + nanoseconds(callback.max_response->value), judgement);
+      judgement.fail(start_of(*callback.min_inter_arrival,
+                              " was released " + nanoseconds(callback.min_inter_arrival->value) +
+                                  " after the one before it: shortest inter-arrival time"));
+    }
+  });
+}
+
+std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          const Proof&, Judgement& judgement) {
+        if (callback.kind != CallbackKind::timer) return;
+        const auto* entry = spec_entry(context, callback);
+        const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
+        judgement.check(callback.starts.count);
+        judgement.doubt(loss);
+        if (callback.missed > allowed) {
+          if (callback.first_missed) {
+            judgement.fail(start_of(*callback.first_missed,
+                                    ": " + std::to_string(callback.first_missed->value) +
+                                        " periods were skipped before this release"));
+          }
+          judgement.fail(evidence("callback_start", callback.starts.last_at,
+                                  std::to_string(callback.missed) + " periods skipped in all, " +
+                                      std::to_string(allowed) + " allowed"));
+        }
+        judgement.doubt(inexact_releases(callback));
+      });
+}
+
+// An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
+void judge_never_ended(const Model& model, const Proof& proof, const CallbackFacts& callback,
+                       bool is_lost, std::int64_t deadline, Judgement& judgement) {
+  const auto& fini = callback.fini;
+  if (is_lost || !fini || fini->ended >= fini->started || !model.end) return;
+  if (proof.is_interrupted(callback.process)) return;
+  for (const auto& open : callback.open) {
+    const auto since = open.release && open.release_exact ? *open.release : open.start.time;
+    judgement.check();
+    if ((*model.end - since).ns <= deadline) {
+      judgement.doubt(evidence("callback_end", open.start,
+                               "seq " + std::to_string(open.seq) +
+                                   " never ended, and its deadline lies beyond the window"));
+      continue;
+    }
+    judgement.fail(evidence("callback_start", open.start,
+                            "seq " + std::to_string(open.seq) + " starts, released at " +
+                                std::to_string(since.ns) + " at the latest, and never ends"));
+    judgement.fail(evidence("window", moment(*model.end),
+                            "end of the window, " + nanoseconds(*model.end - since) +
+                                " later; the deadline is " + nanoseconds(deadline)));
+  }
+}
+
+std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
+  return for_each_callback(context, [&context](const CallbackFacts& callback,
+                                               const std::optional<Evidence>& loss,
+                                               const Proof& proof, Judgement& judgement) {
+    const auto* entry = spec_entry(context, callback);
+    const bool is_specified = entry != nullptr && entry->response_deadline_ns;
+    if (!is_specified && callback.deadline_ns == 0) return;
+    const auto deadline =
+        is_specified ? *entry->response_deadline_ns
+                     : static_cast<std::int64_t>(std::min<std::uint64_t>(
+                           callback.deadline_ns, std::numeric_limits<std::int64_t>::max()));
+    const auto origin = is_specified ? place(context, entry->line) : "callback_init";
+    judgement.check(callback.instances);
+    judgement.doubt(loss);
+    judge_never_ended(context.model, proof, callback, loss.has_value(), deadline, judgement);
+    if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
+      fail_with(*callback.max_response_lower,
+                "ends; response time at least " + nanoseconds(callback.max_response_lower->value) +
+                    ", the deadline of " + origin + " is " + nanoseconds(deadline),
+                judgement);
+    }
+    if (callback.without_upper_bound != 0) {
+      judgement.doubt(evidence("release", callback.starts.first_at,
+                               std::to_string(callback.without_upper_bound) +
+                                   " instances have no upper bound of their response time"));
+    }
+    if (callback.max_response_upper && callback.max_response_upper->value.ns > deadline) {
+      judgement.doubt(start_of(*callback.max_response_upper,
+                               " may have taken up to " +
+                                   nanoseconds(callback.max_response_upper->value) +
+                                   "; the deadline is " + nanoseconds(deadline)));
+    }
+  });
+}
+
+std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          const Proof&, Judgement& judgement) {
+        const auto* entry = spec_entry(context, callback);
+        if (entry == nullptr || !entry->wcet_ns) return;
+        const auto wcet = *entry->wcet_ns;
+        judgement.check(callback.instances);
+        judgement.doubt(loss);
+        if (callback.max_execution && callback.max_execution->value.ns > wcet) {
+          fail_with(*callback.max_execution,
+                    "ends; execution time " + nanoseconds(callback.max_execution->value) + ", " +
+                        place(context, entry->line) + " declares at most " + nanoseconds(wcet),
+                    judgement);
+        }
+        const auto& unmeasured = callback.max_duration_without_execution;
+        if (unmeasured && unmeasured->value.ns > wcet) {
+          judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
+                                                    ", its CPU time is not known; declared are " +
+                                                    nanoseconds(wcet)));
+        }
+      });
+}
+
+std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          const Proof&, Judgement& judgement) {
+        const auto* entry = spec_entry(context, callback);
+        if (entry == nullptr) return;
+        const auto& min = entry->min_inter_arrival_ns;
+        const auto& max = entry->max_inter_arrival_ns;
+        if (!min && !max) return;
+        judgement.check(callback.inter_arrival.count());
+        judgement.overrule(loss);
+        if (callback.instances >= 2) judgement.doubt(inexact_releases(callback));
+        const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
+                                 std::int64_t value) {
+          judgement.fail(start_of(extreme, " was released " + nanoseconds(extreme.value) +
+                                               " after the one before it; " +
+                                               place(context, entry->line) + " declares " + bound +
+                                               ' ' + nanoseconds(value)));
+        };
+        if (min && callback.min_inter_arrival && callback.min_inter_arrival->value.ns < *min) {
+          outside(*callback.min_inter_arrival, "at least", *min);
+        }
+        if (max && callback.max_inter_arrival && callback.max_inter_arrival->value.ns > *max) {
+          outside(*callback.max_inter_arrival, "at most", *max);
+        }
+      });
+}
+
+}  // namespace
+
+const Rule kArrivalExceedsTurnaround{
+    "R1", "arrival-exceeds-turnaround",
+    "Each instance ends before the next one is released: the shortest inter-arrival time exceeds "
+    "the longest response time. This is the assumption under which one thread per callback needs "
+    "no queue. INCONCLUSIVE when releases are not known exactly or instances were lost. Fewer than "
+    "two instances are not judged.",
+    judge_arrival};
+
+const Rule kNoMissedRelease{
+    "R2", "no-missed-release",
+    "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
+    "those before an instance that was still open included. INCONCLUSIVE when expiries are not "
+    "recorded or instances were lost.",
+    judge_missed};
+
+const Rule kDeadline{
+    "R3", "deadline",
+    "Response times stay within the deadline: response_deadline of the spec, else the one the "
+    "callback declared. Where a release is not known, FAIL needs the lower bound of the response "
+    "time above the deadline and PASS the upper bound within it; else INCONCLUSIVE. An instance "
+    "that never ended fails when the window ends after its deadline.",
+    judge_deadline};
+
+const Rule kBudget{
+    "R4", "budget",
+    "Execution times (on-CPU time, not duration) stay within the declared wcet. Without kernel "
+    "events an instance passes if its whole duration does; else INCONCLUSIVE. Remedy: record with "
+    "--kernel.",
+    judge_budget};
+
+const Rule kRate{
+    "R5", "rate",
+    "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only consecutive "
+    "instances are compared. INCONCLUSIVE when releases are not known exactly or instances were "
+    "lost.",
+    judge_rate};
+
+}  // namespace cie::analysis

@@ -1,0 +1,28 @@
+// Writes a small Perfetto file whose every slice, arrow and name is known: see perfetto_test.py.
+#include <cie/viewer_export/output_file.hpp>
+#include <cie/viewer_export/perfetto_export.hpp>
+
+#include "unit/viewer_export/sample_instances.hpp"
+
+#include <iostream>
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::cerr << "usage: make_trace FILE\n";
+    return 2;
+  }
+  using namespace cie;
+  viewer_export::PerfettoExport perfetto({.clock_offset_ns = 1'700'000'000'000'000'000,
+                                          .spill_directory = {},
+                                          .gzip = false,
+                                          .records_in_memory = 2});
+  test::feed_application(perfetto);
+  viewer_export::OutputFile file(argv[1]);
+  const auto counts = perfetto.write(file.stream(), test::application_report());
+  file.commit();
+  std::cout << "{\"callback_slices\": " << counts.callback_slices << ", \"waits\": " << counts.waits
+            << ", \"publications\": " << counts.publications << ", \"flows\": " << counts.flows
+            << ", \"backward_flows\": " << counts.backward_flows
+            << ", \"sched_slices\": " << counts.sched_slices << ", \"skipped\": " << counts.skipped
+            << "}\n";
+}

@@ -1,0 +1,562 @@
+"""A traced application on the simulated machine: executors, callbacks, messages, state events.
+
+It follows the contract as an executor would, and writes down what really happened (`Truth`) from
+its own knowledge: which sample was taken, when it arrived, when the thread was woken.
+"""
+
+from collections import deque
+from collections.abc import Generator
+from dataclasses import dataclass, field
+from typing import Any
+
+from .simulator import Command, Machine, SimThread
+
+NONE = 0xFFFFFFFF
+POLICY_NUMBERS = {"SCHED_OTHER": 0, "SCHED_FIFO": 1, "SCHED_RR": 2}
+Body = Generator[Command, None, None]
+
+
+@dataclass(eq=False)
+class Sample:
+    topic: str
+    writer_gid: int = 0
+    stamp: int = 0
+    published: int = 0
+    source: "Truth | None" = None
+    arrival: int = 0
+
+
+@dataclass(eq=False)
+class Truth:
+    """One instance as it was."""
+
+    app: "App"
+    callback: "SimCallback"
+    thread: SimThread
+    seq: int
+    release: int
+    release_known: bool
+    missed: int
+    start: int
+    cpu_start: int
+    wakeup: int | None
+    waking: int | None
+    switched_in: int | None
+    sample: Sample | None
+    sums: dict[str, int]
+    end: int | None = None
+    cpu_end: int | None = None
+    publishes: list[Sample] = field(default_factory=list)
+    open_at_crash: bool = False
+
+
+@dataclass(eq=False)
+class SimCallback:
+    id: int
+    kind: str
+    node: str
+    source: str = ""
+    period: int = 0
+    work: tuple[int, int] = (50_000, 150_000)
+    publishes: str | None = None
+    publish_count: int = 1
+    priority: int = 0
+    affinity: tuple[int, ...] = (0,)
+    group: int = 0
+    group_type: str = "mutually_exclusive"
+    depth: int = 10
+    suffix: str = ""
+    first_expiry: int = 0
+    blocking: float = 0.0
+    deadline: int = 0
+    # Faults, each off by default.
+    unknown_release: bool = False
+    second_end_at: int | None = None
+    no_end_at: int | None = None
+    oversleep_at: int | None = None
+    exception_at: int | None = None
+    late_apply: bool = False
+    never_apply: bool = False
+    applied_priority: int | None = None
+    foreign_work: int = 0
+    lost_samples: int = 0
+    exit_after: int | None = None
+    silent: bool = False
+    unannounced: bool = False
+    steals: "SimCallback | None" = None
+    nests: "SimCallback | None" = None
+    # State.
+    queue: deque[Sample] = field(default_factory=deque)
+    expiry: int = 0
+    running: int = 0
+    started: int = 0
+    ended: int = 0
+    released: int = 0
+    overwritten: int = 0
+    lost: int = 0
+    thread: SimThread | None = None
+
+    @property
+    def logical_id(self) -> str:
+        if self.kind == "timer":
+            return f"{self.node}@Timer({self.period}){self.suffix}"
+        return f"{self.node}@{self.kind.capitalize()}({self.source}){self.suffix}"
+
+    @property
+    def listens(self) -> str:
+        return {"service": "request:", "client": "reply:"}.get(self.kind, "") + self.source
+
+
+class App:
+    def __init__(self, machine: Machine, pid: int, executor: str, callbacks: list[SimCallback],
+                 pool: int = 1, host: str = "robot") -> None:
+        self.machine, self.pid, self.executor, self.host = machine, pid, executor, host
+        self.callbacks = callbacks
+        self.pool_size = pool
+        self.peers: list[App] = [self]
+        self.truth: list[Truth] = []
+        self.topics = sorted({c.publishes for c in callbacks
+                              if c.publishes and not c.publishes.startswith(("request:", "reply:"))})
+        self.writer = {t: machine.random.getrandbits(63) | 1 for t in self.topics}
+        self.published = dict.fromkeys(self.topics, 0)
+        self.last_stamp = dict.fromkeys(self.topics, 0)
+        self.inbox: deque[Sample] = deque()
+        self.stopping = False
+        self.crashed = False
+        self.threads: list[SimThread] = []
+        self.announced: list[tuple[SimThread, str, int, int]] = []
+        self.read_backs: dict[SimThread, int] = {}
+        self.audits: list[int] = []
+        self.announce_at: int | None = None
+        self.announced_at: int | None = None
+        self.stop_at = 0
+        self.process_start = machine.now - 6_000_000
+        self.reuse_tid: int | None = None
+        self.replacement_init = False
+        self.recv_priority = 70
+        self.leaked_worker = False
+        self.next_tid = pid + 3
+        self.recv: SimThread | None = None
+        self.main: SimThread | None = None
+        self.stray: SimCallback | None = None
+        self.changed_priority: tuple[SimCallback, int] | None = None
+        self.concurrent: SimCallback | None = None
+        self.added: SimCallback | None = None
+        self.ever_registered = 0
+
+    # -- small steps ---------------------------------------------------------------------------
+
+    def start(self) -> None:
+        self.main = SimThread(self.pid, "app", self.pid, self._main(),
+                              affinity=tuple(range(self.machine.cpus)))
+        self.machine.spawn(self.main, None)
+
+    def crash(self) -> None:
+        self.crashed = True
+        for row in self.truth:
+            row.open_at_crash |= row.end is None
+        self.machine.kill([*self.threads, self.main])
+
+    def _say(self, thread: SimThread, event: str, **fields: Any) -> Body:
+        """A tracepoint and what it costs."""
+        self.machine.emit(thread, event, **fields)
+        yield "run", self.machine.random.randint(50, 250)
+
+    def _spend(self, low: int, high: int) -> Command:
+        return "run", self.machine.random.randint(low, high)
+
+    # -- the main thread -----------------------------------------------------------------------
+
+    def _main(self) -> Body:
+        me, m = self.main, self.machine
+        yield from self._run_begin("start")
+        yield from self._state(announce=False)
+        for c in self.callbacks:
+            c.expiry = c.first_expiry
+        yield from self._spawn_all()
+        times = sorted([*self.audits, *([self.announce_at] if self.announce_at else [])])
+        for time in times:
+            while m.now < time:
+                yield "wait", time
+                yield self._spend(200, 400)
+            if time == self.announce_at:
+                while any(t.state != "blocked" for t in self.threads):
+                    yield "wait", m.now + 150_000
+                    yield self._spend(200, 400)
+                self.announced_at = m.now
+                yield from self._run_begin("announce")
+                yield from self._state(announce=True)
+                for thread, role, callback, group in list(self.announced):
+                    yield from self._thread_init(me, thread, role, callback, group)
+            yield from self._say(me, "clock_sync", monotonic_ns=m.now, realtime_ns=m.realtime())
+            for thread, *_ in list(self.announced):
+                if thread.state != "dead":
+                    yield from self._sched(me, thread, "audit")
+        while m.now < self.stop_at:
+            yield "wait", self.stop_at
+            yield self._spend(200, 400)
+        self.stopping = True
+        for thread in self.threads:
+            m.wake(thread, me.cpu)
+            yield self._spend(100, 300)
+        while any(t.state != "dead" for t in self.threads):
+            for thread in self.threads:
+                m.wake(thread, me.cpu)
+            yield "wait", m.now + 1_000_000
+            yield self._spend(200, 400)
+        for c in self.callbacks:
+            yield from self._say(me, "callback_fini", callback_id=c.id, started=c.started,
+                                 ended=c.ended, released=c.released, overwritten=c.overwritten,
+                                 lost=c.lost)
+        for n, topic in enumerate(self.topics):
+            yield from self._say(me, "publisher_fini", publisher_id=n,
+                                 published=self.published[topic])
+        yield from self._say(me, "clock_sync", monotonic_ns=m.now, realtime_ns=m.realtime())
+        yield from self._say(me, "run_end", callbacks=len(self.callbacks),
+                             threads=len(self.announced),
+                             groups=len({c.group for c in self.callbacks}),
+                             publishers=len(self.topics), status=0)
+        yield "run", 900
+
+    def _run_begin(self, moment: str) -> Body:
+        m = self.machine
+        yield from self._say(
+            self.main, "run_begin", contract_version=1, tool_version="sim", executor=self.executor,
+            boot_id="5a17c0de-0b07-4b1d-9abc-0123456789ab", host=self.host, pid=self.pid,
+            pid_ns=4026531836, process_start_ns=self.process_start, monotonic_ns=m.now,
+            realtime_ns=m.realtime(), online_cpus=m.cpus, spec_sha256="", moment=moment)
+
+    def _state(self, announce: bool) -> Body:
+        me = self.main
+        nodes = self._nodes()
+        for n, node in enumerate(nodes):
+            yield from self._say(me, "node_init", node_id=n, name=node)
+        for group, c in sorted({c.group: c for c in reversed(self.callbacks)}.items()):
+            yield from self._say(me, "group_init", group_id=group, node_id=nodes.index(c.node),
+                                 type=c.group_type)
+        for n, topic in enumerate(self.topics):
+            node = next(c.node for c in self.callbacks if c.publishes == topic)
+            yield from self._say(me, "publisher_init", publisher_id=n, node_id=nodes.index(node),
+                                 topic=topic, writer_gid=self.writer[topic],
+                                 next_seq=self.published[topic])
+        for c in self.callbacks:
+            yield from self._callback_init(me, c)
+
+    def _nodes(self) -> list[str]:
+        return sorted({c.node for c in self.callbacks})
+
+    def _callback_init(self, thread: SimThread, c: SimCallback) -> Body:
+        yield from self._say(thread, "callback_init", callback_id=c.id, group_id=c.group,
+                             node_id=self._nodes().index(c.node), kind=c.kind,
+                             logical_id=c.logical_id, source=c.source,
+                             symbol=f"app::{c.kind}_{c.id}", period_ns=c.period,
+                             queue_depth=c.depth, deadline_ns=c.deadline, next_seq=c.started)
+
+    def _spawn_all(self) -> Body:
+        everywhere = tuple(range(self.machine.cpus))
+        self.recv = self._spawn("recv", lambda t: self._receive(t), everywhere)
+        yield self._spend(8000, 15000)
+        if self.leaked_worker:
+            leaked = self._spawn("leak", lambda t: self._idle_worker(t), everywhere)
+            leaked.policy, leaked.priority = 1, 33
+            yield self._spend(8000, 15000)
+        if self.executor == "isolated":
+            for group in sorted({c.group for c in self.callbacks}):
+                members = [c for c in self.callbacks if c.group == group]
+                self._spawn(f"cie-{members[0].id}",
+                            lambda t, cs=members: self._isolated(t, cs), everywhere,
+                            members[0])
+                yield self._spend(8000, 15000)
+        else:
+            for n in range(self.pool_size):
+                self._spawn(f"pool-{n}", lambda t: self._pool(t), everywhere)
+                yield self._spend(8000, 15000)
+
+    def _spawn(self, name: str, body: Any, affinity: tuple[int, ...],
+               callback: SimCallback | None = None, tid: int | None = None,
+               parent: SimThread | None = None) -> SimThread:
+        if tid is None:
+            tid = self.next_tid
+            self.next_tid += self.machine.random.randint(1, 4)
+        thread = SimThread(tid, name, self.pid, iter(()), affinity=affinity)
+        thread.body = body(thread)
+        if callback:
+            callback.thread = thread
+        self.threads.append(thread)
+        self.machine.spawn(thread, parent or self.main)
+        return thread
+
+    # -- threads' own words --------------------------------------------------------------------
+
+    def _hello(self, me: SimThread, role: str, callback: int = NONE, group: int = NONE) -> Body:
+        self.announced.append((me, role, callback, group))
+        yield from self._thread_init(me, me, role, callback, group)
+        yield from self._sched(me, me, "initial")
+
+    def _thread_init(self, teller: SimThread, me: SimThread, role: str, callback: int,
+                     group: int) -> Body:
+        yield from self._say(teller, "thread_init", tid=me.tid, role=role, callback_id=callback,
+                             group_id=group, name=me.name, start_ns=me.start_ns)
+
+    def _sched(self, teller: SimThread, me: SimThread, moment: str) -> Body:
+        n = self.read_backs.get(me, 0)
+        self.read_backs[me] = n + 1
+        yield from self._say(teller, "thread_sched", tid=me.tid, moment=moment, n=n,
+                             policy=me.policy, flags=1 if me.policy else 0, nice=me.nice,
+                             priority=me.priority, runtime_ns=0, deadline_ns=0, period_ns=0,
+                             cpus=list(me.affinity), error=0)
+
+    def _apply(self, me: SimThread, policy: int, priority: int, affinity: tuple[int, ...]) -> Body:
+        yield self._spend(700, 1500)
+        me.policy, me.priority, me.affinity = policy, priority, affinity
+        if me.cpu not in affinity:
+            yield "wait", self.machine.now + 1000  # the kernel moves it
+        yield self._spend(100, 300)
+        yield from self._sched(me, me, "applied")
+
+    def _bye(self, me: SimThread) -> Body:
+        yield from self._say(me, "thread_fini", tid=me.tid, read_backs=self.read_backs[me])
+        yield "run", 700
+
+    # -- receive thread ------------------------------------------------------------------------
+
+    def _receive(self, me: SimThread) -> Body:
+        yield from self._hello(me, "worker")
+        if self.executor == "isolated":
+            yield from self._apply(me, 1, self.recv_priority, me.affinity)
+        while not self.stopping:
+            if not self.inbox:
+                yield "wait", None
+                yield self._spend(500, 1200)
+                continue
+            sample = self.inbox.popleft()
+            for c in self.callbacks:
+                if c.listens != sample.topic or c.kind == "timer":
+                    continue
+                taken = Sample(sample.topic, sample.writer_gid, sample.stamp, sample.published,
+                               sample.source, self.machine.now)
+                if c.lost_samples and c.released == 2:
+                    c.lost += c.lost_samples
+                    yield from self._say(me, "sample_lost", callback_id=c.id, count=c.lost_samples,
+                                         total=c.lost)
+                    c.lost_samples = 0
+                if len(c.queue) >= c.depth:
+                    c.queue.popleft()
+                    c.overwritten += 1
+                c.queue.append(taken)
+                c.released += 1
+                yield self._spend(50, 90)
+                self.machine.emit(me, "callback_release", callback_id=c.id,
+                                  release_seq=c.released - 1, overwritten=c.overwritten)
+                self._alert(c, me.cpu)
+                yield self._spend(60, 200)
+        yield from self._bye(me)
+
+    def _alert(self, c: SimCallback, cpu: int) -> None:
+        if self.executor == "isolated":
+            if c.thread:
+                self.machine.wake(c.thread, cpu)
+        else:
+            for thread in self.threads:
+                if thread.name.startswith("pool") and thread.state == "blocked":
+                    self.machine.wake(thread, cpu)
+                    break
+
+    def _idle_worker(self, me: SimThread) -> Body:
+        yield from self._hello(me, "worker")
+        while not self.stopping:
+            yield "wait", None
+            yield self._spend(200, 400)
+        yield from self._bye(me)
+
+    # -- executors -----------------------------------------------------------------------------
+
+    def _ready(self, c: SimCallback) -> bool:
+        if c.silent:
+            return False
+        if c.running and c is not self.concurrent:
+            return False
+        return self.machine.now >= c.expiry if c.kind == "timer" else bool(c.queue)
+
+    def _isolated(self, me: SimThread, members: list[SimCallback]) -> Body:
+        own = members[0]
+        if own.unannounced:
+            self.read_backs[me] = 0
+        else:
+            yield from self._hello(me, "callback", own.id, own.group)
+        configured = False
+        if not own.late_apply and not own.never_apply:
+            yield from self._configure(me, own)
+            configured = True
+        runs = 0
+        while not self.stopping:
+            ready = [c for c in members if self._ready(c)]
+            stolen = own.steals
+            if stolen and stolen.queue and own.started == 3:
+                own.steals = None
+                yield from self._instance(me, stolen)
+                continue
+            if not ready:
+                timers = [c.expiry for c in members if c.kind == "timer" and not c.silent]
+                until = min(timers) if timers else None
+                if until is not None and own.oversleep_at == own.started:
+                    own.oversleep_at = None
+                    until += own.period + 20_000
+                before = self.machine.now
+                yield "wait", until
+                yield self._spend(60, 250)
+                if me.waking is not None and me.waking >= before:
+                    reason = "guard" if self.stopping else "data" if own.kind != "timer" else "timer"
+                    yield from self._wakeup(me, own.id if len(members) == 1 else NONE, reason)
+                continue
+            yield self._spend(900, 2500)
+            yield from self._instance(me, ready[0])
+            runs += 1
+            if own.foreign_work:
+                yield "run", own.foreign_work
+            if not configured and own.late_apply:
+                yield from self._configure(me, own)
+                configured = True
+            if own.exit_after == runs:
+                own.exit_after = None
+                yield from self._bye(me)
+                self._replace(me, own)
+                return
+        if not own.unannounced:
+            yield from self._bye(me)
+
+    def _configure(self, me: SimThread, own: SimCallback) -> Body:
+        priority = own.applied_priority if own.applied_priority is not None else own.priority
+        yield from self._apply(me, 1 if priority else 0, priority, own.affinity)
+        if own is self.stray:
+            outside = [c for c in range(self.machine.cpus) if c not in own.affinity]
+            me.stray_cpu = outside[0]
+
+    def _replace(self, old: SimThread, own: SimCallback) -> None:
+        """The thread ends; a moment later another takes its place (or its tid another callback)."""
+        m = self.machine
+        tid = old.tid if self.reuse_tid is not None else None
+        heir = self.added or own
+        own.thread = None
+
+        def successor(t: SimThread) -> Body:
+            if self.replacement_init or self.added:
+                yield from self._callback_init(t, heir)
+            yield from self._isolated(t, [heir])
+
+        def born() -> None:
+            if self.stopping:
+                return
+            if self.added:
+                self.callbacks.append(heir)
+                own.silent = True
+                heir.expiry = m.now + heir.period
+            self._spawn(f"cie-{heir.id}", successor, tuple(range(m.cpus)), heir, tid,
+                        parent=self.main)
+
+        m.at(m.now + 200_000, born)
+
+    def _pool(self, me: SimThread) -> Body:
+        yield from self._hello(me, "pool")
+        while not self.stopping:
+            ready = [c for c in self.callbacks if self._ready(c)]
+            if ready:
+                chosen = ready[0]
+                chosen.running += 1
+                yield self._spend(900, 2500)
+                chosen.running -= 1
+                if chosen.kind == "timer" or chosen.queue:
+                    yield from self._instance(me, chosen)
+                continue
+            timers = [c.expiry for c in self.callbacks
+                      if c.kind == "timer" and not c.running and not c.silent]
+            before = self.machine.now
+            yield "wait", min(timers) if timers else self.machine.now + 5_000_000
+            yield self._spend(60, 250)
+            if me.waking is not None and me.waking >= before:
+                reason = "guard" if self.stopping else "spurious"
+                yield from self._wakeup(me, NONE, reason)
+        yield from self._bye(me)
+
+    def _wakeup(self, me: SimThread, callback: int, reason: str) -> Body:
+        me.wakeup = self.machine.now
+        yield from self._say(me, "thread_wakeup", callback_id=callback, reason=reason)
+
+    # -- an instance ---------------------------------------------------------------------------
+
+    def _instance(self, me: SimThread, c: SimCallback) -> Body:
+        m = self.machine
+        c.running += 1
+        missed, sample = 0, None
+        if c.kind == "timer":
+            missed = max(0, (m.now - c.expiry) // c.period)
+            release = c.expiry + missed * c.period
+            c.expiry = release + c.period
+        else:
+            sample = c.queue.popleft()
+            release = sample.arrival
+        seq, c.started = c.started, c.started + 1
+        kind = "timer" if c.kind == "timer" else "data"
+        m.emit(me, "callback_start", callback_id=c.id, seq=seq, release_kind=kind,
+               release_ns=-1 if c.unknown_release else release, missed=missed,
+               source_timestamp_realtime_ns=sample.stamp if sample else 0,
+               writer_gid=sample.writer_gid if sample else 0)
+        row = Truth(self, c, me, seq, release, not c.unknown_release, missed, m.now, me.cpu,
+                    me.wakeup, me.waking, me.switched_in, sample, m.totals(me))
+        self.truth.append(row)
+        work = m.random.randint(*c.work)
+        first = work * m.random.randint(30, 70) // 100
+        yield "run", first
+        if c.nests and seq == 2:
+            inner, c.nests = c.nests, None
+            if inner.kind == "timer" or inner.queue:
+                yield from self._instance(me, inner)
+                yield self._spend(1000, 2000)
+        if c.publishes:
+            for _ in range(c.publish_count):
+                yield from self._publish(me, c, row)
+        if c.blocking and m.random.random() < c.blocking:
+            yield "wait", m.now + m.random.randint(10_000, 60_000)
+        yield "run", max(1000, work - first)
+        if c.no_end_at == seq:
+            row.open_at_crash = False
+            c.running -= 1
+            me.wakeup = me.waking = me.switched_in = None
+            yield self._spend(100, 200)
+            return
+        status = "exception" if c.exception_at == seq else "ok"
+        m.emit(me, "callback_end", callback_id=c.id, seq=seq, status=status)
+        row.end, row.cpu_end = m.now, me.cpu
+        row.sums = {k: v - row.sums[k] for k, v in m.totals(me).items()}
+        c.ended += 1
+        c.running -= 1
+        me.wakeup = me.waking = me.switched_in = None
+        yield self._spend(150, 400)
+        if c.second_end_at == seq:
+            c.ended += 1
+            yield from self._say(me, "callback_end", callback_id=c.id, seq=seq, status="ok")
+
+    def _publish(self, me: SimThread, c: SimCallback, row: Truth) -> Body:
+        m, topic = self.machine, c.publishes
+        sample = Sample(topic, published=m.now, source=row)
+        if topic in self.writer:
+            sample.writer_gid = self.writer[topic]
+            sample.stamp = max(m.realtime() - m.random.randint(0, 40), self.last_stamp[topic] + 1)
+            self.last_stamp[topic] = sample.stamp
+            m.emit(me, "publish", publisher_id=self.topics.index(topic), seq=self.published[topic],
+                   source_timestamp_realtime_ns=sample.stamp)
+            self.published[topic] += 1
+            row.publishes.append(sample)
+        yield self._spend(300, 900)
+        cpu = me.cpu
+        for app in self.peers:
+            if any(x.listens == topic and x.kind != "timer" for x in app.callbacks):
+                delay = m.random.randint(20_000, 60_000)
+
+                def arrive(target: App = app) -> None:
+                    target.inbox.append(sample)
+                    if target.recv:
+                        m.wake(target.recv, cpu)
+
+                m.at(m.now + delay, arrive)
+        yield self._spend(300, 900)

@@ -1,0 +1,143 @@
+"""Cause-effect chains: instances linked by the messages they publish and take."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+from .model import Callback, Instance, Model
+from .text_trace import Event
+
+
+@dataclass(eq=False)
+class ChainInstance:
+    instances: list[Instance]
+    publishes: list[Event]  # one per link
+
+    @property
+    def read(self) -> int:
+        return self.instances[0].start
+
+    @property
+    def write(self) -> int:
+        return self.instances[-1].end
+
+    @property
+    def exact(self) -> bool:
+        return all(i.exact for i in self.instances)
+
+    @property
+    def path_latency(self) -> int:
+        return self.instances[-1].end - self.instances[0].release
+
+
+@dataclass(eq=False)
+class Chain:
+    name: str
+    hops: list[str]
+    instances: list[ChainInstance] = field(default_factory=list)
+    broken: int = 0  # completed last instances whose publish is unseen
+
+    def path_latencies(self) -> list[int]:
+        return [c.path_latency for c in self.instances if c.exact]
+
+    def _neighbours(self, model: Model) -> list[tuple[ChainInstance, ChainInstance]]:
+        """Consecutive chain instances between which no callback of the chain lost a seq."""
+        pairs = []
+        ordered = sorted(self.instances, key=lambda c: (c.write, c.read))
+        for a, b in zip(ordered, ordered[1:]):
+            whole = True
+            for x, y in zip(a.instances, b.instances):
+                if x.process is not y.process:
+                    whole = False
+                    break
+                seen = {i.seq for i in x.callback.instances}
+                whole &= all(s in seen for s in range(x.seq, y.seq))
+            if whole:
+                pairs.append((a, b))
+        return pairs
+
+    def reaction_times(self, model: Model) -> list[int]:
+        times = []
+        for a, b in self._neighbours(model):
+            if b.read > a.read:
+                times.append(b.write - a.read)
+        return times
+
+    def data_ages(self, model: Model) -> list[int]:
+        return [b.write - a.read for a, b in self._neighbours(model)]
+
+
+class ChainFinder:
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.messages: dict[tuple[int, int], tuple[Event, Instance | None]] = {}
+        self.first_stamp: dict[int, int] = {}
+        inside: dict[int, Instance] = {}
+        for i in model.instances:
+            for p in i.publishes:
+                inside.setdefault(id(p), i)
+        for process in model.processes:
+            for publisher, events in process.publishes.items():
+                init = process.publishers.get(publisher)
+                if init is None:
+                    continue
+                gid = init.writer_gid
+                for e in events:
+                    stamp = e.source_timestamp_realtime_ns
+                    self.messages[gid, stamp] = (e, inside.get(id(e)))
+                    self.first_stamp[gid] = min(stamp, self.first_stamp.get(gid, stamp))
+
+    def source(self, i: Instance) -> tuple[Event, Instance | None] | None:
+        s = i.start_event
+        if not s.source_timestamp_realtime_ns:
+            return None
+        return self.messages.get((s.writer_gid, s.source_timestamp_realtime_ns))
+
+    def before_first_seen(self, i: Instance) -> bool:
+        s = i.start_event
+        first = self.first_stamp.get(s.writer_gid)
+        return first is not None and s.source_timestamp_realtime_ns < first
+
+    def find(self, name: str, hops: list[str]) -> Chain:
+        chain = Chain(name, hops)
+        for last in self.model.instances:
+            if last.callback.logical_id != hops[-1] or not last.counted:
+                continue
+            path, links, at = [last], [], last
+            for hop in reversed(hops[:-1]):
+                found = self.source(at)
+                if found is None:
+                    if at.start_event.source_timestamp_realtime_ns and not self.before_first_seen(at):
+                        chain.broken += 1
+                    break
+                event, instance = found
+                if instance is None or instance.callback.logical_id != hop:
+                    break
+                path.insert(0, instance)
+                links.insert(0, event)
+                at = instance
+            else:
+                chain.instances.append(ChainInstance(path, links))
+        return chain
+
+    def maximal_paths(self) -> list[list[Callback]]:
+        """Every maximal source-to-sink path that messages were seen to take."""
+        successors: dict[Callback, set[Callback]] = defaultdict(set)
+        sinks: set[Callback] = set()
+        for i in self.model.instances:
+            found = self.source(i)
+            if found and found[1]:
+                successors[found[1].callback].add(i.callback)
+                sinks.add(i.callback)
+        paths: list[list[Callback]] = []
+
+        def walk(path: list[Callback]) -> None:
+            after = [c for c in successors.get(path[-1], ()) if c not in path]
+            if not after:
+                paths.append(path)
+            for c in after:
+                walk([*path, c])
+
+        for source in list(successors):
+            if source not in sinks:
+                walk([source])
+        return paths

@@ -1,0 +1,152 @@
+"""The report of the contract as plain data, quantiles exact from all values."""
+
+from typing import Any
+
+from .chains import Chain, ChainFinder
+from .model import Callback, Instance, Model, Thread
+
+
+def summary(values: list[int]) -> dict[str, Any] | None:
+    """Nearest-rank quantiles, exact."""
+    if not values:
+        return None
+    ordered = sorted(values)
+    n = len(ordered)
+
+    def quantile(permille: int) -> int:
+        return ordered[max(1, -(-permille * n // 1000)) - 1]
+
+    return {"count": n, "min": ordered[0], "max": ordered[-1], "sum": sum(ordered),
+            "mean": sum(ordered) / n, "p50": quantile(500), "p90": quantile(900),
+            "p99": quantile(990), "p99_9": quantile(999)}
+
+
+def lower_bound(i: Instance) -> int:
+    """Of the response time of an inexact, ended instance."""
+    if i.release_source == "wakeup":
+        return i.end - i.release
+    return i.end - i.start
+
+
+def upper_bound(i: Instance) -> int | None:
+    return i.end - i.source_time if i.source_time is not None else None
+
+
+def inter_arrivals(instances: list[Instance]) -> list[int]:
+    """Of consecutive seqs, both exact."""
+    by_seq = {i.seq: i for i in instances if i.exact}
+    return [by_seq[s + 1].release - by_seq[s].release for s in sorted(by_seq) if s + 1 in by_seq]
+
+
+def callback_report(callback: Callback) -> dict[str, Any]:
+    counted = [i for i in callback.instances if i.counted]
+    exact = [i for i in counted if i.exact]
+    inexact = [i for i in counted if not i.exact]
+    threads: dict[Thread, int] = {}
+    for i in callback.instances:
+        threads[i.thread] = threads.get(i.thread, 0) + (1 if i.counted else 0)
+    init = callback.inits[0] if callback.inits else None
+    sources = {i.release_source for i in counted}
+    uppers = [u for i in inexact if (u := upper_bound(i)) is not None]
+    isolated = (len(threads) == 1
+                and {i.callback for i in next(iter(threads)).instances} == {callback})
+    return {
+        "logical_id": callback.logical_id,
+        "pid": callback.process.pid,
+        "node": callback.process.nodes.get(init.node_id, "") if init else "",
+        "kind": callback.kind,
+        "source": callback.source,
+        "symbol": init.symbol if init else "",
+        "period_ns": init.period_ns if callback.kind == "timer" else None,
+        "group": init.group_id if init else None,
+        "threads": [{"tid": t.tid, "name": t.name, "instances": n}
+                    for t, n in sorted(threads.items(), key=lambda x: x[0].tid)],
+        "isolated": isolated,
+        "instances": len(counted),
+        "incomplete": sum(i.end is None for i in callback.instances),
+        "missed_releases": (sum(i.missed for i in callback.instances)
+                            if callback.kind == "timer" else None),
+        "release_source": (None if not sources else "mixed" if len(sources) > 1
+                           else next(iter(sources))),
+        "response_time_ns": summary([i.end - i.release for i in exact]),
+        "response_time_lower_ns": summary([lower_bound(i) for i in inexact]),
+        "response_time_upper_ns": summary(uppers),
+        "start_latency_ns": summary([i.start - i.release for i in exact]),
+        "duration_ns": summary([i.end - i.start for i in counted]),
+        "inter_arrival_ns": summary(inter_arrivals(counted)),
+        "execution_time_ns": summary([i.execution for i in counted if i.execution is not None]),
+        "preempted_ns": summary([i.preempted for i in counted if i.preempted is not None]),
+        "blocked_ns": summary([i.blocked for i in counted if i.blocked is not None]),
+        "wake_delay_ns": summary([i.wake_delay for i in counted if i.wake_delay is not None]),
+        "wakeup_latency_ns": summary([i.switched_in - i.waking for i in counted
+                                      if i.switched_in is not None]),
+    }
+
+
+def chain_report(chain: Chain, model: Model) -> dict[str, Any]:
+    exact = [c for c in chain.instances if c.exact]
+    hops = []
+    for k, hop in enumerate(chain.hops if exact else ()):
+        last = k == len(chain.hops) - 1
+        processing = [(c.instances[k].end if last else c.publishes[k].time) - c.instances[k].release
+                      for c in exact]
+        communication = None if last else [c.instances[k + 1].release - c.publishes[k].time
+                                           for c in exact]
+        hops.append({"from": hop, "to": None if last else chain.hops[k + 1],
+                     "processing_ns": summary(processing),
+                     "communication_ns": summary(communication) if communication else None})
+    pids = {i.process.pid for c in chain.instances for i in c.instances}
+    return {"name": chain.name, "pid": next(iter(pids)) if len(pids) == 1 else None,
+            "hops": chain.hops, "instances": len(chain.instances),
+            "path_latency_ns": summary(chain.path_latencies()),
+            "reaction_time_ns": summary(chain.reaction_times(model)),
+            "data_age_ns": summary(chain.data_ages(model)), "hop_table": hops}
+
+
+def chains_of(model: Model, spec: dict[str, Any] | None) -> list[Chain]:
+    finder = ChainFinder(model)
+    if spec is not None:
+        return [finder.find(c["name"], c["callbacks"]) for c in spec.get("chains") or []]
+    paths = [[c.logical_id for c in path] for path in finder.maximal_paths()]
+    return [finder.find(" -> ".join(path), path) for path in sorted(paths)]
+
+
+def busy(thread: Thread, model: Model) -> int | None:
+    """On-CPU time; None without kernel events."""
+    if not model.has_kernel:
+        return None
+    total, since = 0, None
+    for e in thread.kernel:
+        if e.name == "sched_switch":
+            if e.next_tid == thread.tid:
+                since = e.time
+            elif since is not None:
+                total += e.time - since
+                since = None
+    return total
+
+
+def report(model: Model, spec: dict[str, Any] | None, complete: bool | None) -> dict[str, Any]:
+    threads = []
+    for t in model.all_threads():
+        last = t.scheds[-1] if t.scheds else None
+        threads.append({
+            "pid": t.process.pid, "tid": t.tid, "name": t.name, "role": t.role,
+            "callbacks": sorted({i.callback.logical_id for i in t.instances}),
+            "sched": ({"policy": last.policy, "priority": last.priority, "nice": last.nice,
+                       "cpus": last.cpus} if last else None),
+            "busy_ns": busy(t, model)})
+    lost = [x.count for x in model.losses]
+    return {
+        "schema": "cie.report/1",
+        "trace": {"begin_ns": model.window[0], "end_ns": model.window[1],
+                  "events": len(model.events), "streams": len(model.streams),
+                  "hosts": sorted({e.host for e in model.events}),
+                  "lost_events": None if None in lost else sum(lost), "complete": complete},
+        "processes": [{"host": p.host, "pid": p.pid,
+                       "executor": p.begins[0].executor if p.begins else None}
+                      for p in sorted(model.processes, key=lambda p: (p.pid, p.start_ns or 0))],
+        "callbacks": [callback_report(c) for c in model.all_callbacks()],
+        "threads": threads,
+        "chains": [chain_report(c, model) for c in chains_of(model, spec)],
+    }

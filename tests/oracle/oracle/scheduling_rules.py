@@ -1,0 +1,251 @@
+"""S1 to S5 and the kernel half of M6: thread parameters as read back and as the kernel shows them."""
+
+from typing import TYPE_CHECKING, Any
+
+from .model import Callback, Thread
+from .proof import spec_entry
+from .text_trace import Event
+
+if TYPE_CHECKING:
+    from .rules import Judge
+
+PASS, FAIL, INCONCLUSIVE, NOT_APPLICABLE = "PASS", "FAIL", "INCONCLUSIVE", "NOT_APPLICABLE"
+POLICIES = {"SCHED_OTHER": 0, "SCHED_FIFO": 1, "SCHED_RR": 2, "SCHED_BATCH": 3, "SCHED_IDLE": 5,
+            "SCHED_DEADLINE": 6}
+REAL_TIME = (1, 2, 6)
+RESET_ON_FORK = 1
+
+
+def parameters(e: Event) -> tuple[Any, ...]:
+    """What of a read-back is compared: what its policy uses, and the CPUs."""
+    cpus = tuple(sorted(e.cpus))
+    if e.policy in (1, 2):
+        return (e.policy, e.priority, cpus)
+    if e.policy == 6:
+        return (e.policy, e.runtime_ns, e.deadline_ns, e.period_ns, cpus)
+    return (e.policy, e.nice, cpus)
+
+
+def kernel_priority(e: Event) -> int:
+    """On the kernel's own scale: 99 - rt, -1 for deadline, 120 + nice."""
+    if e.policy in (1, 2):
+        return 99 - e.priority
+    return -1 if e.policy == 6 else 120 + e.nice
+
+
+def applied(t: Thread) -> list[Event]:
+    """Its `applied` read-backs; attached late its first audit stands for them."""
+    found = [e for e in t.scheds if e.moment == "applied"]
+    if not found and t.process.announced_late:
+        found = [e for e in t.scheds if e.moment == "audit"][:1]
+    return found
+
+
+def last_applied_of(c: Callback) -> Event | None:
+    found = [e for t in c.process.threads if t.isolated and t.init.callback_id == c.id
+             for e in applied(t)]
+    return max(found, key=lambda e: e.time) if found else None
+
+
+def read_backs_tainted(j: "Judge", c: Callback) -> bool:
+    return any(j.proof.thread_tainted(t) for t in c.process.threads
+               if t.isolated and t.init.callback_id == c.id)
+
+
+def judged(entry: dict[str, Any]) -> bool:
+    return entry.get("policy") is not None or bool(entry.get("affinity"))
+
+
+def matches(entry: dict[str, Any], e: Event) -> bool:
+    policy = entry.get("policy")
+    if policy is not None:
+        if POLICIES[policy] != e.policy:
+            return False
+        if e.policy in (1, 2) and entry.get("priority") is not None and (
+                entry["priority"] != e.priority):
+            return False
+        if e.policy in (0, 3) and entry.get("nice") is not None and entry["nice"] != e.nice:
+            return False
+        if e.policy == 6:
+            for key, value in (("runtime", e.runtime_ns), ("deadline", e.deadline_ns),
+                               ("period", e.period_ns)):
+                if entry.get(key) is not None and entry[key] != value:
+                    return False
+    return not entry.get("affinity") or sorted(entry["affinity"]) == sorted(e.cpus)
+
+
+def judge(j: "Judge") -> None:
+    for t in j.model.all_threads():
+        if not t.init:
+            unknown = t.instances and not j.proof.whole[t.process]
+            for c in {i.callback for i in t.instances} if unknown else ():
+                if c.known and spec_entry(j.spec, c.logical_id):
+                    j.put("S1", j.callback(c), INCONCLUSIVE)
+                    j.put("S2", j.callback(c), INCONCLUSIVE)
+            continue
+        if t.isolated:
+            c = t.process.callbacks.get(t.init.callback_id)
+            entry = spec_entry(j.spec, c.logical_id) if c and c.known else None
+            if entry and judged(entry):
+                j.put("S1", j.callback(c), _as_specified(j, t, entry))
+                j.put("S2", j.callback(c), _before_first(j, t, c, entry))
+        elif t.role == "worker":
+            for entry in (j.spec or {}).get("non_ros_threads") or []:
+                if entry["id"] == t.name and judged(entry):
+                    j.put("S1", j.thread(t), _as_specified(j, t, entry))
+        j.put("S3", j.thread(t), _unchanged(j, t))
+        j.put("S4", j.thread(t), _allowed_cpus(j, t))
+    _leaks(j)
+
+
+def _as_specified(j: "Judge", t: Thread, entry: dict[str, Any]) -> str:
+    found = applied(t)
+    if not found or j.proof.hole_after(t, found[-1].n):
+        return INCONCLUSIVE
+    return PASS if matches(entry, found[-1]) else FAIL
+
+
+def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> str:
+    fitting = [e for e in applied(t) if matches(entry, e)]
+    first = [i for i in c.instances if i.seq == 0]
+    if not first:
+        lost = c.base == 0 and c.starts or c.base == 0 and c.fini and c.fini.started
+        return INCONCLUSIVE if lost else NOT_APPLICABLE
+    if first[0].start < j.model.window[0] or first[0].thread is not t:
+        return NOT_APPLICABLE
+    if not fitting:
+        return INCONCLUSIVE if j.proof.thread_tainted(t) else NOT_APPLICABLE
+    if fitting[0].time <= first[0].start:
+        return PASS
+    before = [e.n for e in t.scheds if e.n <= fitting[0].n]
+    whole = len(set(before)) == fitting[0].n + 1
+    return FAIL if whole else INCONCLUSIVE
+
+
+def _boosted(j: "Judge", t: Thread, time: int) -> bool:
+    """Within a priority-inheritance interval, edges included."""
+    boosted = False
+    for e in j.model.events:
+        if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid:
+            if e.time > time:
+                break
+            boosted = True if e.time == time else e.newprio != _base_priority(t, e.time, j)
+    return boosted
+
+
+def _base_priority(t: Thread, time: int, j: "Judge") -> int | None:
+    before = [e for e in applied(t) if e.time <= time]
+    return kernel_priority(before[-1]) - j.model.prio_offset if before else None
+
+
+def _unchanged(j: "Judge", t: Thread) -> str:
+    found = applied(t)
+    if not found:
+        return NOT_APPLICABLE
+    checked, verdict = 0, PASS
+    for e in t.scheds:
+        before = [a for a in found if a.time < e.time or a.n < e.n]
+        if e.moment == "audit" and before:
+            checked += 1
+            if parameters(e) != parameters(before[-1]) and j.proof.certain_between(t, e.time - 1):
+                verdict = FAIL
+    for e in t.kernel:
+        if e.name != "sched_switch":
+            continue
+        before = [a for a in found if a.time <= e.time]
+        if not before:
+            continue
+        checked += 1
+        prio = e.prev_prio if e.prev_tid == t.tid else e.next_prio
+        if prio + j.model.prio_offset != kernel_priority(before[-1]) and (
+                not _boosted(j, t, e.time) and j.proof.certain_between(t, e.time)):
+            verdict = FAIL
+    if verdict == PASS and not checked:
+        return INCONCLUSIVE
+    return _with_loss(j, t, verdict)
+
+
+def _with_loss(j: "Judge", t: Thread, verdict: str) -> str:
+    gap = j.model.has_kernel and j.model.kernel_gap(t.process.host, t.first_seen, t.last_seen)
+    if verdict == PASS and gap:
+        j.kernel_loss_costs = True
+    return j.soften(verdict, j.proof.thread_tainted(t) or bool(gap), "R")
+
+
+def _allowed_cpus(j: "Judge", t: Thread) -> str:
+    if not t.scheds:
+        return INCONCLUSIVE
+    seen = [(e.time, e.cpu) for e in t.user]
+    seen += [(e.time, e.cpu) for e in t.kernel if e.name == "sched_switch"]
+    checked, verdict = 0, PASS
+    for time, cpu in seen:
+        before = [e for e in t.scheds if e.time <= time]
+        if before and before[-1].cpus:
+            checked += 1
+            if cpu not in before[-1].cpus and j.proof.certain_between(t, time):
+                verdict = FAIL
+    if not checked:
+        return NOT_APPLICABLE
+    return _with_loss(j, t, verdict)
+
+
+def _leaks(j: "Judge") -> None:
+    threads = [t for t in j.model.all_threads() if t.init]
+    if not any(e.policy in REAL_TIME for t in threads for e in t.scheds):
+        return
+    for t in threads:
+        first = [e for e in t.scheds if e.moment == "initial"]
+        if first:
+            given = any(e.policy == first[0].policy and e.priority == first[0].priority
+                        for e in applied(t))
+            leaked = first[0].policy in REAL_TIME and not given
+            j.put("S5", j.thread(t), FAIL if leaked else PASS)
+    announced = {(t.process.host, t.tid) for t in threads}
+    for fork in (e for e in j.model.events if e.name == "sched_process_fork"):
+        parent = [t for t in threads if t.tid == fork.parent_tid and t.process.host == fork.host]
+        read = [e for t in parent for e in t.scheds if e.time <= fork.time]
+        if not read or read[-1].policy not in REAL_TIME or (fork.host, fork.child_tid) in announced:
+            continue
+        child = next((e for e in j.model.events if e.time >= fork.time
+                      and e.name == "sched_switch" and e.next_tid == fork.child_tid), None)
+        if child:
+            real_time = child.next_prio + j.model.prio_offset < 100
+            subject = j.name("thread", fork.child_tid, parent[0].process)
+            j.put("S5", subject, FAIL if real_time else PASS)
+
+
+def foreign_work(j: "Judge", t: Thread) -> None:
+    """M6, kernel's half: on-CPU time outside callbacks, from the first wait to the end."""
+    c = t.process.callbacks.get(t.init.callback_id)
+    entry = spec_entry(j.spec, c.logical_id) if c and c.known else None
+    budget = (entry or {}).get("foreign_work_budget")
+    if budget is None:
+        return
+    if not j.model.has_kernel:
+        j.put("M6", j.thread(t), INCONCLUSIVE)
+        return
+    switches = [e for e in t.kernel if e.name == "sched_switch"]
+    waits = [e.time for e in switches if e.prev_tid == t.tid and e.prev_state & 0xFF]
+    end = t.exit if t.exit is not None else j.model.window[1]
+    if not waits or end <= waits[0]:
+        return
+    total, since = 0, None
+    spans = [(i.start, i.end if i.end is not None else end) for i in t.instances]
+
+    def outside(a: int, b: int) -> int:
+        return b - a - sum(max(0, min(b, y) - max(a, x)) for x, y in spans)
+
+    for e in switches:
+        if e.time < waits[0]:
+            continue
+        if e.next_tid == t.tid:
+            since = e.time
+        elif since is not None:
+            total += outside(since, min(e.time, end))
+            since = None
+    if since is not None and since < end:
+        total += outside(since, end)
+    verdict = FAIL if total * 10**9 > budget * (end - waits[0]) else PASS
+    gap = j.model.kernel_gap(t.process.host, waits[0], end)
+    j.kernel_loss_costs |= gap and verdict == PASS
+    j.put("M6", j.thread(t), j.soften(verdict, gap, "R"))

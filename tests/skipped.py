@@ -1,0 +1,29 @@
+#!/usr/bin/env python3
+"""Fails if a test was skipped that could have run here.
+
+A test may skip only with a reason that begins with "not possible here:", which names what the kernel,
+the machine or the user's rights lack. Anything else (a missing program, a missing build option) is
+something ./run should have provided.
+"""
+import sys
+import xml.etree.ElementTree
+
+ALLOWED = "not possible here:"
+
+
+def main() -> int:
+    wrong = 0
+    for case in xml.etree.ElementTree.parse(sys.argv[1]).getroot().iter("testcase"):
+        if case.find("skipped") is None and case.get("status") not in ("notrun", "disabled"):
+            continue
+        output = case.findtext("system-out") or ""
+        reason = next((line.strip() for line in output.splitlines() if ALLOWED in line), None)
+        print(f"skipped: {case.get('name')}: {reason or 'NO ACCEPTED REASON'}")
+        wrong += reason is None
+    if wrong:
+        print(f"{wrong} skipped tests could have run here", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

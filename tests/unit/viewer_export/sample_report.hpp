@@ -1,0 +1,175 @@
+// A report written by hand: two callbacks that share a thread, one that has its own, one
+// unmeasured.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include <string>
+
+namespace cie::test {
+
+inline analysis::Summary summary(std::int64_t min, std::int64_t max, std::uint64_t count) {
+  const auto sum = static_cast<std::int64_t>(count) * ((min + max) / 2);
+  return {.count = count,
+          .min = min,
+          .max = max,
+          .sum = sum,
+          .mean = static_cast<double>(sum) / static_cast<double>(count),
+          .p50 = (min + max) / 2,
+          .p90 = max - 2,
+          .p99 = max - 1,
+          .p99_9 = max};
+}
+
+inline analysis::CallbackReport callback(std::string id, std::string kind) {
+  analysis::CallbackReport c;
+  c.logical_id = std::move(id);
+  c.pid = 4001;
+  c.node = "/a/plan";
+  c.kind = std::move(kind);
+  c.symbol = "app::plan";
+  return c;
+}
+
+inline analysis::Report sample_report() {
+  analysis::Report report;
+  report.trace.paths = {"recordings/run 1"};
+  report.trace.begin = analysis::Timestamp{983'000'000'000};
+  report.trace.end = analysis::Timestamp{983'130'000'000};
+  report.trace.events = 980;
+  report.trace.streams = 4;
+  report.trace.hosts = {"robot"};
+  report.trace.lost_events = 0;
+  report.trace.complete = true;
+  report.defects = {{.kind = "clock-jump",
+                     .severity = analysis::Severity::info,
+                     .count = 2,
+                     .advice = "the wall clock was set twice; times here do not depend on it"}};
+  report.processes = {
+      {.host = "robot", .pid = 4001, .name = "demo", .executor = "isolated", .complete = true}};
+
+  auto timer = callback("/a/plan@Timer(20000000)", "timer");
+  timer.period_ns = 20'000'000;
+  timer.group = 1;
+  timer.threads = {{.tid = 4005, .name = "plan", .instances = 7}};
+  timer.isolated = true;
+  timer.instances = 7;
+  timer.missed_releases = 3;
+  timer.release_source = analysis::ReleaseSource::exact;
+  timer.response_time = summary(85'266, 289'415, 7);
+  timer.start_latency = summary(7'185, 14'885, 7);
+  timer.duration = summary(70'381, 281'813, 7);
+  timer.inter_arrival = summary(20'000'000, 20'000'000, 6);
+  timer.execution_time = summary(70'381, 281'813, 7);
+  timer.preempted = summary(0, 0, 7);
+  timer.blocked = summary(0, 0, 7);
+  timer.wake_delay = summary(0, 0, 7);
+  timer.wakeup_latency = summary(2'083, 8'108, 7);
+
+  auto subscription =
+      callback("/perception/lidar@Subscription(/sensing/lidar/top/points_raw)", "subscription");
+  subscription.source = "/sensing/lidar/top/points_raw";
+  subscription.threads = {{.tid = 4008, .name = "pool 0", .instances = 2},
+                          {.tid = 4009, .name = "pool 1", .instances = 5}};
+  subscription.instances = 7;
+  subscription.incomplete = 1;
+  subscription.release_source = analysis::ReleaseSource::wakeup;
+  subscription.response_time_lower = summary(1'000'000, 2'500'000, 7);
+  subscription.duration = summary(900'000, 2'400'000, 7);
+
+  report.callbacks = {timer, subscription, callback("/a/plan@Service(/never called)", "service")};
+
+  analysis::ThreadReport own;
+  own.pid = 4001;
+  own.tid = 4005;
+  own.name = "plan";
+  own.role = "callback";
+  own.callbacks = {timer.logical_id};
+  own.sched = analysis::ThreadSchedReport{.moment = "applied",
+                                          .policy = 1,
+                                          .policy_name = "SCHED_FIFO",
+                                          .flags = 0,
+                                          .nice = 0,
+                                          .priority = 80,
+                                          .runtime_ns = 0,
+                                          .deadline_ns = 0,
+                                          .period_ns = 0,
+                                          .cpus = {0, 1, 3},
+                                          .error = 0};
+  own.busy_ns = 1'500'000;
+  analysis::ThreadReport pool;
+  pool.pid = 4001;
+  pool.tid = 4008;
+  pool.callbacks = {subscription.logical_id, timer.logical_id};
+  report.threads = {own, pool};
+
+  analysis::ChainReport chain;
+  chain.name = "braking";
+  chain.pid = 4001;
+  chain.hops = {timer.logical_id, subscription.logical_id};
+  chain.instances = 6;
+  chain.path_latency = summary(776'270, 1'008'309, 6);
+  chain.hop_table = {{.from = timer.logical_id,
+                      .to = subscription.logical_id,
+                      .processing = summary(80'000, 90'000, 6),
+                      .communication = summary(1'000, 3'000, 6)},
+                     {.from = subscription.logical_id,
+                      .to = std::nullopt,
+                      .processing = summary(1'000'000, 2'000'000, 6),
+                      .communication = std::nullopt}};
+  report.chains = {chain};
+  return report;
+}
+
+inline analysis::VerdictReport sample_verdicts() {
+  using analysis::Verdict;
+  const analysis::Evidence first{.event = "callback_start",
+                                 .time = {983'005'016'596},
+                                 .cpu = 0,
+                                 .pid = 4001,
+                                 .tid = 4008,
+                                 .note = "started /a/plan@Timer(20000000), instance 0"};
+  const analysis::Evidence second{.event = "callback_start",
+                                  .time = {983'005'187'272},
+                                  .cpu = std::nullopt,
+                                  .pid = 4001,
+                                  .tid = 4008,
+                                  .note = "started /b@Timer(1), instance 0"};
+  const analysis::Evidence missing{.event = "missing",
+                                   .time = {983'130'000'000},
+                                   .cpu = std::nullopt,
+                                   .pid = std::nullopt,
+                                   .tid = std::nullopt,
+                                   .note = "no run_end: the process was interrupted"};
+  return {
+      .verdict = Verdict::fail,
+      .rules = {
+          {.id = "T1",
+           .name = "trace-readable",
+           .verdict = Verdict::pass,
+           .subjects =
+               {{.subject = "trace", .verdict = Verdict::pass, .checked = 980, .evidence = {}}}},
+          {.id = "T4",
+           .name = "run-complete",
+           .verdict = Verdict::inconclusive,
+           .subjects = {{.subject = "process 4001",
+                         .verdict = Verdict::inconclusive,
+                         .checked = 0,
+                         .evidence = {missing}}}},
+          {.id = "M2",
+           .name = "one-callback-per-thread",
+           .verdict = Verdict::fail,
+           .subjects =
+               {{.subject = "thread 4005", .verdict = Verdict::pass, .checked = 7, .evidence = {}},
+                {.subject = "thread 4008",
+                 .verdict = Verdict::fail,
+                 .checked = 9,
+                 .evidence = {first, second}}}},
+          {.id = "M5",
+           .name = "mapping-survives-restart",
+           .verdict = Verdict::not_applicable,
+           .subjects = {}}}};
+}
+
+}  // namespace cie::test

@@ -1,0 +1,45 @@
+// A program started by the recorder, without a shell.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <sys/types.h>
+
+namespace cie::record {
+
+// How a process ended: one of the two.
+struct ExitStatus {
+  std::optional<int> code;
+  std::optional<int> signal;
+};
+
+struct ChildOptions {
+  std::vector<std::pair<std::string, std::string>> environment;  // added to the recorder's
+  bool is_detached = false;        // own session, so that the terminal's Ctrl-C passes it by
+  bool dies_with_parent = false;   // gets SIGTERM when the recorder is gone, however it went
+  std::filesystem::path log_file;  // for its output; empty: the recorder's output
+};
+
+// A child that has not been waited for yet is left alone by the destructor.
+class ChildProcess {
+ public:
+  // Throws RecordError naming the program if it cannot be executed. Signals are unblocked in it.
+  ChildProcess(const std::vector<std::string>& command, const ChildOptions& options);
+
+  pid_t pid() const noexcept { return pid_; }
+  // Empty while it runs. Never blocks.
+  std::optional<ExitStatus> poll();
+  // Sends a signal unless it has ended.
+  void kill(int signal) noexcept;
+
+ private:
+  pid_t pid_ = -1;
+  std::optional<ExitStatus> status_;
+};
+
+}  // namespace cie::record

@@ -1,0 +1,129 @@
+#include "manifest.hpp"
+
+#include <cie/tracepoints/sha256.hpp>
+
+#include "error.hpp"
+#include "version.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <ctime>
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::int64_t now_ns(clockid_t clock) {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+std::string boot_id() {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  std::getline(file, id);
+  return id;
+}
+
+Json exit_of(const std::optional<ExitStatus>& exit) {
+  if (!exit) {
+    return nullptr;
+  }
+  return exit->code ? Json{{"status", *exit->code}} : Json{{"signal", *exit->signal}};
+}
+
+Json files_of(const fs::path& directory, const fs::path& except) {
+  std::vector<fs::path> paths;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory)) {
+    if (entry.is_regular_file() && entry.path() != except) {
+      paths.push_back(entry.path());
+    }
+  }
+  std::ranges::sort(paths);
+  Json files = Json::array();
+  for (const fs::path& path : paths) {
+    files.push_back({{"path", path.lexically_relative(directory).string()},
+                     {"size", fs::file_size(path)},
+                     {"sha256", sha256_file(path)}});
+  }
+  return files;
+}
+
+}  // namespace
+
+Instant now() { return {now_ns(CLOCK_MONOTONIC), now_ns(CLOCK_REALTIME)}; }
+
+std::string describe(const ExitStatus& exit) {
+  return exit.code ? "exited with status " + std::to_string(*exit.code)
+                   : "was killed by signal " + std::to_string(*exit.signal) + " (" +
+                         strsignal(*exit.signal) + ')';
+}
+
+void write_manifest(const Manifest& manifest) {
+  const Options& options = manifest.options;
+  const fs::path path = options.directory / "manifest.json";
+  Json channels = Json::array();
+  for (const ChannelLoss& loss : manifest.losses) {
+    channels.push_back({{"name", loss.name},
+                        {"discarded_events", loss.discarded_events},
+                        {"lost_packets", loss.lost_packets}});
+  }
+  Json processes = Json::array();
+  for (const TracedProcess& process : manifest.processes) {
+    processes.push_back({{"pid", process.pid}, {"name", process.name}});
+  }
+  const Json json{
+      {"schema", "cie.recording/1"},
+      {"tool", {{"name", "cie-record"}, {"version", kToolVersion}}},
+      {"mode", options.is_attach() ? "attach" : "command"},
+      {"command", options.command},
+      {"exit", exit_of(manifest.exit)},
+      {"host", host_name()},
+      {"boot_id", boot_id()},
+      {"begin",
+       {{"monotonic_ns", manifest.begin.monotonic_ns},
+        {"realtime_ns", manifest.begin.realtime_ns}}},
+      {"end",
+       {{"monotonic_ns", manifest.end.monotonic_ns}, {"realtime_ns", manifest.end.realtime_ns}}},
+      {"kernel_events", false},
+      {"session",
+       {{"name", manifest.session},
+        {"events", options.events},
+        {"subbuf_size", options.subbuf_size},
+        {"num_subbuf", options.num_subbuf},
+        {"flush_interval_ms", options.flush_interval.count()}}},
+      {"processes", processes},
+      {"channels", channels},
+      {"problems", manifest.problems},
+      {"files", files_of(options.directory, path)}};
+
+  const fs::path draft = options.directory / "manifest.json.part";
+  std::ofstream file(draft, std::ios::binary);
+  // Names of files and arguments are bytes; what is no UTF-8 is written with replacement
+  // characters.
+  file << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+  file.close();
+  if (!file) {
+    const int error = errno;
+    std::error_code ignored;
+    fs::remove(draft, ignored);
+    throw system_error("cannot write " + in_quotes(path), error);
+  }
+  fs::rename(draft, path);
+}
+
+}  // namespace cie::record

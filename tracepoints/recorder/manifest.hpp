@@ -1,0 +1,40 @@
+// manifest.json: what a recording is, and the checksums that seal it.
+#pragma once
+
+#include "child_process.hpp"
+#include "options.hpp"
+#include "tracing_session.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+struct Instant {
+  std::int64_t monotonic_ns = 0;
+  std::int64_t realtime_ns = 0;
+};
+Instant now();
+
+struct Manifest {
+  Options options;
+  std::string session;
+  Instant begin;
+  Instant end;
+  std::optional<ExitStatus> exit;  // of the command; empty when attached
+  std::vector<TracedProcess> processes;
+  std::vector<ChannelLoss> losses;
+  std::vector<std::string> problems;  // why the recording is not what was asked for
+};
+
+// Hashes every file of the recording and writes DIR/manifest.json, whole or not at all. Throws
+// RecordError, std::system_error or std::filesystem::filesystem_error.
+void write_manifest(const Manifest& manifest);
+
+// "exited with status 3", "was killed by signal 9 (Killed)".
+std::string describe(const ExitStatus& exit);
+
+}  // namespace cie::record

@@ -1,0 +1,159 @@
+#include "options.hpp"
+
+#include "version.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <ctime>
+
+#include <CLI/CLI.hpp>
+
+namespace cie::record {
+namespace {
+
+std::string default_directory() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char name[64];
+  std::strftime(name, sizeof name, "cie-recording-%Y%m%d-%H%M%S", &local);
+  return name;
+}
+
+void require_power_of_two(std::uint64_t value, std::uint64_t least, const char* option) {
+  if (value < least || !std::has_single_bit(value)) {
+    throw UsageError(std::string(option) + " must be a power of two, at least " +
+                     std::to_string(least) + ": " + std::to_string(value));
+  }
+}
+
+// Options whose meaning is settled but which this version does not carry out.
+void refuse_what_is_missing(const std::string& kernel, bool is_snapshot, const std::string& live) {
+  if (kernel == "yes") {
+    throw UsageError(
+        "--kernel=yes: this version does not record kernel events; leave the option out to record "
+        "user-space events only");
+  }
+  if (is_snapshot) {
+    throw UsageError("--snapshot: this version records continuously only; leave the option out");
+  }
+  if (!live.empty()) {
+    throw UsageError("--live: this version records to a directory only; use -o DIR");
+  }
+}
+
+// CLI11 cannot know that a command follows.
+std::string help_of(const CLI::App& app) {
+  const std::string generated = "Usage: cie-record [OPTIONS]";
+  std::string help = app.help();
+  if (const std::size_t at = help.find(generated); at != std::string::npos) {
+    help.replace(at, generated.size(),
+                 "Usage: cie-record [OPTIONS] -- CMD [ARG...]\n"
+                 "       cie-record [OPTIONS] --attach");
+  }
+  return help;
+}
+
+}  // namespace
+
+ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, bool is_root) {
+  const auto separator = std::ranges::find(arguments, "--");
+  std::vector<std::string> own(arguments.begin(), separator);
+  Options options;
+  if (separator != arguments.end()) {
+    options.command.assign(separator + 1, arguments.end());
+  }
+
+  CLI::App app{"Records a run of callback-isolated executors with LTTng into a directory.",
+               "cie-record"};
+  app.footer(
+      "CMD runs with its output untouched; Ctrl-C and SIGTERM reach it, and the recording ends "
+      "with\n"
+      "it. Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed\n"
+      "and stands in DIR/manifest.json.\n\n"
+      "As an ordinary user CMD gets a session daemon of its own. Root has one per machine, which\n"
+      "records every traced process; so does --daemon=shared.");
+  std::string directory;
+  bool is_attach = false;
+  bool is_snapshot = false;
+  std::string live;
+  std::string kernel = "auto";
+  std::string daemon = "auto";
+  std::int64_t flush_ms = options.flush_interval.count();
+  double registration_s = 5;
+  double duration_s = 0;
+  std::vector<std::string> more_events;
+  app.add_option("-o,--output", directory, "Directory to create for the recording")
+      ->type_name("DIR");
+  app.add_flag("--attach", is_attach, "Record applications that run already, until Ctrl-C");
+  auto* duration = app.add_option("--duration", duration_s, "With --attach: stop after this time")
+                       ->type_name("SECONDS")
+                       ->check(CLI::PositiveNumber);
+  app.add_option("--kernel", kernel, "Kernel scheduler events; auto records user events only")
+      ->check(CLI::IsMember({"auto", "yes", "no"}));
+  app.add_option("--daemon", daemon, "Session daemon: own (of this recording) or shared")
+      ->check(CLI::IsMember({"auto", "own", "shared"}));
+  app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
+      ->type_name("PATTERN");
+  app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+  app.add_option("--num-subbuf", options.num_subbuf, "Sub-buffers per CPU, a power of two")
+      ->type_name("N");
+  app.add_option("--flush-interval", flush_ms, "How often buffers are written out")
+      ->type_name("MS")
+      ->check(CLI::Range(10, 3'600'000));
+  app.add_option("--registration-timeout", registration_s,
+                 "When to say that no traced application has registered yet")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--snapshot", is_snapshot, "Not available in this version");
+  app.add_option("--live", live, "Not available in this version")->type_name("URL");
+  app.set_version_flag("--version", std::string("cie-record ") + kToolVersion);
+
+  std::ranges::reverse(own);  // as CLI11 wants them
+  try {
+    app.parse(own);
+  } catch (const CLI::CallForHelp&) {
+    return {.options = std::nullopt, .text = help_of(app)};
+  } catch (const CLI::CallForVersion&) {
+    return {.options = std::nullopt, .text = std::string("cie-record ") + kToolVersion + '\n'};
+  } catch (const CLI::ExtrasError& error) {
+    throw UsageError(std::string(error.what()) +
+                     " (see cie-record --help; the command to record follows after --)");
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(std::string(error.what()) + " (see cie-record --help)");
+  }
+
+  refuse_what_is_missing(kernel, is_snapshot, live);
+  if (is_attach && !options.command.empty()) {
+    throw UsageError("--attach records what runs already: it takes no command");
+  }
+  if (!is_attach && options.command.empty()) {
+    throw UsageError(
+        "nothing to record: give a command after --, or --attach (see cie-record --help)");
+  }
+  if (duration->count() > 0 && !is_attach) {
+    throw UsageError("--duration goes with --attach; a command ends its recording itself");
+  }
+  require_power_of_two(options.subbuf_size, 4096, "--subbuf-size");
+  require_power_of_two(options.num_subbuf, 2, "--num-subbuf");
+  const bool can_have_own = !is_root && !is_attach;
+  if (daemon == "own" && !can_have_own) {
+    throw UsageError(is_attach ? "--daemon=own: running applications know the shared daemon only"
+                               : "--daemon=own: LTTng gives root one session daemon per machine");
+  }
+  options.daemon = can_have_own && daemon != "shared" ? DaemonChoice::own : DaemonChoice::shared;
+  options.events.insert(options.events.end(), more_events.begin(), more_events.end());
+  options.flush_interval = std::chrono::milliseconds(flush_ms);
+  options.registration_timeout =
+      std::chrono::milliseconds(static_cast<std::int64_t>(registration_s * 1000));
+  if (duration->count() > 0) {
+    options.duration = std::chrono::milliseconds(static_cast<std::int64_t>(duration_s * 1000));
+  }
+  options.directory = std::filesystem::absolute(directory.empty() ? default_directory() : directory)
+                          .lexically_normal();
+  return {.options = std::move(options), .text = {}};
+}
+
+}  // namespace cie::record

@@ -1,0 +1,50 @@
+// What the user asks of cie-record.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// A command line that cannot be carried out as written; what() says which part and what to do.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Which session daemon records.
+//   own:    one of this recording's, which only the command and its children register with
+//   shared: the user's (root: the machine's), started when none runs
+enum class DaemonChoice { own, shared };
+
+struct Options {
+  std::filesystem::path directory;   // absolute; holds the recording
+  std::vector<std::string> command;  // empty: attach
+  DaemonChoice daemon = DaemonChoice::own;
+  std::vector<std::string> events{
+      "cie:*"};                         // patterns of LTTng, recorded into the channel "events"
+  std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer
+  std::uint64_t num_subbuf = 8;         // a power of two, sub-buffers per CPU
+  // How often buffers and metadata reach the disk: what a killed consumer daemon can cost.
+  std::chrono::milliseconds flush_interval{1000};
+  std::chrono::milliseconds registration_timeout{5000};
+  std::optional<std::chrono::milliseconds> duration;  // attach: until then; empty: until a signal
+
+  bool is_attach() const noexcept { return command.empty(); }
+};
+
+// Result of the command line: options, or text to print for --help and --version.
+struct ParsedCommandLine {
+  std::optional<Options> options;
+  std::string text;
+};
+
+// Throws UsageError. `is_root` decides the default daemon.
+ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, bool is_root);
+
+}  // namespace cie::record

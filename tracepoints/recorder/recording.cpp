@@ -1,0 +1,311 @@
+#include "recording.hpp"
+
+#include "error.hpp"
+#include "stream_check.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr milliseconds kTick{100};
+constexpr milliseconds kLookInterval{200};
+constexpr seconds kCheckInterval{1};
+constexpr std::uintmax_t kLowSpace = 64 << 20;
+
+bool is_interrupt(int signal) {
+  return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
+}
+
+// The parent of a process, 0 if it is gone.
+pid_t parent_of(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
+  std::string text;
+  std::getline(file, text);
+  const std::size_t name_end = text.rfind(')');
+  if (name_end == std::string::npos) {
+    return 0;
+  }
+  std::istringstream fields(text.substr(name_end + 1));
+  char state = 0;
+  pid_t parent = 0;
+  fields >> state >> parent;
+  return parent;
+}
+
+bool descends_from(pid_t pid, pid_t ancestor) {
+  while (pid > 1 && pid != ancestor) {
+    pid = parent_of(pid);
+  }
+  return pid == ancestor;
+}
+
+std::string quoted(const fs::path& path) {
+  const std::string text = path.string();
+  const bool is_plain = std::ranges::all_of(text, [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("/._-+=:,@").find(c) != std::string_view::npos;
+  });
+  if (is_plain && !text.empty()) {
+    return text;
+  }
+  std::string result = "'";
+  for (const char c : text) {
+    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return result + '\'';
+}
+
+}  // namespace
+
+Recording::Recording(Options options) {
+  manifest_.options = std::move(options);
+  create_directory();
+  try {
+    daemon_ = std::make_unique<SessionDaemon>(manifest_.options.daemon);
+    manifest_.session =
+        "cie-record-" + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
+    session_ = std::make_unique<TracingSession>(manifest_.session, manifest_.options);
+    manifest_.begin = now();
+    session_->start();
+  } catch (...) {
+    session_.reset();
+    daemon_.reset();
+    remove_directory();
+    throw;
+  }
+}
+
+Recording::~Recording() = default;
+
+void Recording::create_directory() {
+  const fs::path& directory = manifest_.options.directory;
+  std::error_code error;
+  if (fs::exists(fs::symlink_status(directory, error))) {
+    if (!fs::is_directory(directory, error) || !fs::is_empty(directory, error) || error) {
+      throw UsageError(in_quotes(directory) +
+                       " exists already: a recording never overwrites; choose another -o DIR");
+    }
+  } else {
+    fs::create_directories(directory.parent_path(), error);
+    if (error || mkdir(directory.c_str(), 0777) != 0) {
+      throw system_error("cannot create " + in_quotes(directory), error ? error.value() : errno);
+    }
+    is_directory_ours_ = true;
+  }
+  if (access(directory.c_str(), W_OK | X_OK) != 0) {
+    throw system_error("cannot write to " + in_quotes(directory), errno);
+  }
+}
+
+void Recording::remove_directory() noexcept {
+  std::error_code ignored;  // the reason for the removal is what the user is told
+  if (is_directory_ours_) {
+    fs::remove_all(manifest_.options.directory, ignored);
+  }
+}
+
+bool Recording::run() {
+  began_ = Clock::now();
+  if (manifest_.options.is_attach()) {
+    wait_attached();
+  } else {
+    try {
+      run_command();
+    } catch (const RecordError&) {  // the command could not be run: there is nothing to keep
+      session_.reset();
+      daemon_.reset();
+      remove_directory();
+      throw;
+    }
+  }
+  finish();
+  print_summary();
+  return manifest_.problems.empty();
+}
+
+void Recording::run_command() {
+  ChildOptions child_options;
+  // LTTng's default gives up after 3 s and lets the application run untraced.
+  child_options.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
+  ChildProcess command(manifest_.options.command, child_options);
+  while (!command.poll()) {
+    const auto signal = signals_.wait(kTick);
+    if (signal && is_interrupt(signal->number) && !signal->is_from_terminal) {
+      command.kill(signal->number);
+    }
+    look_for_applications(began_, true);
+    for (const TracedProcess& process : manifest_.processes) {
+      if (!has_warned_of_others_ && !descends_from(process.pid, command.pid()) &&
+          parent_of(process.pid) != 0) {
+        has_warned_of_others_ = true;
+        warn("this session daemon serves other traced processes too, e.g. " + process.name +
+             " (pid " + std::to_string(process.pid) + "): they are recorded as well");
+      }
+    }
+    watch_health();
+    show_progress();
+  }
+  manifest_.exit = command.poll();
+}
+
+void Recording::wait_attached() {
+  const auto& duration = manifest_.options.duration;
+  while (!is_daemon_lost_ && !(duration && Clock::now() - began_ >= *duration)) {
+    const auto left =
+        duration ? std::chrono::ceil<milliseconds>(*duration - (Clock::now() - began_)) : kTick;
+    const auto signal = signals_.wait(std::min(kTick, left));
+    if (signal && is_interrupt(signal->number)) {
+      return;
+    }
+    look_for_applications(began_, false);
+    watch_health();
+    show_progress();
+  }
+}
+
+// Asks until somebody has registered; each question costs every application some time.
+void Recording::look_for_applications(Clock::time_point since, bool has_command) {
+  if (!manifest_.processes.empty() || is_daemon_lost_ || Clock::now() < next_look_) {
+    return;
+  }
+  next_look_ = Clock::now() + kLookInterval;
+  try {
+    manifest_.processes = session_->traced_processes();
+  } catch (const RecordError&) {
+    return;  // the daemon's own state is watched elsewhere
+  }
+  if (manifest_.processes.empty() && !has_warned_of_registration_ &&
+      Clock::now() - since > manifest_.options.registration_timeout) {
+    has_warned_of_registration_ = true;
+    warn(has_command
+             ? "no traced application has registered yet: does the command use cie::executor, and "
+               "was it built with CIE_WITH_LTTNG?"
+             : "no traced application is running: waiting for one");
+  }
+}
+
+void Recording::watch_health() {
+  if (is_daemon_lost_ || Clock::now() < next_check_) {
+    return;
+  }
+  next_check_ = Clock::now() + kCheckInterval;
+  if (!daemon_->is_alive()) {
+    is_daemon_lost_ = true;
+    problem("the session daemon ended during the recording: what was not yet written is lost");
+    return;
+  }
+  std::error_code error;
+  const fs::space_info space = fs::space(manifest_.options.directory, error);
+  if (!error && space.available < kLowSpace && !has_warned_of_space_) {
+    has_warned_of_space_ = true;
+    warn("only " + std::to_string(space.available >> 20) + " MiB left for " +
+         manifest_.options.directory.string());
+  }
+}
+
+// Every step is tried whatever became of the one before: a partial recording is worth keeping.
+void Recording::finish() {
+  const auto attempt = [this](auto&& step) {
+    try {
+      step();
+    } catch (const std::exception& error) {
+      problem(error.what());
+    }
+  };
+  if (!is_daemon_lost_) {
+    attempt([this] {
+      if (!session_->stop()) {
+        problem("the last buffers were not written within a minute");
+      }
+    });
+    attempt([this] { manifest_.losses = session_->losses(); });
+    attempt([this] { session_->destroy(); });
+  }
+  manifest_.end = now();
+  session_.reset();
+  daemon_.reset();
+  attempt([this] { check_files(); });
+  attempt([this] { write_manifest(manifest_); });
+}
+
+void Recording::check_files() {
+  const fs::path& directory = manifest_.options.directory;
+  for (const fs::path& file : empty_metadata(directory)) {
+    problem(in_quotes(file) + " is empty: its streams cannot be read (is the disk full?)");
+  }
+  for (const StreamSummary& stream : check_streams(directory)) {
+    packets_ += stream.packets;
+    if (stream.is_damaged) {
+      problem(in_quotes(stream.file) + " ends within a packet (is the disk full?)");
+    }
+    if (stream.lost_packets > 0) {
+      problem(in_quotes(stream.file) + " lacks " + std::to_string(stream.lost_packets) +
+              " packets");
+    }
+  }
+  if (packets_ == 0) {
+    problem("nothing was recorded: no application with events of " + manifest_.options.events[0] +
+            " registered with the session daemon");
+  }
+}
+
+void Recording::print_summary() const {
+  const fs::path& directory = manifest_.options.directory;
+  std::ostringstream text;
+  if (manifest_.exit) {
+    text << manifest_.options.command.front() << ' ' << describe(*manifest_.exit) << '\n';
+  }
+  for (const ChannelLoss& loss : manifest_.losses) {
+    if (loss.discarded_events > 0 || loss.lost_packets > 0) {
+      text << "LOST: channel \"" << loss.name << "\" discarded " << loss.discarded_events
+           << " events and lost " << loss.lost_packets
+           << " packets; record with a larger --subbuf-size or --num-subbuf\n";
+    }
+  }
+  if (manifest_.problems.empty()) {
+    text << "recorded " << quoted(directory) << " (user-space events; kernel events: no)\n"
+         << "next: cie report " << quoted(directory) << "\n      cie verify " << quoted(directory)
+         << '\n';
+  } else {
+    text << "THE RECORDING FAILED; what there is stands in " << quoted(directory) << ":\n";
+    for (const std::string& entry : manifest_.problems) {
+      text << "  " << entry << '\n';
+    }
+  }
+  std::fputs(text.str().c_str(), stderr);
+}
+
+void Recording::show_progress() {
+  if (isatty(STDERR_FILENO) == 0) {
+    return;
+  }
+  const auto elapsed = std::chrono::duration_cast<seconds>(Clock::now() - began_).count();
+  if (elapsed != shown_seconds_) {
+    shown_seconds_ = elapsed;
+    std::fprintf(stderr, "\rrecording %lld s%s", static_cast<long long>(elapsed),
+                 manifest_.options.is_attach() ? ", Ctrl-C ends it" : "");
+  }
+}
+
+void Recording::warn(const std::string& text) {
+  const char* line_end = shown_seconds_ >= 0 ? "\n" : "";
+  std::fprintf(stderr, "%scie-record: warning: %s\n", line_end, text.c_str());
+}
+
+void Recording::problem(const std::string& text) { manifest_.problems.push_back(text); }
+
+}  // namespace cie::record

@@ -1,0 +1,64 @@
+// One recording from the first check to the manifest.
+#pragma once
+
+#include "manifest.hpp"
+#include "options.hpp"
+#include "session_daemon.hpp"
+#include "signals.hpp"
+#include "tracing_session.hpp"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+class Recording {
+ public:
+  // Creates the directory, finds or starts the daemon, starts the session. Throws UsageError if the
+  // directory is taken, RecordError for the rest; leaves nothing behind then.
+  explicit Recording(Options options);
+  ~Recording();
+  Recording(const Recording&) = delete;
+  Recording& operator=(const Recording&) = delete;
+
+  // Runs the command, or waits for a signal; then stops, checks and writes the manifest. Prints
+  // progress, warnings and the summary to standard error. True if everything was recorded or what
+  // was lost is only discarded events, which are counted and printed.
+  bool run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void create_directory();
+  void remove_directory() noexcept;
+  void run_command();
+  void wait_attached();
+  void look_for_applications(Clock::time_point since, bool has_command);
+  void watch_health();
+  void finish();
+  void check_files();
+  void print_summary() const;
+  void show_progress();
+  void warn(const std::string& text);
+  void problem(const std::string& text);
+
+  Signals signals_;
+  Manifest manifest_;
+  std::unique_ptr<SessionDaemon> daemon_;
+  std::unique_ptr<TracingSession> session_;
+  bool is_directory_ours_ = false;
+  bool is_daemon_lost_ = false;
+  bool has_warned_of_registration_ = false;
+  bool has_warned_of_others_ = false;
+  bool has_warned_of_space_ = false;
+  std::int64_t shown_seconds_ = -1;  // of the progress line; -1: none was shown
+  std::uint64_t packets_ = 0;
+  Clock::time_point began_ = Clock::now();
+  Clock::time_point next_look_ = Clock::now();
+  Clock::time_point next_check_ = Clock::now();
+};
+
+}  // namespace cie::record

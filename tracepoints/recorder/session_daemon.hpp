@@ -1,0 +1,41 @@
+// The LTTng session daemon a recording talks to: found, or started and stopped.
+#pragma once
+
+#include "child_process.hpp"
+#include "file_descriptor.hpp"
+#include "options.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+namespace cie::record {
+
+class SessionDaemon {
+ public:
+  // Own: starts a daemon with a run-time directory of its own, which the environment of this
+  // process (LTTNG_HOME) then names, for liblttng-ctl and the command.
+  // Shared: uses the one that runs, or starts one. Several recorders may share it: the last one
+  // stops it, if a recorder started it and nobody else has a session there.
+  // Throws RecordError.
+  explicit SessionDaemon(DaemonChoice choice);
+  ~SessionDaemon();
+  SessionDaemon(const SessionDaemon&) = delete;
+  SessionDaemon& operator=(const SessionDaemon&) = delete;
+
+  bool is_alive() const;
+
+ private:
+  void start_own();
+  void find_or_start_shared();
+  void start(const std::filesystem::path& log_file, bool is_own);
+  void stop_if_unused() noexcept;
+
+  DaemonChoice choice_;
+  std::filesystem::path home_;  // own: removed at the end
+  std::optional<ChildProcess> process_;
+  FileDescriptor lock_;
+};
+
+}  // namespace cie::record

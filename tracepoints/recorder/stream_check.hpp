@@ -1,0 +1,28 @@
+// Looks over the stream files of a finished recording without decoding events.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// What the packet headers of one stream file say.
+struct StreamSummary {
+  std::filesystem::path file;
+  std::uint64_t packets = 0;
+  std::uint64_t content_bytes = 0;     // of events, headers included, padding not
+  std::uint64_t discarded_events = 0;  // the tracer's count in the last packet
+  std::uint64_t lost_packets = 0;      // holes in the packet numbers
+  bool is_damaged = false;             // ends within a packet, or is no stream of LTTng-UST
+};
+
+// Every stream file of the traces below `directory`, in order of path. Throws
+// std::filesystem::filesystem_error if the directory cannot be read.
+std::vector<StreamSummary> check_streams(const std::filesystem::path& directory);
+
+// Paths of metadata files below `directory` that are empty: nothing beside one can be decoded.
+std::vector<std::filesystem::path> empty_metadata(const std::filesystem::path& directory);
+
+}  // namespace cie::record

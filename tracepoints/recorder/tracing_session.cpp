@@ -1,0 +1,251 @@
+#include "tracing_session.hpp"
+
+#include "error.hpp"
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string_view>
+#include <thread>
+
+#include <lttng/lttng.h>
+
+namespace cie::record {
+namespace {
+
+constexpr std::chrono::seconds kDrainPatience{60};
+constexpr std::chrono::milliseconds kDrainPoll{10};
+constexpr std::uint64_t kStateSubbufSize = 512 * 1024;
+constexpr std::uint64_t kStateSubbufs = 4;
+constexpr std::uint64_t kMetadataSubbufSize = 4096;
+constexpr std::uint64_t kMetadataSubbufs = 2;
+
+const std::vector<std::string>& state_events() {
+  static const std::vector<std::string> names{
+      "cie:run_begin",     "cie:run_end",       "cie:node_init",      "cie:group_init",
+      "cie:callback_init", "cie:callback_fini", "cie:publisher_init", "cie:publisher_fini",
+      "cie:thread_init",   "cie:thread_fini",   "cie:thread_sched",   "cie:clock_sync"};
+  return names;
+}
+
+// LTTng's functions return a negative error code, or, the older ones, a positive LTTNG_OK.
+void check(int result, const std::string& operation) {
+  if (result < 0) {
+    throw RecordError("cannot " + operation + ": " + lttng_strerror(result));
+  }
+}
+
+template <typename T, void (*Destroy)(T*)>
+struct Destroyer {
+  void operator()(T* object) const noexcept { Destroy(object); }
+};
+using Channel = std::unique_ptr<lttng_channel, Destroyer<lttng_channel, lttng_channel_destroy>>;
+using Event = std::unique_ptr<lttng_event, Destroyer<lttng_event, lttng_event_destroy>>;
+using Descriptor =
+    std::unique_ptr<lttng_session_descriptor,
+                    Destroyer<lttng_session_descriptor, lttng_session_descriptor_destroy>>;
+using Destruction =
+    std::unique_ptr<lttng_destruction_handle,
+                    Destroyer<lttng_destruction_handle, lttng_destruction_handle_destroy>>;
+
+struct Free {
+  void operator()(void* memory) const noexcept { std::free(memory); }
+};
+
+lttng_domain user_space() {
+  lttng_domain domain{};
+  domain.type = LTTNG_DOMAIN_UST;
+  domain.buf_type = LTTNG_BUFFER_PER_UID;
+  return domain;
+}
+
+template <std::size_t Size>
+void copy_name(char (&to)[Size], const std::string& from) {
+  if (from.size() >= Size) {
+    throw RecordError("the name " + in_quotes(from) + " is too long for LTTng");
+  }
+  std::memcpy(to, from.c_str(), from.size() + 1);
+}
+
+std::string process_name(pid_t pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/comm");
+  std::string name;
+  std::getline(file, name);
+  return name;
+}
+
+}  // namespace
+
+void TracingSession::HandleDeleter::operator()(lttng_handle* handle) const noexcept {
+  lttng_destroy_handle(handle);
+}
+
+TracingSession::TracingSession(const std::string& name, const Options& options) : name_(name) {
+  const Descriptor descriptor(
+      lttng_session_descriptor_local_create(name.c_str(), options.directory.c_str()));
+  if (!descriptor) {
+    throw RecordError("cannot create a session in " + in_quotes(options.directory) +
+                      ": LTTng does not accept the path");
+  }
+  const lttng_error_code created = lttng_create_session_ext(descriptor.get());
+  if (created != LTTNG_OK) {
+    throw RecordError("cannot create a session in " + in_quotes(options.directory) + ": " +
+                      lttng_strerror(-created));
+  }
+  exists_ = true;
+  lttng_domain domain = user_space();
+  handle_.reset(lttng_create_handle(name.c_str(), &domain));
+  if (!handle_) {
+    throw RecordError("cannot create a handle of the session " + in_quotes(name));
+  }
+
+  // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:
+  // with one, what a killed consumer daemon leaves behind can be read.
+  enable_channel("metadata", kMetadataSubbufSize, kMetadataSubbufs, options.flush_interval);
+  enable_channel(kStateChannel, kStateSubbufSize, kStateSubbufs, options.flush_interval);
+  enable_channel(kEventChannel, options.subbuf_size, options.num_subbuf, options.flush_interval);
+  for (const char* channel : {kStateChannel, kEventChannel}) {
+    add_context(channel, LTTNG_EVENT_CONTEXT_VPID);
+    add_context(channel, LTTNG_EVENT_CONTEXT_VTID);
+  }
+  for (const std::string& event : state_events()) {
+    enable_events(kStateChannel, event, {});
+  }
+  for (const std::string& pattern : options.events) {
+    const bool may_match_state = pattern.find('*') != std::string::npos;
+    enable_events(kEventChannel, pattern,
+                  may_match_state ? state_events() : std::vector<std::string>{});
+  }
+}
+
+TracingSession::~TracingSession() {
+  if (exists_) {
+    lttng_destroy_session_no_wait(name_.c_str());
+  }
+}
+
+void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
+                                    std::uint64_t num_subbuf,
+                                    std::chrono::milliseconds flush_interval) {
+  lttng_domain domain = user_space();
+  const Channel channel(lttng_channel_create(&domain));
+  if (!channel) {
+    throw RecordError(std::string("cannot create the channel \"") + name + '"');
+  }
+  copy_name(channel->name, name);
+  channel->attr.overwrite = 0;
+  channel->attr.subbuf_size = subbuf_size;
+  channel->attr.num_subbuf = num_subbuf;
+  channel->attr.switch_timer_interval =
+      static_cast<unsigned int>(std::chrono::microseconds(flush_interval).count());
+  check(lttng_enable_channel(handle_.get(), channel.get()),
+        std::string("enable the channel \"") + name + '"');
+}
+
+void TracingSession::add_context(const char* channel, int type) {
+  lttng_event_context context{};
+  context.ctx = static_cast<lttng_event_context_type>(type);
+  check(lttng_add_context(handle_.get(), &context, nullptr, channel),
+        std::string("add vpid and vtid to the channel \"") + channel + '"');
+}
+
+void TracingSession::enable_events(const char* channel, const std::string& pattern,
+                                   const std::vector<std::string>& exclusions) {
+  const Event event(lttng_event_create());
+  if (!event) {
+    throw RecordError("cannot create a rule for the events " + in_quotes(pattern));
+  }
+  event->type = LTTNG_EVENT_TRACEPOINT;
+  event->loglevel_type = LTTNG_EVENT_LOGLEVEL_ALL;
+  event->loglevel = -1;
+  copy_name(event->name, pattern);
+  std::vector<char*> names;
+  for (const std::string& exclusion : exclusions) {
+    names.push_back(const_cast<char*>(exclusion.c_str()));  // only read
+  }
+  check(lttng_enable_event_with_exclusions(handle_.get(), event.get(), channel, nullptr,
+                                           static_cast<int>(names.size()),
+                                           names.empty() ? nullptr : names.data()),
+        "enable the events " + in_quotes(pattern));
+}
+
+void TracingSession::start() { check(lttng_start_tracing(name_.c_str()), "start recording"); }
+
+bool TracingSession::stop() {
+  check(lttng_stop_tracing_no_wait(name_.c_str()), "stop recording");
+  const auto deadline = std::chrono::steady_clock::now() + kDrainPatience;
+  while (true) {
+    const int pending = lttng_data_pending(name_.c_str());
+    check(pending, "write the last buffers");
+    if (pending == 0) {
+      return true;
+    }
+    if (std::chrono::steady_clock::now() > deadline) {
+      return false;
+    }
+    std::this_thread::sleep_for(kDrainPoll);
+  }
+}
+
+std::vector<ChannelLoss> TracingSession::losses() const {
+  lttng_channel* list = nullptr;
+  const int count = lttng_list_channels(handle_.get(), &list);
+  check(count, "ask how many events were discarded");
+  const std::unique_ptr<lttng_channel, Free> owner(list);
+  std::vector<ChannelLoss> losses;
+  for (int i = 0; i < count; ++i) {
+    ChannelLoss loss{.name = list[i].name};
+    check(lttng_channel_get_discarded_event_count(&list[i], &loss.discarded_events),
+          "ask how many events were discarded");
+    check(lttng_channel_get_lost_packet_count(&list[i], &loss.lost_packets),
+          "ask how many packets were lost");
+    losses.push_back(std::move(loss));
+  }
+  return losses;
+}
+
+void TracingSession::destroy() {
+  lttng_destruction_handle* raw = nullptr;
+  const lttng_error_code begun = lttng_destroy_session_ext(name_.c_str(), &raw);
+  const Destruction destruction(raw);
+  exists_ = false;
+  if (begun != LTTNG_OK) {
+    throw RecordError(std::string("cannot end the session: ") + lttng_strerror(-begun));
+  }
+  const auto patience = std::chrono::milliseconds(kDrainPatience).count();
+  const auto completed =
+      lttng_destruction_handle_wait_for_completion(destruction.get(), static_cast<int>(patience));
+  if (completed != LTTNG_DESTRUCTION_HANDLE_STATUS_COMPLETED) {
+    throw RecordError("the session daemon did not finish the session within a minute");
+  }
+  lttng_error_code result = LTTNG_OK;
+  if (lttng_destruction_handle_get_result(destruction.get(), &result) !=
+      LTTNG_DESTRUCTION_HANDLE_STATUS_OK) {
+    throw RecordError("the session daemon gave no verdict on the session");
+  }
+  if (result != LTTNG_OK) {
+    throw RecordError(std::string("the recording is not complete: ") + lttng_strerror(-result));
+  }
+}
+
+std::vector<TracedProcess> TracingSession::traced_processes() const {
+  lttng_event* list = nullptr;
+  const int count = lttng_list_tracepoints(handle_.get(), &list);
+  check(count, "list the registered applications");
+  const std::unique_ptr<lttng_event, Free> owner(list);
+  std::map<pid_t, std::string> processes;
+  for (int i = 0; i < count; ++i) {
+    if (std::string_view(list[i].name).starts_with("cie:") && list[i].pid > 0) {
+      processes.try_emplace(list[i].pid);
+    }
+  }
+  std::vector<TracedProcess> result;
+  for (const auto& [pid, unused] : processes) {
+    result.push_back({.pid = pid, .name = process_name(pid)});
+  }
+  return result;
+}
+
+}  // namespace cie::record

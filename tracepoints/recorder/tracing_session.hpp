@@ -1,0 +1,72 @@
+// One LTTng recording session of the user-space domain.
+#pragma once
+
+#include "options.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <sys/types.h>
+
+struct lttng_handle;
+
+namespace cie::record {
+
+// Two channels: `state` holds the events that describe objects and clocks (and are few), so that no
+// burst of the others can cost them; `events` holds all others.
+inline constexpr const char* kStateChannel = "state";
+inline constexpr const char* kEventChannel = "events";
+
+struct ChannelLoss {
+  std::string name;
+  std::uint64_t discarded_events = 0;
+  std::uint64_t lost_packets = 0;
+};
+
+// A process that carries tracepoints of the provider `cie`.
+struct TracedProcess {
+  pid_t pid = 0;
+  std::string name;
+};
+
+// Every function throws RecordError when LTTng refuses. The destructor destroys the session if
+// destroy() was not called, without a word.
+class TracingSession {
+ public:
+  // Creates the session, its channels, contexts and event rules. Nothing is recorded before
+  // start().
+  TracingSession(const std::string& name, const Options& options);
+  ~TracingSession();
+  TracingSession(const TracingSession&) = delete;
+  TracingSession& operator=(const TracingSession&) = delete;
+
+  void start();
+  // Stops and waits until the buffers are written out; false if that takes longer than a minute.
+  bool stop();
+  std::vector<ChannelLoss> losses() const;
+  // The verdict on what was written: LTTng tells here, not at stop(), that a disk was full or a
+  // consumer daemon died.
+  void destroy();
+
+  // Asks every registered application. May take some milliseconds each.
+  std::vector<TracedProcess> traced_processes() const;
+
+ private:
+  void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
+                      std::chrono::milliseconds flush_interval);
+  void add_context(const char* channel, int type);
+  void enable_events(const char* channel, const std::string& pattern,
+                     const std::vector<std::string>& exclusions);
+
+  struct HandleDeleter {
+    void operator()(lttng_handle* handle) const noexcept;
+  };
+  std::string name_;
+  std::unique_ptr<lttng_handle, HandleDeleter> handle_;
+  bool exists_ = false;
+};
+
+}  // namespace cie::record

@@ -1,0 +1,55 @@
+// Reading a subcommand's arguments: CLI11 with errors that name the remedy.
+#pragma once
+
+#include "commands.hpp"
+
+#include <filesystem>
+#include <initializer_list>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace cie::cli {
+
+// The caller asked for something that does not exist. Exit code 2.
+class UsageError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// What the help says around the options.
+struct HelpText {
+  std::string usage;        // "cie report TRACE... [OPTIONS]"
+  std::string description;  // what the command is good for
+  std::string footer;       // examples and exit codes
+};
+
+class CommandLine {
+ public:
+  explicit CommandLine(const HelpText& help);
+
+  CLI::App& app() noexcept { return app_; }
+  // False: help was asked for and printed. Throws UsageError; a misspelt option gets a suggestion.
+  bool parse(const Arguments& arguments);
+
+ private:
+  CLI::App app_;
+};
+
+// The candidate that `word` was probably meant to be; empty if none is near.
+std::string_view nearest(std::string_view word, const std::vector<std::string>& candidates);
+// "; did you mean "verify"?", or nothing.
+std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
+
+// Throws UsageError unless `value` is one of `available`; those of `planned` get their own message.
+void check_choice(std::string_view option, const std::string& value,
+                  const std::vector<std::string>& available,
+                  const std::vector<std::string>& planned = {});
+
+// Throws UsageError when no trace was named.
+void require_traces(const std::vector<std::filesystem::path>& traces);
+
+}  // namespace cie::cli

@@ -1,0 +1,32 @@
+// The subcommands of `cie`. Each takes its arguments without the program's and its own name, and
+// returns the exit code. Errors leave as exceptions; main.cpp turns them into messages and codes.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::cli {
+
+using Arguments = std::vector<std::string>;
+
+int report_command(const Arguments& arguments);
+int instances_command(const Arguments& arguments);
+int verify_command(const Arguments& arguments);
+int export_command(const Arguments& arguments);
+int spec_command(const Arguments& arguments);
+
+// Replaces this process by `cie-run` or `cie-record`, found beside this program or in PATH. Returns
+// only by throwing std::runtime_error when it is not installed.
+[[noreturn]] void start_program(const std::string& name, const Arguments& arguments);
+
+struct Command {
+  std::string_view name;
+  std::string_view summary;
+  int (*run)(const Arguments&);  // null: started by start_program, or not available yet
+};
+// In the order of a newcomer's work.
+std::span<const Command> commands();
+
+}  // namespace cie::cli

@@ -1,0 +1,24 @@
+// Exit codes, the same for every subcommand.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include <cstdint>
+
+namespace cie::cli {
+
+enum ExitCode : std::uint8_t {
+  ok = 0,
+  violation = 1,
+  usage_error = 2,  // also a spec that cannot be used
+  inconclusive = 3,
+  unreadable = 4  // also output that cannot be written, and errors of ours
+};
+
+// What --inconclusive asks for.
+enum class OnInconclusive : std::uint8_t { report, warn, fail };
+
+// An unreadable trace (T1) wins over everything.
+int exit_code(const analysis::VerdictReport& verdicts, OnInconclusive on_inconclusive);
+
+}  // namespace cie::cli

@@ -1,0 +1,87 @@
+#include <cie/viewer_export/perfetto_export.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+#include "trace_clock.hpp"
+
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Converts a trace for a viewer. Perfetto shows every thread with its callbacks, the waits "
+    "from\n"
+    "release to start, arrows from each publish to the callbacks it caused, and what the kernel's\n"
+    "scheduler did, when that was recorded.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie export recordings/latest --to perfetto -o run.pftrace\n"
+    "  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size\n"
+    "\n"
+    "Open the file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.\n"
+    "Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.\n";
+
+void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std::string& target) {
+  fmt::print(stderr,
+             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices\n",
+             target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
+             counts.sched_slices);
+  if (counts.backward_flows > 0) {
+    fmt::print(stderr, "{} messages were taken before they were published: clocks disagree\n",
+               counts.backward_flows);
+  }
+  if (counts.skipped > 0) {
+    fmt::print(stderr, "{} items could not be drawn: their times make no sense\n", counts.skipped);
+  }
+  fmt::print(stderr, "Open it at https://ui.perfetto.dev\n");
+}
+
+}  // namespace
+
+int export_command(const Arguments& arguments) {
+  std::vector<std::filesystem::path> traces;
+  std::string viewer;
+  std::string target = "-";
+  bool is_compressed = false;
+  CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
+  line.app()
+      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
+      ->type_name("");
+  line.app().add_option("--to", viewer, "The viewer: perfetto")->type_name("VIEWER");
+  line.app()
+      .add_option("-o,--output", target, "Write to FILE instead of standard output")
+      ->type_name("FILE");
+  line.app().add_flag("--gzip", is_compressed, "Compress the file");
+  if (!line.parse(arguments)) {
+    return ok;
+  }
+  if (viewer.empty()) {
+    throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
+  }
+  check_choice("--to", viewer, {"perfetto"}, {"chrome", "speedscope", "otlp", "mcap"});
+  require_traces(traces);
+
+  auto output = open_output(target);
+  if (output.is_terminal()) {
+    throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
+  }
+  viewer_export::PerfettoExport perfetto({.clock_offset_ns = find_clock_offset(traces),
+                                          .gzip = is_compressed,
+                                          .spill_directory = spill_directory(target)});
+  const auto result = analyze_with_progress(traces, {}, &perfetto);
+  const auto counts = perfetto.write(output.stream(), result.report);
+  output.commit();
+  if (::isatty(STDERR_FILENO) == 1) {
+    say_what_was_written(counts, target);
+  }
+  return ok;
+}
+
+}  // namespace cie::cli

@@ -1,0 +1,169 @@
+// `cie`: chooses the subcommand, and turns errors into one line and an exit code.
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/guard.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
+#include <cie/viewer_export/output_file.hpp>
+#include <cie/viewer_export/version.hpp>
+
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "exit_code.hpp"
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstdio>
+#include <initializer_list>
+#include <new>
+#include <string_view>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace cie::cli {
+
+std::span<const Command> commands() {
+  static constexpr std::array<Command, 9> kCommands{{
+      {"run", "run an application with every callback on its own thread", nullptr},
+      {"record", "record an application with LTTng", nullptr},
+      {"report", "response times and more, per callback", report_command},
+      {"instances", "one row per run of a callback, for spreadsheets and programs",
+       instances_command},
+      {"verify", "does every callback have its own thread? Rules, evidence, exit code",
+       verify_command},
+      {"export", "a file for a viewer: Perfetto", export_command},
+      {"spec", "check a scheduling spec", spec_command},
+      {"diff", "compare two reports (not available in this version)", nullptr},
+      {"live", "watch a running system (not available in this version)", nullptr},
+  }};
+  return kCommands;
+}
+
+namespace {
+
+using viewer_export::OutputFile;
+
+std::string overview() {
+  std::string text =
+      "cie runs callbacks isolated, one thread per callback, and shows from LTTng traces that "
+      "they\n"
+      "are, and how long they take to respond.\n\n"
+      "Usage: cie COMMAND [ARGUMENTS]\n\n"
+      "Commands:\n";
+  for (const auto& command : commands()) {
+    text += fmt::format("  {:<11}{}\n", command.name, command.summary);
+  }
+  return text +
+         "\nA first session:\n"
+         "  cie record -o demo -- cie run app.yaml     record while it runs; Ctrl-C ends it\n"
+         "  cie report demo                            look at the numbers\n"
+         "  cie verify demo                            is every callback isolated?\n"
+         "  cie export demo --to perfetto -o demo.pftrace\n"
+         "\ncie COMMAND --help explains a command; cie --version prints the version.\n";
+}
+
+int print(const std::string& text) {
+  OutputFile out("-");
+  out.stream() << text;
+  out.commit();
+  return ok;
+}
+
+int dispatch(Arguments arguments) {
+  if (arguments.empty() || arguments.front() == "--help" || arguments.front() == "-h") {
+    return print(overview());
+  }
+  auto name = arguments.front();
+  arguments.erase(arguments.begin());
+  if (name == "--version") {
+    return print(fmt::format("cie {}\n", viewer_export::tool_version()));
+  }
+  if (name == "help") {  // cie help verify
+    return dispatch(arguments.empty() ? Arguments{} : Arguments{arguments.front(), "--help"});
+  }
+  std::vector<std::string> names{"--help", "--version", "help"};
+  for (const auto& command : commands()) {
+    if (command.name == name && command.run != nullptr) {
+      return command.run(arguments);
+    }
+    names.emplace_back(command.name);
+  }
+  if (name == "run" || name == "record") {
+    start_program("cie-" + name, arguments);
+  }
+  if (name == "diff" || name == "live") {
+    throw UsageError(fmt::format("\"cie {}\" is not available in this version", name));
+  }
+  throw UsageError(fmt::format("there is no command \"{}\"{}", name, suggestion(name, names)));
+}
+
+// A descriptor that is closed would be given to the next file that is opened, and receive what is
+// meant for standard output.
+void reserve_standard_descriptors() {
+  for (int descriptor = ::open("/dev/null", O_RDONLY); descriptor >= 0;
+       descriptor = ::open("/dev/null", O_RDONLY)) {
+    if (descriptor > STDERR_FILENO) {
+      ::close(descriptor);
+      return;
+    }
+  }
+}
+
+int fail(std::string_view what, int code, std::string_view hint = "") {
+  fmt::print(stderr, "cie: {}\n", viewer_export::printable(what));
+  if (!hint.empty()) {
+    fmt::print(stderr, "{}\n", hint);
+  }
+  return code;
+}
+
+int run(const Arguments& arguments) {
+  const bool is_known =
+      !arguments.empty() &&
+      std::any_of(commands().begin(), commands().end(), [&](const Command& command) {
+        return command.name == arguments.front() && command.run != nullptr;
+      });
+  const auto hint = fmt::format("Try: cie {}--help", is_known ? arguments.front() + " " : "");
+  try {
+    return dispatch(arguments);
+  } catch (const UsageError& error) {
+    return fail(error.what(), usage_error, hint);
+  } catch (const SpecError& error) {
+    return fail(error.what(), usage_error);
+  } catch (const analysis::UnreadableTrace& error) {
+    return fail(error.what(), unreadable);
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory", unreadable);
+  } catch (const std::exception& error) {
+    return fail(error.what(), unreadable);
+  }
+}
+
+}  // namespace
+
+// Commands that read traces do so in a child process: see analysis/guard.hpp.
+int guarded(const Arguments& arguments) {
+  try {
+    return analysis::run_guarded([&arguments] { return run(arguments); });
+  } catch (const std::exception& error) {
+    return fail(error.what(), unreadable);
+  }
+}
+
+}  // namespace cie::cli
+
+int main(int argc, char** argv) {
+  cie::cli::reserve_standard_descriptors();
+  const cie::cli::Arguments arguments(argv + std::min(argc, 1), argv + argc);
+  const auto is_one_of = [&arguments](std::initializer_list<std::string_view> names) {
+    return !arguments.empty() && std::find(names.begin(), names.end(), arguments[0]) != names.end();
+  };
+  if (is_one_of({"run", "record"})) return cie::cli::run(arguments);
+  // A closed pipe and a file size limit are errors with a message, not a silent end.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  if (is_one_of({"report", "instances", "verify", "export"})) return cie::cli::guarded(arguments);
+  return cie::cli::run(arguments);
+}

@@ -1,0 +1,112 @@
+#include "output.hpp"
+
+#include "text_layout.hpp"
+
+#include <array>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <streambuf>
+#include <string_view>
+#include <system_error>
+
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+using viewer_export::OutputFile;
+
+// The name of the temporary file, for the handler. Empty: none.
+std::array<char, 4096> temporary_name{};
+
+// Only async-signal-safe calls: removes the temporary file and dies of the signal.
+extern "C" void remove_temporary(int signal_number) {
+  if (temporary_name.front() != '\0') {
+    ::unlink(temporary_name.data());
+  }
+  std::signal(signal_number, SIG_DFL);
+  std::raise(signal_number);
+}
+
+void remember_temporary(const std::filesystem::path& path) {
+  const auto& name = path.native();
+  temporary_name.fill('\0');
+  if (name.size() < temporary_name.size()) {
+    std::memcpy(temporary_name.data() + 1, name.data() + (name.empty() ? 0 : 1),
+                name.empty() ? 0 : name.size() - 1);
+    temporary_name.front() = name.empty() ? '\0' : name.front();  // last: makes it valid
+  }
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    const auto previous = std::signal(number, name.empty() ? SIG_DFL : remove_temporary);
+    if (previous == SIG_IGN) {  // as nohup asks
+      std::signal(number, SIG_IGN);
+    }
+  }
+}
+
+// Passes on whole lines, made printable.
+class PrintableLines final : public std::streambuf {
+ public:
+  explicit PrintableLines(std::ostream& out) : out_(out) {}
+  void finish() {
+    out_ << viewer_export::printable(line_);
+    line_.clear();
+  }
+
+ protected:
+  int_type overflow(int_type c) override {
+    const char letter = traits_type::to_char_type(c);
+    if (letter == '\n') {
+      finish();
+      out_ << '\n';
+    } else {
+      line_ += letter;
+    }
+    return traits_type::not_eof(c);
+  }
+
+ private:
+  std::ostream& out_;
+  std::string line_;
+};
+
+}  // namespace
+
+OutputFile open_output(const std::string& target) { return OutputFile(target, remember_temporary); }
+
+viewer_export::TextStyle text_style(const OutputFile& output) {
+  const auto value = [](const char* name) {
+    const char* text = std::getenv(name);
+    return std::string_view(text == nullptr ? "" : text);
+  };
+  viewer_export::TextStyle style;
+  style.colour = output.is_terminal() && value("NO_COLOR").empty() && value("TERM") != "dumb";
+  return style;
+}
+
+void write_data(OutputFile& output, const std::function<void(std::ostream&)>& write) {
+  if (output.is_terminal()) {
+    PrintableLines lines(output.stream());
+    std::ostream stream(&lines);
+    stream.exceptions(std::ios::badbit | std::ios::failbit);
+    write(stream);
+    lines.finish();
+  } else {
+    write(output.stream());
+  }
+  output.commit();
+}
+
+std::filesystem::path spill_directory(const std::string& target) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const auto status = fs::status(target, error);
+  if (target == "-" || (fs::exists(status) && !fs::is_regular_file(status))) {
+    return {};
+  }
+  const auto parent = fs::path(target).parent_path();
+  return parent.empty() ? fs::path(".") : parent;
+}
+
+}  // namespace cie::cli

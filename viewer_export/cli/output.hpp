@@ -1,0 +1,26 @@
+// Where the subcommands write, and how.
+#pragma once
+
+#include <cie/viewer_export/output_file.hpp>
+#include <cie/viewer_export/text_style.hpp>
+
+#include <functional>
+#include <ostream>
+#include <string>
+
+namespace cie::cli {
+
+// The target of `-o`: a file, or "-". A temporary file vanishes when a signal ends the program.
+viewer_export::OutputFile open_output(const std::string& target);
+
+// Colours on a terminal that has them and unless NO_COLOR is set (https://no-color.org).
+viewer_export::TextStyle text_style(const viewer_export::OutputFile& output);
+
+// Calls write(stream) and commits. On a terminal control characters of the data are made visible;
+// a file or a pipe gets the data as they are.
+void write_data(viewer_export::OutputFile& output, const std::function<void(std::ostream&)>& write);
+
+// Where sorting may spill: beside the output file, else empty (TMPDIR).
+std::filesystem::path spill_directory(const std::string& target);
+
+}  // namespace cie::cli

@@ -1,0 +1,65 @@
+#include <cie/viewer_export/report_writers.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+
+namespace cie::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Prints what every callback did: response times, start latencies, execution times, missed\n"
+    "releases, which thread ran it, and the chains that messages make of callbacks.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie report recordings/latest                       a table for reading\n"
+    "  cie report run1 --spec app.yaml                    with the chains that the spec names\n"
+    "  cie report run1 --format json -o run1.json         everything, for programs\n"
+    "  cie report robot desk                              two recordings of one run, merged by "
+    "time\n"
+    "\n"
+    "Exit codes: 0 done, 2 wrong usage or spec, 4 trace unreadable or result not writable.\n";
+
+}  // namespace
+
+int report_command(const Arguments& arguments) {
+  std::vector<std::filesystem::path> traces;
+  std::string spec_file;
+  std::string target = "-";
+  std::string format = "text";
+  CommandLine line({"cie report TRACE... [OPTIONS]", kDescription, kFooter});
+  line.app()
+      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
+      ->type_name("");
+  line.app()
+      .add_option("--spec", spec_file, "Scheduling spec (YAML) that names the chains")
+      ->type_name("FILE");
+  line.app().add_option("-f,--format", format, "text (default), json or csv")->type_name("FORMAT");
+  line.app()
+      .add_option("-o,--output", target, "Write to FILE instead of standard output")
+      ->type_name("FILE");
+  if (!line.parse(arguments)) {
+    return ok;
+  }
+  check_choice("--format", format, {"text", "json", "csv"}, {"html"});
+  require_traces(traces);
+
+  const auto spec = load_spec(spec_file);
+  auto output = open_output(target);
+  const auto result = analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr});
+  if (format == "text") {
+    viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
+                                     text_style(output));
+    output.commit();
+  } else {
+    write_data(output, [&](std::ostream& out) {
+      (format == "json" ? viewer_export::write_report_json : viewer_export::write_report_csv)(
+          out, result.report);
+    });
+  }
+  return ok;
+}
+
+}  // namespace cie::cli

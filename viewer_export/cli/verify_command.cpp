@@ -1,0 +1,105 @@
+#include <cie/viewer_export/verify_writers.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+#include "rule_pages.hpp"
+#include "trace_clock.hpp"
+
+namespace cie::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Judges a trace by rules: does every callback have a thread of its own, did instances "
+    "overlap,\n"
+    "do the threads run as the spec says? Each verdict is PASS, FAIL, INCONCLUSIVE (the trace "
+    "does\n"
+    "not show enough, for instance because events were lost) or NOT_APPLICABLE.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie verify recordings/latest                       verdict and evidence, for reading\n"
+    "  cie verify run1 --spec app.yaml                    also against the scheduling spec\n"
+    "  cie verify run1 --format json -o verdict.json      for programs\n"
+    "  cie verify --explain M2                            what rule M2 means\n"
+    "\n"
+    "Without --spec, rules that compare with one are not applicable.\n"
+    "Exit codes: 0 pass, 1 violation, 2 wrong usage or spec, 3 inconclusive, 4 trace unreadable\n"
+    "or result not writable.\n";
+
+OnInconclusive on_inconclusive(const std::string& choice) {
+  if (choice.empty()) {
+    return OnInconclusive::report;
+  }
+  check_choice("--inconclusive", choice, {"warn", "fail"});
+  return choice == "warn" ? OnInconclusive::warn : OnInconclusive::fail;
+}
+
+}  // namespace
+
+int verify_command(const Arguments& arguments) {
+  std::vector<std::filesystem::path> traces;
+  std::string spec_file;
+  std::string target = "-";
+  std::string format = "text";
+  std::string inconclusive_choice;
+  std::string explained;
+  bool is_listing = false;
+  analysis::AnalysisOptions options;
+  CommandLine line({"cie verify TRACE... [OPTIONS]", kDescription, kFooter});
+  line.app()
+      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
+      ->type_name("");
+  line.app()
+      .add_option("--spec", spec_file, "Scheduling spec (YAML) to judge by")
+      ->type_name("FILE");
+  line.app().add_option("-f,--format", format, "text (default) or json")->type_name("FORMAT");
+  line.app()
+      .add_option("-o,--output", target, "Write to FILE instead of standard output")
+      ->type_name("FILE");
+  line.app()
+      .add_option("--inconclusive", inconclusive_choice,
+                  "warn: exit 0 when inconclusive; fail: exit 1")
+      ->type_name("HOW");
+  line.app().add_flag("--require-lossless", options.require_lossless,
+                      "Any lost event is a violation (T2)");
+  line.app().add_flag("--allow-crash", options.allow_crash,
+                      "A process that did not end cleanly is no objection (T4)");
+  line.app()
+      .add_option("--explain", explained, "Print the page of a rule, for instance M2")
+      ->type_name("ID");
+  line.app().add_flag("--list-rules", is_listing, "Print all rules");
+  if (!line.parse(arguments)) {
+    return ok;
+  }
+  check_choice("--format", format, {"text", "json"}, {"junit", "sarif", "tap"});
+  const auto policy = on_inconclusive(inconclusive_choice);
+  if (is_listing || !explained.empty()) {
+    const auto text = is_listing ? rule_list() : rule_page(explained);
+    auto output = open_output(target);
+    output.stream() << text;
+    output.commit();
+    return ok;
+  }
+  require_traces(traces);
+
+  const auto spec = load_spec(spec_file);
+  options.spec = spec ? &*spec : nullptr;
+  auto output = open_output(target);
+  const auto result = analyze_with_progress(traces, options);
+  if (format == "text") {
+    const viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
+                                               .spec_sha256 = spec ? spec->sha256() : std::string{},
+                                               .clock_offset_ns = find_clock_offset(traces)};
+    viewer_export::write_verify_text(output.stream(), result.verdicts, result.report, context,
+                                     text_style(output));
+    output.commit();
+  } else {
+    write_data(output,
+               [&](std::ostream& out) { viewer_export::write_verify_json(out, result.verdicts); });
+  }
+  return exit_code(result.verdicts, policy);
+}
+
+}  // namespace cie::cli

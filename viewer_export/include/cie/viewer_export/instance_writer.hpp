@@ -1,0 +1,41 @@
+// `cie instances`: one row per instance of a callback, ordered by start, then thread.
+#pragma once
+
+#include <cie/analysis/instance.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <ostream>
+
+namespace cie::viewer_export {
+
+enum class InstanceFormat : std::uint8_t { csv, json_lines };
+
+// Collects instances in any order and writes them sorted. Memory is bounded: beyond
+// `rows_in_memory` rows, sorted runs go to nameless temporary files in `spill_directory` (empty:
+// $TMPDIR or /tmp). Not thread-safe.
+class InstanceWriter final : public analysis::Observer {
+ public:
+  static constexpr std::size_t kRowsInMemory = 65536;
+
+  explicit InstanceWriter(std::filesystem::path spill_directory = {},
+                          std::size_t rows_in_memory = kRowsInMemory);
+  ~InstanceWriter() override;
+  InstanceWriter(const InstanceWriter&) = delete;
+  InstanceWriter& operator=(const InstanceWriter&) = delete;
+
+  // Throws WriteError when the temporary files cannot be written.
+  void on_instance(const analysis::Instance& instance) override;
+
+  // Writes all rows. CSV has the columns of the contract; JSON Lines the same names as keys, null
+  // for unknown. Call it once. Throws what the stream throws, and WriteError.
+  void write(std::ostream& out, InstanceFormat format);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cie::viewer_export

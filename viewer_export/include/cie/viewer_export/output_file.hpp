@@ -1,0 +1,47 @@
+// Where a command's result goes: a file that appears whole or not at all, or standard output.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+namespace cie::viewer_export {
+
+// Writing failed. what() names the operation, the file and the cause.
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Called with the name of the temporary file when it appears, and with an empty path when it is
+// gone, so that a signal handler can remove it. Not called where the file system can keep the
+// temporary file without a name.
+using TemporaryListener = std::function<void(const std::filesystem::path&)>;
+
+// A result being written. Until commit() a regular target keeps its old content; destruction
+// without commit() leaves nothing behind. "-" is standard output; devices and pipes are written
+// directly. Not thread-safe.
+class OutputFile {
+ public:
+  // Throws WriteError when the target cannot be written.
+  explicit OutputFile(const std::filesystem::path& target, const TemporaryListener& listener = {});
+  ~OutputFile();
+  OutputFile(OutputFile&&) noexcept;
+  OutputFile& operator=(OutputFile&&) noexcept;
+
+  // Buffered. Its operations throw WriteError when a write fails: disk full, closed pipe.
+  std::ostream& stream() noexcept;
+  // Whether bytes go to a terminal.
+  bool is_terminal() const noexcept;
+  // Writes what is buffered and puts the file in its place. Throws WriteError. Call it once.
+  void commit();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,33 @@
+// Verdicts in the formats of `cie verify`. Pure functions, as those of report_writers.hpp.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/verdict.hpp>
+#include <cie/viewer_export/text_style.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <ostream>
+#include <string>
+
+namespace cie::viewer_export {
+
+// `cie.verify/1`: every rule, every subject, all evidence.
+void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts);
+
+// What the text says besides the verdicts.
+struct VerifyContext {
+  std::string spec_name{};    // empty: no spec was given
+  std::string spec_sha256{};  // of its bytes, lower-case hex
+  // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty:
+  // unknown; the commands then lack their time range.
+  std::optional<std::int64_t> clock_offset_ns{};
+};
+
+// For people: the verdict first, then one line per failing or inconclusive rule and subject with
+// its evidence and a babeltrace2 command that shows the events around it, then a summary.
+void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdicts,
+                       const analysis::Report& report, const VerifyContext& context,
+                       const TextStyle& style);
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,11 @@
+// The version of this build, as reports and `cie --version` print it.
+#pragma once
+
+#include <string_view>
+
+namespace cie::viewer_export {
+
+// "0.1.0". Points to static storage.
+std::string_view tool_version() noexcept;
+
+}  // namespace cie::viewer_export

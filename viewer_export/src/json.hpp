@@ -1,0 +1,27 @@
+// JSON as this project writes it: keys in the order given, hostile strings made valid.
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace cie::viewer_export {
+
+using Json = nlohmann::ordered_json;
+
+// Two spaces of indentation and a final newline. Invalid UTF-8 becomes U+FFFD.
+void write_json(std::ostream& out, const Json& document);
+
+// A string with its quotes, on one line.
+std::string json_string(std::string_view text);
+
+// Null when empty.
+template <typename T>
+Json optional_json(const std::optional<T>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,239 @@
+#include "perfetto_packets.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cie::viewer_export::perfetto {
+namespace {
+
+using protozero::pbf_builder;
+
+// One writer, so one sequence for track events; kernel events are on none.
+constexpr std::uint32_t kSequence = 1;
+
+constexpr std::array<std::string_view, 18> kNoteNames{"seq",
+                                                      "release_source",
+                                                      "response_time_ns",
+                                                      "response_time_lower_ns",
+                                                      "response_time_upper_ns",
+                                                      "start_latency_ns",
+                                                      "missed",
+                                                      "status",
+                                                      "state",
+                                                      "cpu_start",
+                                                      "cpu_end",
+                                                      "execution_ns",
+                                                      "preempted_ns",
+                                                      "blocked_ns",
+                                                      "wake_delay_ns",
+                                                      "publisher_id",
+                                                      "writer_gid",
+                                                      "source_timestamp_realtime_ns"};
+constexpr std::array<std::string_view, 3> kCategoryNames{"callback", "wait", "publish"};
+
+std::uint64_t iid_of(Note note) { return static_cast<std::uint64_t>(note) + 1; }
+
+void add_timestamp(pbf_builder<TracePacket>& packet, std::int64_t time) {
+  packet.add_uint64(TracePacket::timestamp, static_cast<std::uint64_t>(time));
+}
+
+void add_sequence(pbf_builder<TracePacket>& packet, SequenceFlag flag) {
+  packet.add_uint32(TracePacket::trusted_packet_sequence_id, kSequence);
+  packet.add_uint32(TracePacket::sequence_flags, static_cast<std::uint32_t>(flag));
+}
+
+void add_clock(pbf_builder<ClockSnapshot>& snapshot, ClockId id, std::int64_t time) {
+  pbf_builder<Clock> clock{snapshot, ClockSnapshot::clocks};
+  clock.add_uint32(Clock::clock_id, static_cast<std::uint32_t>(id));
+  clock.add_uint64(Clock::timestamp, static_cast<std::uint64_t>(time));
+}
+
+void add_interned(pbf_builder<InternedData>& data, InternedData field, std::uint64_t iid,
+                  std::string_view name) {
+  pbf_builder<Interned> entry{data, field};
+  entry.add_uint64(Interned::iid, iid);
+  entry.add_string(Interned::name, name.data(), name.size());
+}
+
+void add_event(pbf_builder<TrackEvent>& event, EventType type, std::uint64_t track) {
+  event.add_enum(TrackEvent::type, static_cast<std::int32_t>(type));
+  event.add_uint64(TrackEvent::track_uuid, track);
+}
+
+std::string encoded_event(EventType type, const Slice& slice, const Annotations& notes) {
+  std::string bytes;
+  pbf_builder<TrackEvent> event{bytes};
+  add_event(event, type, slice.track);
+  event.add_uint64(TrackEvent::name_iid, slice.name_iid);
+  event.add_uint64(TrackEvent::category_iids, static_cast<std::uint64_t>(slice.category));
+  return bytes + notes.bytes();
+}
+
+void add_note(std::string& bytes, const std::string& annotation) {
+  pbf_builder<TrackEvent> event{bytes};
+  event.add_message(TrackEvent::debug_annotations, annotation);
+}
+
+}  // namespace
+
+void Annotations::add(Note note, std::int64_t value) {
+  std::string annotation;
+  pbf_builder<DebugAnnotation> builder{annotation};
+  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
+  builder.add_int64(DebugAnnotation::int_value, value);
+  add_note(bytes_, annotation);
+}
+
+void Annotations::add(Note note, std::uint64_t value) {
+  std::string annotation;
+  pbf_builder<DebugAnnotation> builder{annotation};
+  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
+  builder.add_uint64(DebugAnnotation::uint_value, value);
+  add_note(bytes_, annotation);
+}
+
+void Annotations::add(Note note, std::string_view value) {
+  std::string annotation;
+  pbf_builder<DebugAnnotation> builder{annotation};
+  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
+  builder.add_string(DebugAnnotation::string_value, value.data(), value.size());
+  add_note(bytes_, annotation);
+}
+
+void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns) {
+  auto file = trace();
+  {
+    pbf_builder<TracePacket> packet{file, Trace::packet};
+    add_timestamp(packet, time);
+    pbf_builder<ClockSnapshot> snapshot{packet, TracePacket::clock_snapshot};
+    add_clock(snapshot, ClockId::boottime, time);
+    add_clock(snapshot, ClockId::monotonic, time);
+    std::int64_t realtime = 0;
+    if (clock_offset_ns && !__builtin_add_overflow(time, *clock_offset_ns, &realtime) &&
+        realtime >= 0) {
+      add_clock(snapshot, ClockId::realtime, realtime);
+    }
+    snapshot.add_uint32(ClockSnapshot::primary_trace_clock,
+                        static_cast<std::uint32_t>(ClockId::boottime));
+  }
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  pbf_builder<SystemInfo> system{packet, TracePacket::system_info};
+  pbf_builder<Utsname> name{system, SystemInfo::utsname};
+  name.add_string(Utsname::sysname, "Linux");
+  // Selects the table of task states; the numbers are those of every kernel since 4.14.
+  name.add_string(Utsname::release, "6.1.0");
+}
+
+void PacketBuffer::interned(std::int64_t time, std::span<const std::string> names) {
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  add_sequence(packet, SequenceFlag::incremental_state_cleared);
+  packet.add_bool(TracePacket::first_packet_on_sequence, true);
+  pbf_builder<InternedData> data{packet, TracePacket::interned_data};
+  for (std::size_t i = 0; i < kCategoryNames.size(); ++i) {
+    add_interned(data, InternedData::event_categories, i + 1, kCategoryNames.at(i));
+  }
+  for (std::size_t i = 0; i < kNoteNames.size(); ++i) {
+    add_interned(data, InternedData::debug_annotation_names, i + 1, kNoteNames.at(i));
+  }
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    add_interned(data, InternedData::event_names, i + 1, names[i]);
+  }
+}
+
+void PacketBuffer::process(std::int64_t time, std::uint64_t uuid, std::int64_t pid,
+                           std::string_view name) {
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
+  pbf_builder<ProcessDescriptor> process{descriptor, TrackDescriptor::process};
+  process.add_int32(ProcessDescriptor::pid, static_cast<std::int32_t>(pid));
+  process.add_string(ProcessDescriptor::process_name, name.data(), name.size());
+}
+
+void PacketBuffer::thread(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::int64_t tid,
+                          std::string_view name) {
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
+  pbf_builder<ThreadDescriptor> thread{descriptor, TrackDescriptor::thread};
+  thread.add_int32(ThreadDescriptor::pid, static_cast<std::int32_t>(pid));
+  thread.add_int32(ThreadDescriptor::tid, static_cast<std::int32_t>(tid));
+  if (!name.empty()) {
+    thread.add_string(ThreadDescriptor::thread_name, name.data(), name.size());
+  }
+}
+
+void PacketBuffer::track(std::uint64_t uuid, std::uint64_t parent, std::string_view name) {
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
+  if (parent != 0) {
+    descriptor.add_uint64(TrackDescriptor::parent_uuid, parent);
+  }
+  descriptor.add_string(TrackDescriptor::name, name.data(), name.size());
+}
+
+void PacketBuffer::slice_begin(std::int64_t time, const Slice& slice, const Annotations& notes,
+                               std::uint64_t flow) {
+  auto bytes = encoded_event(EventType::slice_begin, slice, notes);
+  if (flow != 0) {
+    pbf_builder<TrackEvent>{bytes}.add_fixed64(TrackEvent::terminating_flow_ids, flow);
+  }
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  add_sequence(packet, SequenceFlag::needs_incremental_state);
+  packet.add_message(TracePacket::track_event, bytes);
+}
+
+void PacketBuffer::slice_end(std::int64_t time, std::uint64_t track) {
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  add_sequence(packet, SequenceFlag::needs_incremental_state);
+  pbf_builder<TrackEvent> event{packet, TracePacket::track_event};
+  add_event(event, EventType::slice_end, track);
+}
+
+void PacketBuffer::instant(std::int64_t time, const Slice& slice, const Annotations& notes,
+                           const std::vector<std::uint64_t>& flows) {
+  auto bytes = encoded_event(EventType::instant, slice, notes);
+  for (const auto flow : flows) {
+    pbf_builder<TrackEvent>{bytes}.add_fixed64(TrackEvent::flow_ids, flow);
+  }
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  add_timestamp(packet, time);
+  add_sequence(packet, SequenceFlag::needs_incremental_state);
+  packet.add_message(TracePacket::track_event, bytes);
+}
+
+void PacketBuffer::switches(std::int32_t cpu, std::span<const SwitchEvent> events) {
+  auto file = trace();
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  pbf_builder<FtraceEventBundle> bundle{packet, TracePacket::ftrace_events};
+  bundle.add_uint32(FtraceEventBundle::cpu, static_cast<std::uint32_t>(cpu));
+  for (const auto& e : events) {
+    pbf_builder<FtraceEvent> event{bundle, FtraceEventBundle::event};
+    event.add_uint64(FtraceEvent::timestamp, static_cast<std::uint64_t>(e.time));
+    event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.prev_tid));
+    pbf_builder<SchedSwitch> change{event, FtraceEvent::sched_switch};
+    change.add_string(SchedSwitch::prev_comm, e.prev_comm.data(), e.prev_comm.size());
+    change.add_int32(SchedSwitch::prev_pid, static_cast<std::int32_t>(e.prev_tid));
+    change.add_int32(SchedSwitch::prev_prio, e.prev_prio);
+    change.add_int64(SchedSwitch::prev_state, e.prev_state);
+    change.add_string(SchedSwitch::next_comm, e.next_comm.data(), e.next_comm.size());
+    change.add_int32(SchedSwitch::next_pid, static_cast<std::int32_t>(e.next_tid));
+    change.add_int32(SchedSwitch::next_prio, e.next_prio);
+  }
+}
+
+}  // namespace cie::viewer_export::perfetto

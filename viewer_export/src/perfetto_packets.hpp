@@ -1,0 +1,106 @@
+// Encodes Perfetto trace packets into a buffer. Times are nanoseconds on one timeline, which
+// Perfetto is told is its BOOTTIME (see viewer_export/README.md, "Perfetto").
+#pragma once
+
+#include "perfetto_fields.hpp"
+
+#include <cstdint>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::viewer_export::perfetto {
+
+// Names of annotations, interned in this order.
+enum class Note : std::uint8_t {
+  seq,
+  release_source,
+  response_time_ns,
+  response_time_lower_ns,
+  response_time_upper_ns,
+  start_latency_ns,
+  missed,
+  status,
+  state,
+  cpu_start,
+  cpu_end,
+  execution_ns,
+  preempted_ns,
+  blocked_ns,
+  wake_delay_ns,
+  publisher_id,
+  writer_gid,
+  source_timestamp_realtime_ns
+};
+
+enum class Category : std::uint8_t { callback = 1, wait, publish };
+
+// What is shown of a slice when it is selected.
+class Annotations {
+ public:
+  void add(Note note, std::int64_t value);
+  void add(Note note, std::uint64_t value);
+  void add(Note note, std::string_view value);
+  template <typename T>
+  void add_time(Note note, const std::optional<T>& time) {
+    if (time) {
+      add(note, time->ns);
+    }
+  }
+  const std::string& bytes() const noexcept { return bytes_; }
+
+ private:
+  std::string bytes_;  // encoded as fields of a TrackEvent
+};
+
+struct Slice {
+  std::uint64_t track = 0;
+  Category category{};
+  std::uint64_t name_iid = 0;
+};
+
+struct SwitchEvent {
+  std::int64_t time = 0;
+  std::int64_t prev_tid = 0;
+  std::int32_t prev_prio = 0;
+  std::int64_t prev_state = 0;
+  std::string_view prev_comm;
+  std::int64_t next_tid = 0;
+  std::int32_t next_prio = 0;
+  std::string_view next_comm;
+};
+
+class PacketBuffer {
+ public:
+  // The clocks at one moment and the kernel whose task states are used. First in a file.
+  void preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns);
+  // What later slices name by number: names[i] is name_iid i + 1. After the preamble, before
+  // slices.
+  void interned(std::int64_t time, std::span<const std::string> names);
+  void process(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::string_view name);
+  void thread(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::int64_t tid,
+              std::string_view name);
+  void track(std::uint64_t uuid, std::uint64_t parent, std::string_view name);
+
+  // `flow`: the arrow that ends here; 0 for none.
+  void slice_begin(std::int64_t time, const Slice& slice, const Annotations& notes,
+                   std::uint64_t flow = 0);
+  void slice_end(std::int64_t time, std::uint64_t track);
+  // `flows`: arrows that leave from here.
+  void instant(std::int64_t time, const Slice& slice, const Annotations& notes,
+               const std::vector<std::uint64_t>& flows);
+  void switches(std::int32_t cpu, std::span<const SwitchEvent> events);
+
+  std::string_view bytes() const noexcept { return bytes_; }
+  void clear() noexcept { bytes_.clear(); }
+
+ private:
+  protozero::pbf_builder<Trace> trace() { return protozero::pbf_builder<Trace>{bytes_}; }
+
+  std::string bytes_;
+};
+
+}  // namespace cie::viewer_export::perfetto

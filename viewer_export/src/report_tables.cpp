@@ -1,0 +1,225 @@
+#include "report_tables.hpp"
+
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::ChainReport;
+using analysis::Report;
+using analysis::Summary;
+using analysis::ThreadReport;
+using Align = TextTable::Align;
+
+// Beyond this many chains only the slowest are printed; the JSON has all.
+constexpr std::size_t kChainsShown = 20;
+
+Cell not_measured() { return {"-", Look::faint}; }
+
+Cell duration_cell(const std::optional<Summary>& summary, std::int64_t Summary::*part) {
+  return summary ? Cell{format_duration((*summary).*part)} : not_measured();
+}
+
+// The exact response time, else its lower bound marked as such.
+Cell response_cell(const CallbackReport& c, std::int64_t Summary::*part) {
+  if (c.response_time || !c.response_time_lower) {
+    return duration_cell(c.response_time, part);
+  }
+  return {">" + format_duration((*c.response_time_lower).*part), Look::doubtful};
+}
+
+std::vector<Cell> callback_row(const CallbackReport& c) {
+  const bool has_missed = c.missed_releases.value_or(0) > 0;
+  const auto missed = c.missed_releases ? Cell{fmt::format("{}", *c.missed_releases),
+                                               has_missed ? Look::bad : Look::plain}
+                                        : not_measured();
+  const auto isolated = c.instances == 0 ? not_measured()
+                        : c.isolated     ? Cell{"yes", Look::good}
+                                         : Cell{"NO", Look::bad};
+  return {
+      {printable(c.logical_id)},
+      {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
+      response_cell(c, &Summary::p50),
+      response_cell(c, &Summary::p99),
+      response_cell(c, &Summary::max),
+      duration_cell(c.start_latency, &Summary::max),
+      duration_cell(c.execution_time, &Summary::max),
+      missed,
+      isolated};
+}
+
+// What the scheduler was told: "FIFO 80", "OTHER nice 5", "DEADLINE 2.000 ms/10.00 ms".
+std::string policy_text(const analysis::ThreadSchedReport& s) {
+  constexpr std::string_view kPrefix = "SCHED_";
+  std::string_view name = s.policy_name;
+  if (name.starts_with(kPrefix)) {
+    name.remove_prefix(kPrefix.size());
+  }
+  std::string text = name.empty() ? fmt::format("policy {}", s.policy) : elide(printable(name), 10);
+  if (s.runtime_ns > 0) {
+    return text + fmt::format(" {}/{}", format_duration(static_cast<std::int64_t>(s.runtime_ns)),
+                              format_duration(static_cast<std::int64_t>(s.period_ns)));
+  }
+  if (s.priority > 0) {
+    return text + fmt::format(" {}", s.priority);
+  }
+  return s.nice != 0 ? text + fmt::format(" nice {}", s.nice) : text;
+}
+
+std::vector<Cell> thread_row(const ThreadReport& t) {
+  const auto callbacks = t.callbacks.empty()       ? not_measured()
+                         : t.callbacks.size() == 1 ? Cell{printable(t.callbacks.front())}
+                                                   : Cell{counted(t.callbacks.size(), "callback")};
+  const bool is_refused = t.sched && t.sched->error != 0;
+  return {{elide(printable(t.name.empty() ? std::string_view("(unnamed)") : t.name), 24)},
+          {fmt::format("{}", t.tid)},
+          t.role ? Cell{elide(printable(*t.role), 9)} : not_measured(),
+          t.sched ? Cell{policy_text(*t.sched) + (is_refused ? " (refused)" : ""),
+                         is_refused ? Look::bad : Look::plain}
+                  : not_measured(),
+          t.sched ? Cell{elide(format_cpus(t.sched->cpus), 10)} : not_measured(),
+          t.busy_ns ? Cell{format_duration(*t.busy_ns)} : not_measured(),
+          callbacks};
+}
+
+const analysis::ProcessReport* find_process(const Report& report, std::int64_t pid) {
+  const auto at = std::find_if(report.processes.begin(), report.processes.end(),
+                               [&](const auto& process) { return process.pid == pid; });
+  return at == report.processes.end() ? nullptr : &*at;
+}
+
+std::string title_of(std::string_view what, const Report& report, std::int64_t pid,
+                     const TextStyle& style) {
+  const auto* process = find_process(report, pid);
+  const auto title = fmt::format(
+      "{} of {}", what, process != nullptr ? process_title(*process) : fmt::format("pid {}", pid));
+  return paint(elide(title, style.columns), Look::strong, style) + "\n";
+}
+
+// Runs of rows with the same pid become one table each.
+template <typename Rows, typename MakeTable, typename MakeRow>
+std::string tables_by_process(std::string_view what, const Report& report, const Rows& rows,
+                              const TextStyle& style, MakeTable make_table, MakeRow make_row) {
+  std::string text;
+  for (auto first = rows.begin(); first != rows.end();) {
+    const auto last =
+        std::find_if(first, rows.end(), [&](const auto& row) { return row.pid != first->pid; });
+    TextTable table = make_table();
+    std::for_each(first, last, [&](const auto& row) { table.add(make_row(row)); });
+    text += title_of(what, report, first->pid, style) + table.render(style) + "\n";
+    first = last;
+  }
+  return text;
+}
+
+void add_quantity(TextTable& table, std::string_view name, const std::optional<Summary>& summary) {
+  table.add({{std::string(name)},
+             summary ? Cell{fmt::format("{}", summary->count)} : not_measured(),
+             duration_cell(summary, &Summary::min),
+             duration_cell(summary, &Summary::p50),
+             duration_cell(summary, &Summary::p99),
+             duration_cell(summary, &Summary::max)});
+}
+
+std::string chain_table(const ChainReport& chain, std::size_t number, const TextStyle& style) {
+  // A chain without a spec is named by all its hops, which the table lists anyway.
+  const bool is_named = chain.name.find(" -> ") == std::string::npos;
+  const auto title = fmt::format(
+      "Chain {}: {}, {} complete", is_named ? printable(chain.name) : fmt::format("{}", number),
+      counted(chain.hops.size(), "callback"), counted(chain.instances, "instance"));
+  TextTable table(
+      {{"", "", Align::left}, {"count", ""}, {"min", ""}, {"p50", ""}, {"p99", ""}, {"max", ""}});
+  add_quantity(table, "path latency", chain.path_latency);
+  add_quantity(table, "reaction time", chain.reaction_time);
+  add_quantity(table, "data age", chain.data_age);
+  for (const auto& hop : chain.hop_table) {
+    add_quantity(table, "in " + printable(hop.from), hop.processing);
+    if (hop.to) {
+      add_quantity(table, "  message to the next", hop.communication);
+    }
+  }
+  return paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) +
+         "\n";
+}
+
+}  // namespace
+
+std::string process_title(const analysis::ProcessReport& process) {
+  std::string text = fmt::format("pid {}", process.pid);
+  text += process.name.empty() ? "" : " \"" + printable(process.name) + "\"";
+  text += process.host.empty() ? "" : " on " + printable(process.host);
+  text += process.executor ? ", " + printable(*process.executor) + " executor" : "";
+  return text + (process.complete ? "" : ", recorded incompletely");
+}
+
+std::string callback_title(const Report& report, const CallbackReport& callback) {
+  const auto id = printable(callback.logical_id);
+  return report.processes.size() > 1 ? fmt::format("{} (pid {})", id, callback.pid) : id;
+}
+
+std::string callback_tables(const Report& report, const TextStyle& style) {
+  return tables_by_process(
+      "Callbacks", report, report.callbacks, style,
+      [] {
+        return TextTable({{"", "callback", Align::left},
+                          {"", "runs"},
+                          {"response", "time p50"},
+                          {"response", "time p99"},
+                          {"response", "time max"},
+                          {"start", "lat. max"},
+                          {"exec.", "time max"},
+                          {"", "missed"},
+                          {"iso-", "lated"}});
+      },
+      callback_row);
+}
+
+std::string thread_tables(const Report& report, const TextStyle& style) {
+  return tables_by_process(
+      "Threads", report, report.threads, style,
+      [] {
+        return TextTable({{"thread", "", Align::left},
+                          {"tid", ""},
+                          {"role", "", Align::left},
+                          {"scheduling", "", Align::left},
+                          {"CPUs", "", Align::left},
+                          {"busy", ""},
+                          {"runs", "", Align::left}});
+      },
+      thread_row);
+}
+
+std::string chain_tables(const Report& report, const TextStyle& style) {
+  std::vector<const ChainReport*> chains;
+  for (const auto& chain : report.chains) {
+    chains.push_back(&chain);
+  }
+  const auto latency = [](const ChainReport* c) {
+    return c->path_latency ? c->path_latency->max : -1;
+  };
+  if (chains.size() > kChainsShown) {
+    std::ranges::stable_sort(chains, std::greater{}, latency);
+    chains.resize(kChainsShown);
+  }
+  std::string text;
+  for (const auto* chain : chains) {
+    const auto number = static_cast<std::size_t>(chain - report.chains.data()) + 1;
+    text += chain_table(*chain, number, style);
+  }
+  if (chains.size() < report.chains.size()) {
+    text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
+                        chains.size(), report.chains.size());
+  }
+  return text;
+}
+
+}  // namespace cie::viewer_export

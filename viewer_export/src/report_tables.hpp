@@ -1,0 +1,22 @@
+// The tables of the text report.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/viewer_export/text_style.hpp>
+
+#include <string>
+
+namespace cie::viewer_export {
+
+// `pid 4001 "demo" on robot, isolated executor`.
+std::string process_title(const analysis::ProcessReport& process);
+// The logical id, with the pid when the report has several processes.
+std::string callback_title(const analysis::Report& report,
+                           const analysis::CallbackReport& callback);
+
+// Each with its title and a blank line at the end; empty when there is nothing to show.
+std::string callback_tables(const analysis::Report& report, const TextStyle& style);
+std::string thread_tables(const analysis::Report& report, const TextStyle& style);
+std::string chain_tables(const analysis::Report& report, const TextStyle& style);
+
+}  // namespace cie::viewer_export

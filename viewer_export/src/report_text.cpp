@@ -1,0 +1,222 @@
+#include <cie/viewer_export/report_writers.hpp>
+
+#include "report_tables.hpp"
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::Report;
+using analysis::Verdict;
+
+constexpr std::size_t kLabelWidth = 11;
+
+// "Window     130.0 ms, …", later lines indented below the first.
+std::string labelled(std::string_view label, std::string_view text, const TextStyle& style) {
+  std::string result;
+  for (const auto& line : wrap(text, style.columns - kLabelWidth)) {
+    result += fmt::format("{:<{}}{}\n", result.empty() ? label : "", kLabelWidth, line);
+  }
+  return result;
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view separator) {
+  std::string result;
+  for (const auto& word : words) {
+    result += result.empty() ? "" : separator;
+    result += printable(word);
+  }
+  return result;
+}
+
+std::string window_text(const analysis::TraceSummary& trace) {
+  std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
+                                              : std::string("unknown length");
+  text +=
+      fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
+  if (!trace.hosts.empty()) {
+    text += (trace.hosts.size() == 1 ? ", host " : ", hosts ") + joined(trace.hosts, " ");
+  }
+  text += trace.lost_events ? fmt::format(", {} lost", counted(*trace.lost_events, "event"))
+                            : std::string(", whole packets lost (events in them unknown)");
+  return text + (trace.complete ? "; the recording is complete"
+                                : "; the recording is NOT complete: see the defects below");
+}
+
+std::string header(const Report& report, const TextStyle& style) {
+  std::string text;
+  for (const auto& path : report.trace.paths) {
+    text += fmt::format("{:<{}}{}\n", text.empty() ? "Trace" : "", kLabelWidth,
+                        elide(printable(path), style.columns - kLabelWidth));
+  }
+  text += labelled("Window", window_text(report.trace), style);
+  std::string label = "Processes";
+  for (const auto& process : report.processes) {
+    text += fmt::format("{:<{}}{}\n", label, kLabelWidth,
+                        elide(process_title(process), style.columns - kLabelWidth));
+    label.clear();
+  }
+  return text;
+}
+
+std::vector<std::string> rules_with(const analysis::VerdictReport& verdicts, Verdict verdict) {
+  std::vector<std::string> names;
+  for (const auto& rule : verdicts.rules) {
+    if (rule.verdict == verdict) {
+      names.push_back(rule.id + " " + rule.name);
+    }
+  }
+  return names;
+}
+
+std::string verdict_line(const analysis::VerdictReport& verdicts, const TextStyle& style) {
+  const auto failed = rules_with(verdicts, Verdict::fail);
+  const auto open = rules_with(verdicts, Verdict::inconclusive);
+  const auto passed = rules_with(verdicts, Verdict::pass);
+  std::string text;
+  if (!failed.empty()) {
+    text =
+        fmt::format("FAIL: {} violated ({})", counted(failed.size(), "rule"), joined(failed, ", "));
+  } else if (!open.empty()) {
+    text = fmt::format("INCONCLUSIVE: the trace does not decide {} ({})",
+                       counted(open.size(), "rule"), joined(open, ", "));
+  } else {
+    text = fmt::format("PASS: {} checked, none violated", counted(passed.size(), "rule"));
+  }
+  text += ". Evidence: cie verify";
+  const Look look = !failed.empty() ? Look::bad : open.empty() ? Look::good : Look::doubtful;
+  return paint(labelled("Verdict", text, style), look, style);
+}
+
+// The callback that is worst by `value`; null when nobody has a positive value.
+template <typename Value>
+const CallbackReport* worst(const Report& report, Value value) {
+  const CallbackReport* result = nullptr;
+  for (const auto& callback : report.callbacks) {
+    if (value(callback) > (result != nullptr ? value(*result) : 0)) {
+      result = &callback;
+    }
+  }
+  return result;
+}
+
+std::int64_t max_of(const std::optional<analysis::Summary>& summary) {
+  return summary ? summary->max : 0;
+}
+
+// One line per question that a reader asks first.
+std::string worst_offenders(const Report& report, const TextStyle& style) {
+  std::string text;
+  const auto add = [&](std::string_view question, const std::string& value,
+                       const CallbackReport& c) {
+    const std::string start = fmt::format("  {:<22}{:>11}  ", question, value);
+    text += start + elide(callback_title(report, c), style.columns - start.size()) + "\n";
+  };
+  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.response_time); })) {
+    add("longest response time", format_duration(c->response_time->max), *c);
+  }
+  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.start_latency); })) {
+    add("longest start latency", format_duration(c->start_latency->max), *c);
+  }
+  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.preempted); })) {
+    add("longest preempted", format_duration(c->preempted->max), *c);
+  }
+  const auto missed = [](const auto& x) {
+    return static_cast<double>(x.missed_releases.value_or(0));
+  };
+  if (const auto* c = worst(report, missed)) {
+    add("most missed releases", fmt::format("{}", *c->missed_releases), *c);
+  }
+  const auto shared = std::count_if(report.callbacks.begin(), report.callbacks.end(),
+                                    [](const auto& c) { return c.instances > 0 && !c.isolated; });
+  if (shared > 0) {
+    text += fmt::format("  {:<22}{:>11}  callbacks do not have a thread of their own\n",
+                        "not isolated", fmt::format("{} of {}", shared, report.callbacks.size()));
+  }
+  return text.empty() ? text : paint("Worst", Look::strong, style) + "\n" + text + "\n";
+}
+
+std::string defects(const Report& report, const TextStyle& style) {
+  constexpr std::string_view kIndent = "      ";
+  std::string text;
+  for (const auto& defect : report.defects) {
+    const bool is_error = defect.severity == analysis::Severity::error;
+    const bool is_loss = defect.severity == analysis::Severity::loss;
+    text += paint(fmt::format("  {} {} x {}\n",
+                              is_error  ? "ERROR"
+                              : is_loss ? "LOSS "
+                                        : "info ",
+                              printable(defect.kind), defect.count),
+                  is_error  ? Look::bad
+                  : is_loss ? Look::doubtful
+                            : Look::plain,
+                  style);
+    for (const auto& line : wrap(printable(defect.advice), style.columns - kIndent.size() - 2)) {
+      text += fmt::format("  {}{}\n", kIndent, line);
+    }
+  }
+  return text.empty() ? text
+                      : paint("Defects of the trace", Look::strong, style) + "\n" + text + "\n";
+}
+
+template <typename Missing>
+bool any_callback(const Report& report, Missing missing) {
+  return std::any_of(report.callbacks.begin(), report.callbacks.end(),
+                     [&](const auto& c) { return c.instances > 0 && missing(c); });
+}
+
+// What the words and the dashes above mean; only what this report needs.
+std::string notes(const Report& report, const TextStyle& style) {
+  std::vector<std::string> lines{
+      "response time = end - release (with waiting behind the previous instance); start latency = "
+      "start - release; execution = time on a CPU between start and end. p50 and p99 are within "
+      "0.8 %; max is exact."};
+  lines.emplace_back("\"-\" means not measured, never zero.");
+  if (any_callback(report, [](const auto& c) { return !c.execution_time; })) {
+    lines.emplace_back(
+        "Execution times need the kernel's scheduler events: record with cie record --kernel=yes.");
+  }
+  if (any_callback(report, [](const auto& c) { return !c.response_time; })) {
+    lines.emplace_back(
+        "A response time is \"-\" when no release is known exactly; \">\" marks a lower bound, the "
+        "time from the first sign of the instance to its end.");
+  }
+  if (any_callback(report, [](const auto& c) { return !c.missed_releases; })) {
+    lines.emplace_back("Missed releases exist for timers only.");
+  }
+  std::string text = paint("Notes", Look::strong, style) + "\n";
+  for (const auto& note : lines) {
+    for (const auto& line : wrap(note, style.columns - 2)) {
+      text += "  " + line + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+void write_report_text(std::ostream& out, const Report& report,
+                       const analysis::VerdictReport* verdicts, const TextStyle& style) {
+  out << header(report, style);
+  if (verdicts != nullptr && !verdicts->rules.empty()) {
+    out << verdict_line(*verdicts, style);
+  }
+  out << '\n' << worst_offenders(report, style) << defects(report, style);
+  if (report.callbacks.empty()) {
+    out << "No callback was seen: the trace holds no callback_init or callback_start event.\n"
+           "Were cie's tracepoints enabled? `cie record` enables all of them.\n";
+    return;
+  }
+  out << callback_tables(report, style) << thread_tables(report, style)
+      << chain_tables(report, style) << notes(report, style);
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,64 @@
+#include "utf8.hpp"
+
+#include <array>
+
+namespace cie::viewer_export {
+namespace {
+
+struct Form {
+  std::size_t size;
+  unsigned mask;      // bits of the first byte that carry the value
+  char32_t smallest;  // anything below is an overlong form
+};
+
+constexpr Form form_of(unsigned char lead) noexcept {
+  if (lead < 0x80U) {
+    return {1, 0x7FU, 0};
+  }
+  if ((lead & 0xE0U) == 0xC0U) {
+    return {2, 0x1FU, 0x80};
+  }
+  if ((lead & 0xF0U) == 0xE0U) {
+    return {3, 0x0FU, 0x800};
+  }
+  if ((lead & 0xF8U) == 0xF0U) {
+    return {4, 0x07U, 0x10000};
+  }
+  return {0, 0, 0};
+}
+
+}  // namespace
+
+CodePoint first_code_point(std::string_view text) noexcept {
+  const auto lead = static_cast<unsigned char>(text.front());
+  const auto form = form_of(lead);
+  if (form.size == 0 || text.size() < form.size) {
+    return {};
+  }
+  char32_t value = lead & form.mask;
+  for (std::size_t i = 1; i < form.size; ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    if ((byte & 0xC0U) != 0x80U) {
+      return {};
+    }
+    value = (value << 6U) | (byte & 0x3FU);
+  }
+  const bool is_surrogate = value >= 0xD800 && value <= 0xDFFF;
+  if (value < form.smallest || value > 0x10FFFF || is_surrogate) {
+    return {};
+  }
+  return {value, form.size, true};
+}
+
+std::string valid_utf8(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  while (!text.empty()) {
+    const auto point = first_code_point(text);
+    result += point.is_valid ? text.substr(0, point.size) : std::string_view("\xEF\xBF\xBD");
+    text.remove_prefix(point.size);
+  }
+  return result;
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,177 @@
+#include <cie/viewer_export/verify_writers.hpp>
+#include <cie/viewer_export/version.hpp>
+
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Evidence;
+using analysis::Verdict;
+
+// How much of the trace the suggested command shows on either side of the evidence.
+constexpr std::int64_t kMarginNs = 1'000'000;
+
+Look look_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::fail:
+      return Look::bad;
+    case Verdict::inconclusive:
+      return Look::doubtful;
+    case Verdict::pass:
+      return Look::good;
+    case Verdict::not_applicable:
+      break;
+  }
+  return Look::faint;
+}
+
+// "1700000983.004000000", as babeltrace2 reads it. Empty when that is not known.
+std::optional<std::string> on_wall_clock(analysis::Timestamp time, std::int64_t margin_ns,
+                                         const VerifyContext& context) {
+  std::int64_t ns = 0;
+  if (!context.clock_offset_ns || __builtin_add_overflow(time.ns, *context.clock_offset_ns, &ns) ||
+      __builtin_add_overflow(ns, margin_ns, &ns) || ns < 0) {
+    return std::nullopt;
+  }
+  return fmt::format("{}.{:09}", ns / 1'000'000'000, ns % 1'000'000'000);
+}
+
+// One argument for a POSIX shell.
+std::string shell_quoted(std::string_view text) {
+  constexpr std::string_view kSafe =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";
+  if (!text.empty() && text.find_first_not_of(kSafe) == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string result = "'";
+  for (const char c : text) {
+    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return result + "'";
+}
+
+std::string evidence_line(const Evidence& evidence, const analysis::Report& report) {
+  const auto id = [](std::string_view name, const auto& value) {
+    return value ? fmt::format("  {} {}", name, *value) : std::string{};
+  };
+  const auto since_begin =
+      report.trace.begin ? fmt::format(" ({} into the trace)",
+                                       format_duration((evidence.time - *report.trace.begin).ns))
+                         : std::string{};
+  return fmt::format("at {} ns{}  {}{}{}{}{}{}", evidence.time.ns, since_begin,
+                     printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),
+                     id("tid", evidence.tid), evidence.note.empty() ? "" : "  ",
+                     printable(evidence.note));
+}
+
+// Shows the events around the evidence. Times are CLOCK_REALTIME there.
+std::string babeltrace2_command(const std::vector<Evidence>& evidence,
+                                const analysis::Report& report, const VerifyContext& context) {
+  std::string command = "babeltrace2";
+  const auto [first, last] =
+      std::minmax_element(evidence.begin(), evidence.end(),
+                          [](const auto& a, const auto& b) { return a.time < b.time; });
+  const auto begin = on_wall_clock(first->time, -kMarginNs, context);
+  const auto end = on_wall_clock(last->time, kMarginNs, context);
+  if (begin && end) {
+    command += fmt::format(" --clock-seconds --begin {} --end {}", *begin, *end);
+  }
+  for (const auto& path : report.trace.paths) {
+    command += " " + printable(shell_quoted(path));
+  }
+  return command;
+}
+
+std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
+                    const analysis::Report& report, const VerifyContext& context,
+                    const TextStyle& style) {
+  std::string text = paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
+  text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
+  text += subject.checked > 0 ? fmt::format(" ({} checked)\n", subject.checked) : "\n";
+  for (const auto& evidence : subject.evidence) {
+    text += "    " + evidence_line(evidence, report) + "\n";
+  }
+  if (!subject.evidence.empty()) {
+    text += "    " +
+            paint(babeltrace2_command(subject.evidence, report, context), Look::faint, style) +
+            "\n";
+  }
+  return text;
+}
+
+std::string headline(const analysis::VerdictReport& verdicts, const TextStyle& style) {
+  std::array<std::string, 4> ids;
+  for (const auto& rule : verdicts.rules) {
+    auto& list = ids.at(static_cast<std::size_t>(rule.verdict));
+    list += (list.empty() ? "" : " ") + rule.id;
+  }
+  const auto overall = std::max(verdicts.verdict, Verdict::pass);
+  std::string text =
+      paint(fmt::format("Verdict: {}", analysis::label(overall)), look_of(overall), style) + "\n";
+  const auto add = [&](std::string_view title, Verdict verdict) {
+    const auto& list = ids.at(static_cast<std::size_t>(verdict));
+    for (const auto& line : wrap(list, style.columns - 18)) {
+      text += fmt::format("  {:<16}{}\n", title, line);
+      title = "";
+    }
+  };
+  add("violated", Verdict::fail);
+  add("undecided", Verdict::inconclusive);
+  add("passed", Verdict::pass);
+  add("not applicable", Verdict::not_applicable);
+  return text;
+}
+
+std::string summary(const analysis::Report& report, const VerifyContext& context) {
+  std::uint64_t instances = 0;
+  std::uint64_t incomplete = 0;
+  for (const auto& callback : report.callbacks) {
+    instances += callback.instances;
+    incomplete += callback.incomplete;
+  }
+  std::string text =
+      fmt::format("{} of {} in {} checked; {} cut by an edge or never ended\n",
+                  counted(instances, "instance"), counted(report.callbacks.size(), "callback"),
+                  counted(report.processes.size(), "process"), incomplete);
+  for (const auto& defect : report.defects) {
+    if (defect.severity != analysis::Severity::info) {
+      text += fmt::format("tainted by {} x {}: {}\n", printable(defect.kind), defect.count,
+                          printable(defect.advice));
+    }
+  }
+  text +=
+      context.spec_name.empty()
+          ? "no --spec was given: rules that compare with one are not applicable\n"
+          : fmt::format("spec {} sha256 {}\n", printable(context.spec_name), context.spec_sha256);
+  return text +
+         fmt::format("cie {}; cie verify --explain ID tells what a rule means\n", tool_version());
+}
+
+}  // namespace
+
+void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdicts,
+                       const analysis::Report& report, const VerifyContext& context,
+                       const TextStyle& style) {
+  out << headline(verdicts, style) << '\n';
+  for (const auto verdict : {Verdict::fail, Verdict::inconclusive}) {
+    for (const auto& rule : verdicts.rules) {
+      for (const auto& subject : rule.subjects) {
+        if (subject.verdict == verdict) {
+          out << finding(rule, subject, report, context, style) << '\n';
+        }
+      }
+    }
+  }
+  out << summary(report, context);
+}
+
+}  // namespace cie::viewer_export
