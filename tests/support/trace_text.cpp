@@ -346,7 +346,7 @@ void Writer::end(std::int64_t time, const Line& line, Callback& callback) {
   const auto fallback = open.empty() ? callback.next - 1 : open.front();
   const auto seq = line.number<std::uint64_t>("seq", static_cast<std::int64_t>(fallback));
   std::erase(open, seq);
-  ++callback.totals.ended;
+  if (seq >= callback.init.next_seq) ++callback.totals.ended;  // earlier ones are counted
   add(time, of_line(line, callback.thread, *callback.process),
       CallbackEnd{
           .callback = CallbackId{callback.id},

@@ -1,7 +1,7 @@
+#include "support/verdicts.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "support/verdicts.hpp"
 
 namespace cie::test {
 namespace {
@@ -62,7 +62,8 @@ TEST(RequiredEvents, NamesWhatIsAbsentAndHowToEnableIt) {
 
 TEST(RequiredEvents, NamesMissingContexts) {
   auto trace = trace_of(kOneCallback);
-  for (auto& event : trace.events) event.head.tid.reset();
+  for (auto& event : trace.events)
+    event.head.tid.reset();
   const Verified verified(trace);
   EXPECT_EQ(verified["T5"], Verdict::inconclusive);
   EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("--type=vtid"));

@@ -1,11 +1,11 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "rules/rule.hpp"
+#include "support/verdicts.hpp"
 
 #include <string>
 #include <vector>
 
-#include "rules/rule.hpp"
-#include "support/verdicts.hpp"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
@@ -29,9 +29,8 @@ TEST(Verify, ASoundTracePassesEveryRuleThatApplies) {
   const Verified verified(kTwoTimers);
   for (const auto& rule : verified.result.verdicts.rules) {
     for (const auto& subject : rule.subjects) {
-      EXPECT_EQ(subject.verdict, Verdict::pass)
-          << rule.id << ' ' << subject.subject << '\n'
-          << verified.evidence(rule.id, subject.subject);
+      EXPECT_EQ(subject.verdict, Verdict::pass) << rule.id << ' ' << subject.subject << '\n'
+                                                << verified.evidence(rule.id, subject.subject);
       EXPECT_GE(subject.checked, 1U) << rule.id;
     }
   }
@@ -40,7 +39,8 @@ TEST(Verify, ASoundTracePassesEveryRuleThatApplies) {
 
 TEST(Verify, KeepsTheContractsOrder) {
   std::string order;
-  for (const auto& rule : analysis::rules()) order += std::string(rule.id) + ' ';
+  for (const auto& rule : analysis::rules())
+    order += std::string(rule.id) + ' ';
   EXPECT_EQ(order,
             "T1 T2 T3 T4 T5 T6 M1 M2 M3 M4 M5 M6 M7 M8 M9 S1 S2 S3 S4 S5 E1 E2 E3 "
             "R1 R2 R3 R4 R5 Q1 Q2 ");
@@ -68,7 +68,8 @@ TEST(Verify, SortsNumbersInSubjectsByValue) {
     5 start c on=t9
     6 end c on=t9)");
   std::vector<std::string> subjects;
-  for (const auto& subject : verified.rule("M2").subjects) subjects.push_back(subject.subject);
+  for (const auto& subject : verified.rule("M2").subjects)
+    subjects.push_back(subject.subject);
   EXPECT_THAT(subjects, ElementsAre("thread 9", "thread 10", "thread 101"));
 }
 
