@@ -64,7 +64,7 @@ lttng_domain user_space() {
 template <std::size_t Size>
 void copy_name(char (&to)[Size], const std::string& from) {
   if (from.size() >= Size) {
-    throw RecordError("the name \"" + from + "\" is too long for LTTng");
+    throw RecordError("the name " + in_quotes(from) + " is too long for LTTng");
   }
   std::memcpy(to, from.c_str(), from.size() + 1);
 }
@@ -86,19 +86,19 @@ TracingSession::TracingSession(const std::string& name, const Options& options) 
   const Descriptor descriptor(
       lttng_session_descriptor_local_create(name.c_str(), options.directory.c_str()));
   if (!descriptor) {
-    throw RecordError("cannot create a session in \"" + options.directory.string() +
-                      "\": LTTng does not accept the path");
+    throw RecordError("cannot create a session in " + in_quotes(options.directory) +
+                      ": LTTng does not accept the path");
   }
   const lttng_error_code created = lttng_create_session_ext(descriptor.get());
   if (created != LTTNG_OK) {
-    throw RecordError("cannot create a session in \"" + options.directory.string() +
-                      "\": " + lttng_strerror(-created));
+    throw RecordError("cannot create a session in " + in_quotes(options.directory) + ": " +
+                      lttng_strerror(-created));
   }
   exists_ = true;
   lttng_domain domain = user_space();
   handle_.reset(lttng_create_handle(name.c_str(), &domain));
   if (!handle_) {
-    throw RecordError("cannot create a handle of the session \"" + name + '"');
+    throw RecordError("cannot create a handle of the session " + in_quotes(name));
   }
 
   // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:
@@ -155,7 +155,7 @@ void TracingSession::enable_events(const char* channel, const std::string& patte
                                    const std::vector<std::string>& exclusions) {
   const Event event(lttng_event_create());
   if (!event) {
-    throw RecordError("cannot create a rule for the events \"" + pattern + '"');
+    throw RecordError("cannot create a rule for the events " + in_quotes(pattern));
   }
   event->type = LTTNG_EVENT_TRACEPOINT;
   event->loglevel_type = LTTNG_EVENT_LOGLEVEL_ALL;
@@ -168,7 +168,7 @@ void TracingSession::enable_events(const char* channel, const std::string& patte
   check(lttng_enable_event_with_exclusions(handle_.get(), event.get(), channel, nullptr,
                                            static_cast<int>(names.size()),
                                            names.empty() ? nullptr : names.data()),
-        "enable the events \"" + pattern + '"');
+        "enable the events " + in_quotes(pattern));
 }
 
 void TracingSession::start() { check(lttng_start_tracing(name_.c_str()), "start recording"); }

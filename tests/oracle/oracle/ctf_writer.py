@@ -114,7 +114,9 @@ class Writer:
         size, first, last = 0, begin, begin
         for r in sorted(records, key=lambda x: x.time):
             data = self._event(r, last)
-            if size + len(data) > self.layout.packet_bytes - 128:
+            # A tracer drops events between packets: while no buffer is free.
+            dropped = any(last < t <= r.time for t in gone)
+            if dropped and body or size + len(data) > self.layout.packet_bytes - 128:
                 packets.append((body, first, last))
                 body, size, first = [], 0, r.time
                 data = self._event(r, r.time)

@@ -82,6 +82,12 @@ class Callback:
         return self.inits[0].kind if self.inits else ""
 
     @property
+    def source(self) -> str:
+        """Empty for a timer. babeltrace2 2.0 prints an empty string as the one that the same field
+        object held before when streams interleave, so the text is not asked for it."""
+        return self.inits[0].fields["source"] if self.inits and self.kind != "timer" else ""
+
+    @property
     def base(self) -> int | None:
         """The seq of the first start that this trace can hold."""
         bases = [self.inits[0].next_seq] if self.inits else []

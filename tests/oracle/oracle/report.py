@@ -55,7 +55,7 @@ def callback_report(callback: Callback) -> dict[str, Any]:
         "pid": callback.process.pid,
         "node": callback.process.nodes.get(init.node_id, "") if init else "",
         "kind": callback.kind,
-        "source": init.source if init else "",
+        "source": callback.source,
         "symbol": init.symbol if init else "",
         "period_ns": init.period_ns if callback.kind == "timer" else None,
         "group": init.group_id if init else None,
@@ -86,7 +86,7 @@ def callback_report(callback: Callback) -> dict[str, Any]:
 def chain_report(chain: Chain, model: Model) -> dict[str, Any]:
     exact = [c for c in chain.instances if c.exact]
     hops = []
-    for k, hop in enumerate(chain.hops):
+    for k, hop in enumerate(chain.hops if exact else ()):
         last = k == len(chain.hops) - 1
         processing = [(c.instances[k].end if last else c.publishes[k].time) - c.instances[k].release
                       for c in exact]

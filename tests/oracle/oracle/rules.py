@@ -207,12 +207,16 @@ def _restarts(j: Judge) -> None:
             if old.process.last_event >= new.process.start_ns:
                 continue
             a, b = old.inits[0], new.inits[0]
-            same = all(a.fields[k] == b.fields[k]
-                       for k in ("kind", "source", "period_ns", "deadline_ns"))
+            same = old.source == new.source and all(
+                a.fields[k] == b.fields[k] for k in ("kind", "period_ns", "deadline_ns"))
             x, y = scheduling_rules.last_applied_of(old), scheduling_rules.last_applied_of(new)
             if x and y:
                 same &= scheduling_rules.parameters(x) == scheduling_rules.parameters(y)
-            j.put("M5", j.callback(new), PASS if same else FAIL)
+            unproved = bool(x) != bool(y) or any(
+                j.proof.callback_tainted(c) or scheduling_rules.read_backs_tainted(j, c)
+                for c in (old, new))
+            verdict = j.soften(PASS if same else FAIL, unproved, "L")
+            j.put("M5", j.callback(new), verdict)
 
 
 def _pairing(j: Judge) -> None:

@@ -51,6 +51,7 @@ class Scenario:
         self.hidden: set[int] = set()      # ids of truth rows that the trace no longer shows
         self.unpaired: set[int] = set()    # rows whose end the trace no longer shows
         self.weaker = False                # verdicts may only be weaker than declared
+        self.flips = True                  # and never go from FAIL to PASS
         self.recomputable = True           # babeltrace2 reads everything of it
         self.numbers = True                # report and instances are known
         self.report_open: set[str] = set()  # report keys that the documents leave open
@@ -160,8 +161,9 @@ class Scenario:
     def drop(self, gone: Callable[[Record], bool], declared: bool) -> list[Record]:
         """User events that never reach the trace; `declared`: the tracer counts them."""
         m = self.machine
-        lost = [r for r in m.user if gone(r)]
-        m.user = [r for r in m.user if not gone(r)]
+        doomed = [gone(r) for r in m.user]
+        lost = [r for r, away in zip(m.user, doomed) if away]
+        m.user = [r for r, away in zip(m.user, doomed) if not away]
         if declared:
             self.discarded_user += [(r.time, r.cpu) for r in lost]
         return lost
@@ -288,6 +290,8 @@ class Scenario:
             "callbacks": [self._callback_report(c, a) for a in self.apps for c in a.callbacks],
             "chains": [self._chain_report(name, members) for name, members in self.chains],
         }
+        if not self.chains:
+            del report["chains"]  # a spec without chains: none, or those seen?
         for c in report["callbacks"]:
             for key in self.report_open:
                 c.pop(key, None)
@@ -466,6 +470,6 @@ class Scenario:
         (folder / "instances.csv").write_text(self.instances_csv())
         for name, data in (("report", self.report()), ("verify", self.verify()),
                            ("how", {"scenario": self.name, "seed": self.seed,
-                                    "weaker": self.weaker, "recomputable": self.recomputable,
+                                    "weaker": self.weaker, "flips": self.flips, "recomputable": self.recomputable,
                                     "numbers": self.numbers})):
             (folder / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -47,6 +47,11 @@ def last_applied_of(c: Callback) -> Event | None:
     return max(found, key=lambda e: e.time) if found else None
 
 
+def read_backs_tainted(j: "Judge", c: Callback) -> bool:
+    return any(j.proof.thread_tainted(t) for t in c.process.threads
+               if t.isolated and t.init.callback_id == c.id)
+
+
 def judged(entry: dict[str, Any]) -> bool:
     return entry.get("policy") is not None or bool(entry.get("affinity"))
 

@@ -1,0 +1,103 @@
+"""Runs `cie` on a generated trace and holds its answers against the truth and the recomputation."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from . import difference, model, report, rules, spec_yaml
+
+EXIT_CODES = {"PASS": 0, "FAIL": 1, "INCONCLUSIVE": 3}
+
+
+def run_cie(cie: str, arguments: list[str]) -> tuple[int, str, str]:
+    done = subprocess.run([cie, *arguments], capture_output=True, timeout=60, check=False)
+    return done.returncode, done.stdout.decode("utf-8", "replace"), done.stderr.decode(
+        "utf-8", "replace")
+
+
+def recompute(traces: list[str], spec_path: str | None) -> dict[str, Any]:
+    """Instances (CSV text), report and verify (JSON data), with a babeltrace2 of its own."""
+    spec = spec_yaml.load(spec_path) if spec_path else None
+    seen, _ = model.load(traces)
+    verdicts = rules.judge(seen, spec)
+    by_id = {r["id"]: r["verdict"] for r in verdicts["rules"]}
+    complete = all(by_id[r] in ("PASS", "NOT_APPLICABLE") for r in ("T2", "T3", "T4"))
+    return {"instances": model.instances_csv(seen),
+            "report": report.report(seen, spec, complete), "verify": verdicts}
+
+
+def answers(cie: str, trace: str, spec: str) -> tuple[dict[str, Any], list[str]]:
+    """What cie says, and complaints about how it says it."""
+    complaints: list[str] = []
+    said: dict[str, Any] = {}
+    code, said["instances"], err = run_cie(cie, ["instances", trace, "--format", "csv"])
+    if code != 0:
+        complaints.append(f"cie instances: exit code {code}: {err.strip()[:300]}")
+    for what in ("report", "verify"):
+        code, out, err = run_cie(cie, [what, trace, "--spec", spec, "--format", "json"])
+        try:
+            said[what] = json.loads(out)
+        except ValueError as e:
+            complaints.append(f"cie {what}: exit code {code}, no JSON ({e}): {err.strip()[:300]}")
+            said[what] = {}
+        if what == "report" and code != 0:
+            complaints.append(f"cie report: exit code {code}")
+        if what == "verify" and said[what]:
+            wanted = EXIT_CODES.get(said[what].get("verdict", ""))
+            if code != wanted:
+                complaints.append(f"cie verify: verdict {said[what].get('verdict')}, exit code {code}")
+    return said, complaints
+
+
+def check(cie: str, folder: Path, trace: Path | None = None, independent: bool = True) -> list[str]:
+    """Differences of `cie` from the expected files in `folder` and from the recomputation."""
+    trace = trace or folder / "trace"
+    said, lines = answers(cie, str(trace), str(folder / "spec.yaml"))
+    how = {"weaker": False, "flips": True, "recomputable": True, "numbers": True}
+    if (folder / "how.json").exists():
+        how.update(json.loads((folder / "how.json").read_text()))
+    truth = {name: json.loads((folder / f"{name}.json").read_text())
+             for name in ("report", "verify")}
+    if how["numbers"]:
+        lines += difference.compare_text((folder / "instances.csv").read_text(), said["instances"],
+                                         "instances.csv")
+        lines += [f"report: {x}" for x in difference.compare(truth["report"], said["report"])]
+    if how["weaker"]:
+        lines += difference.compare_weaker(truth["verify"], said["verify"], how["flips"])
+        if truth["verify"]["verdict"] == "INCONCLUSIVE" != said["verify"].get("verdict"):
+            lines.append(f"overall: {said['verify'].get('verdict')}, expected INCONCLUSIVE")
+    else:
+        lines += difference.compare_verdicts(truth["verify"], said["verify"])
+    if independent and how["recomputable"]:
+        again = recompute([str(trace)], str(folder / "spec.yaml"))
+        if "chains" not in truth["report"]:
+            again["report"].pop("chains")
+        known = {line.split(": ", 1)[-1] for line in lines}
+        open_subjects = {(r["id"], s["subject"]) for r in truth["verify"]["rules"]
+                         for s in r["subjects"] if s["verdict"] == "*"}
+        more = difference.compare_text(again["instances"], said["instances"], "instances.csv")
+        if not how["weaker"]:
+            more += [f"report: {x}" for x in difference.compare(again["report"], said["report"])]
+            for rule in again["verify"]["rules"]:
+                opened = [x for i, x in open_subjects if i == rule["id"]]
+                for s in rule["subjects"]:
+                    if s["subject"] in opened:
+                        s["verdict"] = "*"
+                if opened:
+                    rule["verdict"] = "*"
+            if open_subjects:
+                again["verify"]["verdict"] = "*"
+            more += difference.compare_verdicts(again["verify"], said["verify"])
+        lines += [f"recomputed {x}" for x in more if x.split(": ", 1)[-1] not in known]
+    return lines
+
+
+def print_differences(name: str, lines: list[str], limit: int = 40) -> None:
+    print(f"{name}: {len(lines)} difference(s)")
+    for line in lines[:limit]:
+        print(f"    {line}")
+    if len(lines) > limit:
+        print(f"    … {len(lines) - limit} more")
+    sys.stdout.flush()
