@@ -3,7 +3,8 @@
 from typing import Any
 
 from .chains import Chain, ChainFinder
-from .model import Callback, Instance, Model, Thread
+from .entities import Callback, Instance, Thread
+from .model import Model
 
 
 def summary(values: list[int]) -> dict[str, Any] | None:
