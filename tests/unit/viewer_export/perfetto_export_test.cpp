@@ -304,8 +304,11 @@ TEST(Perfetto, SurvivesHostileValues) {
     i.start.ns = kMin;
     perfetto.on_instance(i);
     perfetto.on_publication({.time = {id}, .pid = id, .tid = id, .cpu = {}, .topic = "\xFF"});
-    perfetto.on_sched_slice(
-        {.cpu = static_cast<std::int32_t>(id), .tid = id, .comm = {}, .begin = {id}, .end = {id}});
+    perfetto.on_sched_slice({.cpu = static_cast<std::int32_t>(id),
+                             .tid = id,
+                             .comm = {},
+                             .begin = {id},
+                             .end = {kMax}});
   }
   std::ostringstream out;
   const auto counts = perfetto.write(out, {});
