@@ -16,7 +16,8 @@ cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   src/process_info.cpp
   src/provider.cpp
   src/read_back.cpp
-  src/registry.cpp)
+  src/registry.cpp
+  src/state_events.cpp)
 target_link_libraries(cie_tracepoints PUBLIC cie_schema PRIVATE Threads::Threads)
 target_include_directories(cie_tracepoints PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 # Never unloaded: LTTng and threads of the process may call into it until the very end.

@@ -58,6 +58,7 @@ namespace {
 
 ChildProcess::ChildProcess(const std::vector<std::string>& command, const ChildOptions& options) {
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& argument : command) {
     arguments.push_back(const_cast<char*>(argument.c_str()));  // execvp does not write to them
   }

@@ -54,7 +54,7 @@ bool descends_from(pid_t pid, pid_t ancestor) {
 }
 
 std::string quoted(const fs::path& path) {
-  const std::string text = path.string();
+  std::string text = path.string();
   const bool is_plain = std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("/._-+=:,@").find(c) != std::string_view::npos;
@@ -286,7 +286,8 @@ void Recording::print_summary() const {
       text << "  " << entry << '\n';
     }
   }
-  std::fputs(text.str().c_str(), stderr);
+  const std::string line_end = shown_seconds_ >= 0 ? "\n" : "";
+  std::fputs((line_end + text.str()).c_str(), stderr);
 }
 
 void Recording::show_progress() {
@@ -296,7 +297,8 @@ void Recording::show_progress() {
   const auto elapsed = std::chrono::duration_cast<seconds>(Clock::now() - began_).count();
   if (elapsed != shown_seconds_) {
     shown_seconds_ = elapsed;
-    std::fprintf(stderr, "\rrecording %lld s%s", static_cast<long long>(elapsed),
+    std::fprintf(stderr, "\rrecording %lld s, traced processes: %zu%s",
+                 static_cast<long long>(elapsed), manifest_.processes.size(),
                  manifest_.options.is_attach() ? ", Ctrl-C ends it" : "");
   }
 }

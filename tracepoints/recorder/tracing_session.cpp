@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::chrono::seconds kDrainPatience{60};
 constexpr std::chrono::milliseconds kDrainPoll{10};
-constexpr std::uint64_t kStateSubbufSize = 512 * 1024;
+constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
 constexpr std::uint64_t kStateSubbufs = 4;
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
@@ -162,6 +162,7 @@ void TracingSession::enable_events(const char* channel, const std::string& patte
   event->loglevel = -1;
   copy_name(event->name, pattern);
   std::vector<char*> names;
+  names.reserve(exclusions.size());
   for (const std::string& exclusion : exclusions) {
     names.push_back(const_cast<char*>(exclusion.c_str()));  // only read
   }
@@ -242,6 +243,7 @@ std::vector<TracedProcess> TracingSession::traced_processes() const {
     }
   }
   std::vector<TracedProcess> result;
+  result.reserve(processes.size());
   for (const auto& [pid, unused] : processes) {
     result.push_back({.pid = pid, .name = process_name(pid)});
   }

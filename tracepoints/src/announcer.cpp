@@ -2,6 +2,7 @@
 
 #include "clock.hpp"
 #include "provider.h"
+#include "state_events.hpp"
 
 #include <cerrno>
 #include <csignal>
@@ -23,7 +24,7 @@ constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kPollWhileUntraced = 600'000'000;
 constexpr std::int64_t kSettle = 150'000'000;
 constexpr int kNice = 10;
-constexpr std::size_t kStackSize = 256 * 1024;
+constexpr std::size_t kStackSize = 256UL * 1024;
 
 // Bumped whenever the announcer has something to look at; its futex.
 std::atomic<std::uint32_t> wakeups{0};
@@ -102,11 +103,11 @@ bool Announcer::try_announce() noexcept {
 }
 
 void Announcer::run() noexcept {
-  pthread_setname_np(pthread_self(), "cie-announce");
   const auto tid = static_cast<id_t>(syscall(SYS_gettid));
   if (getpriority(PRIO_PROCESS, tid) < kNice) {
     setpriority(PRIO_PROCESS, tid, kNice);
   }
+  pthread_setname_np(pthread_self(), "cie-announce");  // from here on it is what its name says
   std::uint32_t announced_events = enabled_events();  // to those a session had at run_begin
   std::int64_t next_sync = monotonic_now_ns();
   while (true) {
@@ -136,8 +137,7 @@ void Announcer::run() noexcept {
     if (events != 0) {
       const std::int64_t now = monotonic_now_ns();
       if (now >= next_sync) {
-        const ClockPair clocks = read_clocks();
-        emit::clock_sync(clocks.monotonic_ns, clocks.realtime_ns);
+        emit_clock_sync();
         next_sync = now + kSecond;
       }
       pause = next_sync - now;

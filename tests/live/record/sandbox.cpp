@@ -22,14 +22,17 @@ namespace fs = std::filesystem;
 
 constexpr uid_t kNobody = 65534;
 
-// Once per process: a mount namespace whose /run is empty.
+// Once per process: a mount namespace whose /run and /dev/shm are empty.
 std::string hide_run() {
   static const std::string reason = [] {
     if (unshare(CLONE_NEWNS) != 0) {
       return std::string("root without the right to unshare mounts: ") + std::strerror(errno);
     }
+    // /dev/shm has the flag by which daemons wake applications: one daemon's end would make the
+    // applications of all others wait for 5 s.
     if (mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-        mount("none", "/run", "tmpfs", 0, "mode=755") != 0) {
+        mount("none", "/run", "tmpfs", 0, "mode=755") != 0 ||
+        mount("none", "/dev/shm", "tmpfs", 0, "mode=1777") != 0) {
       return std::string("root without the right to mount: ") + std::strerror(errno);
     }
     return std::string();

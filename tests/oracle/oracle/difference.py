@@ -70,7 +70,8 @@ def compare_text(expected: str, got: str, name: str, limit: int = 6) -> list[str
     return lines
 
 
-def compare_verdicts(expected: dict[str, Any], got: dict[str, Any]) -> list[str]:
+def compare_verdicts(expected: dict[str, Any], got: dict[str, Any],
+                     undecided: set[tuple[str, str]] = frozenset()) -> list[str]:
     """By rule and subject. Subjects that are not applicable may be left out on either side; a
     verdict of "*" is not judged: the documents leave it open."""
     lines = []
@@ -93,7 +94,7 @@ def compare_verdicts(expected: dict[str, Any], got: dict[str, Any]) -> list[str]
             continue
         for subject in sorted(left.keys() | right.keys()):
             a, b = left.get(subject, "NOT_APPLICABLE"), right.get(subject, "NOT_APPLICABLE")
-            if a not in (b, "*"):
+            if a not in (b, "*") and (rule["id"], subject) not in undecided:
                 lines.append(f"{rule['id']} {subject}: expected {a}, got {b}"
                              + _evidence(other, subject))
         for subject in other["subjects"]:
@@ -133,6 +134,8 @@ def compare_weaker(expected: dict[str, Any], got: dict[str, Any], flips: bool) -
         truth = {s["subject"]: s["verdict"] for s in rule["subjects"]}
         for s in rules.get(rule["id"], {}).get("subjects", []):
             before, after = truth.get(s["subject"], "NOT_APPLICABLE"), s["verdict"]
+            if s["subject"].startswith("callback ?"):  # its announcement is missing
+                continue
             false_fail = after == "FAIL" and before not in ("FAIL", "*")
             flip = flips and after == "PASS" and before == "FAIL" and rule["id"] != "M7"
             if false_fail or flip:

@@ -77,6 +77,8 @@ def matches(entry: dict[str, Any], e: Event) -> bool:
 def judge(j: "Judge") -> None:
     for t in j.model.all_threads():
         if not t.init:
+            if t.instances:
+                j.put("S4", j.thread(t), INCONCLUSIVE)  # no read-back
             unknown = t.instances and not j.proof.whole[t.process]
             for c in {i.callback for i in t.instances} if unknown else ():
                 if c.known and spec_entry(j.spec, c.logical_id):
