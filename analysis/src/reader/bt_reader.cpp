@@ -18,8 +18,8 @@
 namespace cie::analysis::bt {
 namespace {
 
-// What libbabeltrace2 recorded about the failure on this thread, innermost cause of a component first
-// of all, without its own addresses, which differ from run to run. Clears it; may be empty.
+// What libbabeltrace2 recorded about the failure on this thread, innermost cause of a component
+// first of all, without its own addresses, which differ from run to run. Clears it; may be empty.
 std::string take_cause() {
   const auto* error = bt_current_thread_take_error();
   if (error == nullptr) return {};
