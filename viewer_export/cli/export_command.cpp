@@ -59,6 +59,7 @@ int export_command(const Arguments& arguments) {
       .add_option("-o,--output", target, "Write to FILE instead of standard output")
       ->type_name("FILE");
   line.app().add_flag("--gzip", is_compressed, "Compress the file");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -75,7 +76,7 @@ int export_command(const Arguments& arguments) {
   viewer_export::PerfettoExport perfetto({.clock_offset_ns = find_clock_offset(traces),
                                           .gzip = is_compressed,
                                           .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(traces, {}, &perfetto);
+  const auto result = analyze_with_progress(traces, {.reader = reader.value()}, &perfetto);
   const auto counts = perfetto.write(output.stream(), result.report);
   output.commit();
   if (::isatty(STDERR_FILENO) == 1) {

@@ -36,6 +36,7 @@ int instances_command(const Arguments& arguments) {
   line.app()
       .add_option("-o,--output", target, "Write to FILE instead of standard output")
       ->type_name("FILE");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -44,7 +45,7 @@ int instances_command(const Arguments& arguments) {
 
   auto output = open_output(target);
   viewer_export::InstanceWriter writer(spill_directory(target));
-  analyze_with_progress(traces, {}, &writer);
+  analyze_with_progress(traces, {.reader = reader.value()}, &writer);
   write_data(output, [&](std::ostream& out) {
     writer.write(out, format == "csv" ? viewer_export::InstanceFormat::csv
                                       : viewer_export::InstanceFormat::json_lines);

@@ -40,6 +40,7 @@ int report_command(const Arguments& arguments) {
   line.app()
       .add_option("-o,--output", target, "Write to FILE instead of standard output")
       ->type_name("FILE");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -48,7 +49,8 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto result = analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr});
+  const auto result =
+      analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr, .reader = reader.value()});
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output));

@@ -70,6 +70,7 @@ int verify_command(const Arguments& arguments) {
       .add_option("--explain", explained, "Print the page of a rule, for instance M2")
       ->type_name("ID");
   line.app().add_flag("--list-rules", is_listing, "Print all rules");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -87,6 +88,7 @@ int verify_command(const Arguments& arguments) {
   const auto spec = load_spec(spec_file);
   options.spec = spec ? &*spec : nullptr;
   auto output = open_output(target);
+  options.reader = reader.value();
   const auto result = analyze_with_progress(traces, options);
   if (format == "text") {
     const viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
