@@ -86,7 +86,10 @@ class Reader {
     trace.name = name;
     trace.state.priority_offset = plan->priority_offset;
     for (const auto& path : stream_files(directory)) {
-      StreamFile file{.file = File(path.string()), .trace = plan, .first = {}};
+      std::error_code error;
+      const auto absolute = fs::absolute(path, error).lexically_normal();
+      StreamFile file{
+          .file = File(error ? path.string() : absolute.string()), .trace = plan, .first = {}};
       if (!file.file.is_readable()) {
         throw UnreadableTrace("cannot read " + path.string() + ": " + file.file.error());
       }
