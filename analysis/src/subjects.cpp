@@ -43,6 +43,10 @@ std::string Subjects::topic(const PublisherFacts& publisher) const {
   return "topic " + name + suffix(publisher.process);
 }
 
+std::string Subjects::chain(const ChainFacts& chain) const {
+  return "chain " + chain.name + (chain.process ? suffix(*chain.process) : "");
+}
+
 std::vector<CallbackIndex> callbacks_in_order(const Model& model) {
   std::vector<CallbackIndex> order;
   order.reserve(model.callbacks.size());
