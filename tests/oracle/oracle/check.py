@@ -28,7 +28,7 @@ def recompute(traces: list[str], spec_path: str | None) -> dict[str, Any]:
             "report": report.report(seen, spec, complete), "verify": verdicts}
 
 
-def answers(cie: str, traces: list[str], spec: str) -> tuple[dict[str, Any], list[str]]:
+def answers(cie: str, traces: list[str], spec: str | None) -> tuple[dict[str, Any], list[str]]:
     """What cie says, and complaints about how it says it."""
     complaints: list[str] = []
     said: dict[str, Any] = {}
@@ -36,7 +36,8 @@ def answers(cie: str, traces: list[str], spec: str) -> tuple[dict[str, Any], lis
     if code != 0:
         complaints.append(f"cie instances: exit code {code}: {err.strip()[:300]}")
     for what in ("report", "verify"):
-        code, out, err = run_cie(cie, [what, *traces, "--spec", spec, "--format", "json"])
+        code, out, err = run_cie(cie, [
+            what, *traces, *(["--spec", spec] if spec else []), "--format", "json"])
         try:
             said[what] = json.loads(out)
         except ValueError as e:
@@ -102,6 +103,16 @@ def check(cie: str, folder: Path, trace: Path | None = None, independent: bool =
                 again["verify"]["verdict"] = "*"
             more += difference.compare_verdicts(again["verify"], said["verify"], open_subjects)
         lines += [f"recomputed {x}" for x in more if x.split(": ", 1)[-1] not in known]
+    return lines
+
+
+def check_recording(cie: str, traces: list[str], spec: str | None) -> list[str]:
+    """Differences of `cie` from the recomputation, on a recording of which nothing is known."""
+    said, lines = answers(cie, traces, spec)
+    again = recompute(traces, spec)
+    lines += difference.compare_text(again["instances"], said["instances"], "instances.csv")
+    lines += [f"report: {x}" for x in difference.compare(again["report"], said["report"])]
+    lines += difference.compare_verdicts(again["verify"], said["verify"])
     return lines
 
 
