@@ -167,7 +167,10 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     }
     const auto id = thread.group.value_or(kNoGroup);
     if (thread.group) seen.insert({thread.process, id});
-    Judgement judgement(names.group(GroupFacts{.process = thread.process, .id = id}));
+    GroupFacts group;
+    group.process = thread.process;
+    group.id = id;
+    Judgement judgement(names.group(group));
     judgement.doubt(evidence(
         "group_init", *thread.announced,
         "the group of isolated thread " + std::to_string(thread.tid) + " was never announced"));

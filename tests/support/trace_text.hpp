@@ -1,0 +1,82 @@
+// Traces written as text beside the answer that a test expects of them.
+//
+//   const auto trace = trace_of(R"(
+//     callback fusion subscription topic=/points
+//     10 release fusion
+//     12 start fusion
+//     20 end fusion)");
+//   const auto result = analyze(trace);
+//
+// A line is a directive or `TIME VERB …` (nanoseconds, any order, `#` comments). Directives declare
+// who exists; everything undeclared of a well-behaved run is added: run_begin, node, group and
+// callback registration, one isolated thread per callback with an initial and an applied read-back
+// (SCHED_OTHER, CPUs 0 and 1) before time 0, and all totals after the last line. Numbers (seq, n)
+// are counted. What is then to be missing is erased from `events`.
+//
+// Directives (names are words; a callback's thread has the callback's name):
+//   process NAME [pid=100] [executor=isolated] [from=T] [until=T] [attached] [crash]
+//       what is declared from here on belongs to it; one is there without being declared
+//   callback NAME [timer|subscription|service|client|waitable] [id=LOGICAL] [period=10]
+//   [deadline=0]
+//       [topic=/t] [group=NAME] [next=0] [cpu=0] [pooled]      pooled: no thread of its own
+//   group NAME [reentrant]
+//   thread NAME pool|worker|callback [of=CALLBACK] [cpu=0] [tid=N] [silent]   silent: not announced
+//   publisher NAME [topic=/t] [next=0]
+//   kernel                             a kernel channel even if no line needs it
+// Verbs (C callback, T thread, P publisher; any user event takes cpu=N and `on=T`):
+//   release C [overwritten=N] · wakeup C · lost C count=N
+//   start C [release=T|none] [missed=N] [seq=N] [from=P:SEQ]     release: the last release or
+//   wakeup end C [seq=N] [exception] · publish P on=T [seq=N] initial|applied|audit T
+//   [policy=fifo|rr|other|batch|idle|deadline] [priority= nice= runtime=
+//       deadline= period= cpus=0,1 error= n=]
+//   begin T · finish T                 thread_init, thread_fini, instead of those that are added
+//   init C · fini C                    callback_init (again), callback_fini, likewise
+//   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T
+//       `idle` is the idle thread; states are the kernel's (0 runnable, 1 blocked)
+//   preempt T by=T · block T · resume T       switches on T's CPU
+//   boost T prio=N                     sched_pi_setprio
+//   discard user|kernel until=T [count=N] [packets] · damage user|kernel · regress previous=T
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/event.hpp>
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace cie::test {
+
+struct TextTrace {
+  std::vector<analysis::Event> events;  // in order of time, the structural ones included
+
+  // What the events' views look at.
+  std::shared_ptr<std::deque<std::string>> strings;
+  std::shared_ptr<std::deque<std::vector<std::uint32_t>>> cpus;
+
+  // Removes events of one kind for which the predicate holds; returns how many.
+  template <typename Body, typename Predicate>
+  std::size_t erase(Predicate predicate) {
+    return std::erase_if(events, [&predicate](const analysis::Event& event) {
+      const auto* body = std::get_if<Body>(&event.body);
+      return body != nullptr && predicate(*body, event.head);
+    });
+  }
+  template <typename Body>
+  std::size_t erase() {
+    return erase<Body>([](const Body&, const analysis::EventHead&) { return true; });
+  }
+};
+
+// Throws std::invalid_argument with the line that it does not understand.
+TextTrace trace_of(std::string_view text);
+
+analysis::AnalysisResult analyze(const TextTrace& trace,
+                                 const analysis::AnalysisOptions& options = {},
+                                 analysis::Observer* observer = nullptr);
+
+}  // namespace cie::test

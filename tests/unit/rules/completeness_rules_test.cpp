@@ -1,0 +1,183 @@
+#include "support/verdicts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kThreeInstances = R"(
+  publisher out topic=/out
+  callback fusion subscription topic=/points
+  10 start fusion
+  12 publish out on=fusion
+  14 end fusion
+  20 start fusion
+  22 publish out on=fusion
+  24 end fusion
+  30 start fusion
+  32 publish out on=fusion
+  34 end fusion)";
+
+template <typename Event>
+void drop_seq(TextTrace& trace, std::uint64_t seq) {
+  const auto dropped =
+      trace.erase<Event>([seq](const Event& event, const EventHead&) { return event.seq == seq; });
+  ASSERT_EQ(dropped, 1U);
+}
+
+TEST(SeqContiguous, NamesTheHoleOfACallback) {
+  EXPECT_EQ(Verified(kThreeInstances).of("T3", "callback fusion"), Verdict::pass);
+  auto trace = trace_of(kThreeInstances);
+  drop_seq<CallbackStart>(trace, 1);
+  drop_seq<CallbackEnd>(trace, 1);
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T3", "callback fusion"),
+              HasSubstr("30 callback_start seq jumps: 1 was next and 2 came"));
+}
+
+TEST(SeqContiguous, ExpectsThePromisedFirstNumber) {
+  auto trace = trace_of(kThreeInstances);
+  drop_seq<CallbackStart>(trace, 0);
+  drop_seq<CallbackEnd>(trace, 0);
+  EXPECT_EQ(Verified(trace).of("T3", "callback fusion"), Verdict::inconclusive);
+}
+
+TEST(SeqContiguous, AcceptsThatAnAttachedProcessCountedBefore) {
+  const Verified verified(R"(
+    process app attached
+    callback fusion subscription next=7
+    5 end fusion seq=6        # cut by the window's begin
+    10 start fusion
+    14 end fusion)");
+  EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::pass);
+}
+
+TEST(SeqContiguous, NamesPublishersAndThreadsOnlyWhenTheirNumbersJump) {
+  EXPECT_EQ(Verified(kThreeInstances).rule("T3").subjects.size(), 1U);
+  auto trace = trace_of(kThreeInstances);
+  drop_seq<Publish>(trace, 1);
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 1; });
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("T3", "topic /out"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("T3", "thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::pass);
+}
+
+TEST(RunComplete, ComparesEveryTotalWithWhatWasSeen) {
+  EXPECT_EQ(Verified(kThreeInstances).of("T4", "process 100"), Verdict::pass);
+
+  auto trace = trace_of(kThreeInstances);
+  drop_seq<CallbackEnd>(trace, 2);
+  EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
+              HasSubstr("fusion ended: 3 counted, 2 seen"));
+
+  trace = trace_of(kThreeInstances);
+  drop_seq<Publish>(trace, 2);
+  EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
+              HasSubstr("/out published: 3 counted, 2 seen"));
+
+  trace = trace_of(kThreeInstances);
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 2; });
+  EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
+              HasSubstr("thread 101 read back: 3 counted, 2 seen"));
+
+  trace = trace_of(kThreeInstances);
+  trace.erase<ThreadInit>();
+  EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
+              HasSubstr("threads: 1 counted, 0 seen"));
+
+  trace = trace_of(kThreeInstances);
+  trace.erase<CallbackFini>();
+  EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
+              HasSubstr("fusion has no callback_fini"));
+}
+
+TEST(RunComplete, ComparesReleases) {
+  constexpr auto kText = R"(
+    callback fusion subscription
+    9 release fusion
+    10 start fusion
+    11 end fusion
+    19 release fusion
+    20 start fusion
+    21 end fusion)";
+  EXPECT_EQ(Verified(kText)["T4"], Verdict::pass);
+  auto trace = trace_of(kText);
+  trace.erase<CallbackRelease>(
+      [](const CallbackRelease& e, const EventHead&) { return e.release_seq == 1; });
+  EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
+              HasSubstr("fusion released: 2 counted, 1 seen"));
+}
+
+TEST(RunComplete, CallsACrashInterruptedAndCanAcceptIt) {
+  constexpr auto kCrash = R"(
+    process app crash
+    callback fusion subscription
+    10 start fusion
+    12 end fusion
+    20 start fusion)";
+  const Verified verified(kCrash);
+  EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T4", "process 100"), HasSubstr("20 run_end interrupted"));
+  EXPECT_EQ(verified["M2"], Verdict::pass) << "the other rules still judge the window";
+  EXPECT_EQ(verified["E1"], Verdict::pass) << "the open instance is cut, not unpaired";
+
+  AnalysisOptions options;
+  options.allow_crash = true;
+  EXPECT_EQ(Verified(trace_of(kCrash), {}, options)["T4"], Verdict::pass);
+}
+
+TEST(RunComplete, NeedsTheBeginning) {
+  auto trace = trace_of(kThreeInstances);
+  trace.erase<RunBegin>();
+  EXPECT_EQ(Verified(trace).of("T4", "process 100"), Verdict::inconclusive);
+}
+
+constexpr const char* kSpec = "callback_groups:\n  - id: fusion\n  - id: plan\n";
+
+TEST(SpecifiedCallbackSeen, FailsForACallbackThatWasNeverRegistered) {
+  const Verified verified(kThreeInstances, kSpec);
+  EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "callback plan"),
+              AllOf(HasSubstr("spec.yaml:3 specifies plan, which was never registered"),
+                    HasSubstr("1 callbacks were registered, all of them seen")));
+}
+
+TEST(SpecifiedCallbackSeen, FailsForACallbackThatNeverRan) {
+  const Verified verified(std::string(kThreeInstances) + "\ncallback plan timer", kSpec);
+  EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "callback plan"), HasSubstr("started 0 times"));
+}
+
+TEST(SpecifiedCallbackSeen, IsInconclusiveWithoutProofOfCompleteness) {
+  auto trace = trace_of(kThreeInstances);
+  trace.erase<PublisherFini>();
+  EXPECT_EQ(Verified(trace, kSpec).of("M1", "callback plan"), Verdict::inconclusive);
+  EXPECT_EQ(Verified(trace, kSpec).of("M1", "callback fusion"), Verdict::pass);
+}
+
+TEST(SpecifiedCallbackSeen, AcceptsWhatRanBeforeTheRecorderAttached) {
+  const Verified verified(R"(
+    process app attached
+    callback fusion subscription next=3
+    callback plan timer next=0)",
+                          kSpec);
+  EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
+}
+
+TEST(SpecifiedCallbackSeen, DoesNotAskForWildcards) {
+  EXPECT_EQ(Verified(kThreeInstances, "callback_groups:\n  - id: /nobody/*\n")["M1"],
+            Verdict::not_applicable);
+  EXPECT_EQ(Verified(kThreeInstances)["M1"], Verdict::not_applicable);
+}
+
+}  // namespace
+}  // namespace cie::test

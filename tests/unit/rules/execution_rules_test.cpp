@@ -1,0 +1,130 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "support/verdicts.hpp"
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kSound = R"(
+  callback fusion
+  10 start fusion
+  12 end fusion
+  20 start fusion
+  22 end fusion)";
+
+void drop_end(TextTrace& trace, std::uint64_t seq) {
+  ASSERT_EQ(trace.erase<CallbackEnd>(
+                [seq](const CallbackEnd& e, const EventHead&) { return e.seq == seq; }),
+            1U);
+}
+
+TEST(StartEndPaired, FailsWhenTheTotalsSayThatAnInstanceNeverEnded) {
+  EXPECT_EQ(Verified(kSound)["E1"], Verdict::pass);
+  const Verified verified(std::string(kSound) + "\n30 start fusion");
+  EXPECT_EQ(verified.of("E1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("E1", "callback fusion"),
+              AllOf(HasSubstr("30 callback_start seq 2 starts and never ends"),
+                    HasSubstr("3 started, 2 ended, at a clean exit")));
+}
+
+TEST(StartEndPaired, IsInconclusiveWhenAnEndWasLost) {
+  auto trace = trace_of(kSound);
+  drop_end(trace, 0);
+  EXPECT_EQ(Verified(trace)["E1"], Verdict::inconclusive);
+}
+
+TEST(StartEndPaired, IsInconclusiveWhenAnEndWasLostBeforeACrash) {
+  auto trace = trace_of("process app crash" + std::string(kSound));
+  EXPECT_EQ(Verified(trace)["E1"], Verdict::pass);
+  drop_end(trace, 0);
+  EXPECT_EQ(Verified(trace)["E1"], Verdict::inconclusive)
+      << "its thread went on, so the instance had ended";
+}
+
+TEST(StartEndPaired, FailsForASecondEnd) {
+  auto trace = trace_of(std::string(kSound) + "\n15 end fusion seq=0");
+  for (auto& event : trace.events) {  // the executor's own count is right
+    if (auto* fini = std::get_if<CallbackFini>(&event.body)) fini->ended = 2;
+  }
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("E1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("E1", "callback fusion"),
+              AllOf(HasSubstr("12 callback_end seq 0 ends"),
+                    HasSubstr("15 callback_end seq 0 ends a second time")));
+}
+
+TEST(StartEndPaired, FailsForAnEndBeyondTheTotal) {
+  const Verified verified(std::string(kSound) + "\n30 end fusion seq=7");
+  EXPECT_EQ(verified.of("E1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("E1", "callback fusion"),
+              AllOf(HasSubstr("30 callback_end ends seq 7"), HasSubstr("but only 2 started")));
+}
+
+TEST(StartEndPaired, JudgesNotWhatTheBeginCut) {
+  EXPECT_EQ(Verified("process app attached\ncallback fusion next=3\n5 end fusion seq=2\n"
+                     "10 start fusion\n12 end fusion")["E1"],
+            Verdict::pass);
+}
+
+constexpr const char* kOverlap = R"(
+  thread t1 pool
+  thread t2 pool
+  callback fusion pooled
+  10 start fusion on=t1
+  12 start fusion on=t2
+  14 end fusion on=t1
+  16 end fusion on=t2)";
+
+TEST(NonReentrant, FailsWhenTwoInstancesOverlap) {
+  EXPECT_EQ(Verified(kSound)["E2"], Verdict::pass);
+  const Verified verified(kOverlap);
+  EXPECT_EQ(verified.of("E2", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("E2", "callback fusion"),
+              AllOf(HasSubstr("10 callback_start seq 0 starts"),
+                    HasSubstr("12 callback_start seq 1 starts before seq 0 has ended"),
+                    HasSubstr("14 callback_end seq 0 ends")));
+}
+
+TEST(NonReentrant, IsInconclusiveWhenAnEndMayBeLostInBetween) {
+  auto trace = trace_of(kSound);
+  drop_end(trace, 0);
+  EXPECT_EQ(Verified(trace)["E2"], Verdict::inconclusive);
+  trace = trace_of("process app crash" + std::string(kSound));
+  drop_end(trace, 0);
+  EXPECT_EQ(Verified(trace)["E2"], Verdict::inconclusive);
+  trace = trace_of(kOverlap);
+  trace.erase<CallbackFini>();
+  EXPECT_EQ(Verified(trace)["E2"], Verdict::inconclusive) << "column L: loss withdraws a FAIL";
+}
+
+constexpr const char* kNested = R"(
+  callback fusion
+  callback plan pooled
+  10 start fusion
+  12 start plan on=fusion
+  14 end plan on=fusion
+  16 end fusion)";
+
+TEST(NoNesting, FailsWhenACallbackStartsInsideAnother) {
+  EXPECT_EQ(Verified(kSound)["E3"], Verdict::pass);
+  const Verified verified(kNested);
+  EXPECT_EQ(verified.of("E3", "thread 101"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("E3", "thread 101"),
+              AllOf(HasSubstr("10 callback_start fusion starts"),
+                    HasSubstr("12 callback_start plan starts inside it"),
+                    HasSubstr("16 callback_end fusion ends")));
+}
+
+TEST(NoNesting, IsInconclusiveWhenAnEndMayBeLostInBetween) {
+  auto trace = trace_of(kSound);
+  drop_end(trace, 0);
+  EXPECT_EQ(Verified(trace)["E3"], Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,181 @@
+#include "support/verdicts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kPool = R"(
+  process app executor=multi_threaded
+  thread t1 pool tid=101
+  thread t2 pool tid=102
+  thread t3 pool tid=103
+  callback fusion pooled
+  callback plan pooled
+  10 start fusion on=t1
+  12 end fusion on=t1
+  20 start plan on=t1
+  22 end plan on=t1
+  30 start fusion on=t2
+  32 end fusion on=t2
+  40 start plan on=t1
+  42 end plan on=t1)";
+
+TEST(OneCallbackPerThread, FailsWithTheFirstStartOfEach) {
+  const Verified verified(kPool);
+  EXPECT_EQ(verified.of("M2", "thread 101"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M2", "thread 101"),
+              AllOf(HasSubstr("10 callback_start fusion started here (seq 0)"),
+                    HasSubstr("20 callback_start plan started here (seq 0)")));
+  EXPECT_EQ(verified.of("M2", "thread 102"), Verdict::pass);
+  EXPECT_EQ(verified.of("M2", "thread 103"), Verdict::not_applicable);
+  EXPECT_EQ(verified.on("M2", "thread 101").checked, 3U);
+}
+
+TEST(OneCallbackPerThread, TellsIncarnationsOfATidApart) {
+  const Verified verified(R"(
+    callback fusion pooled
+    callback plan pooled
+    thread t1 pool tid=101
+    thread t2 pool tid=101
+    -500 begin t1
+    10 start fusion on=t1
+    12 end fusion on=t1
+    14 finish t1
+    20 begin t2
+    30 start plan on=t2
+    32 end plan on=t2
+    34 finish t2)");
+  EXPECT_EQ(verified["M2"], Verdict::pass) << verified.evidence("M2", "thread 101");
+  EXPECT_EQ(verified.rule("M2").subjects.size(), 2U);
+}
+
+TEST(OneCallbackPerThread, IsInconclusiveForAnUnknownCallback) {
+  auto trace = trace_of("callback fusion\n10 start fusion\n12 end fusion");
+  trace.erase<CallbackInit>();
+  EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::inconclusive);
+}
+
+TEST(OneCallbackPerThread, KeepsItsFailureUnderLoss) {
+  auto trace = trace_of(kPool);
+  trace.erase<CallbackStart>(
+      [](const CallbackStart& e, const EventHead& head) { return e.seq == 1 && head.tid == 101; });
+  EXPECT_EQ(Verified(trace).of("M2", "thread 101"), Verdict::fail);
+}
+
+TEST(OneCallbackPerThread, DoubtsTheWholePoolWhenAPooledCallbackLostAnInstance) {
+  auto trace = trace_of(kPool);
+  trace.erase<CallbackFini>(
+      [](const CallbackFini& e, const EventHead&) { return e.callback == CallbackId{1}; });
+  EXPECT_EQ(Verified(trace).of("M2", "thread 102"), Verdict::inconclusive)
+      << "a later instance of plan may have run on it";
+}
+
+TEST(OneThreadPerCallback, FailsWhenBothThreadsWereAlive) {
+  const Verified verified(kPool);
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M3", "callback fusion"),
+              AllOf(HasSubstr("10 callback_start fusion started here (seq 0)"),
+                    HasSubstr("30 callback_start fusion started here (seq 1)")));
+  EXPECT_EQ(verified.of("M3", "callback plan"), Verdict::pass);
+  EXPECT_EQ(verified["M4"], Verdict::pass) << "threads that live together are no succession";
+}
+
+constexpr const char* kReplaced = R"(
+  callback fusion pooled
+  thread t1 callback of=fusion tid=101
+  thread t2 callback of=fusion tid=102
+  -500 begin t1
+  10 start fusion on=t1
+  12 end fusion on=t1
+  14 finish t1
+  20 begin t2
+  30 start fusion on=t2
+  32 end fusion on=t2
+  34 finish t2)";
+
+TEST(MappingPersistent, FailsWhenAThreadWasReplaced) {
+  const Verified verified(kReplaced);
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("14 thread_fini"), HasSubstr("20 thread_init"),
+                    HasSubstr("30 callback_start")));
+}
+
+TEST(MappingPersistent, AcceptsAMoveAfterANewRegistration) {
+  const Verified verified(std::string(kReplaced) + "\n  16 init fusion");
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::pass);
+}
+
+TEST(MappingPersistent, IsInconclusiveWhenTheExitWasLost) {
+  auto trace = trace_of(kReplaced);
+  trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 101; });
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::inconclusive);
+}
+
+TEST(MappingPersistent, SeesAReusedTid) {
+  const Verified verified(R"(
+    callback fusion pooled
+    thread t1 callback of=fusion tid=101
+    thread t2 callback of=fusion tid=101
+    -500 begin t1
+    10 start fusion on=t1
+    12 end fusion on=t1
+    14 finish t1
+    20 begin t2
+    30 start fusion on=t2
+    32 end fusion on=t2
+    34 finish t2)");
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+}
+
+TEST(OneThreadPerCallback, IsInconclusiveForACallbackThatLostInstances) {
+  auto trace = trace_of("callback a\n1 start a\n2 end a\n3 start a\n4 end a\n5 start a\n6 end a");
+  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 1; });
+  EXPECT_EQ(Verified(trace).of("M3", "callback a"), Verdict::inconclusive);
+}
+
+TEST(UniqueLogicalId, FailsWhileBothLive) {
+  const Verified verified(R"(
+    callback a id=/n@Timer(10)
+    callback b id=/n@Timer(10)
+    1 start a
+    2 end a
+    3 start b
+    4 end b)");
+  EXPECT_EQ(verified.of("M7", "callback /n@Timer(10)"), Verdict::fail);
+  EXPECT_EQ(verified.rule("M7").subjects.size(), 1U);
+  EXPECT_THAT(verified.evidence("M7", "callback /n@Timer(10)"),
+              AllOf(HasSubstr("registered as id 0"), HasSubstr("registered again as id 1")));
+}
+
+TEST(UniqueLogicalId, AcceptsASuccessor) {
+  auto trace = trace_of(R"(
+    callback a id=/n@Timer(10)
+    callback b id=/n@Timer(10)
+    1 start a
+    2 end a
+    3 fini a
+    5 init b
+    6 start b
+    7 end b)");
+  trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+    return e.callback == CallbackId{1} && head.time.ns < 0;
+  });
+  EXPECT_EQ(Verified(trace)["M7"], Verdict::pass);
+  trace.erase<CallbackFini>(
+      [](const CallbackFini& e, const EventHead&) { return e.callback == CallbackId{0}; });
+  EXPECT_EQ(Verified(trace)["M7"], Verdict::inconclusive) << "the first may have lived on";
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,120 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "support/verdicts.hpp"
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kQueue = R"(
+  callback fusion subscription
+  10 release fusion
+  12 start fusion
+  20 end fusion)";
+
+TEST(NoQueueOverflow, FailsForLostAndOverwrittenSamples) {
+  EXPECT_EQ(Verified(kQueue).of("Q1", "callback fusion"), Verdict::pass);
+  const Verified lost(std::string(kQueue) + "\n15 lost fusion count=3");
+  EXPECT_EQ(lost.of("Q1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(lost.evidence("Q1", "callback fusion"), HasSubstr("15 sample_lost 3 samples"));
+
+  const auto overwriting = std::string(kQueue) + "\n15 release fusion overwritten=2";
+  const Verified verified(overwriting);
+  EXPECT_EQ(verified.of("Q1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("Q1", "callback fusion"),
+              HasSubstr("15 callback_release 2 samples were overwritten"));
+  EXPECT_EQ(Verified(overwriting, "callback_groups:\n  - id: fusion\n    overwrites_allowed: 2")
+                .of("Q1", "callback fusion"),
+            Verdict::pass);
+}
+
+TEST(NoQueueOverflow, IsInconclusiveWithoutTotals) {
+  EXPECT_EQ(Verified("process app crash" + std::string(kQueue))["Q1"], Verdict::inconclusive);
+  EXPECT_EQ(Verified("process app crash" + std::string(kQueue) + "\n15 lost fusion")["Q1"],
+            Verdict::fail)
+      << "column R: the witness is there";
+  EXPECT_EQ(Verified("process app attached crash" + std::string(kQueue))["Q1"], Verdict::pass)
+      << "attached: the running totals count";
+}
+
+TEST(NoQueueOverflow, JudgesTimersNot) {
+  EXPECT_EQ(Verified("callback fusion timer\n2 start fusion release=1\n3 end fusion")["Q1"],
+            Verdict::not_applicable);
+}
+
+// Two instances of the chain: released at 10 and 30, ended at 25 and 55.
+constexpr const char* kChain = R"(
+  publisher out topic=/t
+  callback plan timer period=20
+  callback fusion subscription topic=/t
+  11 start plan release=10
+  13 publish out on=plan
+  15 end plan
+  16 release fusion
+  18 start fusion from=out:0
+  25 end fusion
+  31 start plan release=30
+  33 publish out on=plan
+  35 end plan
+  36 release fusion
+  38 start fusion from=out:1
+  55 end fusion)";
+
+std::string chain(const std::string& bound) {
+  return "chains:\n  - name: brake\n    callbacks: [plan, fusion]\n    " + bound + "\n";
+}
+
+TEST(ChainBounds, BoundsThePathLatency) {
+  EXPECT_EQ(Verified(kChain, chain("path_latency: 25"))["Q2"], Verdict::pass);
+  const Verified verified(kChain, chain("path_latency: 24"));
+  EXPECT_EQ(verified.of("Q2", "chain brake"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("Q2", "chain brake"),
+              AllOf(HasSubstr("31 callback_start first callback of the chain starts"),
+                    HasSubstr("55 callback_end path latency 25 ns, spec.yaml:2 allows 24 ns")));
+}
+
+TEST(ChainBounds, BoundsTheDataAge) {
+  // The value read at 11 is in use until the next write at 55.
+  EXPECT_EQ(Verified(kChain, chain("data_age: 44"))["Q2"], Verdict::pass);
+  EXPECT_EQ(Verified(kChain, chain("data_age: 43"))["Q2"], Verdict::fail);
+}
+
+TEST(ChainBounds, BoundsTheReactionTime) {
+  // A stimulus just after the read at 11 is answered by the write at 55.
+  EXPECT_EQ(Verified(kChain, chain("reaction_time: 44"))["Q2"], Verdict::pass);
+  EXPECT_EQ(Verified(kChain, chain("reaction_time: 43"))["Q2"], Verdict::fail);
+}
+
+TEST(ChainBounds, IsInconclusiveWhenAPublishIsUnseen) {
+  auto trace = trace_of(kChain);
+  trace.erase<Publish>([](const Publish& e, const EventHead&) { return e.seq == 1; });
+  EXPECT_EQ(Verified(trace, chain("path_latency: 100"))["Q2"], Verdict::inconclusive);
+}
+
+TEST(ChainBounds, IsInconclusiveWhenACallbackOfItLostInstances) {
+  auto trace = trace_of(kChain);
+  trace.erase<CallbackFini>();
+  EXPECT_EQ(Verified(trace, chain("path_latency: 24"))["Q2"], Verdict::inconclusive)
+      << "column L: loss withdraws a FAIL";
+}
+
+TEST(ChainBounds, IsInconclusiveWhenAReleaseIsUnknown) {
+  auto text = std::string(kChain);
+  text.replace(text.find("31 start plan release=30"), 24, "31 start plan           ");
+  EXPECT_EQ(Verified(text, chain("path_latency: 100"))["Q2"], Verdict::inconclusive);
+}
+
+TEST(ChainBounds, AppliesNotToAChainThatNeverRanOrHasNoBound) {
+  EXPECT_EQ(Verified(kQueue, chain("path_latency: 100"))["Q2"], Verdict::not_applicable);
+  EXPECT_EQ(Verified(kChain, "chains:\n  - {name: c, callbacks: [plan, fusion]}")["Q2"],
+            Verdict::not_applicable);
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,145 @@
+#include "support/verdicts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kTwo = R"(
+  callback fusion
+  callback plan
+  10 start fusion
+  12 end fusion
+  20 start plan
+  22 end plan)";
+
+TEST(NoForeignWork, FailsWhenAnIsolatedThreadStartsAnothersCallback) {
+  EXPECT_EQ(Verified(kTwo).of("M6", "thread 101"), Verdict::pass);
+  const Verified verified(std::string(kTwo) + "\n30 start plan on=fusion\n32 end plan on=fusion");
+  EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::fail);
+  EXPECT_EQ(verified.of("M6", "thread 102"), Verdict::pass);
+  EXPECT_THAT(verified.evidence("M6", "thread 101"),
+              HasSubstr("30 callback_start started plan (seq 1), which is not its own"));
+}
+
+TEST(NoForeignWork, JudgesPoolThreadsNot) {
+  EXPECT_EQ(Verified("thread t1 pool\ncallback a pooled\n1 start a on=t1\n2 end a on=t1")["M6"],
+            Verdict::not_applicable);
+}
+
+// From the first wait at -20 to the end at 80: in a callback 0..10, outside it
+// -1..0, 10..12, 50..60 and 70..80, hence 23 ns of foreign work in 100 ns.
+constexpr const char* kForeignTime = R"(
+  callback fusion
+  -9000 initial fusion
+  -8999 applied fusion
+  -100 switch 0 idle fusion
+  -20 switch 0 fusion idle state=1
+  -1 switch 0 idle fusion
+  0 start fusion
+  10 end fusion
+  12 switch 0 fusion idle state=1
+  50 switch 0 idle fusion
+  60 switch 0 fusion idle state=1
+  70 switch 0 idle fusion
+  80 finish fusion
+  80 switch 0 fusion idle state=1)";
+
+std::string budget(std::int64_t per_second) {
+  return "callback_groups:\n  - id: fusion\n    foreign_work_budget: " + std::to_string(per_second);
+}
+
+TEST(NoForeignWork, ComparesTimeOutsideCallbacksWithTheBudgetExactly) {
+  EXPECT_EQ(Verified(kForeignTime, budget(230'000'000)).of("M6", "thread 101"), Verdict::pass);
+  const Verified above(kForeignTime, budget(229'999'999));
+  EXPECT_EQ(above.of("M6", "thread 101"), Verdict::fail);
+  EXPECT_THAT(above.evidence("M6", "thread 101"),
+              HasSubstr("23 ns on a CPU outside callbacks within 100 ns"));
+  EXPECT_EQ(Verified(kForeignTime).of("M6", "thread 101"), Verdict::pass) << "no budget";
+}
+
+TEST(NoForeignWork, IsInconclusiveWithoutKernelEventsForABudget) {
+  const Verified verified(kTwo, budget(1'000'000'000));
+  EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M6", "thread 102"), Verdict::pass) << "plan has no budget";
+}
+
+TEST(NoForeignWork, IsInconclusiveWhenKernelEventsWereLost) {
+  EXPECT_EQ(Verified(std::string(kForeignTime) + "\n20 discard kernel until=30 count=1",
+                     budget(229'999'999))
+                .of("M6", "thread 101"),
+            Verdict::inconclusive);
+}
+
+TEST(SingleCallbackGroup, FailsForASharedOrReentrantGroup) {
+  EXPECT_EQ(Verified(kTwo).of("M8", "group 0"), Verdict::pass);
+  const Verified shared(R"(
+    group both
+    callback fusion group=both
+    callback plan group=both pooled
+    10 start fusion
+    12 end fusion
+    20 start plan on=fusion
+    22 end plan on=fusion)");
+  EXPECT_EQ(shared.of("M8", "group 0"), Verdict::fail);
+  EXPECT_THAT(shared.evidence("M8", "group 0"),
+              AllOf(HasSubstr("a group of 2 callbacks"), HasSubstr("fusion belongs to it"),
+                    HasSubstr("plan belongs to it"), HasSubstr("isolated thread 101 serves it")));
+  EXPECT_EQ(shared.of("M2", "thread 101"), Verdict::fail);
+
+  const Verified reentrant("group both reentrant\ncallback a group=both\n1 start a\n2 end a");
+  EXPECT_EQ(reentrant.of("M8", "group 0"), Verdict::fail);
+}
+
+TEST(SingleCallbackGroup, JudgesGroupsOfPoolsNot) {
+  EXPECT_EQ(Verified("group g reentrant\nthread t1 pool\ncallback a group=g pooled\n"
+                     "1 start a on=t1\n2 end a on=t1")["M8"],
+            Verdict::not_applicable);
+}
+
+TEST(SingleCallbackGroup, IsInconclusiveWhenTheGroupIsUnknown) {
+  auto trace = trace_of(kTwo);
+  trace.erase<GroupInit>(
+      [](const GroupInit& e, const EventHead&) { return e.group == GroupId{0}; });
+  EXPECT_EQ(Verified(trace).of("M8", "group 0"), Verdict::inconclusive);
+  EXPECT_EQ(Verified(trace).of("M8", "group 1"), Verdict::pass);
+
+  trace = trace_of(kTwo);
+  trace.erase<CallbackInit>(
+      [](const CallbackInit& e, const EventHead&) { return e.callback == CallbackId{0}; });
+  EXPECT_EQ(Verified(trace).of("M8", "group 0"), Verdict::inconclusive);
+}
+
+constexpr const char* kUnannounced = R"(
+  thread stray pool silent
+  callback fusion pooled
+  10 start fusion on=stray
+  12 end fusion on=stray)";
+
+TEST(ThreadKnown, FailsForAThreadThatWasNeverAnnounced) {
+  EXPECT_EQ(Verified(kTwo).of("M9", "thread 101"), Verdict::pass);
+  const Verified verified(kUnannounced);
+  EXPECT_EQ(verified.of("M9", "thread 101"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M9", "thread 101"), HasSubstr("10 callback_start"));
+}
+
+TEST(ThreadKnown, IsInconclusiveWithoutProofAndSoAreTheRulesOfIsolatedThreads) {
+  auto trace = trace_of(kTwo);
+  trace.erase<ThreadInit>([](const ThreadInit& e, const EventHead&) { return e.tid == 101; });
+  const Verified verified(trace, "callback_groups:\n  - id: fusion\n    policy: SCHED_OTHER\n");
+  EXPECT_EQ(verified.of("M9", "thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M8", "group 0"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("S1", "callback fusion"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("S2", "callback fusion"), Verdict::inconclusive);
+  EXPECT_EQ(verified.of("M9", "thread 102"), Verdict::pass);
+  EXPECT_EQ(verified.of("M6", "thread 102"), Verdict::pass);
+}
+
+}  // namespace
+}  // namespace cie::test

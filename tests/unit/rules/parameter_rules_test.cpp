@@ -1,0 +1,150 @@
+#include "support/verdicts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr const char* kFifo80 = R"(callback_groups:
+  - id: fusion
+    policy: SCHED_FIFO
+    priority: 80
+    affinity: [1]
+)";
+
+std::string run_with(const std::string& read_backs) {
+  return "callback fusion\n-100 initial fusion\n" + read_backs +
+         "\n10 start fusion\n12 end fusion\n20 start fusion\n22 end fusion";
+}
+
+struct Applied {
+  const char* spec;
+  const char* read_back;
+  Verdict verdict;
+};
+
+class ParametersAsSpecified : public testing::TestWithParam<Applied> {};
+
+TEST_P(ParametersAsSpecified, ComparesWhatThePolicyUses) {
+  const auto spec = std::string("callback_groups:\n  - id: fusion\n") + GetParam().spec;
+  const auto text = run_with(std::string("-90 applied fusion ") + GetParam().read_back);
+  EXPECT_EQ(Verified(text, spec).of("S1", "callback fusion"), GetParam().verdict)
+      << GetParam().spec << GetParam().read_back;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Policies, ParametersAsSpecified,
+    testing::Values(
+        Applied{"    policy: SCHED_FIFO\n    priority: 80\n", "policy=fifo priority=80",
+                Verdict::pass},
+        Applied{"    policy: SCHED_FIFO\n    priority: 80\n", "policy=fifo priority=79",
+                Verdict::fail},
+        Applied{"    policy: SCHED_FIFO\n    priority: 80\n", "policy=rr priority=80",
+                Verdict::fail},
+        Applied{"    policy: SCHED_OTHER\n    nice: -5\n", "policy=other nice=-5", Verdict::pass},
+        Applied{"    policy: SCHED_OTHER\n    nice: -5\n", "policy=other nice=0", Verdict::fail},
+        Applied{"    policy: SCHED_OTHER\n    nice: -5\n", "policy=batch nice=-5", Verdict::fail},
+        Applied{"    policy: SCHED_IDLE\n", "policy=idle nice=3", Verdict::pass},
+        Applied{"    policy: SCHED_DEADLINE\n    runtime: 2000\n    deadline: 3000\n"
+                "    period: 4000\n",
+                "policy=deadline runtime=2000 deadline=3000 period=4000", Verdict::pass},
+        Applied{"    policy: SCHED_DEADLINE\n    runtime: 2000\n    deadline: 3000\n"
+                "    period: 4000\n",
+                "policy=deadline runtime=2000 deadline=3000 period=4001", Verdict::fail},
+        Applied{"    affinity: [1]\n", "policy=fifo priority=3 cpus=1", Verdict::pass},
+        Applied{"    affinity: [1]\n", "policy=fifo priority=3 cpus=0,1", Verdict::fail},
+        Applied{"    wcet: 5\n", "policy=fifo priority=3", Verdict::not_applicable}));
+
+TEST(ParametersAsSpecifiedEvidence, SaysWhatWasAskedForAndWhatRuns) {
+  const Verified verified(run_with("-90 applied fusion error=1"), kFifo80);
+  EXPECT_THAT(verified.evidence("S1", "callback fusion"),
+              HasSubstr("-90 thread_sched spec.yaml:2 asks for SCHED_FIFO 80 on CPUs 1; the thread "
+                        "runs SCHED_OTHER nice 0 on CPUs 0,1 (the request failed with errno 1)"));
+}
+
+TEST(ParametersAsSpecifiedEvidence, JudgesTheLastApplied) {
+  EXPECT_EQ(Verified(run_with("-90 applied fusion\n"
+                              "-80 applied fusion policy=fifo priority=80 cpus=1"),
+                     kFifo80)["S1"],
+            Verdict::pass);
+}
+
+TEST(ParametersAsSpecifiedEvidence, IsInconclusiveWithoutReadBack) {
+  EXPECT_EQ(Verified(run_with(""), kFifo80)["S1"], Verdict::inconclusive);
+}
+
+TEST(ParametersAsSpecifiedEvidence, IsInconclusiveWhenALaterReadBackWasLost) {
+  auto trace =
+      trace_of(run_with("-90 applied fusion\n"
+                        "-80 applied fusion policy=fifo priority=80 cpus=1\n"
+                        "30 audit fusion policy=fifo priority=80 cpus=1"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 2; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::inconclusive) << "no false FAIL";
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 3; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::inconclusive) << "the totals tell";
+}
+
+TEST(ParametersAsSpecifiedEvidence, KeepsItsFailureWhenOnlyAnEarlierReadBackWasLost) {
+  auto trace = trace_of(run_with("-90 applied fusion\n-80 applied fusion"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 0; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S1"], Verdict::fail);
+}
+
+TEST(ParametersAsSpecifiedEvidence, JudgesNamedWorkers) {
+  const Verified verified(
+      "thread recv worker\ncallback fusion\n-100 initial recv\n-90 applied recv\n"
+      "1 start fusion\n2 end fusion",
+      "non_ros_threads:\n  - name: recv\n    policy: SCHED_FIFO\n    priority: 70\n");
+  EXPECT_EQ(verified.of("S1", "thread 101"), Verdict::fail);
+}
+
+TEST(ParametersAsSpecifiedEvidence, TakesTheFirstAuditOfAnAttachedProcess) {
+  EXPECT_EQ(Verified("process app attached\ncallback fusion next=3\n10 start fusion\n12 end fusion",
+                     "callback_groups:\n  - id: fusion\n    policy: SCHED_OTHER\n")["S1"],
+            Verdict::pass);
+}
+
+TEST(ParametersBeforeFirstCallback, FailsAndCountsWhatRanUnconfigured) {
+  const Verified late(run_with("15 applied fusion policy=fifo priority=80 cpus=1"), kFifo80);
+  EXPECT_EQ(late.of("S2", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(late.evidence("S2", "callback fusion"),
+              AllOf(HasSubstr("10 callback_start fusion started (seq 0) unconfigured; 1 "),
+                    HasSubstr("15 thread_sched")));
+  EXPECT_THAT(Verified(run_with("30 applied fusion policy=fifo priority=80 cpus=1"), kFifo80)
+                  .evidence("S2", "callback fusion"),
+              HasSubstr("unconfigured; 2 instances did"));
+  EXPECT_EQ(Verified(run_with("5 applied fusion policy=fifo priority=80 cpus=1"), kFifo80)["S2"],
+            Verdict::pass);
+}
+
+TEST(ParametersBeforeFirstCallback, AppliesOnlyWhenSomeReadBackMatches) {
+  EXPECT_EQ(Verified(run_with("-90 applied fusion"), kFifo80)["S2"], Verdict::not_applicable);
+}
+
+TEST(ParametersBeforeFirstCallback, IsInconclusiveWhenAnEarlierReadBackWasLost) {
+  auto trace =
+      trace_of(run_with("5 applied fusion policy=fifo priority=80 cpus=1\n"
+                        "15 applied fusion policy=fifo priority=80 cpus=1"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 1; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::inconclusive) << "no false FAIL";
+}
+
+TEST(ParametersBeforeFirstCallback, IsInconclusiveWhenTheFirstStartWasLost) {
+  auto trace = trace_of(run_with("5 applied fusion policy=fifo priority=80 cpus=1"));
+  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 0; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::inconclusive);
+}
+
+TEST(ParametersBeforeFirstCallback, AppliesNotWhenTheFirstStartLiesBeforeTheWindow) {
+  EXPECT_EQ(Verified("process app attached\ncallback fusion next=3\n10 start fusion\n12 end fusion",
+                     "callback_groups:\n  - id: fusion\n    policy: SCHED_OTHER\n")["S2"],
+            Verdict::not_applicable);
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,157 @@
+#include "support/verdicts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string run_with(const std::string& lines) {
+  return "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" +
+         lines + "\n10 start fusion\n12 end fusion\n20 start fusion\n22 end fusion";
+}
+
+TEST(ParametersUnchanged, ComparesAuditsWithWhatWasApplied) {
+  EXPECT_EQ(Verified(run_with("30 audit fusion policy=fifo priority=80"))["S3"], Verdict::pass);
+  const Verified changed(run_with("30 audit fusion policy=fifo priority=79"));
+  EXPECT_EQ(changed.of("S3", "thread 101"), Verdict::fail);
+  EXPECT_THAT(changed.evidence("S3", "thread 101"),
+              AllOf(HasSubstr("-90 thread_sched applied: SCHED_FIFO 80"),
+                    HasSubstr("30 thread_sched later read back: SCHED_FIFO 79")));
+  EXPECT_EQ(Verified(run_with("25 applied fusion policy=fifo priority=79\n"
+                              "30 audit fusion policy=fifo priority=79"))["S3"],
+            Verdict::pass)
+      << "the last applied before the audit counts";
+}
+
+TEST(ParametersUnchanged, ComparesPrioritiesOfSwitches) {
+  // FIFO 80 is kernel priority 19; FIFO 50 is 49.
+  EXPECT_EQ(Verified(run_with("5 switch 0 idle fusion next_prio=19"))["S3"], Verdict::pass);
+  const Verified changed(run_with("5 switch 0 idle fusion next_prio=49"));
+  EXPECT_EQ(changed.of("S3", "thread 101"), Verdict::fail);
+  EXPECT_THAT(changed.evidence("S3", "thread 101"),
+              HasSubstr("5 sched_switch the kernel schedules it with real-time priority 50"));
+}
+
+TEST(ParametersUnchanged, ExcusesPriorityInheritance) {
+  EXPECT_EQ(Verified(run_with("5 boost fusion prio=9\n6 switch 0 idle fusion next_prio=9\n"
+                              "7 boost fusion prio=19\n8 switch 0 fusion idle prio=19"))["S3"],
+            Verdict::pass);
+}
+
+TEST(ParametersUnchanged, IsInconclusiveWithoutAnythingToCompare) {
+  EXPECT_EQ(Verified(run_with("")).of("S3", "thread 101"), Verdict::inconclusive);
+}
+
+TEST(ParametersUnchanged, AppliesNotToThreadsThatWereNeverConfigured) {
+  EXPECT_EQ(Verified("thread t1 pool\ncallback a pooled\n1 start a on=t1\n2 end a on=t1")["S3"],
+            Verdict::not_applicable);
+}
+
+TEST(ParametersUnchanged, IsInconclusiveWhenWhatWasAppliedInBetweenWasLost) {
+  auto trace =
+      trace_of(run_with("25 applied fusion policy=fifo priority=79\n"
+                        "30 audit fusion policy=fifo priority=79"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 2; });
+  EXPECT_EQ(Verified(trace)["S3"], Verdict::inconclusive) << "no false FAIL";
+}
+
+TEST(ParametersUnchanged, KeepsItsFailureWhenALaterReadBackWasLost) {
+  auto trace =
+      trace_of(run_with("30 audit fusion policy=fifo priority=79\n"
+                        "40 audit fusion policy=fifo priority=79"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 3; });
+  EXPECT_EQ(Verified(trace)["S3"], Verdict::fail);
+}
+
+TEST(ParametersUnchanged, IsInconclusiveWhenKernelEventsWereLost) {
+  EXPECT_EQ(Verified(run_with("30 audit fusion policy=fifo priority=80\n"
+                              "14 discard kernel until=18 count=3"))["S3"],
+            Verdict::inconclusive);
+}
+
+TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
+  const Verified verified(run_with("15 wakeup fusion cpu=2"));
+  EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("S4", "thread 101"),
+              AllOf(HasSubstr("last read back: SCHED_FIFO 80 on CPUs 0,1"),
+                    HasSubstr("15 cpu ran on CPU 2")));
+  EXPECT_EQ(Verified(run_with("14 applied fusion policy=fifo priority=80 cpus=2\n"
+                              "15 wakeup fusion cpu=2"))
+                .of("S4", "thread 101"),
+            Verdict::fail)
+      << "the starts on CPU 0 come after the mask changed";
+}
+
+TEST(AllowedCpusOnly, SaysSampledWithoutSwitches) {
+  const Verified sampled(run_with(""));
+  EXPECT_EQ(sampled.of("S4", "thread 101"), Verdict::pass);
+  EXPECT_THAT(sampled.evidence("S4", "thread 101"), HasSubstr("sampled"));
+  const Verified full(run_with("9 switch 0 idle fusion next_prio=19"));
+  EXPECT_EQ(full.of("S4", "thread 101"), Verdict::pass);
+  EXPECT_EQ(full.evidence("S4", "thread 101"), "");
+  EXPECT_EQ(Verified(run_with("9 switch 3 idle fusion next_prio=19")).of("S4", "thread 101"),
+            Verdict::fail);
+}
+
+TEST(AllowedCpusOnly, IsInconclusiveWithoutReadBack) {
+  auto trace = trace_of("callback a\n1 start a\n2 end a");
+  trace.erase<ThreadSched>();
+  EXPECT_EQ(Verified(trace).of("S4", "thread 101"), Verdict::inconclusive);
+}
+
+TEST(AllowedCpusOnly, IsInconclusiveWhenAReadBackInBetweenWasLost) {
+  auto trace =
+      trace_of(run_with("14 applied fusion policy=fifo priority=80 cpus=0,1,2\n"
+                        "15 wakeup fusion cpu=2"));
+  trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 2; });
+  EXPECT_EQ(Verified(trace)["S4"], Verdict::inconclusive) << "no false FAIL";
+}
+
+TEST(NoParameterLeak, FailsWhenAThreadBeginsRealTime) {
+  constexpr auto kLeak = R"(
+    callback fusion
+    thread helper worker
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    5 begin helper
+    6 initial helper policy=fifo priority=80
+    10 start fusion
+    12 end fusion)";
+  const Verified verified(kLeak);
+  EXPECT_EQ(verified.of("S5", "thread 102"), Verdict::fail);
+  EXPECT_EQ(verified.of("S5", "thread 101"), Verdict::pass);
+  EXPECT_THAT(verified.evidence("S5", "thread 101"), HasSubstr("announced only"));
+}
+
+TEST(NoParameterLeak, FailsForAnUnannouncedChildOfARealTimeThread) {
+  constexpr auto kFork = R"(
+    callback fusion
+    thread child worker silent tid=150
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    3 switch 0 idle fusion next_prio=19
+    5 fork fusion child
+    7 switch 1 idle child next_prio=19
+    10 start fusion
+    12 end fusion)";
+  const Verified verified(kFork);
+  EXPECT_EQ(verified.of("S5", "thread 150"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("S5", "thread 150"),
+              AllOf(HasSubstr("5 sched_process_fork"), HasSubstr("7 sched_switch")));
+  auto reset = std::string(kFork);
+  reset.replace(reset.find("7 switch 1 idle child next_prio=19"), 35,
+                "7 switch 1 idle child next_prio=120\n");
+  EXPECT_EQ(Verified(reset).of("S5", "thread 150"), Verdict::pass);
+}
+
+TEST(NoParameterLeak, AppliesOnlyWithRealTimeThreads) {
+  EXPECT_EQ(Verified("callback a\n1 start a\n2 end a")["S5"], Verdict::not_applicable);
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,219 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "support/verdicts.hpp"
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+std::string spec(const std::string& bounds) {
+  return "callback_groups:\n  - id: fusion\n    " + bounds + "\n";
+}
+
+// Response times 5 and 8, durations 3 and 6, inter-arrival time 10.
+constexpr const char* kRun = R"(
+  callback fusion timer period=10
+  12 start fusion release=10
+  15 end fusion
+  22 start fusion release=20
+  28 end fusion)";
+
+void drop_first_instance(TextTrace& trace) {
+  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 0; });
+  trace.erase<CallbackEnd>([](const CallbackEnd& e, const EventHead&) { return e.seq == 0; });
+}
+
+TEST(ArrivalExceedsTurnaround, FailsWhenAnInstanceLastsUntilTheNextRelease) {
+  EXPECT_EQ(Verified(kRun)["R1"], Verdict::pass);
+  const Verified verified(R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    20 end fusion
+    22 start fusion release=20
+    28 end fusion)");
+  EXPECT_EQ(verified.of("R1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R1", "callback fusion"),
+              AllOf(HasSubstr("20 callback_end seq 0 ends"), HasSubstr("released at 20")));
+}
+
+TEST(ArrivalExceedsTurnaround, ComparesTheShortestArrivalWithTheLongestResponse) {
+  // Inter-arrival 10 then 30; the response time of 12 belongs to the last instance.
+  const Verified verified(R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    15 end fusion
+    22 start fusion release=20
+    25 end fusion
+    52 start fusion release=50
+    62 end fusion)");
+  EXPECT_EQ(verified.of("R1", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R1", "callback fusion"),
+              AllOf(HasSubstr("62 callback_end longest response time: 12 ns"),
+                    HasSubstr("seq 1 was released 10 ns after the one before it")));
+}
+
+TEST(ArrivalExceedsTurnaround, NeedsTwoInstancesAndExactReleases) {
+  EXPECT_EQ(Verified("callback fusion\n2 start fusion release=1\n3 end fusion")["R1"],
+            Verdict::not_applicable);
+  EXPECT_EQ(Verified("callback fusion\n2 start fusion\n3 end fusion\n"
+                     "12 start fusion\n13 end fusion")["R1"],
+            Verdict::inconclusive);
+  auto trace = trace_of(kRun);
+  drop_first_instance(trace);
+  EXPECT_EQ(Verified(trace)["R1"], Verdict::inconclusive);
+}
+
+TEST(NoMissedRelease, CountsSkippedPeriodsOverTheRun) {
+  constexpr auto kMissed = R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    15 end fusion
+    42 start fusion release=40 missed=2
+    45 end fusion
+    62 start fusion release=60 missed=1
+    65 end fusion)";
+  EXPECT_EQ(Verified(kRun)["R2"], Verdict::pass);
+  const Verified verified(kMissed);
+  EXPECT_EQ(verified.of("R2", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R2", "callback fusion"),
+              AllOf(HasSubstr("42 callback_start seq 1: 2 periods were skipped"),
+                    HasSubstr("3 periods skipped in all, 0 allowed")));
+  EXPECT_EQ(Verified(kMissed, spec("missed_releases_allowed: 2"))["R2"], Verdict::fail);
+  EXPECT_EQ(Verified(kMissed, spec("missed_releases_allowed: 3"))["R2"], Verdict::pass);
+}
+
+TEST(NoMissedRelease, CountsThoseBeforeAnOpenInstance) {
+  EXPECT_EQ(Verified(std::string(kRun) + "\n42 start fusion release=40 missed=1")["R2"],
+            Verdict::fail);
+}
+
+TEST(NoMissedRelease, IsInconclusiveWithoutExpiriesAndUnderLoss) {
+  EXPECT_EQ(Verified("callback fusion timer\n2 start fusion\n3 end fusion")["R2"],
+            Verdict::inconclusive);
+  auto trace = trace_of(kRun);
+  drop_first_instance(trace);
+  EXPECT_EQ(Verified(trace)["R2"], Verdict::inconclusive);
+}
+
+TEST(NoMissedRelease, JudgesTimersOnly) {
+  EXPECT_EQ(Verified("callback fusion subscription\n2 start fusion release=1\n3 end fusion")["R2"],
+            Verdict::not_applicable);
+}
+
+TEST(Deadline, ComparesTheLongestResponseTimeExactly) {
+  EXPECT_EQ(Verified(kRun, spec("response_deadline: 8"))["R3"], Verdict::pass);
+  const Verified verified(kRun, spec("response_deadline: 7"));
+  EXPECT_EQ(verified.of("R3", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R3", "callback fusion"),
+              AllOf(HasSubstr("22 callback_start seq 1 starts, released at 20"),
+                    HasSubstr("28 callback_end ends; response time at least 8 ns, the deadline of "
+                              "spec.yaml:2 is 7 ns")));
+}
+
+TEST(Deadline, FallsBackToTheDeclaredOne) {
+  auto text = std::string(kRun);
+  text.replace(text.find("period=10"), 9, "period=10 deadline=7");
+  EXPECT_EQ(Verified(text)["R3"], Verdict::fail);
+  EXPECT_EQ(Verified(text, spec("response_deadline: 8"))["R3"], Verdict::pass);
+  EXPECT_EQ(Verified(kRun)["R3"], Verdict::not_applicable);
+}
+
+TEST(Deadline, UsesBothBoundsWhereTheReleaseIsUnknown) {
+  // Only the wake-up at 11 is known: the response time is at least 9, and maybe more.
+  constexpr auto kWoken = R"(
+    callback fusion subscription
+    11 wakeup fusion
+    12 start fusion release=none
+    20 end fusion)";
+  EXPECT_EQ(Verified(kWoken, spec("response_deadline: 8"))["R3"], Verdict::fail);
+  EXPECT_EQ(Verified(kWoken, spec("response_deadline: 100"))["R3"], Verdict::inconclusive);
+}
+
+TEST(Deadline, TakesTheSourceTimestampAsUpperBound) {
+  // Written at 5, started at 12, ended at 20: between 8 and 15.
+  constexpr auto kWritten = R"(
+    publisher out
+    callback plan pooled
+    thread t1 pool
+    callback fusion subscription pooled
+    4 start plan on=t1
+    5 publish out on=t1
+    6 end plan on=t1
+    12 start fusion from=out:0 on=t1
+    20 end fusion on=t1)";
+  EXPECT_EQ(Verified(kWritten, spec("response_deadline: 7"))["R3"], Verdict::fail);
+  EXPECT_EQ(Verified(kWritten, spec("response_deadline: 14"))["R3"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(kWritten, spec("response_deadline: 15"))["R3"], Verdict::pass);
+}
+
+TEST(Deadline, FailsForAnInstanceThatNeverEnded) {
+  const auto text = std::string(kRun) + "\n42 start fusion release=40\n100 finish fusion";
+  const Verified verified(text, spec("response_deadline: 20"));
+  EXPECT_EQ(verified.of("R3", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R3", "callback fusion"), HasSubstr("and never ends"));
+  EXPECT_EQ(Verified("process app crash\n" + text, spec("response_deadline: 20"))["R3"],
+            Verdict::pass)
+      << "one cut by a crash is not judged";
+}
+
+TEST(Deadline, KeepsItsFailureUnderLoss) {
+  auto trace = trace_of(kRun);
+  drop_first_instance(trace);
+  EXPECT_EQ(Verified(trace, spec("response_deadline: 7"))["R3"], Verdict::fail);
+  EXPECT_EQ(Verified(trace, spec("response_deadline: 8"))["R3"], Verdict::inconclusive);
+}
+
+TEST(Budget, ComparesExecutionTimeNotDuration) {
+  // Duration 10, of which 4 preempted.
+  constexpr auto kPreempted = R"(
+    callback fusion
+    callback lidar
+    5 switch 0 idle fusion
+    10 start fusion release=9
+    12 preempt fusion by=lidar
+    16 switch 0 lidar fusion state=1
+    20 end fusion
+    25 switch 0 fusion idle state=1
+    25 switch 1 idle lidar
+    26 switch 1 lidar idle)";
+  EXPECT_EQ(Verified(kPreempted, spec("wcet: 6"))["R4"], Verdict::pass);
+  const Verified verified(kPreempted, spec("wcet: 5"));
+  EXPECT_EQ(verified.of("R4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("R4", "callback fusion"), HasSubstr("execution time 6 ns"));
+}
+
+TEST(Budget, PassesByDurationWithoutKernelEventsOrIsInconclusive) {
+  EXPECT_EQ(Verified(kRun, spec("wcet: 6"))["R4"], Verdict::pass);
+  EXPECT_EQ(Verified(kRun, spec("wcet: 5"))["R4"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(kRun)["R4"], Verdict::not_applicable);
+}
+
+TEST(Rate, BoundsInterArrivalTimes) {
+  EXPECT_EQ(Verified(kRun, spec("min_inter_arrival: 10\n    max_inter_arrival: 10"))["R5"],
+            Verdict::pass);
+  const Verified fast(kRun, spec("min_inter_arrival: 11"));
+  EXPECT_EQ(fast.of("R5", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(fast.evidence("R5", "callback fusion"),
+              HasSubstr("22 callback_start seq 1 was released 10 ns after the one before it; "
+                        "spec.yaml:2 declares at least 11 ns"));
+  EXPECT_EQ(Verified(kRun, spec("max_inter_arrival: 9"))["R5"], Verdict::fail);
+}
+
+TEST(Rate, IsInconclusiveUnderLossAndWithoutReleases) {
+  auto trace = trace_of(kRun);
+  drop_first_instance(trace);
+  EXPECT_EQ(Verified(trace, spec("min_inter_arrival: 1"))["R5"], Verdict::inconclusive);
+  EXPECT_EQ(Verified("callback fusion\n2 start fusion\n3 end fusion\n12 start fusion\n"
+                     "13 end fusion",
+                     spec("min_inter_arrival: 1"))["R5"],
+            Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test

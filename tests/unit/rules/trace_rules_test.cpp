@@ -1,0 +1,92 @@
+#include "support/verdicts.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::HasSubstr;
+
+constexpr const char* kOneCallback = R"(
+  callback fusion subscription topic=/points
+  10 release fusion
+  12 start fusion
+  20 end fusion
+  30 release fusion
+  32 start fusion
+  40 end fusion)";
+
+std::string with(const char* more) { return std::string(kOneCallback) + '\n' + more; }
+
+TEST(TraceReadable, IsInconclusiveWhenAPacketWasSkipped) {
+  EXPECT_EQ(Verified(kOneCallback)["T1"], Verdict::pass);
+  const Verified damaged(with("25 damage user"));
+  EXPECT_EQ(damaged.of("T1", "trace"), Verdict::inconclusive);
+  EXPECT_THAT(damaged.evidence("T1", "trace"), HasSubstr("cut short"));
+}
+
+TEST(NoLoss, PassesAndNamesALossThatCostNobodyHisProof) {
+  const Verified verified(with("22 discard user until=28 count=7"));
+  EXPECT_EQ(verified.of("T2", "trace"), Verdict::pass);
+  EXPECT_THAT(verified.evidence("T2", "trace"), HasSubstr("22 discarded_events 7 lost until 28"));
+  EXPECT_EQ(verified["M2"], Verdict::pass) << "numbers prove that the callback lost nothing";
+}
+
+TEST(NoLoss, IsInconclusiveWhenACallbackLostInstances) {
+  auto trace = trace_of(with("31 discard user until=41 count=2"));
+  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 1; });
+  trace.erase<CallbackEnd>([](const CallbackEnd& e, const EventHead&) { return e.seq == 1; });
+  const Verified verified(trace);
+  EXPECT_EQ(verified["T2"], Verdict::inconclusive);
+  EXPECT_EQ(verified["M2"], Verdict::inconclusive);
+}
+
+TEST(NoLoss, FailsOnAnyLossWhenAskedTo) {
+  AnalysisOptions strict;
+  strict.require_lossless = true;
+  EXPECT_EQ(Verified(trace_of(kOneCallback), {}, strict)["T2"], Verdict::pass);
+  EXPECT_EQ(Verified(trace_of(with("22 discard user until=28 count=1")), {}, strict)["T2"],
+            Verdict::fail);
+}
+
+TEST(RequiredEvents, NamesWhatIsAbsentAndHowToEnableIt) {
+  EXPECT_EQ(Verified(kOneCallback)["T5"], Verdict::pass);
+  auto trace = trace_of(kOneCallback);
+  trace.erase<ThreadInit>();
+  const Verified verified(trace);
+  EXPECT_EQ(verified["T5"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("enable cie:thread_init"));
+}
+
+TEST(RequiredEvents, NamesMissingContexts) {
+  auto trace = trace_of(kOneCallback);
+  for (auto& event : trace.events)
+    event.head.tid.reset();
+  const Verified verified(trace);
+  EXPECT_EQ(verified["T5"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T5", "trace"), HasSubstr("--type=vtid"));
+  EXPECT_EQ(verified["M2"], Verdict::inconclusive);
+  EXPECT_EQ(verified["M3"], Verdict::inconclusive);
+}
+
+TEST(TimeSane, FailsWhenTimeRunsBackwards) {
+  EXPECT_EQ(Verified(kOneCallback)["T6"], Verdict::pass);
+  const Verified verified(with("25 regress previous=33"));
+  EXPECT_EQ(verified["T6"], Verdict::fail);
+  EXPECT_THAT(verified.evidence("T6", "trace"), HasSubstr("33 time_regression"));
+  EXPECT_THAT(verified.evidence("T6", "trace"), HasSubstr("25 time_regression"));
+}
+
+TEST(TimeSane, IsInconclusiveWhenClocksAreOfDifferentBoots) {
+  auto trace = trace_of(with("kernel"));
+  for (auto& event : trace.events) {
+    auto* stream = std::get_if<StreamBegin>(&event.body);
+    if (stream != nullptr && stream->domain == Domain::kernel) stream->clock_uuid = "other boot";
+  }
+  EXPECT_EQ(Verified(trace)["T6"], Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test
