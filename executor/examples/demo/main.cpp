@@ -1,6 +1,8 @@
 // cie-demo: a small car in two processes, to be run under any of the executors.
-#include <CLI/CLI.hpp>
 #include <cie/executor/executor.hpp>
+
+#include "graph.hpp"
+
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -11,11 +13,10 @@
 #include <thread>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include "graph.hpp"
 
 namespace demo {
 namespace {
@@ -41,7 +42,8 @@ void on_signal(int) {
 void catch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM})
+    sigaction(signal, &action, nullptr);
 }
 
 std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
@@ -54,8 +56,7 @@ std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
     };
   }
   if (!settings.spec.empty()) {
-    options.spec =
-        std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
+    options.spec = std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
   }
   if (settings.executor == "single") {
     return std::make_unique<cie::SingleThreadedExecutor>(std::move(options));
@@ -80,12 +81,11 @@ void wait_for_readers(const Nodes& nodes) {
 
 void run_part(const Settings& settings) {
   Work::set_load(settings.load);
-  const cie::Context context{
-      {.domain = settings.domain, .loopback = true, .tag = settings.tag}};
-  const auto nodes =
-      settings.part == "planning" ? make_planning(context) : make_sensing(context);
+  const cie::Context context{{.domain = settings.domain, .loopback = true, .tag = settings.tag}};
+  const auto nodes = settings.part == "planning" ? make_planning(context) : make_sensing(context);
   const auto executor = make_executor(settings);
-  for (const auto& node : nodes) executor->add_node(node->node());
+  for (const auto& node : nodes)
+    executor->add_node(node->node());
   running = executor.get();
   catch_signals();
   wait_for_readers(nodes);
@@ -100,20 +100,29 @@ class PlanningProcess {
  public:
   explicit PlanningProcess(const Settings& settings) {
     constexpr double kMargin_s = 10;
-    std::vector<std::string> arguments{
-        "cie-demo",     "--part",     "planning",
-        "--executor",   settings.executor,
-        "--duration",   std::to_string(settings.duration_s + kMargin_s),
-        "--load",       std::to_string(settings.load),
-        "--threads",    std::to_string(settings.threads),
-        "--on-error",   settings.on_error,
-        "--domain",     std::to_string(settings.domain),
-        "--tag",        settings.tag};
+    std::vector<std::string> arguments{"cie-demo",
+                                       "--part",
+                                       "planning",
+                                       "--executor",
+                                       settings.executor,
+                                       "--duration",
+                                       std::to_string(settings.duration_s + kMargin_s),
+                                       "--load",
+                                       std::to_string(settings.load),
+                                       "--threads",
+                                       std::to_string(settings.threads),
+                                       "--on-error",
+                                       settings.on_error,
+                                       "--domain",
+                                       std::to_string(settings.domain),
+                                       "--tag",
+                                       settings.tag};
     if (!settings.spec.empty()) {
       arguments.insert(arguments.end(), {"--spec", settings.spec});
     }
     std::vector<char*> raw;
-    for (std::string& argument : arguments) raw.push_back(argument.data());
+    for (std::string& argument : arguments)
+      raw.push_back(argument.data());
     raw.push_back(nullptr);
     const pid_t parent = getpid();
     pid_ = fork();

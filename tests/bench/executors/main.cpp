@@ -1,5 +1,7 @@
 // cie-bench-executors: what one message costs under each executor.
-#include <CLI/CLI.hpp>
+#include "kernel_counts.hpp"
+#include "workload.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -9,12 +11,10 @@
 #include <thread>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include "kernel_counts.hpp"
-#include "workload.hpp"
 
 namespace bench {
 namespace {
@@ -32,8 +32,8 @@ struct Settings {
 };
 
 Board* shared_board() {
-  void* const memory = mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE,
-                            MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  void* const memory =
+      mmap(nullptr, sizeof(Board), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   if (memory == MAP_FAILED) throw std::bad_alloc{};
   return new (memory) Board;
 }

@@ -1,6 +1,5 @@
 // Threads run as the spec says, or it is said in words why not.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "support.hpp"
 
 #include <atomic>
 #include <cerrno>
@@ -14,11 +13,11 @@
 #include <string>
 #include <vector>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/syscall.h>
 #include <unistd.h>
-
-#include "support.hpp"
 
 namespace cie::test {
 namespace {
@@ -51,7 +50,8 @@ KernelView ask_kernel() {
   std::string text;
   std::getline(file, text);
   std::istringstream fields{text.substr(text.rfind(')') + 2)};
-  for (int field = 3; field < 19; ++field) fields >> text;
+  for (int field = 3; field < 19; ++field)
+    fields >> text;
   fields >> view.nice;
   struct {
     std::uint32_t size;
@@ -132,9 +132,7 @@ TEST(Parameters, Batch) {
   EXPECT_EQ(view.nice, 3);
 }
 
-TEST(Parameters, Idle) {
-  EXPECT_EQ(view_under("    policy: SCHED_IDLE\n").policy, SCHED_IDLE);
-}
+TEST(Parameters, Idle) { EXPECT_EQ(view_under("    policy: SCHED_IDLE\n").policy, SCHED_IDLE); }
 
 TEST_F(Privileged, Fifo) {
   const auto view = view_under("    policy: SCHED_FIFO\n    priority: 12\n");
