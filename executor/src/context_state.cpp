@@ -93,9 +93,9 @@ ContextState::ContextState(const Context::Options& options)
 }
 
 ContextState::~ContextState() {
+  workers_.clear();  // while they live: their last read-back is of what they ran as
   participant_.reset();
-  domain_.reset();  // the threads end here
-  workers_.clear();
+  domain_.reset();
 }
 
 }  // namespace executor

@@ -138,9 +138,12 @@ void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
   }
   // All threads start before the first is waited for: they configure themselves side by side.
   std::vector<TeamPtr> teams;
-  for (const auto& [group, members] : groups)
-    teams.push_back(start_group_team(members));
   std::vector<ParameterProblem> problems;
+  for (const auto& [group, members] : groups) {
+    const auto found = conflicts(members);
+    problems.insert(problems.end(), found.begin(), found.end());
+    teams.push_back(start_group_team(members));
+  }
   for (const TeamPtr& team : teams) {
     const auto found = team->wait_configured();
     problems.insert(problems.end(), found.begin(), found.end());
@@ -153,6 +156,25 @@ void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
   }
   for (const TeamPtr& team : teams)
     team->open_gate();
+}
+
+// One thread cannot run as two entries say.
+std::vector<ParameterProblem> ExecutorCore::conflicts(const Callbacks& callbacks_of_group) {
+  std::vector<ParameterProblem> found;
+  const SpecEntry* first = nullptr;
+  for (const auto& callback : callbacks_of_group) {
+    const SpecEntry* const entry = configurator_.entry_of_callback(callback->logical_id());
+    if (entry == nullptr) continue;
+    if (first == nullptr) first = entry;
+    if (entry->parameters == first->parameters) continue;
+    found.push_back(configurator_.problem(
+        *entry, callbacks_of_group.front()->label(), 0,
+        "its group shares a thread, which line " + std::to_string(first->line) +
+            " already configures otherwise: give both the same parameters, or the callback a "
+            "group of its own"));
+    configurator_.report(found.back());
+  }
+  return found;
 }
 
 ExecutorCore::TeamPtr ExecutorCore::start_group_team(const Callbacks& callbacks_of_group) {

@@ -54,6 +54,7 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   void serve(const Callbacks& callbacks);
   void serve_isolated(const Callbacks& callbacks);
   void serve_pooled(const Callbacks& callbacks);
+  std::vector<ParameterProblem> conflicts(const Callbacks& callbacks_of_group);
   TeamPtr start_group_team(const Callbacks& callbacks_of_group);
   void configure_workers(const NodeState& node);
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;

@@ -10,10 +10,13 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <atomic>
+#include <cerrno>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,10 +36,13 @@ struct Settings {
   std::string tag;
 };
 
-cie::Executor* running = nullptr;  // for the signal handler
+// For the signal handler. A signal that comes before the executor is there is remembered.
+std::atomic<cie::Executor*> running{nullptr};
+std::atomic<bool> is_asked_to_stop{false};
 
 void on_signal(int) {
-  if (running != nullptr) running->cancel();
+  is_asked_to_stop = true;
+  if (cie::Executor* const executor = running; executor != nullptr) executor->cancel();
 }
 
 void catch_signals() {
@@ -73,13 +79,16 @@ void wait_for_readers(const Nodes& nodes) {
   using namespace std::chrono_literals;
   const auto bound = std::chrono::steady_clock::now() + 5s;
   for (const auto& node : nodes) {
-    while (!node->is_connected() && std::chrono::steady_clock::now() < bound) {
+    while (!node->is_connected() && !is_asked_to_stop &&
+           std::chrono::steady_clock::now() < bound) {
       std::this_thread::sleep_for(5ms);
     }
   }
 }
 
 void run_part(const Settings& settings) {
+  catch_signals();
+  prctl(PR_SET_NAME, ("demo-" + settings.part).c_str());  // what `ps` and the trace call it
   Work::set_load(settings.load);
   const cie::Context context{{.domain = settings.domain, .loopback = true, .tag = settings.tag}};
   const auto nodes = settings.part == "planning" ? make_planning(context) : make_sensing(context);
@@ -87,8 +96,8 @@ void run_part(const Settings& settings) {
   for (const auto& node : nodes)
     executor->add_node(node->node());
   running = executor.get();
-  catch_signals();
   wait_for_readers(nodes);
+  if (is_asked_to_stop) executor->cancel();
   executor->spin_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>{settings.duration_s}));
   running = nullptr;

@@ -60,7 +60,7 @@ struct ExecutorOptions {
   // entry of their callback's logical id; all other threads that of their name.
   std::shared_ptr<const SchedulingSpec> spec{};
   OnError on_error = OnError::refuse;
-  // Called from the thread concerned, one call at a time. May be empty.
+  // Called from the thread concerned, one call at a time; must not call the executor. May be empty.
   std::function<void(const ParameterProblem&)> on_parameter_problem{};
   // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
   // throws the exception.
