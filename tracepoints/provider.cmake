@@ -12,18 +12,18 @@ cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   src/announcer.cpp
   src/clock.cpp
   src/hot.cpp
-  src/message_clock.cpp
   src/objects.cpp
   src/process_info.cpp
   src/provider.cpp
   src/read_back.cpp
-  src/registry.cpp)
+  src/registry.cpp
+  src/state_events.cpp)
 target_link_libraries(cie_tracepoints PUBLIC cie_schema PRIVATE Threads::Threads)
 target_include_directories(cie_tracepoints PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 # Never unloaded: LTTng and threads of the process may call into it until the very end.
 target_link_options(cie_tracepoints PRIVATE -Wl,-z,nodelete)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
-  set_source_files_properties(src/message_clock.cpp src/hot.cpp PROPERTIES COMPILE_OPTIONS -mcx16)
+  set_source_files_properties(src/hot.cpp PROPERTIES COMPILE_OPTIONS -mcx16)
 endif()
 if(CIE_WITH_LTTNG)
   pkg_check_modules(LTTNG_UST REQUIRED IMPORTED_TARGET lttng-ust>=2.13)

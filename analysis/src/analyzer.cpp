@@ -181,7 +181,9 @@ struct Analyzer::Pipeline {
                      if (!thread) return;
                      const auto& facts = model.threads[at(*thread)];
                      const bool is_new = facts.announced && facts.announced->time == head.time;
-                     if (is_new && facts.ran.empty()) instances.thread_began(host, *thread);
+                     if (!is_new) return;
+                     enforcement.on_thread_began(host, *thread);
+                     if (facts.ran.empty()) instances.thread_began(host, *thread);
                    },
                    [&](const ThreadFini& e) {
                      enforcement.on_thread_fini(head, host, e.tid);

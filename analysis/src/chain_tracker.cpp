@@ -19,7 +19,7 @@ void keep_larger(std::optional<ChainExtreme>& extreme, Duration value, const Eve
 }  // namespace
 
 ChainTracker::ChainTracker(Model& model, Registry& registry, const SchedulingSpec* spec)
-    : model_(model), registry_(registry), has_spec_(spec != nullptr && !spec->chains().empty()) {
+    : model_(model), registry_(registry), has_spec_(spec != nullptr) {
   if (!has_spec_) return;
   for (const auto& chain : spec->chains()) {
     Chain entry;

@@ -114,6 +114,11 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
         state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
         thread.first_wait = head.time;
       }
+      if (thread.fini) {  // its last switch-out, unless another follows
+        auto& tid = tids[event.prev_tid];
+        tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
+        thread.busy_ns = (tid.busy_at_exit - state.busy_before).ns;
+      }
     }
   }
   if (event.next_tid == 0) return;
@@ -133,11 +138,13 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
 void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
                                  const SchedProcessFork& event) {
   auto& tids = tids_[host];
+  auto& child = tids[event.child_tid];  // first: it may move the others
   const auto parent = tids.find(event.parent_tid);
-  tids[event.child_tid] = OfTid{};
+  child.prio = OfTid{}.prio;
+  child.fork.reset();
   if (parent == tids.end() || !is_real_time(parent->second.prio)) return;
   if (model_.forks.size() >= kMaxForks) return;
-  tids[event.child_tid].fork = model_.forks.size();
+  child.fork = model_.forks.size();
   model_.forks.push_back(ForkFacts{.at = ref(head),
                                    .host = host,
                                    .parent_tid = event.parent_tid,
@@ -152,6 +159,13 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   if (!index) return;
   const auto* expected = reference(model_.threads[at(*index)]);
   threads_[*index].is_boosted = expected == nullptr || event.new_prio != kernel_priority(*expected);
+}
+
+void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
+  auto& tid = tids_[host][model_.threads[at(index)].tid];
+  if (tid.thread == index) return;
+  threads_[index].busy_before = tid.busy_at_exit;
+  tid.thread = index;
 }
 
 void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {
@@ -184,7 +198,8 @@ void EnforcementTracker::finish() {
     }
     if (registry_.thread_by_tid(host, thread.tid) == index) {
       const auto end = model_.end.value_or(Timestamp{});
-      thread.busy_ns = timeline_.mark(host, thread.tid, end).total.execution.ns;
+      const auto total = timeline_.mark(host, thread.tid, end).total.execution;
+      thread.busy_ns = (total - threads_[index].busy_before).ns;
     }
   }
   for (auto& fork : model_.forks) {

@@ -25,6 +25,8 @@ class EnforcementTracker {
   void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
   void on_fork(const EventHead& head, HostIndex host, const SchedProcessFork& event);
   void on_pi_setprio(HostIndex host, const SchedPiSetprio& event);
+  // A thread_init that begins a new incarnation: what the tid ran before is not its own.
+  void on_thread_began(HostIndex host, ThreadIndex thread);
   void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
   void finish();
 
@@ -32,9 +34,14 @@ class EnforcementTracker {
   struct OfThread {
     bool is_boosted = false;  // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;
+    Duration busy_before;  // of earlier incarnations of its tid
   };
   struct OfTid {
     std::int32_t prio = 120;
+    // The incarnation that holds the tid, and the tid's on-CPU time when it last left a CPU for
+    // good.
+    std::optional<ThreadIndex> thread;
+    Duration busy_at_exit;
     std::optional<std::size_t> fork;  // index into model.forks while its first switch-in is awaited
   };
 

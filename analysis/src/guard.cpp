@@ -3,6 +3,7 @@
 #include "guard_state.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
@@ -11,6 +12,7 @@
 #include <cstring>
 #include <ctime>
 #include <new>
+#include <optional>
 #include <string>
 #include <system_error>
 
@@ -83,6 +85,41 @@ class Watch {
   std::int64_t real_ = 0;
 };
 
+// The child, for the handler; 0: none.
+std::atomic<pid_t> guarded_child = 0;
+static_assert(std::atomic<pid_t>::is_always_lock_free);
+
+extern "C" void forward_signal(int number) {
+  const auto child = guarded_child.load();
+  if (child > 0) kill(child, number);
+}
+
+// Signals that would end the caller go to the child, which cleans up; the caller then ends by the
+// same signal. What the caller ignores stays ignored.
+class ForwardedSignals {
+ public:
+  explicit ForwardedSignals(pid_t child) {
+    guarded_child = child;
+    struct sigaction forward {};
+    forward.sa_handler = forward_signal;
+    for (std::size_t i = 0; i < kSignals.size(); ++i) {
+      sigaction(kSignals[i], nullptr, &before_[i]);
+      if (before_[i].sa_handler != SIG_IGN) sigaction(kSignals[i], &forward, nullptr);
+    }
+  }
+  ~ForwardedSignals() {
+    for (std::size_t i = 0; i < kSignals.size(); ++i)
+      sigaction(kSignals[i], &before_[i], nullptr);
+    guarded_child = 0;
+  }
+  ForwardedSignals(const ForwardedSignals&) = delete;
+  ForwardedSignals& operator=(const ForwardedSignals&) = delete;
+
+ private:
+  static constexpr std::array<int, 3> kSignals{SIGINT, SIGTERM, SIGHUP};
+  std::array<struct sigaction, 3> before_{};
+};
+
 pid_t wait_for(pid_t child, int& status, int flags) {
   pid_t done = 0;
   do {
@@ -117,6 +154,7 @@ int run_guarded(const std::function<int()>& command) {
     limit_memory();
     std::exit(command());
   }
+  std::optional<ForwardedSignals> forwarded(child);
   Watch watch(child);
   int status = 0;
   bool was_ended = false;
@@ -132,6 +170,7 @@ int run_guarded(const std::function<int()>& command) {
     const timespec pause{.tv_sec = 0, .tv_nsec = pause_ns};
     nanosleep(&pause, nullptr);
   }
+  forwarded.reset();
   munmap(memory, sizeof(Shared));
   shared = nullptr;
   if (was_ended) {
@@ -141,7 +180,7 @@ int run_guarded(const std::function<int()>& command) {
   }
   if (WIFSIGNALED(status)) {
     const auto signal = WTERMSIG(status);
-    if (signal == SIGPIPE || signal == SIGINT || signal == SIGTERM) {
+    if (signal == SIGPIPE || signal == SIGINT || signal == SIGTERM || signal == SIGHUP) {
       std::signal(signal, SIG_DFL);
       std::raise(signal);
     }

@@ -38,9 +38,13 @@ std::string Subjects::group(const GroupFacts& group) const {
 }
 
 std::string Subjects::topic(const PublisherFacts& publisher) const {
-  const auto name = publisher.registered ? publisher.topic
-                                         : "?" + std::to_string(to_number(publisher.id));
+  const auto name =
+      publisher.registered ? publisher.topic : "?" + std::to_string(to_number(publisher.id));
   return "topic " + name + suffix(publisher.process);
+}
+
+std::string Subjects::chain(const ChainFacts& chain) const {
+  return "chain " + chain.name + (chain.process ? suffix(*chain.process) : "");
 }
 
 std::vector<CallbackIndex> callbacks_in_order(const Model& model) {

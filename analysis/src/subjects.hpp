@@ -18,6 +18,7 @@ class Subjects {
   std::string thread(ThreadIndex index) const;
   std::string group(const GroupFacts& group) const;
   std::string topic(const PublisherFacts& publisher) const;
+  std::string chain(const ChainFacts& chain) const;  // of no process when it spans several
   // A subject named by the spec alone, of no process.
   static std::string callback_named(const std::string& logical_id);
 

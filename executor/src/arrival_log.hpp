@@ -31,10 +31,11 @@ class ArrivalLog {
   void record(const void* sample, const Arrival& arrival) noexcept {
     const std::uint64_t index = count_.load(std::memory_order_relaxed);
     Slot& slot = slots_[index & (size_ - 1)];
-    slot.sample.store(nullptr, std::memory_order_release);
+    slot.version.store(0, std::memory_order_release);
+    slot.sample.store(sample, std::memory_order_release);
     slot.time_ns.store(arrival.time_ns, std::memory_order_release);
     slot.writer_gid.store(arrival.writer_gid, std::memory_order_release);
-    slot.sample.store(sample, std::memory_order_release);
+    slot.version.store(index + 1, std::memory_order_release);
     count_.store(index + 1, std::memory_order_release);
   }
 
@@ -46,15 +47,15 @@ class ArrivalLog {
       if (slot.sample.load(std::memory_order_acquire) != sample) continue;
       const Arrival arrival{.time_ns = slot.time_ns.load(std::memory_order_acquire),
                             .writer_gid = slot.writer_gid.load(std::memory_order_acquire)};
-      // Overwritten while it was read: everything older is gone as well.
-      if (slot.sample.load(std::memory_order_acquire) != sample) return std::nullopt;
-      return arrival;
+      if (slot.version.load(std::memory_order_acquire) == index + 1) return arrival;
+      return std::nullopt;  // overwritten by now, and everything older with it
     }
     return std::nullopt;
   }
 
  private:
   struct Slot {
+    std::atomic<std::uint64_t> version{0};  // index + 1 when complete; indices never repeat
     std::atomic<const void*> sample{nullptr};
     std::atomic<std::int64_t> time_ns{0};
     std::atomic<std::uint64_t> writer_gid{0};

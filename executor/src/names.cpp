@@ -95,10 +95,10 @@ std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::
 std::string thread_label(const trace::CallbackInfo& info) {
   constexpr std::size_t kRoom = 15;  // TASK_COMM_LEN without its terminator
   const std::string_view id = info.logical_id;
-  const auto at = id.find('@');
-  std::string node{last_part(id.substr(0, at))};
-  std::string source = info.kind == CallbackKind::timer ? short_period(info.period_ns)
-                                                        : std::string{last_part(info.source)};
+  std::string node{last_part(id.substr(0, id.find('@')))};
+  std::string source = info.kind == CallbackKind::timer
+                           ? short_period(info.period_ns)
+                           : info.source.substr(info.source.starts_with('/') ? 1 : 0);
   const std::size_t source_room = std::max(kRoom / 2, kRoom - 1 - std::min(node.size(), kRoom - 1));
   source.resize(std::min(source.size(), source_room));
   node.resize(std::min(node.size(), kRoom - 1 - source.size()));

@@ -108,8 +108,8 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanose
                                 std::to_string(period.count()) + " ns: 1000 ns is the least"};
   }
   auto group = node.group_or_new(options.group);
-  auto info = describe(node, *group, CallbackKind::timer, std::to_string(period.count()), options,
-                       symbol);
+  auto info = describe(node, *group, CallbackKind::timer, std::to_string(period.count()),
+                       {.name = options.name, .deadline = options.deadline}, symbol);
   info.period_ns = static_cast<std::uint64_t>(period.count());
   auto timer = std::make_shared<TimerCallback>(std::move(group), std::move(info),
                                                std::move(function), options);

@@ -83,14 +83,17 @@ void PoolLoop::finish(Served& served, bool has_run) {
   const auto group = running_of_group_.find(&callback.group());
   if (--group->second == 0) running_of_group_.erase(group);
   if (--served.running == 0 && served.is_removed) finished_.notify_all();
+  // The leader may have gone to sleep while this timer was blocked by its own instance.
+  if (has_leader_ && next_due() < leader_until_ns_) work_.notify_all();
 }
 
 std::int64_t PoolLoop::next_due() const {
+  const std::int64_t now = monotonic_now();
   std::int64_t next = kNever;
   for (const auto& served : served_) {
-    if (!served->is_removed && !is_blocked(*served)) {
-      next = std::min(next, served->callback->next_due());
-    }
+    const std::int64_t due = served->callback->next_due();
+    // What is due and blocked is picked by the thread that ends the blocking.
+    if (!served->is_removed && (due > now || !is_blocked(*served))) next = std::min(next, due);
   }
   return next;
 }
@@ -98,6 +101,7 @@ std::int64_t PoolLoop::next_due() const {
 void PoolLoop::wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns) {
   const bool is_leader = !has_leader_;
   const std::int64_t until = is_leader ? std::min(next_due(), deadline_ns) : deadline_ns;
+  if (is_leader) leader_until_ns_ = until;
   has_leader_ = true;
   ++idle_;
   auto status = std::cv_status::no_timeout;

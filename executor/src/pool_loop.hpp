@@ -51,6 +51,7 @@ class PoolLoop final : public Loop {
   std::size_t turn_ = 0;  // where pick() begins: every callback gets its turn
   int idle_ = 0;
   bool has_leader_ = false;
+  std::int64_t leader_until_ns_ = 0;
   bool is_stopped_ = false;
 };
 

@@ -12,18 +12,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from oracle import model, report, rules, spec_yaml  # noqa: E402
-
-
-def recompute(traces: list[str], spec_path: str | None) -> dict[str, object]:
-    """Instances (CSV text), report and verify (as JSON data) of the merged traces."""
-    spec = spec_yaml.load(spec_path) if spec_path else None
-    seen, _ = model.load(traces)
-    verdicts = rules.judge(seen, spec)
-    by_id = {r["id"]: r["verdict"] for r in verdicts["rules"]}
-    complete = all(by_id[r] in ("PASS", "NOT_APPLICABLE") for r in ("T2", "T3", "T4"))
-    return {"instances": model.instances_csv(seen),
-            "report": report.report(seen, spec, complete), "verify": verdicts}
+from oracle.check import recompute  # noqa: E402
 
 
 def main() -> int:

@@ -58,6 +58,7 @@ namespace {
 
 ChildProcess::ChildProcess(const std::vector<std::string>& command, const ChildOptions& options) {
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& argument : command) {
     arguments.push_back(const_cast<char*>(argument.c_str()));  // execvp does not write to them
   }
@@ -72,7 +73,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command, const ChildO
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) {
-    throw system_error("cannot create a process for \"" + command.front() + '"', errno);
+    throw system_error("cannot create a process for " + in_quotes(command.front()), errno);
   }
   if (pid_ == 0) {
     execute(arguments.data(), options, parent, write_end.get());
@@ -81,7 +82,7 @@ ChildProcess::ChildProcess(const std::vector<std::string>& command, const ChildO
   int error = 0;  // arrives only if the program could not be executed
   if (read(read_end.get(), &error, sizeof error) == sizeof error) {
     waitpid(pid_, nullptr, 0);
-    throw system_error("cannot run \"" + command.front() + '"', error);
+    throw system_error("cannot run " + in_quotes(command.front()), error);
   }
 }
 

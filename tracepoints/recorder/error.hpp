@@ -1,6 +1,7 @@
 // Why a recording failed: one sentence that names the operation, its object and the cause.
 #pragma once
 
+#include <filesystem>
 #include <stdexcept>
 #include <string>
 
@@ -13,5 +14,8 @@ class RecordError : public std::runtime_error {
 
 // "what: <text of errno value>".
 RecordError system_error(const std::string& what, int error);
+
+// `name` with quotation marks around it, for messages.
+std::string in_quotes(const std::filesystem::path& name);
 
 }  // namespace cie::record

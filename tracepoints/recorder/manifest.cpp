@@ -121,7 +121,7 @@ void write_manifest(const Manifest& manifest) {
     const int error = errno;
     std::error_code ignored;
     fs::remove(draft, ignored);
-    throw system_error("cannot write \"" + path.string() + '"', error);
+    throw system_error("cannot write " + in_quotes(path), error);
   }
   fs::rename(draft, path);
 }

@@ -54,7 +54,7 @@ bool descends_from(pid_t pid, pid_t ancestor) {
 }
 
 std::string quoted(const fs::path& path) {
-  const std::string text = path.string();
+  std::string text = path.string();
   const bool is_plain = std::ranges::all_of(text, [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view("/._-+=:,@").find(c) != std::string_view::npos;
@@ -96,19 +96,18 @@ void Recording::create_directory() {
   std::error_code error;
   if (fs::exists(fs::symlink_status(directory, error))) {
     if (!fs::is_directory(directory, error) || !fs::is_empty(directory, error) || error) {
-      throw UsageError("\"" + directory.string() +
-                       "\" exists already: a recording never overwrites; choose another -o DIR");
+      throw UsageError(in_quotes(directory) +
+                       " exists already: a recording never overwrites; choose another -o DIR");
     }
   } else {
     fs::create_directories(directory.parent_path(), error);
     if (error || mkdir(directory.c_str(), 0777) != 0) {
-      throw system_error("cannot create \"" + directory.string() + '"',
-                         error ? error.value() : errno);
+      throw system_error("cannot create " + in_quotes(directory), error ? error.value() : errno);
     }
     is_directory_ours_ = true;
   }
   if (access(directory.c_str(), W_OK | X_OK) != 0) {
-    throw system_error("cannot write to \"" + directory.string() + '"', errno);
+    throw system_error("cannot write to " + in_quotes(directory), errno);
   }
 }
 
@@ -246,15 +245,15 @@ void Recording::finish() {
 void Recording::check_files() {
   const fs::path& directory = manifest_.options.directory;
   for (const fs::path& file : empty_metadata(directory)) {
-    problem("\"" + file.string() + "\" is empty: its streams cannot be read (is the disk full?)");
+    problem(in_quotes(file) + " is empty: its streams cannot be read (is the disk full?)");
   }
   for (const StreamSummary& stream : check_streams(directory)) {
     packets_ += stream.packets;
     if (stream.is_damaged) {
-      problem("\"" + stream.file.string() + "\" ends within a packet (is the disk full?)");
+      problem(in_quotes(stream.file) + " ends within a packet (is the disk full?)");
     }
     if (stream.lost_packets > 0) {
-      problem("\"" + stream.file.string() + "\" lacks " + std::to_string(stream.lost_packets) +
+      problem(in_quotes(stream.file) + " lacks " + std::to_string(stream.lost_packets) +
               " packets");
     }
   }
@@ -287,7 +286,8 @@ void Recording::print_summary() const {
       text << "  " << entry << '\n';
     }
   }
-  std::fputs(text.str().c_str(), stderr);
+  const std::string line_end = shown_seconds_ >= 0 ? "\n" : "";
+  std::fputs((line_end + text.str()).c_str(), stderr);
 }
 
 void Recording::show_progress() {
@@ -297,7 +297,8 @@ void Recording::show_progress() {
   const auto elapsed = std::chrono::duration_cast<seconds>(Clock::now() - began_).count();
   if (elapsed != shown_seconds_) {
     shown_seconds_ = elapsed;
-    std::fprintf(stderr, "\rrecording %lld s%s", static_cast<long long>(elapsed),
+    std::fprintf(stderr, "\rrecording %lld s, traced processes: %zu%s",
+                 static_cast<long long>(elapsed), manifest_.processes.size(),
                  manifest_.options.is_attach() ? ", Ctrl-C ends it" : "");
   }
 }

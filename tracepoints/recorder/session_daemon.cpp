@@ -133,7 +133,7 @@ void SessionDaemon::start_own() {
                                                                        : std::string("/tmp")) +
                      "/cie-record-XXXXXX";
   if (mkdtemp(home.data()) == nullptr) {
-    throw system_error("cannot create a directory like \"" + home + '"', errno);
+    throw system_error("cannot create a directory like " + in_quotes(home), errno);
   }
   home_ = home;
   setenv("LTTNG_HOME", home.c_str(), 1);
@@ -155,7 +155,7 @@ void SessionDaemon::find_or_start_shared() {
   const fs::path lock_file = directory / "cie-record.lock";
   lock_ = FileDescriptor(open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
   if (!lock_.is_open()) {
-    throw system_error("cannot open \"" + lock_file.string() + '"', errno);
+    throw system_error("cannot open " + in_quotes(lock_file), errno);
   }
   lock(lock_.get(), kDecision, F_WRLCK);
   lock(lock_.get(), kUse, F_RDLCK);
@@ -166,7 +166,7 @@ void SessionDaemon::find_or_start_shared() {
     const std::string pid = std::to_string(process_->pid()) + '\n';
     if (ftruncate(lock_.get(), 0) != 0 ||
         pwrite(lock_.get(), pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size())) {
-      throw system_error("cannot write \"" + lock_file.string() + '"', errno);
+      throw system_error("cannot write " + in_quotes(lock_file), errno);
     }
   }
   lock(lock_.get(), kDecision, F_UNLCK);

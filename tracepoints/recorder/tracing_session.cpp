@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::chrono::seconds kDrainPatience{60};
 constexpr std::chrono::milliseconds kDrainPoll{10};
-constexpr std::uint64_t kStateSubbufSize = 512 * 1024;
+constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
 constexpr std::uint64_t kStateSubbufs = 4;
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
@@ -64,7 +64,7 @@ lttng_domain user_space() {
 template <std::size_t Size>
 void copy_name(char (&to)[Size], const std::string& from) {
   if (from.size() >= Size) {
-    throw RecordError("the name \"" + from + "\" is too long for LTTng");
+    throw RecordError("the name " + in_quotes(from) + " is too long for LTTng");
   }
   std::memcpy(to, from.c_str(), from.size() + 1);
 }
@@ -86,19 +86,19 @@ TracingSession::TracingSession(const std::string& name, const Options& options) 
   const Descriptor descriptor(
       lttng_session_descriptor_local_create(name.c_str(), options.directory.c_str()));
   if (!descriptor) {
-    throw RecordError("cannot create a session in \"" + options.directory.string() +
-                      "\": LTTng does not accept the path");
+    throw RecordError("cannot create a session in " + in_quotes(options.directory) +
+                      ": LTTng does not accept the path");
   }
   const lttng_error_code created = lttng_create_session_ext(descriptor.get());
   if (created != LTTNG_OK) {
-    throw RecordError("cannot create a session in \"" + options.directory.string() +
-                      "\": " + lttng_strerror(-created));
+    throw RecordError("cannot create a session in " + in_quotes(options.directory) + ": " +
+                      lttng_strerror(-created));
   }
   exists_ = true;
   lttng_domain domain = user_space();
   handle_.reset(lttng_create_handle(name.c_str(), &domain));
   if (!handle_) {
-    throw RecordError("cannot create a handle of the session \"" + name + '"');
+    throw RecordError("cannot create a handle of the session " + in_quotes(name));
   }
 
   // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:
@@ -155,20 +155,21 @@ void TracingSession::enable_events(const char* channel, const std::string& patte
                                    const std::vector<std::string>& exclusions) {
   const Event event(lttng_event_create());
   if (!event) {
-    throw RecordError("cannot create a rule for the events \"" + pattern + '"');
+    throw RecordError("cannot create a rule for the events " + in_quotes(pattern));
   }
   event->type = LTTNG_EVENT_TRACEPOINT;
   event->loglevel_type = LTTNG_EVENT_LOGLEVEL_ALL;
   event->loglevel = -1;
   copy_name(event->name, pattern);
   std::vector<char*> names;
+  names.reserve(exclusions.size());
   for (const std::string& exclusion : exclusions) {
     names.push_back(const_cast<char*>(exclusion.c_str()));  // only read
   }
   check(lttng_enable_event_with_exclusions(handle_.get(), event.get(), channel, nullptr,
                                            static_cast<int>(names.size()),
                                            names.empty() ? nullptr : names.data()),
-        "enable the events \"" + pattern + '"');
+        "enable the events " + in_quotes(pattern));
 }
 
 void TracingSession::start() { check(lttng_start_tracing(name_.c_str()), "start recording"); }
@@ -242,6 +243,7 @@ std::vector<TracedProcess> TracingSession::traced_processes() const {
     }
   }
   std::vector<TracedProcess> result;
+  result.reserve(processes.size());
   for (const auto& [pid, unused] : processes) {
     result.push_back({.pid = pid, .name = process_name(pid)});
   }

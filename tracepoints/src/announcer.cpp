@@ -20,10 +20,10 @@ namespace cie::trace {
 namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
-constexpr std::int64_t kPollWhileUntraced = 800'000'000;
-constexpr std::int64_t kLetAllEventsBeEnabled = 50'000'000;
+constexpr std::int64_t kPollWhileUntraced = 600'000'000;
+constexpr std::int64_t kSettle = 150'000'000;
 constexpr int kNice = 10;
-constexpr std::size_t kStackSize = 256 * 1024;
+constexpr std::size_t kStackSize = 256UL * 1024;
 
 // Bumped whenever the announcer has something to look at; its futex.
 std::atomic<std::uint32_t> wakeups{0};
@@ -65,8 +65,10 @@ int create_thread(pthread_t* thread, void* (*enter)(void*), void* argument) {
 
 }  // namespace
 
-Announcer::Announcer(std::function<void()> announce)
-    : announce_(std::move(announce)), seen_(session_starts.load(std::memory_order_acquire)) {
+Announcer::Announcer(std::function<void()> announce, std::function<void()> sync_clocks)
+    : announce_(std::move(announce)),
+      sync_clocks_(std::move(sync_clocks)),
+      seen_(session_starts.load(std::memory_order_acquire)) {
   watch_session_starts(&count_session_start);
   sigset_t all;
   sigset_t previous;
@@ -102,35 +104,41 @@ bool Announcer::try_announce() noexcept {
 }
 
 void Announcer::run() noexcept {
-  pthread_setname_np(pthread_self(), "cie-announce");
   const auto tid = static_cast<id_t>(syscall(SYS_gettid));
   if (getpriority(PRIO_PROCESS, tid) < kNice) {
     setpriority(PRIO_PROCESS, tid, kNice);
   }
-  bool was_traced = is_traced();
+  pthread_setname_np(pthread_self(), "cie-announce");  // from here on it is what its name says
+  std::uint32_t announced_events = enabled_events();   // to those a session had at run_begin
   std::int64_t next_sync = monotonic_now_ns();
   while (true) {
     const std::uint32_t seen_wakeups = wakeups.load(std::memory_order_acquire);
     if (is_stopping_.load(std::memory_order_acquire)) {
       return;
     }
-    const bool is_now_traced = is_traced();
     const std::uint32_t starts = session_starts.load(std::memory_order_acquire);
+    const std::uint32_t events = enabled_events();
     if (starts != seen_) {
-      was_traced = try_announce();
-      seen_ = was_traced ? starts : seen_;
-    } else if (is_now_traced && !was_traced) {
-      wait(seen_wakeups, kLetAllEventsBeEnabled);
-      was_traced = try_announce();
+      if (try_announce()) {
+        seen_ = starts;
+        announced_events = events;
+      }
+    } else if ((events & ~announced_events) != 0) {
+      wait(seen_wakeups, kSettle);  // events are enabled one by one: let the others follow
+      const bool is_settled =
+          enabled_events() == events && session_starts.load(std::memory_order_acquire) == starts;
+      if (!is_settled || !try_announce()) {
+        continue;
+      }
+      announced_events = events;
     } else {
-      was_traced = is_now_traced;
+      announced_events = events;  // what is disabled meanwhile counts as new when it comes back
     }
     std::int64_t pause = kPollWhileUntraced;
-    if (is_now_traced) {
+    if (events != 0) {
       const std::int64_t now = monotonic_now_ns();
       if (now >= next_sync) {
-        const ClockPair clocks = read_clocks();
-        emit::clock_sync(clocks.monotonic_ns, clocks.realtime_ns);
+        sync_clocks_();
         next_sync = now + kSecond;
       }
       pause = next_sync - now;

@@ -47,11 +47,24 @@ void statedump_start(void* /*data*/, lttng_ust_session* /*session*/) noexcept {
 
 bool is_compiled_in() noexcept { return true; }
 
-bool is_traced() noexcept {
-  return lttng_ust_tracepoint_enabled(cie, clock_sync) ||
-         lttng_ust_tracepoint_enabled(cie, run_begin) ||
-         lttng_ust_tracepoint_enabled(cie, callback_init) ||
-         lttng_ust_tracepoint_enabled(cie, callback_start);
+std::uint32_t enabled_events() noexcept {
+  const lttng_ust_tracepoint* const events[] = {
+      &lttng_ust_tracepoint_cie___run_begin,      &lttng_ust_tracepoint_cie___run_end,
+      &lttng_ust_tracepoint_cie___node_init,      &lttng_ust_tracepoint_cie___group_init,
+      &lttng_ust_tracepoint_cie___callback_init,  &lttng_ust_tracepoint_cie___callback_fini,
+      &lttng_ust_tracepoint_cie___publisher_init, &lttng_ust_tracepoint_cie___publisher_fini,
+      &lttng_ust_tracepoint_cie___thread_init,    &lttng_ust_tracepoint_cie___thread_fini,
+      &lttng_ust_tracepoint_cie___thread_sched,   &lttng_ust_tracepoint_cie___callback_release,
+      &lttng_ust_tracepoint_cie___thread_wakeup,  &lttng_ust_tracepoint_cie___callback_start,
+      &lttng_ust_tracepoint_cie___callback_end,   &lttng_ust_tracepoint_cie___publish,
+      &lttng_ust_tracepoint_cie___sample_lost,    &lttng_ust_tracepoint_cie___clock_sync};
+  std::uint32_t mask = 0;
+  std::uint32_t bit = 1;
+  for (const lttng_ust_tracepoint* event : events) {
+    mask |= __atomic_load_n(&event->state, __ATOMIC_RELAXED) != 0 ? bit : 0;
+    bit <<= 1;
+  }
+  return mask;
 }
 
 bool watch_session_starts(Hook on_start) noexcept {
@@ -74,7 +87,7 @@ void touch_current_thread() noexcept {
 #else
 
 bool is_compiled_in() noexcept { return false; }
-bool is_traced() noexcept { return false; }
+std::uint32_t enabled_events() noexcept { return 0; }
 bool watch_session_starts(Hook /*on_start*/) noexcept { return false; }
 void touch_current_thread() noexcept {}
 

@@ -380,8 +380,8 @@ inline void sample_lost(CallbackId callback, std::uint32_t count,
 
 namespace cie::trace {
 
-// True while some session records events of this provider in this process.
-bool is_traced() noexcept;
+// One bit per event of the provider: those that some session records in this process.
+std::uint32_t enabled_events() noexcept;
 
 // Calls `on_start` whenever a tracing session starts on this process or its state is asked for anew
 // (`lttng regenerate statedump`), from a thread of LTTng's: it may only set a flag and wake someone.

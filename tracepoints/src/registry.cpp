@@ -1,8 +1,7 @@
 #include "registry.hpp"
 
-#include "clock.hpp"
 #include "provider.h"
-#include "version.hpp"
+#include "state_events.hpp"
 
 #include <algorithm>
 #include <new>
@@ -14,76 +13,6 @@ namespace cie::trace {
 namespace {
 
 constexpr std::time_t kPatienceAtExitSeconds = 1;
-
-void emit_clock_sync() noexcept {
-  const ClockPair clocks = read_clocks();
-  emit::clock_sync(clocks.monotonic_ns, clocks.realtime_ns);
-}
-
-void emit_init(const CallbackState& callback) noexcept {
-  const CallbackInfo& info = callback.info;
-  emit::callback_init({.callback_id = to_number(callback.id),
-                       .group_id = to_number(info.group),
-                       .node_id = to_number(info.node),
-                       .kind = info.kind,
-                       .logical_id = info.logical_id.c_str(),
-                       .source = info.source.c_str(),
-                       .symbol = info.symbol.c_str(),
-                       .period_ns = info.period_ns,
-                       .queue_depth = info.queue_depth,
-                       .deadline_ns = info.deadline_ns,
-                       .next_seq = callback.started.load(std::memory_order_acquire)});
-}
-
-void emit_init(const PublisherState& publisher) noexcept {
-  emit::publisher_init(publisher.id, publisher.node, publisher.topic.c_str(), publisher.writer_gid,
-                       publisher.messages.count());
-}
-
-void emit_init(const ThreadState& thread) noexcept {
-  emit::thread_init({.tid = thread.tid,
-                     .role = thread.role,
-                     .callback_id = to_number(thread.callback),
-                     .group_id = to_number(thread.group),
-                     .name = thread.name.c_str(),
-                     .start_ns = thread.start_ns});
-}
-
-void emit_sched(const ThreadState& thread, const SchedRecord& record) noexcept {
-  const SchedReadBack& read = record.parameters;
-  emit::thread_sched({.tid = thread.tid,
-                      .moment = record.moment,
-                      .n = record.n,
-                      .policy = read.policy,
-                      .flags = read.flags,
-                      .nice = read.nice,
-                      .priority = read.priority,
-                      .runtime_ns = read.runtime_ns,
-                      .deadline_ns = read.deadline_ns,
-                      .period_ns = read.period_ns,
-                      .cpus = read.cpus.data(),
-                      .cpu_count = static_cast<std::uint32_t>(read.cpus.size()),
-                      .error = record.error});
-}
-
-void emit_fini(const CallbackState& callback) noexcept {
-  // `ended` is read before `started`, so that a callback which is running shows as started only.
-  const std::uint64_t ended = callback.ended.load(std::memory_order_acquire);
-  emit::callback_fini({.callback_id = to_number(callback.id),
-                       .started = callback.started.load(std::memory_order_acquire),
-                       .ended = ended,
-                       .released = callback.released.load(std::memory_order_acquire),
-                       .overwritten = callback.overwritten.load(std::memory_order_acquire),
-                       .lost = callback.lost.load(std::memory_order_acquire)});
-}
-
-void emit_fini(const PublisherState& publisher) noexcept {
-  emit::publisher_fini(publisher.id, publisher.messages.count());
-}
-
-void emit_fini(const ThreadState& thread) noexcept {
-  emit::thread_fini(thread.tid, thread.read_backs);
-}
 
 }  // namespace
 
@@ -126,7 +55,7 @@ std::uint64_t Registry::begin_run(ExecutorKind executor, std::string_view spec_s
     live.spec_sha256 = spec_sha256;
     live.process = read_process_info();
     // Before run_begin: a session that starts meanwhile is then announced to, rather than missed.
-    live.announcer = std::make_unique<Announcer>([this] { announce(); });
+    live.announcer = std::make_unique<Announcer>([this] { announce(); }, [this] { sync_clocks(); });
     live.is_running = true;
     emit_run_begin(RunMoment::start);
     emit_registered();
@@ -314,6 +243,13 @@ void Registry::announce() {
   emit_clock_sync();
 }
 
+void Registry::sync_clocks() {
+  const Guard guard(*this);
+  if (live_->is_running) {
+    emit_clock_sync();
+  }
+}
+
 // At run_begin: everything registered before it counts and is emitted now, with what was read back.
 void Registry::emit_registered() {
   Live& live = *live_;
@@ -349,20 +285,7 @@ void Registry::emit_everything() const {
 }
 
 void Registry::emit_run_begin(RunMoment moment) const {
-  const ClockPair clocks = read_clocks();
-  const ProcessInfo& process = live_->process;
-  emit::run_begin({.tool_version = kToolVersion,
-                   .executor = label(live_->executor).data(),
-                   .boot_id = process.boot_id.c_str(),
-                   .host = process.host.c_str(),
-                   .pid = process.pid,
-                   .pid_ns = process.pid_ns,
-                   .process_start_ns = process.process_start_ns,
-                   .monotonic_ns = clocks.monotonic_ns,
-                   .realtime_ns = clocks.realtime_ns,
-                   .online_cpus = process.online_cpus,
-                   .spec_sha256 = live_->spec_sha256.c_str(),
-                   .moment = moment});
+  trace::emit_run_begin(live_->process, live_->executor, live_->spec_sha256, moment);
 }
 
 // The announcer is handed out because its thread may be waiting for the lock: the caller destroys

@@ -21,13 +21,12 @@ struct CallbackState {
   CallbackState(CallbackId callback, CallbackInfo callback_info, bool may_overlap_itself)
       : id(callback), may_overlap(may_overlap_itself), info(std::move(callback_info)) {}
 
-  const CallbackId id;
-  const bool may_overlap;  // of a reentrant or unknown group: two threads may count at once
-  const CallbackInfo info;
-
   // Written by the thread that runs the callback …
   alignas(kCacheLine) std::atomic<std::uint64_t> started{0};
   std::atomic<std::uint64_t> ended{0};
+  const CallbackId id;
+  const bool may_overlap;  // of a reentrant or unknown group: two threads may count at once
+  const CallbackInfo info;
   // … and by those that make it ready, on another cache line.
   alignas(kCacheLine) std::atomic<std::uint64_t> released{0};
   std::atomic<std::uint64_t> overwritten{0};
@@ -39,11 +38,11 @@ struct PublisherState {
                  std::uint64_t gid)
       : id(publisher), node(publisher_node), topic(publisher_topic), writer_gid(gid) {}
 
+  alignas(kCacheLine) MessageClock messages;
   const PublisherId id;
   const NodeId node;
   const std::string topic;
   const std::uint64_t writer_gid;
-  alignas(kCacheLine) MessageClock messages;
 };
 
 // One read-back of a thread's parameters, as `thread_sched` carries it.

@@ -1,5 +1,6 @@
 // `cie`: chooses the subcommand, and turns errors into one line and an exit code.
 #include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/guard.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/viewer_export/output_file.hpp>
 #include <cie/viewer_export/version.hpp>
@@ -13,7 +14,9 @@
 #include <array>
 #include <csignal>
 #include <cstdio>
+#include <initializer_list>
 #include <new>
+#include <string_view>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -139,14 +142,28 @@ int run(const Arguments& arguments) {
 }
 
 }  // namespace
+
+// Commands that read traces do so in a child process: see analysis/guard.hpp.
+int guarded(const Arguments& arguments) {
+  try {
+    return analysis::run_guarded([&arguments] { return run(arguments); });
+  } catch (const std::exception& error) {
+    return fail(error.what(), unreadable);
+  }
+}
+
 }  // namespace cie::cli
 
 int main(int argc, char** argv) {
   cie::cli::reserve_standard_descriptors();
   const cie::cli::Arguments arguments(argv + std::min(argc, 1), argv + argc);
-  const bool is_started = !arguments.empty() && (arguments[0] == "run" || arguments[0] == "record");
-  if (!is_started) {
-    std::signal(SIGPIPE, SIG_IGN);  // a closed pipe is an error with a message, not a silent end
-  }
+  const auto is_one_of = [&arguments](std::initializer_list<std::string_view> names) {
+    return !arguments.empty() && std::find(names.begin(), names.end(), arguments[0]) != names.end();
+  };
+  if (is_one_of({"run", "record"})) return cie::cli::run(arguments);
+  // A closed pipe and a file size limit are errors with a message, not a silent end.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  if (is_one_of({"report", "instances", "verify", "export"})) return cie::cli::guarded(arguments);
   return cie::cli::run(arguments);
 }

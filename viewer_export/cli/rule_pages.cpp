@@ -2,13 +2,34 @@
 
 #include "command_line.hpp"
 #include "rules/rule.hpp"
+#include "text_layout.hpp"
 
 #include <algorithm>
-#include <vector>
+#include <cstddef>
+#include <string_view>
 
 #include <fmt/format.h>
 
 namespace cie::cli {
+namespace {
+
+// Paragraph by paragraph.
+std::string wrapped(std::string_view page) {
+  constexpr std::size_t kColumns = 100;
+  std::string text;
+  while (!page.empty()) {
+    const auto end = std::min(page.find('\n'), page.size());
+    const auto lines = viewer_export::wrap(page.substr(0, end), kColumns);
+    for (const auto& line : lines) {
+      text += line + '\n';
+    }
+    text += lines.empty() ? "\n" : "";
+    page.remove_prefix(std::min(end + 1, page.size()));
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string rule_list() {
   std::string text;
@@ -25,7 +46,7 @@ std::string rule_page(const std::string& id) {
   });
   for (const auto& rule : analysis::rules()) {
     if (rule.id == wanted) {
-      return fmt::format("{} {}\n\n{}\n", rule.id, rule.name, rule.page);
+      return fmt::format("{} {}\n\n{}", rule.id, rule.name, wrapped(rule.page));
     }
   }
   throw UsageError(

@@ -327,6 +327,9 @@ void PerfettoExport::on_publication(const Publication& publication) {
 
 void PerfettoExport::on_sched_slice(const analysis::SchedSlice& slice) {
   auto& s = *state_;
+  if (slice.begin == slice.end) {
+    return;  // switched in and out within one tick of the clock: nothing to draw
+  }
   if (s.sched.add(slice)) {
     s.first_time = std::min(s.first_time, slice.begin.ns);
     ++s.counts.sched_slices;

@@ -64,7 +64,7 @@ std::string policy_text(const analysis::ThreadSchedReport& s) {
   if (name.starts_with(kPrefix)) {
     name.remove_prefix(kPrefix.size());
   }
-  std::string text = name.empty() ? fmt::format("policy {}", s.policy) : printable(name);
+  std::string text = name.empty() ? fmt::format("policy {}", s.policy) : elide(printable(name), 10);
   if (s.runtime_ns > 0) {
     return text + fmt::format(" {}/{}", format_duration(static_cast<std::int64_t>(s.runtime_ns)),
                               format_duration(static_cast<std::int64_t>(s.period_ns)));
@@ -77,16 +77,16 @@ std::string policy_text(const analysis::ThreadSchedReport& s) {
 
 std::vector<Cell> thread_row(const ThreadReport& t) {
   const auto callbacks = t.callbacks.empty()       ? not_measured()
-                         : t.callbacks.size() == 1 ? Cell{elide(printable(t.callbacks.front()), 42)}
+                         : t.callbacks.size() == 1 ? Cell{printable(t.callbacks.front())}
                                                    : Cell{counted(t.callbacks.size(), "callback")};
   const bool is_refused = t.sched && t.sched->error != 0;
   return {{elide(printable(t.name.empty() ? std::string_view("(unnamed)") : t.name), 24)},
           {fmt::format("{}", t.tid)},
-          t.role ? Cell{elide(printable(*t.role), 10)} : not_measured(),
+          t.role ? Cell{elide(printable(*t.role), 9)} : not_measured(),
           t.sched ? Cell{policy_text(*t.sched) + (is_refused ? " (refused)" : ""),
                          is_refused ? Look::bad : Look::plain}
                   : not_measured(),
-          t.sched ? Cell{elide(format_cpus(t.sched->cpus), 12)} : not_measured(),
+          t.sched ? Cell{elide(format_cpus(t.sched->cpus), 10)} : not_measured(),
           t.busy_ns ? Cell{format_duration(*t.busy_ns)} : not_measured(),
           callbacks};
 }
@@ -176,7 +176,7 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
                           {"response", "time p99"},
                           {"response", "time max"},
                           {"start", "lat. max"},
-                          {"execution", "time max"},
+                          {"exec.", "time max"},
                           {"", "missed"},
                           {"iso-", "lated"}});
       },

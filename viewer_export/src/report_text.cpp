@@ -45,8 +45,9 @@ std::string window_text(const analysis::TraceSummary& trace) {
   if (!trace.hosts.empty()) {
     text += (trace.hosts.size() == 1 ? ", host " : ", hosts ") + joined(trace.hosts, " ");
   }
-  text += trace.lost_events ? fmt::format(", {} lost", counted(*trace.lost_events, "event"))
-                            : std::string(", whole packets lost (events in them unknown)");
+  text += trace.lost_events
+              ? fmt::format(", {} reported lost", counted(*trace.lost_events, "event"))
+              : std::string(", whole packets lost (events in them unknown)");
   return text + (trace.complete ? "; the recording is complete"
                                 : "; the recording is NOT complete: see the defects below");
 }
@@ -67,14 +68,22 @@ std::string header(const Report& report, const TextStyle& style) {
   return text;
 }
 
-std::vector<std::string> rules_with(const analysis::VerdictReport& verdicts, Verdict verdict) {
+struct RuleList {
+  std::size_t count = 0;
+  std::string names;  // with what they are about as long as they are few
+};
+
+RuleList rules_with(const analysis::VerdictReport& verdicts, Verdict verdict) {
+  constexpr std::size_t kFew = 3;
+  std::vector<std::string> ids;
   std::vector<std::string> names;
   for (const auto& rule : verdicts.rules) {
     if (rule.verdict == verdict) {
+      ids.push_back(rule.id);
       names.push_back(rule.id + " " + rule.name);
     }
   }
-  return names;
+  return {names.size(), names.size() <= kFew ? joined(names, ", ") : joined(ids, " ")};
 }
 
 std::string verdict_line(const analysis::VerdictReport& verdicts, const TextStyle& style) {
@@ -82,17 +91,16 @@ std::string verdict_line(const analysis::VerdictReport& verdicts, const TextStyl
   const auto open = rules_with(verdicts, Verdict::inconclusive);
   const auto passed = rules_with(verdicts, Verdict::pass);
   std::string text;
-  if (!failed.empty()) {
-    text =
-        fmt::format("FAIL: {} violated ({})", counted(failed.size(), "rule"), joined(failed, ", "));
-  } else if (!open.empty()) {
+  if (failed.count > 0) {
+    text = fmt::format("FAIL: {} violated ({})", counted(failed.count, "rule"), failed.names);
+  } else if (open.count > 0) {
     text = fmt::format("INCONCLUSIVE: the trace does not decide {} ({})",
-                       counted(open.size(), "rule"), joined(open, ", "));
+                       counted(open.count, "rule"), open.names);
   } else {
-    text = fmt::format("PASS: {} checked, none violated", counted(passed.size(), "rule"));
+    text = fmt::format("PASS: {} checked, none violated", counted(passed.count, "rule"));
   }
   text += ". Evidence: cie verify";
-  const Look look = !failed.empty() ? Look::bad : open.empty() ? Look::good : Look::doubtful;
+  const Look look = failed.count > 0 ? Look::bad : open.count == 0 ? Look::good : Look::doubtful;
   return paint(labelled("Verdict", text, style), look, style);
 }
 

@@ -208,6 +208,11 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
       std::accumulate(result.begin() + 1, result.end(), kIndent + 2 * (result.size() - 1));
   const std::size_t left = columns > others ? columns - others : 0;
   result.front() = std::min(result.front(), std::max(left, columns / 5));
+  // Text at the end of the line gets what is left after that.
+  if (columns_.size() > 1 && columns_.back().align == Align::left) {
+    const std::size_t rest = others - result.back() + result.front();
+    result.back() = std::min(result.back(), columns > rest + 8 ? columns - rest : 8);
+  }
   return result;
 }
 
@@ -239,7 +244,7 @@ std::string TextTable::render(const TextStyle& style) const {
     }
     text += line([&](std::size_t i) {
       const auto shown = i == 0 && is_split ? std::string_view{} : std::string_view(row[i].text);
-      return paint(pad(shown, width[i], columns_[i].align), row[i].look, style);
+      return paint(pad(elide(shown, width[i]), width[i], columns_[i].align), row[i].look, style);
     });
   }
   return text;

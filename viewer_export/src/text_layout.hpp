@@ -44,7 +44,8 @@ struct Cell {
 };
 
 // Columns aligned over all rows; numbers to the right, the first column (names) to the left. A name
-// too wide for what the other columns leave stands on a line of its own.
+// too wide for what the other columns leave stands on a line of its own; text in a last column that
+// is aligned to the left is cut to what is left.
 class TextTable {
  public:
   enum class Align : std::uint8_t { left, right };

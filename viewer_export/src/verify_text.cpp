@@ -34,8 +34,14 @@ Look look_of(Verdict verdict) {
   return Look::faint;
 }
 
-// "1700000983.004000000", as babeltrace2 reads it. `ns` is not negative.
-std::string seconds(std::int64_t ns) {
+// "1700000983.004000000", as babeltrace2 reads it. Empty when that is not known.
+std::optional<std::string> on_wall_clock(analysis::Timestamp time, std::int64_t margin_ns,
+                                         const VerifyContext& context) {
+  std::int64_t ns = 0;
+  if (!context.clock_offset_ns || __builtin_add_overflow(time.ns, *context.clock_offset_ns, &ns) ||
+      __builtin_add_overflow(ns, margin_ns, &ns) || ns < 0) {
+    return std::nullopt;
+  }
   return fmt::format("{}.{:09}", ns / 1'000'000'000, ns % 1'000'000'000);
 }
 
@@ -74,15 +80,10 @@ std::string babeltrace2_command(const std::vector<Evidence>& evidence,
   const auto [first, last] =
       std::minmax_element(evidence.begin(), evidence.end(),
                           [](const auto& a, const auto& b) { return a.time < b.time; });
-  std::int64_t begin = 0;
-  std::int64_t end = 0;
-  const bool is_known =
-      context.clock_offset_ns &&
-      !__builtin_add_overflow(first->time.ns, *context.clock_offset_ns - kMarginNs, &begin) &&
-      !__builtin_add_overflow(last->time.ns, *context.clock_offset_ns + kMarginNs, &end) &&
-      begin >= 0;
-  if (is_known) {
-    command += fmt::format(" --clock-seconds --begin {} --end {}", seconds(begin), seconds(end));
+  const auto begin = on_wall_clock(first->time, -kMarginNs, context);
+  const auto end = on_wall_clock(last->time, kMarginNs, context);
+  if (begin && end) {
+    command += fmt::format(" --clock-seconds --begin {} --end {}", *begin, *end);
   }
   for (const auto& path : report.trace.paths) {
     command += " " + printable(shell_quoted(path));

@@ -7,6 +7,7 @@
 
 #include <exception>
 #include <map>
+#include <regex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,26 +18,30 @@
 namespace cie::analysis::bt {
 namespace {
 
-// The innermost cause libbabeltrace2 recorded on this thread; clears it.
+// What libbabeltrace2 recorded about the failure on this thread, innermost cause of a component first
+// of all, without its own addresses, which differ from run to run. Clears it; may be empty.
 std::string take_cause() {
   const auto* error = bt_current_thread_take_error();
-  if (error == nullptr) return "libbabeltrace2 gave no reason";
+  if (error == nullptr) return {};
   std::string text;
-  if (bt_error_get_cause_count(error) > 0) {
-    text = bt_error_cause_get_message(bt_error_borrow_cause_by_index(error, 0));
+  for (std::uint64_t i = 0; i < bt_error_get_cause_count(error) && text.empty(); ++i) {
+    const auto* cause = bt_error_borrow_cause_by_index(error, i);
+    if (bt_error_cause_get_actor_type(cause) != BT_ERROR_CAUSE_ACTOR_TYPE_UNKNOWN) {
+      text = bt_error_cause_get_message(cause);
+    }
   }
   bt_error_release(error);
-  for (auto& c : text) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
-  }
-  constexpr std::size_t kMaxLength = 400;
-  if (text.size() > kMaxLength) text.replace(kMaxLength, std::string::npos, "…");
+  static const std::regex addresses("[,:]? *[a-z-]+-addr=0x[0-9a-f]+|[\\x01-\\x1f]");
+  text = std::regex_replace(text.substr(0, 2000), addresses, "");
+  constexpr std::size_t kMaxLength = 300;
+  if (text.size() > kMaxLength) text.resize(kMaxLength);
   return text;
 }
 
 [[noreturn]] void fail(const std::string& what) {
-  throw UnreadableTrace(what + ": " + take_cause() +
-                        "; if the recording was cut short, `babeltrace2` may tell more");
+  const auto cause = take_cause();
+  throw UnreadableTrace(what + (cause.empty() ? "" : ": " + cause) +
+                        "; compare its files with the recording's manifest, or record again");
 }
 
 struct Sink {
@@ -194,7 +199,7 @@ void read_traces(std::span<const std::filesystem::path> traces, Analyzer& analyz
       std::rethrow_exception(sink.error);
     }
     const auto cause = take_cause();
-    if (decoder.events() == 0) throw UnreadableTrace("cannot read trace: " + cause);
+    if (decoder.events() == 0) throw UnreadableTrace("cannot read any event: " + cause);
     decoder.damaged(cause);
     return;
   }

@@ -111,13 +111,15 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
   if (context.options.spec == nullptr) return verdicts;
   const auto& model = context.model;
   const Proof proof(model);
+  const Subjects subjects(model);
   for (const auto& asked : context.options.spec->chains()) {
     if (!asked.path_latency_ns && !asked.reaction_time_ns && !asked.data_age_ns) continue;
-    Judgement judgement("chain " + asked.name);
-    judgement.overrule(loss_on(context, asked, proof));
     const auto chain = std::ranges::find_if(model.chains, [&asked](const ChainFacts& facts) {
       return facts.specified && facts.name == asked.name;
     });
+    Judgement judgement(chain == model.chains.end() ? "chain " + asked.name
+                                                    : subjects.chain(*chain));
+    judgement.overrule(loss_on(context, asked, proof));
     if (chain != model.chains.end()) {
       judge_bound(
           context, asked,

@@ -12,10 +12,8 @@ int main(int argc, char** argv) {
     return 2;
   }
   using namespace cie;
-  viewer_export::PerfettoExport perfetto({.clock_offset_ns = 1'700'000'000'000'000'000,
-                                          .spill_directory = {},
-                                          .gzip = false,
-                                          .records_in_memory = 2});
+  viewer_export::PerfettoExport perfetto(
+      {.clock_offset_ns = 1'700'000'000'000'000'000, .records_in_memory = 2});
   test::feed_application(perfetto);
   viewer_export::OutputFile file(argv[1]);
   const auto counts = perfetto.write(file.stream(), test::application_report());

@@ -44,8 +44,9 @@ class Spinning {
   Spinning(const Spinning&) = delete;
   Spinning& operator=(const Spinning&) = delete;
   ~Spinning() {
+    if (!done_.valid()) return;
     executor_.cancel();
-    if (done_.valid()) done_.wait();
+    done_.wait();
   }
   bool is_done() const { return done_.wait_for(0s) == std::future_status::ready; }
   void wait() { done_.get(); }

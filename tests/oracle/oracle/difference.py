@@ -70,7 +70,8 @@ def compare_text(expected: str, got: str, name: str, limit: int = 6) -> list[str
     return lines
 
 
-def compare_verdicts(expected: dict[str, Any], got: dict[str, Any]) -> list[str]:
+def compare_verdicts(expected: dict[str, Any], got: dict[str, Any],
+                     undecided: set[tuple[str, str]] = frozenset()) -> list[str]:
     """By rule and subject. Subjects that are not applicable may be left out on either side; a
     verdict of "*" is not judged: the documents leave it open."""
     lines = []
@@ -93,7 +94,7 @@ def compare_verdicts(expected: dict[str, Any], got: dict[str, Any]) -> list[str]
             continue
         for subject in sorted(left.keys() | right.keys()):
             a, b = left.get(subject, "NOT_APPLICABLE"), right.get(subject, "NOT_APPLICABLE")
-            if a not in (b, "*"):
+            if a not in (b, "*") and (rule["id"], subject) not in undecided:
                 lines.append(f"{rule['id']} {subject}: expected {a}, got {b}"
                              + _evidence(other, subject))
         for subject in other["subjects"]:
@@ -115,3 +116,29 @@ def _evidence(rule: dict[str, Any], subject: str) -> str:
 def _short(value: Any) -> str:
     text = repr(value)
     return text if len(text) < 160 else text[:157] + "..."
+
+
+def compare_weaker(expected: dict[str, Any], got: dict[str, Any], flips: bool) -> list[str]:
+    """Law L2: loss never makes a false FAIL and never lets a violation pass over all.
+
+    `flips`: neither may a single subject go from FAIL to PASS. That holds when what is missing
+    leaves holes; a missing tail is a crash, and the rules judge what was before it. M7 is left out:
+    its table has no INCONCLUSIVE.
+    """
+    lines = []
+    wanted = expected["verdict"]
+    if (wanted, got.get("verdict")) in (("PASS", "FAIL"), ("FAIL", "PASS")):
+        lines.append(f"overall: {got['verdict']}, though without the loss it is {wanted}")
+    rules = {r["id"]: r for r in got.get("rules", [])}
+    for rule in expected["rules"]:
+        truth = {s["subject"]: s["verdict"] for s in rule["subjects"]}
+        for s in rules.get(rule["id"], {}).get("subjects", []):
+            before, after = truth.get(s["subject"], "NOT_APPLICABLE"), s["verdict"]
+            if s["subject"].startswith("callback ?"):  # its announcement is missing
+                continue
+            false_fail = after == "FAIL" and before not in ("FAIL", "*")
+            flip = flips and after == "PASS" and before == "FAIL" and rule["id"] != "M7"
+            if false_fail or flip:
+                lines.append(f"{rule['id']} {s['subject']}: {after}, though without the loss it is "
+                             f"{before}" + _evidence(rules[rule["id"]], s["subject"]))
+    return lines

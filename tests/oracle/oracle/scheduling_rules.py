@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from .model import Callback, Thread
+from .entities import Callback, Thread
 from .proof import spec_entry
 from .text_trace import Event
 
@@ -47,6 +47,11 @@ def last_applied_of(c: Callback) -> Event | None:
     return max(found, key=lambda e: e.time) if found else None
 
 
+def read_backs_tainted(j: "Judge", c: Callback) -> bool:
+    return any(j.proof.thread_tainted(t) for t in c.process.threads
+               if t.isolated and t.init.callback_id == c.id)
+
+
 def judged(entry: dict[str, Any]) -> bool:
     return entry.get("policy") is not None or bool(entry.get("affinity"))
 
@@ -72,6 +77,8 @@ def matches(entry: dict[str, Any], e: Event) -> bool:
 def judge(j: "Judge") -> None:
     for t in j.model.all_threads():
         if not t.init:
+            if t.instances:
+                j.put("S4", j.thread(t), INCONCLUSIVE)  # no read-back
             unknown = t.instances and not j.proof.whole[t.process]
             for c in {i.callback for i in t.instances} if unknown else ():
                 if c.known and spec_entry(j.spec, c.logical_id):

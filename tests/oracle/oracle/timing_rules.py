@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from .chains import Chain
-from .model import Callback
+from .entities import Callback
 from .proof import spec_entry
 from .report import chains_of, inter_arrivals, lower_bound, upper_bound
 
@@ -128,7 +128,7 @@ def _chain(j: "Judge", chain: Chain, bounds: dict[str, Any]) -> None:
     tainted = any(j.proof.callback_tainted(c) for c in members)
     for process in j.model.processes:
         for publisher, init in process.publishers.items():
-            if any(c.inits[0].source == init.topic for c in members if c.known):
+            if any(c.source == init.topic for c in members):
                 tainted |= j.proof.publisher_tainted(process, publisher)
     if not chain.instances and not chain.broken:
         j.put("Q2", subject, INCONCLUSIVE if tainted else NOT_APPLICABLE)

@@ -14,7 +14,11 @@ namespace executor {
 class TimerCallback;
 }
 
-struct TimerOptions : CallbackOptions {
+struct TimerOptions {
+  // As in CallbackOptions.
+  std::shared_ptr<CallbackGroup> group{};
+  std::string name{};
+  std::chrono::nanoseconds deadline{0};
   // First expiry on CLOCK_MONOTONIC (steady_clock); if it is past when an executor first serves the
   // timer, the next instant of its grid. Absent: `phase` after an executor first serves it.
   std::optional<std::chrono::nanoseconds> start{};

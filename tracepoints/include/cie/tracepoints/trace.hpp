@@ -92,9 +92,9 @@ struct CallbackInfo {
   GroupId group = kNoGroup;
   NodeId node = kNoNode;
   CallbackKind kind = CallbackKind::timer;
-  std::string logical_id;  // unique in the process; see unique_logical_id()
-  std::string source;      // topic or service; empty for a timer
-  std::string symbol;      // name of the function, demangled; may be empty
+  std::string logical_id{};  // unique in the process; see unique_logical_id()
+  std::string source{};      // topic or service; empty for a timer
+  std::string symbol{};      // name of the function, demangled; may be empty
   std::uint64_t period_ns = 0;
   std::uint32_t queue_depth = 0;
   std::uint64_t deadline_ns = 0;

@@ -17,11 +17,11 @@ void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdict
 
 // What the text says besides the verdicts.
 struct VerifyContext {
-  std::string spec_name;    // empty: no spec was given
-  std::string spec_sha256;  // of its bytes, lower-case hex
+  std::string spec_name{};    // empty: no spec was given
+  std::string spec_sha256{};  // of its bytes, lower-case hex
   // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty:
   // unknown; the commands then lack their time range.
-  std::optional<std::int64_t> clock_offset_ns;
+  std::optional<std::int64_t> clock_offset_ns{};
 };
 
 // For people: the verdict first, then one line per failing or inconclusive rule and subject with

@@ -1,0 +1,202 @@
+// cie-demo: a small car in two processes, to be run under any of the executors.
+#include <CLI/CLI.hpp>
+#include <cie/executor/executor.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "graph.hpp"
+
+namespace demo {
+namespace {
+
+struct Settings {
+  std::string part = "both";
+  std::string executor = "isolated";
+  double duration_s = 10;
+  double load = 1;
+  unsigned threads = 0;
+  std::string spec;
+  std::string on_error = "refuse";
+  std::uint32_t domain = 77;
+  std::string tag;
+};
+
+cie::Executor* running = nullptr;  // for the signal handler
+
+void on_signal(int) {
+  if (running != nullptr) running->cancel();
+}
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
+
+std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
+  cie::ExecutorOptions options;
+  options.threads = settings.threads;
+  options.on_error = settings.on_error == "warn" ? cie::OnError::warn : cie::OnError::refuse;
+  if (options.on_error == cie::OnError::warn) {
+    options.on_parameter_problem = [](const cie::ParameterProblem& problem) {
+      std::fprintf(stderr, "cie-demo: warning: %s\n", problem.text().c_str());
+    };
+  }
+  if (!settings.spec.empty()) {
+    options.spec =
+        std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
+  }
+  if (settings.executor == "single") {
+    return std::make_unique<cie::SingleThreadedExecutor>(std::move(options));
+  }
+  if (settings.executor == "multi") {
+    return std::make_unique<cie::MultiThreadedExecutor>(std::move(options));
+  }
+  return std::make_unique<cie::CallbackIsolatedExecutor>(std::move(options));
+}
+
+// Until everybody who is meant to listen does, so that no chain begins in the middle. Bounded: the
+// other process may not be there.
+void wait_for_readers(const Nodes& nodes) {
+  using namespace std::chrono_literals;
+  const auto bound = std::chrono::steady_clock::now() + 5s;
+  for (const auto& node : nodes) {
+    while (!node->is_connected() && std::chrono::steady_clock::now() < bound) {
+      std::this_thread::sleep_for(5ms);
+    }
+  }
+}
+
+void run_part(const Settings& settings) {
+  Work::set_load(settings.load);
+  const cie::Context context{
+      {.domain = settings.domain, .loopback = true, .tag = settings.tag}};
+  const auto nodes =
+      settings.part == "planning" ? make_planning(context) : make_sensing(context);
+  const auto executor = make_executor(settings);
+  for (const auto& node : nodes) executor->add_node(node->node());
+  running = executor.get();
+  catch_signals();
+  wait_for_readers(nodes);
+  executor->spin_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double>{settings.duration_s}));
+  running = nullptr;
+}
+
+// The planning process, as a child that ends when it is told, when its parent is gone, or at the
+// latest when its own time is up.
+class PlanningProcess {
+ public:
+  explicit PlanningProcess(const Settings& settings) {
+    constexpr double kMargin_s = 10;
+    std::vector<std::string> arguments{
+        "cie-demo",     "--part",     "planning",
+        "--executor",   settings.executor,
+        "--duration",   std::to_string(settings.duration_s + kMargin_s),
+        "--load",       std::to_string(settings.load),
+        "--threads",    std::to_string(settings.threads),
+        "--on-error",   settings.on_error,
+        "--domain",     std::to_string(settings.domain),
+        "--tag",        settings.tag};
+    if (!settings.spec.empty()) {
+      arguments.insert(arguments.end(), {"--spec", settings.spec});
+    }
+    std::vector<char*> raw;
+    for (std::string& argument : arguments) raw.push_back(argument.data());
+    raw.push_back(nullptr);
+    const pid_t parent = getpid();
+    pid_ = fork();
+    if (pid_ == 0) {
+      prctl(PR_SET_PDEATHSIG, SIGTERM);
+      if (getppid() == parent) execv("/proc/self/exe", raw.data());
+      _exit(127);
+    }
+    if (pid_ < 0) throw std::system_error{errno, std::generic_category(), "cannot start a process"};
+  }
+  PlanningProcess(const PlanningProcess&) = delete;
+  PlanningProcess& operator=(const PlanningProcess&) = delete;
+  ~PlanningProcess() {
+    if (pid_ > 0) stop();
+  }
+  // True if it ended well.
+  bool stop() {
+    kill(pid_, SIGTERM);
+    int status = 0;
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    }
+    pid_ = 0;
+    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+int run(Settings settings) {
+  if (settings.part != "both") {
+    run_part(settings);
+    return 0;
+  }
+  if (settings.tag.empty()) settings.tag = "demo-" + std::to_string(getpid());
+  PlanningProcess planning{settings};
+  settings.part = "sensing";
+  run_part(settings);
+  return planning.stop() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace demo
+
+int main(int argc, char** argv) {
+  demo::Settings settings;
+  CLI::App app{
+      "A sensor -> transform -> fusion -> command graph over Cyclone DDS: 26 callbacks in two\n"
+      "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
+  app.name("cie-demo");
+  app.add_option("--executor", settings.executor, "Who runs the callbacks")
+      ->check(CLI::IsMember({"isolated", "single", "multi"}))
+      ->capture_default_str();
+  app.add_option("--duration", settings.duration_s, "Seconds to run")
+      ->check(CLI::Range(0.0, 86400.0))
+      ->capture_default_str();
+  app.add_option("--load", settings.load, "Factor of the callbacks' CPU work")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  app.add_option("--threads", settings.threads, "Threads of `multi`; 0: one for each CPU")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str();
+  app.add_option("--spec", settings.spec, "Scheduling spec of the threads")
+      ->check(CLI::ExistingFile);
+  app.add_option("--on-error", settings.on_error, "When the spec cannot be applied")
+      ->check(CLI::IsMember({"refuse", "warn"}))
+      ->capture_default_str();
+  app.add_option("--part", settings.part, "Run one of the two processes only")
+      ->check(CLI::IsMember({"both", "sensing", "planning"}))
+      ->capture_default_str();
+  app.add_option("--domain", settings.domain, "DDS domain")
+      ->check(CLI::Range(0U, 230U))
+      ->capture_default_str();
+  app.add_option("--tag", settings.tag, "Only processes of the same tag see each other");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  try {
+    return demo::run(settings);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cie-demo: %s\n", error.what());
+    return 2;
+  }
+}

@@ -1,0 +1,20 @@
+// CPU load that can be scaled.
+#pragma once
+
+#include <cstdint>
+
+namespace demo {
+
+// About `amount` microseconds of a slow core's time, times the factor of --load. A fixed number of
+// steps, not a span of time: a preempted callback does the same work, later.
+class Work {
+ public:
+  explicit Work(std::uint32_t amount) : amount_(amount) {}
+  static void set_load(double factor);
+  void operator()() const;
+
+ private:
+  std::uint32_t amount_;
+};
+
+}  // namespace demo

@@ -1,0 +1,130 @@
+#include "workload.hpp"
+
+#include <cie/executor/executor.hpp>
+#include <cie_messages.hpp>
+#include <memory>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include <sched.h>
+
+namespace bench {
+namespace {
+
+using cie_msgs::Sample;
+using namespace std::chrono_literals;
+
+std::int64_t now_ns() {
+  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
+}
+
+std::unique_ptr<cie::Executor> make_executor(const Workload& workload) {
+  cie::ExecutorOptions options;
+  options.threads = workload.threads;
+  if (workload.executor == "single") return std::make_unique<cie::SingleThreadedExecutor>(options);
+  if (workload.executor == "multi") return std::make_unique<cie::MultiThreadedExecutor>(options);
+  return std::make_unique<cie::CallbackIsolatedExecutor>(options);
+}
+
+// Every thread that comes after inherits it, those of DDS too.
+void become_real_time(int priority) {
+  if (priority == 0) return;
+  const sched_param parameter{.sched_priority = priority};
+  if (sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) {
+    throw std::system_error{errno, std::generic_category(),
+                            "cannot become SCHED_FIFO (use --fifo 0 to measure without)"};
+  }
+}
+
+std::string topic(unsigned index) { return "/bench/data" + std::to_string(index); }
+
+struct Publishing {
+  Publishing(const cie::Context& context, const Workload& workload, const cie::QoS& qos)
+      : node(context, "publisher") {
+    const auto step = std::chrono::nanoseconds{workload.period} / workload.pairs;
+    for (unsigned i = 0; i < workload.pairs; ++i) {
+      auto publisher = node.create_publisher<Sample>(topic(i), qos);
+      publishers.push_back(publisher);
+      auto message = std::shared_ptr<Sample>{cie::make_message<Sample>()};
+      cie::resize(message->payload, workload.payload);
+      cie::TimerOptions options;
+      // One grid for all, also for those of other processes.
+      options.start = workload.phases == Phases::staggered ? step * i : 0ns;
+      options.name = "timer" + std::to_string(i);
+      node.create_wall_timer(
+          workload.period,
+          [publisher, message] {
+            ++message->seq;
+            message->stamp = now_ns();
+            publisher->publish(*message);
+          },
+          options);
+    }
+  }
+  bool is_connected() const {
+    for (const auto& publisher : publishers) {
+      if (publisher->subscription_count() == 0) return false;
+    }
+    return true;
+  }
+  cie::Node node;
+  std::vector<std::shared_ptr<cie::Publisher<Sample>>> publishers;
+};
+
+struct Subscribing {
+  Subscribing(const cie::Context& context, const Workload& workload, const cie::QoS& qos,
+              Board& board)
+      : node(context, "subscriber") {
+    for (unsigned i = 0; i < workload.pairs; ++i) {
+      subscriptions.push_back(
+          node.create_subscription<Sample>(topic(i), qos, [&board](const Sample& sample) {
+            if (!board.is_measuring.load(std::memory_order_acquire)) return;
+            const auto latency = static_cast<std::uint32_t>(now_ns() - sample.stamp);
+            const std::uint64_t index = board.messages.fetch_add(1, std::memory_order_relaxed);
+            board.latency_ns[index % Board::kSamples] = latency;
+          }));
+    }
+  }
+  cie::Node node;
+  std::vector<std::shared_ptr<cie::Subscription<Sample>>> subscriptions;
+};
+
+}  // namespace
+
+void run_part(const Workload& workload, Part part, const std::string& tag, Board& board) {
+  become_real_time(workload.fifo_priority);
+  const cie::Context context{{.domain = 99, .loopback = true, .tag = tag}};
+  cie::QoS qos{cie::KeepLast{10}};
+  if (workload.best_effort) qos.best_effort();
+  std::unique_ptr<Publishing> publishing;
+  std::unique_ptr<Subscribing> subscribing;
+  if (part != Part::publisher) {
+    subscribing = std::make_unique<Subscribing>(context, workload, qos, board);
+  }
+  if (part != Part::subscriber) publishing = std::make_unique<Publishing>(context, workload, qos);
+  const auto executor = make_executor(workload);
+  if (subscribing) executor->add_node(subscribing->node);
+  if (publishing) executor->add_node(publishing->node);
+  std::thread watcher{[&] {
+    while (publishing && !publishing->is_connected() && !board.is_ending) {
+      std::this_thread::sleep_for(5ms);
+    }
+    while (!executor->is_spinning()) std::this_thread::sleep_for(1ms);
+    ++board.ready;
+    // Slowly: what this thread does is counted too.
+    while (!board.is_ending) std::this_thread::sleep_for(200ms);
+    executor->cancel();
+  }};
+  try {
+    executor->spin();
+  } catch (...) {
+    board.is_ending = true;
+    watcher.join();
+    throw;
+  }
+  watcher.join();
+}
+
+}  // namespace bench

@@ -1,0 +1,197 @@
+#!/usr/bin/env python3
+"""The Perfetto export, read by others: protoc (structure) and Perfetto's trace_processor.
+
+Arguments: structure|trace_processor CIE MAKE_TRACE EXAMPLES. Exit code 77: skipped, with the reason.
+"""
+import collections
+import csv
+import json
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import trace_processor  # noqa: E402
+
+CHECK, CIE, MAKE_TRACE, EXAMPLES = sys.argv[1:5]
+
+TIMER = "/plan@Timer(20000000)"
+TRACK = "/track@Subscription(/points)"
+DRIVE = "/drive@Subscription(/points)"
+
+
+def output_of(*command, **options):
+    return subprocess.run(command, stdin=options.pop("stdin", subprocess.DEVNULL), stdout=subprocess.PIPE, check=True,
+                          timeout=120, **options).stdout.decode()
+
+
+def example(name):
+    return os.path.join(EXAMPLES, name, "trace")
+
+
+class Truth:
+    """What an example trace holds, from babeltrace2's text and the contract's instances.csv."""
+
+    def __init__(self, name):
+        with open(os.path.join(EXAMPLES, name, "instances.csv"), encoding="utf-8", newline="") as file:
+            self.instances = list(csv.DictReader(file))
+        self.waits = [row for row in self.instances if row["release_ns"] and row["release_ns"] < row["start_ns"]]
+        text = output_of("babeltrace2", "--clock-seconds", example(name))
+        writers = dict(re.findall(r"cie:publisher_init: .*publisher_id = (\d+), .*writer_gid = (\d+)", text))
+        published = collections.Counter()
+        for publisher, stamp in re.findall(r"cie:publish: .*publisher_id = (\d+), .*realtime_ns = (\d+)", text):
+            published[writers[publisher], stamp] += 1
+        taken = re.findall(r"cie:callback_start: .*realtime_ns = (\d+), writer_gid = (\d+)", text)
+        self.publications = sum(published.values())
+        self.flows = sum(1 for stamp, gid in taken if published[gid, stamp])
+        self.running = []  # (cpu, tid, duration) of every slice that began and ended in the trace
+        on_cpu = {}
+        for seconds, ns, cpu, prev, nxt in re.findall(
+                r"^\[(\d+)\.(\d+)\].*sched_switch: \{ cpu_id = (\d+) \}.*prev_tid = (\d+).*next_tid = (\d+)", text, re.M):
+            time = int(seconds) * 10**9 + int(ns)
+            if prev != "0" and on_cpu.get(cpu, ("", 0))[0] == prev and time > on_cpu[cpu][1]:
+                self.running.append((int(cpu), int(prev), time - on_cpu[cpu][1]))
+            on_cpu[cpu] = (nxt, time)
+
+
+class Files(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(cls.folder.cleanup)
+
+    def made(self):
+        path = os.path.join(self.folder.name, "made.pftrace")
+        return path, json.loads(output_of(MAKE_TRACE, path))
+
+    def exported(self, name, *options):
+        path = os.path.join(self.folder.name, name + ".pftrace")
+        output_of(CIE, "export", example(name), "--to", "perfetto", "-o", path, *options)
+        return path
+
+
+class Structure(Files):
+    """Without Perfetto: the bytes are protobuf, and packets are counted by their field numbers."""
+
+    @staticmethod
+    def packets(path):
+        with open(path, "rb") as file:
+            text = output_of("protoc", "--decode_raw", stdin=file)
+        return re.split(r"^1 \{\n", text, flags=re.M)[1:]
+
+    def test_the_examples(self):
+        for name in ("isolated_ok", "multi_threaded_fails"):
+            truth = Truth(name)
+            self.assertGreater(truth.flows, 20)
+            packets = self.packets(self.exported(name))
+            self.assertRegex(packets[0], r"\n  6 \{", "the clock snapshot comes first")
+            events = [packet for packet in packets if re.search(r"^  11 \{", packet, re.M)]
+            kinds = collections.Counter(re.search(r"^    9: (\d)$", event, re.M).group(1) for event in events)
+            drawn = len(truth.instances) + len(truth.waits)
+            self.assertEqual(kinds, {"1": drawn, "2": drawn, "3": truth.publications})
+            leaving = sum(len(re.findall(r"^    47: ", event, re.M)) for event in events)
+            ending = sum(len(re.findall(r"^    48: ", event, re.M)) for event in events)
+            self.assertEqual((leaving, ending), (truth.flows, truth.flows))
+            self.assertTrue(any(re.search(r"^  1 \{\n    1: ", packet, re.M) for packet in packets), "kernel events")
+
+
+class TraceProcessor(Files):
+    """With Perfetto's own importer."""
+
+    ALARMS = "select name, value from stats where value != 0 and severity != 'info'"
+
+    def test_a_trace_of_which_everything_is_known(self):
+        path, counts = self.made()
+        answer = trace_processor.query(path, {
+            "alarms": self.ALARMS,
+            "slices": "select ts, dur, name, depth from slice where category = 'callback' order by ts, name",
+            "waits": "select ts, dur, name from slice where category = 'wait' order by ts",
+            "publications": "select ts, depth from slice where category = 'publish' order by ts",
+            "flows": "select o.ts, i.ts, i.name from flow f join slice o on f.slice_out = o.id"
+                     " join slice i on f.slice_in = i.id order by 1, 2",
+            "response": "select ts, extract_arg(arg_set_id, 'debug.response_time_ns') from slice"
+                        " where category = 'callback' order by ts",
+            "threads": "select tid, t.name, p.pid, p.name from thread t join process p using(upid)"
+                       " where tid between 11 and 14 order by tid",
+            "sched": "select ts, dur, cpu, tid, end_state from sched join thread using(utid)"
+                     " where tid != 0 order by ts",
+            "wall": "select clock_value from clock_snapshot where clock_name = 'REALTIME'",
+        })
+        self.assertEqual(answer["alarms"], [])
+        self.assertEqual(answer["slices"], [
+            [1100, 300, TIMER, 0], [1500, 1100, TRACK, 0], [1600, 1100, DRIVE, 0], [2100, 200, TIMER, 0],
+            [2600, 300, TRACK, 0], [3000, 400, DRIVE, 0], [3100, 100, TRACK, 0], [3200, 400, DRIVE, 0],
+            [3350, 10, TRACK, 0], [6000, -1, TIMER, 0]])
+        self.assertEqual(answer["waits"], [
+            [1000, 100, TIMER], [1450, 50, TRACK], [1460, 140, DRIVE], [2000, 100, TIMER], [2150, 450, TRACK],
+            [2800, 200, DRIVE], [2900, 300, DRIVE], [3000, 100, TRACK], [3300, 50, TRACK]])
+        self.assertEqual(answer["publications"], [[1400, 0], [2100, 1], [5000, 0]])
+        self.assertEqual(answer["flows"], [[1400, 1500, TRACK], [1400, 1600, DRIVE], [2100, 2600, TRACK]])
+        self.assertEqual([row[1] for row in answer["response"]], [400, 1150, 1240, 300, 750, 600, 200, 700, 60, None])
+        self.assertEqual(answer["threads"], [
+            [11, "plan thread of more than 15 letters", 4001, "demo"], [12, 'track "quoted" \x1b[31m', 4001, "demo"],
+            [13, "drive", 4001, "demo"], [14, "pool", 4001, "demo"]])
+        # 0x100 is "preempted", and the flags above it do not hide a state (0x402 is D).
+        self.assertEqual(answer["sched"], [[1050, 450, 1, 11, "R+"], [1500, 500, 1, 12, "S"], [2050, 250, 1, 11, "D"]])
+        self.assertEqual(counts["callback_slices"], len(answer["slices"]))
+        self.assertEqual(counts["waits"], len(answer["waits"]))
+        self.assertEqual(counts["flows"], len(answer["flows"]))
+
+    def test_the_examples_agree_with_the_analyzer(self):
+        for name in ("isolated_ok", "multi_threaded_fails"):
+            for options in ((), ("--gzip",)):
+                self.check_example(name, self.exported(name, *options))
+
+    def check_example(self, name, path):
+        truth = Truth(name)
+        report = json.loads(output_of(CIE, "report", example(name), "--format", "json"))
+        answer = trace_processor.query(path, {
+            "alarms": self.ALARMS,
+            "instances": "select s.name, p.pid, t.tid, s.ts, s.ts + s.dur from slice s"
+                         " join thread_track tt on s.track_id = tt.id join thread t using(utid)"
+                         " join process p using(upid) where s.category = 'callback' order by s.ts, t.tid",
+            "counts": "select category, count(*) from slice group by category",
+            "flows": "select count(*) from flow",
+            "nested": "select count(*) from slice s join slice p on s.parent_id = p.id"
+                      " where s.category = 'publish' and p.category = 'callback'",
+            "response": "select name, count(*), min(r), max(r), sum(r) from (select name,"
+                        " extract_arg(arg_set_id, 'debug.response_time_ns') as r from slice"
+                        " where category = 'callback') group by name",
+            "threads": "select p.pid, tid, t.name from thread t join process p using(upid)",
+            "running": "select cpu, tid, dur from sched join thread using(utid) where tid != 0",
+        })
+        self.assertEqual(answer["alarms"], [])
+        self.assertEqual([[str(cell) for cell in row] for row in answer["instances"]],
+                         [[row[key] for key in ("logical_id", "pid", "tid", "start_ns", "end_ns")]
+                          for row in truth.instances])
+        counts = dict(answer["counts"])
+        self.assertEqual(counts["wait"], len(truth.waits))
+        self.assertEqual(counts["publish"], truth.publications)
+        self.assertEqual(answer["flows"], [[truth.flows]])
+        self.assertEqual(answer["nested"], [[truth.publications]], "every message is published inside a callback")
+        figures = {callback["logical_id"]: callback["response_time_ns"] for callback in report["callbacks"]}
+        for logical_id, *values in answer["response"]:
+            self.assertEqual(values, [figures[logical_id][part] for part in ("count", "min", "max", "sum")])
+        names = {(pid, tid): name for pid, tid, name in answer["threads"]}
+        for thread in report["threads"]:
+            self.assertEqual(names[thread["pid"], thread["tid"]], thread["name"])
+        self.assertEqual(sorted(map(tuple, answer["running"])), sorted(truth.running))
+
+
+def main():
+    if CHECK == "trace_processor":
+        try:
+            trace_processor.assets()
+        except trace_processor.Unavailable as error:
+            print(f"not possible here: {error}")
+            return 77
+    case = Structure if CHECK == "structure" else TraceProcessor
+    result = unittest.TextTestRunner().run(unittest.defaultTestLoader.loadTestsFromTestCase(case))
+    return 0 if result.wasSuccessful() and result.testsRun else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

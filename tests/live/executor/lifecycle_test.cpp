@@ -1,0 +1,411 @@
+// Nodes come and go, executors start and end, callbacks throw.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "support.hpp"
+
+namespace cie::test {
+namespace {
+
+using cie_msgs::Sample;
+
+enum class Kind { isolated, single, multi };
+
+std::unique_ptr<Executor> make_executor(Kind kind, ExecutorOptions options = {}) {
+  options.threads = 2;
+  switch (kind) {
+    case Kind::isolated: return std::make_unique<CallbackIsolatedExecutor>(options);
+    case Kind::single: return std::make_unique<SingleThreadedExecutor>(options);
+    default: return std::make_unique<MultiThreadedExecutor>(options);
+  }
+}
+
+class AnyExecutor : public testing::TestWithParam<Kind> {
+ protected:
+  std::unique_ptr<Executor> make(ExecutorOptions options = {}) {
+    return make_executor(GetParam(), std::move(options));
+  }
+  Context context{private_options()};
+};
+
+INSTANTIATE_TEST_SUITE_P(Executors, AnyExecutor,
+                         testing::Values(Kind::isolated, Kind::single, Kind::multi),
+                         [](const auto& parameter) {
+                           switch (parameter.param) {
+                             case Kind::isolated: return "Isolated";
+                             case Kind::single: return "Single";
+                             default: return "Multi";
+                           }
+                         });
+
+std::size_t thread_count() {
+  std::size_t count = 0;
+  for ([[maybe_unused]] const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
+    ++count;
+  }
+  return count;
+}
+
+TEST_P(AnyExecutor, ServesANodeAddedWhileSpinning) {
+  const auto executor = make();
+  Spinning spinning{*executor};
+  Node node{context, "late"};
+  std::atomic<int> runs{0};
+  node.create_wall_timer(1ms, [&] { ++runs; });
+  executor->add_node(node);
+  EXPECT_TRUE(eventually([&] { return runs > 2; }));
+  executor->remove_node(node);
+}
+
+TEST_P(AnyExecutor, ServesCallbacksCreatedWhileSpinning) {
+  const auto executor = make();
+  Node node{context, "node"};
+  executor->add_node(node);
+  Spinning spinning{*executor};
+  std::atomic<int> runs{0};
+  std::atomic<int> messages{0};
+  node.create_wall_timer(1ms, [&] { ++runs; });
+  const auto publisher = node.create_publisher<Sample>("data", 1);
+  const auto subscription =
+      node.create_subscription<Sample>("data", 1, [&](const Sample&) { ++messages; });
+  publisher->publish(*make_message<Sample>());
+  EXPECT_TRUE(eventually([&] { return runs > 2 && messages == 1; }));
+  spinning.cancel_and_wait();
+}
+
+TEST_P(AnyExecutor, LetsACallbackCreateCallbacks) {
+  const auto executor = make();
+  Node node{context, "node"};
+  std::atomic<int> runs{0};
+  std::atomic<bool> has_created{false};
+  node.create_wall_timer(1ms, [&] {
+    if (has_created.exchange(true)) return;
+    node.create_wall_timer(1ms, [&] { ++runs; });
+  });
+  executor->add_node(node);
+  Spinning spinning{*executor};
+  EXPECT_TRUE(eventually([&] { return runs > 2; }));
+  spinning.cancel_and_wait();
+}
+
+TEST_P(AnyExecutor, RunsNothingOfANodeOnceItIsRemoved) {
+  const auto executor = make();
+  Node stays{context, "stays"};
+  std::atomic<int> others{0};
+  stays.create_wall_timer(1ms, [&] { ++others; });
+  Node goes{context, "goes"};
+  std::atomic<int> runs{0};
+  std::atomic<bool> is_inside{false};
+  goes.create_wall_timer(1ms, [&] {
+    is_inside = true;
+    std::this_thread::sleep_for(2ms);
+    ++runs;
+    is_inside = false;
+  });
+  executor->add_node(stays);
+  executor->add_node(goes);
+  Spinning spinning{*executor};
+  ASSERT_TRUE(eventually([&] { return runs > 0; }));
+  executor->remove_node(goes);
+  EXPECT_FALSE(is_inside);
+  const int at_removal = runs;
+  const int others_at_removal = others;
+  EXPECT_TRUE(eventually([&] { return others > others_at_removal + 5; }));
+  EXPECT_EQ(runs, at_removal);
+  // And it may come back, here or elsewhere.
+  executor->add_node(goes);
+  EXPECT_TRUE(eventually([&] { return runs > at_removal; }));
+  spinning.cancel_and_wait();
+}
+
+TEST_P(AnyExecutor, LetsANodeGoThatIsDestroyedWhileSpinning) {
+  const auto executor = make();
+  Spinning spinning{*executor};
+  for (int i = 0; i < 5; ++i) {
+    auto node = std::make_unique<Node>(context, "shortlived");
+    std::atomic<int> runs{0};
+    node->create_wall_timer(1ms, [&] { ++runs; });
+    executor->add_node(*node);
+    EXPECT_TRUE(eventually([&] { return runs > 0; }));
+    node.reset();  // `runs` must not be touched any more
+  }
+  spinning.cancel_and_wait();
+}
+
+TEST_P(AnyExecutor, SpinsAgainAfterCancel) {
+  const auto executor = make();
+  Node node{context, "node"};
+  std::atomic<int> runs{0};
+  node.create_wall_timer(1ms, [&] { ++runs; });
+  executor->add_node(node);
+  for (int round = 0; round < 3; ++round) {
+    const int before = runs;
+    Spinning spinning{*executor};
+    EXPECT_TRUE(eventually([&] { return runs > before; }));
+    spinning.cancel_and_wait();
+    EXPECT_FALSE(executor->is_spinning());
+  }
+}
+
+TEST_P(AnyExecutor, ReturnsAtOnceWhenCancelledBefore) {
+  const auto executor = make();
+  executor->cancel();
+  executor->spin();
+  SUCCEED();
+}
+
+TEST_P(AnyExecutor, IsCancelledByItsOwnCallback) {
+  const auto executor = make();
+  Node node{context, "node"};
+  node.create_wall_timer(1ms, [&] { executor->cancel(); });
+  executor->add_node(node);
+  executor->spin();
+  SUCCEED();
+}
+
+Executor* interrupted = nullptr;
+
+TEST_P(AnyExecutor, IsCancelledByASignalHandler) {
+  const auto executor = make();
+  interrupted = executor.get();
+  struct sigaction action {};
+  struct sigaction before {};
+  action.sa_handler = [](int) { interrupted->cancel(); };
+  ASSERT_EQ(sigaction(SIGUSR1, &action, &before), 0);
+  Node node{context, "node"};
+  node.create_wall_timer(1ms, [] { raise(SIGUSR1); });
+  executor->add_node(node);
+  executor->spin();
+  sigaction(SIGUSR1, &before, nullptr);
+}
+
+TEST_P(AnyExecutor, EndsAfterTheTimeItWasGiven) {
+  const auto executor = make();
+  Node node{context, "node"};
+  node.create_wall_timer(1ms, [] {});
+  executor->add_node(node);
+  executor->spin_for(5ms);
+  EXPECT_FALSE(executor->is_spinning());
+}
+
+TEST_P(AnyExecutor, ThrowsWhatACallbackThrew) {
+  const auto executor = make();
+  Node node{context, "node"};
+  node.create_wall_timer(1ms, [] { throw std::runtime_error{"no more fuel"}; });
+  executor->add_node(node);
+  try {
+    executor->spin();
+    FAIL() << "spin() returned";
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "no more fuel");
+  }
+}
+
+TEST_P(AnyExecutor, GivesAnExceptionToItsHandlerAndGoesOn) {
+  std::atomic<int> failures{0};
+  std::string id;
+  ExecutorOptions options;
+  options.on_exception = [&](const CallbackFailure& failure) {
+    if (++failures == 1) id = failure.logical_id;
+    EXPECT_THROW(std::rethrow_exception(failure.exception), int);
+  };
+  const auto executor = make(options);
+  Node node{context, "node"};
+  const auto timer = node.create_wall_timer(1ms, [] { throw 5; });
+  executor->add_node(node);
+  Spinning spinning{*executor};
+  EXPECT_TRUE(eventually([&] { return failures > 3; }));
+  spinning.cancel_and_wait();
+  EXPECT_EQ(id, timer->logical_id());
+}
+
+TEST_P(AnyExecutor, RefusesWrongUse) {
+  const auto executor = make();
+  const auto other = make();
+  Node node{context, "node"};
+  executor->add_node(node);
+  EXPECT_THROW(executor->add_node(node), std::logic_error);
+  EXPECT_THROW(other->add_node(node), std::logic_error);
+  EXPECT_THROW(other->remove_node(node), std::logic_error);
+  std::atomic<bool> is_refused{false};
+  node.create_wall_timer(1ms, [&] {
+    try {
+      executor->remove_node(node);
+    } catch (const std::logic_error&) {
+      is_refused = true;
+    }
+  });
+  Spinning spinning{*executor};
+  EXPECT_TRUE(eventually([&] { return is_refused.load(); }));
+  EXPECT_THROW(executor->spin(), std::logic_error);
+  spinning.cancel_and_wait();
+}
+
+TEST_P(AnyExecutor, LeavesNoThreadBehind) {
+  const auto idle = make();  // the tracer's own thread comes with the first executor
+  const std::size_t before = thread_count();
+  const auto executor = make();
+  Node node{context, "node"};
+  for (int i = 0; i < 8; ++i) node.create_wall_timer(1ms, [] {});
+  executor->add_node(node);
+  executor->spin_for(10ms);
+  EXPECT_EQ(thread_count(), before);
+}
+
+TEST(Isolated, RunsEachCallbackOnAThreadOfItsOwn) {
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor;
+  Node node{context, "node"};
+  constexpr int kTimers = 6;
+  std::array<std::atomic<std::thread::id>, kTimers> first;
+  std::array<std::atomic<int>, kTimers> runs{};
+  std::atomic<bool> has_moved{false};
+  for (std::size_t i = 0; i < kTimers; ++i) {
+    node.create_wall_timer(1ms, [&, i] {
+      const auto self = std::this_thread::get_id();
+      if (runs[i] == 0) first[i] = self;
+      if (first[i].load() != self) has_moved = true;
+      ++runs[i];
+    });
+  }
+  executor.add_node(node);
+  Spinning spinning{executor};
+  EXPECT_TRUE(eventually(
+      [&] { return std::ranges::all_of(runs, [](const auto& count) { return count > 5; }); }));
+  spinning.cancel_and_wait();
+  EXPECT_FALSE(has_moved);
+  std::set<std::thread::id> threads;
+  for (const auto& thread : first) threads.insert(thread.load());
+  EXPECT_EQ(threads.size(), std::size_t{kTimers});
+}
+
+TEST(Isolated, PutsAGroupOnOneThreadAndNeverOverlapsIt) {
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor;
+  Node node{context, "node"};
+  CallbackOptions together;
+  together.group = node.create_callback_group(GroupType::mutually_exclusive);
+  TimerOptions options;
+  options.group = together.group;
+  std::set<std::thread::id> threads;  // unlocked on purpose: the group is the lock
+  int runs = 0;
+  std::atomic<int> published{0};
+  const auto body = [&] {
+    threads.insert(std::this_thread::get_id());
+    ++runs;
+  };
+  node.create_wall_timer(1ms, body, options);
+  node.create_wall_timer(1ms, body, options);
+  const auto subscription =
+      node.create_subscription<Sample>("data", 10, [&](const Sample&) { body(); }, together);
+  const auto publisher = node.create_publisher<Sample>("data", 10);
+  executor.add_node(node);
+  Spinning spinning{executor};
+  node.create_wall_timer(1ms, [&] {
+    publisher->publish(*make_message<Sample>());
+    ++published;
+  });
+  EXPECT_TRUE(eventually([&] { return published > 20; }));
+  spinning.cancel_and_wait();
+  EXPECT_EQ(threads.size(), 1U);
+  EXPECT_GT(runs, 20);
+}
+
+TEST(Isolated, GivesAReentrantGroupAPool) {
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{{.reentrant_threads = 2}};
+  Node node{context, "node"};
+  TimerOptions options;
+  options.group = node.create_callback_group(GroupType::reentrant);
+  std::atomic<int> arrived{0};
+  std::atomic<int> ended{0};
+  const auto meet = [&] {  // ends only if both run at once
+    ++arrived;
+    while (arrived < 2) std::this_thread::yield();
+    ++ended;
+  };
+  node.create_wall_timer(1ms, meet, options);
+  node.create_wall_timer(1ms, meet, options);
+  executor.add_node(node);
+  Spinning spinning{executor};
+  EXPECT_TRUE(eventually([&] { return ended >= 2; }));
+  spinning.cancel_and_wait();
+}
+
+TEST(LogicalIds, AreToldApartByNameOrByOrder) {
+  Context context{private_options()};
+  Node node{context, "twins", "/ids"};
+  const auto first = node.create_wall_timer(10ms, [] {});
+  const auto second = node.create_wall_timer(10ms, [] {});
+  TimerOptions named;
+  named.name = "slow";
+  const auto third = node.create_wall_timer(10ms, [] {}, named);
+  EXPECT_EQ(first->logical_id(), "/ids/twins@Timer(10000000)");
+  EXPECT_EQ(second->logical_id(), "/ids/twins@Timer(10000000)#2");
+  EXPECT_EQ(third->logical_id(), "/ids/twins@Timer(slow)");
+}
+
+TEST(Groups, OfAnotherNodeAreRefused) {
+  Context context{private_options()};
+  Node mine{context, "mine"};
+  Node other{context, "other"};
+  TimerOptions options;
+  options.group = other.create_callback_group(GroupType::mutually_exclusive);
+  EXPECT_THROW(mine.create_wall_timer(1ms, [] {}, options), std::logic_error);
+}
+
+TEST(Contexts, AreOnePerDomain) {
+  const Context context{private_options()};
+  EXPECT_THROW(Context{private_options()}, std::logic_error);
+}
+
+TEST(Contexts, RefuseWhatTheyCannotUse) {
+  EXPECT_THROW((Context{{.domain = 231}}), std::invalid_argument);
+  EXPECT_THROW((Context{{.domain = 1, .loopback = true, .tag = "<x>"}}), std::invalid_argument);
+  EXPECT_THROW((Context{{.domain = 1, .tag = "x"}}), std::invalid_argument);
+}
+
+TEST(Timers, RefuseAPeriodThatIsNone) {
+  Context context{private_options()};
+  Node node{context, "node"};
+  EXPECT_THROW(node.create_wall_timer(0ns, [] {}), std::invalid_argument);
+  EXPECT_THROW(node.create_wall_timer(-1s, [] {}), std::invalid_argument);
+}
+
+// The destructor of everything, over and over: what races at the end shows here.
+TEST_P(AnyExecutor, IsCreatedSpunCancelledAndDestroyedHundredsOfTimes) {
+  constexpr int kRounds = 150;
+  Node partner{context, "partner"};
+  const auto publisher = partner.create_publisher<Sample>("data", 10);
+  const auto message = make_message<Sample>();
+  for (int round = 0; round < kRounds; ++round) {
+    std::atomic<int> runs{0};
+    Node node{context, "node"};
+    const auto executor = make();
+    node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+    const auto subscription =
+        node.create_subscription<Sample>("data", 10, [&](const Sample&) { ++runs; });
+    executor->add_node(node);
+    std::thread canceller{[&] {
+      publisher->publish(*message);
+      if (round % 2 == 0) eventually([&] { return runs > 0; });
+      executor->cancel();
+    }};
+    executor->spin();
+    canceller.join();
+  }
+}
+
+}  // namespace
+}  // namespace cie::test

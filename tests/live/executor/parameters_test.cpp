@@ -1,0 +1,263 @@
+// Threads run as the spec says, or it is said in words why not.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include "support.hpp"
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+// Asked of the kernel here, by another way than the executor's own.
+struct KernelView {
+  int policy = -1;
+  bool resets_on_fork = false;
+  int priority = -1;
+  int nice = 99;
+  std::uint64_t runtime = 0;
+  std::uint64_t deadline = 0;
+  std::uint64_t period = 0;
+  std::set<int> cpus;
+};
+
+KernelView ask_kernel() {
+  KernelView view;
+  const int raw = sched_getscheduler(0);
+  view.policy = raw & ~SCHED_RESET_ON_FORK;
+  view.resets_on_fork = (raw & SCHED_RESET_ON_FORK) != 0;
+  sched_param parameter{};
+  sched_getparam(0, &parameter);
+  view.priority = parameter.sched_priority;
+  // Field 19 of stat, counted behind the name, is the nice value.
+  std::ifstream file{"/proc/thread-self/stat"};
+  std::string text;
+  std::getline(file, text);
+  std::istringstream fields{text.substr(text.rfind(')') + 2)};
+  for (int field = 3; field < 19; ++field) fields >> text;
+  fields >> view.nice;
+  struct {
+    std::uint32_t size;
+    std::uint32_t policy;
+    std::uint64_t flags;
+    std::int32_t nice;
+    std::uint32_t priority;
+    std::uint64_t runtime;
+    std::uint64_t deadline;
+    std::uint64_t period;
+    std::uint64_t clamp;
+  } attributes{};
+  syscall(SYS_sched_getattr, 0, &attributes, sizeof attributes, 0);
+  if (view.policy == 6) {
+    view.runtime = attributes.runtime;
+    view.deadline = attributes.deadline;
+    view.period = attributes.period;
+  }
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  sched_getaffinity(0, sizeof set, &set);
+  for (unsigned cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+    if (CPU_ISSET(cpu, &set)) view.cpus.insert(static_cast<int>(cpu));
+  }
+  return view;
+}
+
+// What the kernel says within the first instance of a timer of this node under this entry.
+KernelView view_under(const std::string& entry) {
+  const std::string text = "callback_groups:\n  - id: /params/node@Timer(1000000)\n" + entry;
+  ExecutorOptions options;
+  options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::parse(text, "test.yaml"));
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options};
+  Node node{context, "node", "/params"};
+  KernelView view;
+  const auto timer = node.create_wall_timer(1ms, [&] {
+    view = ask_kernel();
+    executor.cancel();
+  });
+  // Ids are unique in a process for good: a second test's timer is #2.
+  if (timer->logical_id() != "/params/node@Timer(1000000)") {
+    ADD_FAILURE() << "run each test in a process of its own";
+  }
+  executor.add_node(node);
+  executor.spin();
+  return view;
+}
+
+// Whether this process may use real-time policies here.
+std::string why_not_privileged() {
+  const sched_param parameter{.sched_priority = 1};
+  sched_param before{};
+  sched_getparam(0, &before);
+  if (sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) {
+    return "needs CAP_SYS_NICE and a real-time budget: " + std::string{std::strerror(errno)};
+  }
+  sched_setscheduler(0, SCHED_OTHER, &before);
+  return {};
+}
+
+class Privileged : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const std::string why = why_not_privileged(); !why.empty()) GTEST_SKIP() << why;
+  }
+};
+
+TEST(Parameters, OtherWithNice) {
+  const auto view = view_under("    policy: SCHED_OTHER\n    nice: 7\n");
+  EXPECT_EQ(view.policy, SCHED_OTHER);
+  EXPECT_EQ(view.nice, 7);
+}
+
+TEST(Parameters, Batch) {
+  const auto view = view_under("    policy: SCHED_BATCH\n    nice: 3\n");
+  EXPECT_EQ(view.policy, SCHED_BATCH);
+  EXPECT_EQ(view.nice, 3);
+}
+
+TEST(Parameters, Idle) {
+  EXPECT_EQ(view_under("    policy: SCHED_IDLE\n").policy, SCHED_IDLE);
+}
+
+TEST_F(Privileged, Fifo) {
+  const auto view = view_under("    policy: SCHED_FIFO\n    priority: 12\n");
+  EXPECT_EQ(view.policy, SCHED_FIFO);
+  EXPECT_EQ(view.priority, 12);
+  EXPECT_TRUE(view.resets_on_fork);
+}
+
+TEST_F(Privileged, RoundRobin) {
+  const auto view = view_under("    policy: SCHED_RR\n    priority: 13\n");
+  EXPECT_EQ(view.policy, SCHED_RR);
+  EXPECT_EQ(view.priority, 13);
+}
+
+TEST_F(Privileged, Deadline) {
+  const auto view = view_under(
+      "    policy: SCHED_DEADLINE\n    runtime: 200000\n    deadline: 5000000\n"
+      "    period: 10000000\n");
+  EXPECT_EQ(view.policy, 6);
+  EXPECT_EQ(view.runtime, 200000U);
+  EXPECT_EQ(view.deadline, 5000000U);
+  EXPECT_EQ(view.period, 10000000U);
+  EXPECT_TRUE(view.resets_on_fork);
+}
+
+TEST(Parameters, Affinity) {
+  const auto all = ask_kernel().cpus;
+  const int cpu = *all.rbegin();
+  const auto view = view_under("    affinity: [" + std::to_string(cpu) + "]\n");
+  EXPECT_EQ(view.cpus, std::set<int>{cpu});
+}
+
+ExecutorOptions options_for(const std::string& text, OnError on_error) {
+  ExecutorOptions options;
+  options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::parse(text, "robot.yaml"));
+  options.on_error = on_error;
+  return options;
+}
+
+constexpr const char* kImpossible =
+    "callback_groups:\n"
+    "  - id: /refused/node@Timer(1000000)\n"
+    "    affinity: [1023]\n";
+
+TEST(Refused, StopsBeforeAnyCallbackRuns) {
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options_for(kImpossible, OnError::refuse)};
+  Node node{context, "node", "/refused"};
+  std::atomic<int> runs{0};
+  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  node.create_wall_timer(2ms, [&] { ++runs; }, {.phase = 0ns});  // its own parameters are fine
+  executor.add_node(node);
+  try {
+    executor.spin();
+    FAIL() << "spin() returned";
+  } catch (const ParametersRefused& refused) {
+    ASSERT_EQ(refused.problems().size(), 1U);
+    const ParameterProblem& problem = refused.problems().front();
+    EXPECT_EQ(problem.file, "robot.yaml");
+    EXPECT_EQ(problem.line, 2);
+    EXPECT_EQ(problem.entry, "/refused/node@Timer(1000000)");
+    EXPECT_EQ(problem.error, EINVAL);
+    EXPECT_THAT(std::string{refused.what()}, HasSubstr("robot.yaml:2: "));
+    EXPECT_THAT(std::string{refused.what()}, HasSubstr("cannot set CPUs 1023"));
+  }
+  EXPECT_EQ(runs, 0);
+  EXPECT_FALSE(executor.is_spinning());
+}
+
+TEST(Refused, RefusesANodeThatIsAddedLater) {
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options_for(kImpossible, OnError::refuse)};
+  Spinning spinning{executor};
+  Node node{context, "node", "/refused"};
+  std::atomic<int> runs{0};
+  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  EXPECT_THROW(executor.add_node(node), ParametersRefused);
+  EXPECT_THROW(executor.remove_node(node), std::logic_error) << "it is not a member";
+  spinning.cancel_and_wait();
+  EXPECT_EQ(runs, 0);
+}
+
+TEST(Refused, IsAWarningIfYouLike) {
+  std::vector<std::string> told;
+  auto options = options_for(kImpossible, OnError::warn);
+  options.on_parameter_problem = [&](const ParameterProblem& problem) {
+    told.push_back(problem.entry);
+  };
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options};
+  Node node{context, "node", "/refused"};
+  node.create_wall_timer(1ms, [&] { executor.cancel(); });
+  executor.add_node(node);
+  executor.spin();
+  EXPECT_THAT(told, ElementsAre("/refused/node@Timer(1000000)"));
+  EXPECT_EQ(executor.parameter_problems().size(), 1U);
+}
+
+TEST(Workers, OfDdsAreConfiguredByTheirNames) {
+  constexpr const char* kText =
+      "callback_groups: []\n"
+      "non_ros_threads:\n"
+      "  - id: recvUC\n"
+      "    policy: SCHED_BATCH\n"
+      "    nice: 4\n";
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
+  Node node{context, "node"};
+  std::map<std::string, int> policies;
+  node.create_wall_timer(1ms, [&] {
+    for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
+      std::ifstream comm{task.path() / "comm"};
+      std::string name;
+      std::getline(comm, name);
+      policies[name] = sched_getscheduler(std::stoi(task.path().filename()));
+    }
+    executor.cancel();
+  });
+  executor.add_node(node);
+  executor.spin();
+  EXPECT_EQ(policies.at("recvUC"), SCHED_BATCH);
+  EXPECT_EQ(policies.at("tev"), SCHED_OTHER);
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,398 @@
+// cie-record with a real session daemon: what a recording contains, and what it says of itself.
+#include "sandbox.hpp"
+#include "trace_text.hpp"
+
+#include <csignal>
+#include <filesystem>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/mount.h>
+#include <unistd.h>
+
+namespace cie::test {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+class Record : public ::testing::TestWithParam<User> {
+ protected:
+  void SetUp() override {
+    if (!sandbox_.skip_reason().empty()) {
+      GTEST_SKIP() << sandbox_.skip_reason();
+    }
+  }
+
+  fs::path path(const std::string& name) const { return sandbox_.directory() / name; }
+
+  // cie-record -o NAME [OPTIONS] -- traced_app ARGUMENTS
+  static std::vector<std::string> recording(const std::string& name,
+                                            const std::vector<std::string>& arguments,
+                                            const std::vector<std::string>& options = {}) {
+    std::vector<std::string> command{CIE_RECORD, "-o", name};
+    command.insert(command.end(), options.begin(), options.end());
+    command.insert(command.end(), {"--", CIE_TRACED_APP});
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return command;
+  }
+
+  json manifest(const std::string& name) const {
+    return json::parse(read_file(path(name) / "manifest.json"));
+  }
+
+  // The pid that traced_app wrote once everything was registered.
+  pid_t wait_until_ready(const std::string& file) const {
+    EXPECT_TRUE(eventually([&] { return fs::exists(path(file)); })) << "the application hangs";
+    return static_cast<pid_t>(std::stoi(read_file(path(file))));
+  }
+
+  // Until a second after the first state events reached the disk.
+  void wait_until_recorded(const std::string& name) const {
+    EXPECT_TRUE(eventually([&] {
+      for (const auto& entry : fs::recursive_directory_iterator(path(""))) {
+        const std::string file = entry.path().lexically_relative(path(name)).string();
+        if (file.starts_with("ust/") && file.find("/state_") != std::string::npos &&
+            entry.is_regular_file() && entry.file_size() > 0) {
+          return true;
+        }
+      }
+      return false;
+    })) << name
+        << " stays empty";
+    usleep(1'000'000);
+  }
+
+  Sandbox sandbox_{GetParam()};
+};
+
+// Numbers of one callback's starts, in order.
+std::vector<std::int64_t> starts_of(const TextTrace& trace, std::int64_t callback) {
+  std::vector<std::int64_t> result;
+  for (const TextEvent& event : trace.all("callback_start")) {
+    if (event.integer("callback_id") == callback) {
+      result.push_back(event.integer("seq"));
+    }
+  }
+  return result;
+}
+
+std::vector<std::int64_t> sequence(std::int64_t from, std::size_t count) {
+  std::vector<std::int64_t> result(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    result[i] = from + static_cast<std::int64_t>(i);
+  }
+  return result;
+}
+
+// Everything registered is described, whatever moment the description is of.
+void expect_all_state(const TextTrace& trace, const std::string& moment) {
+  ASSERT_FALSE(trace.events.empty());
+  ASSERT_FALSE(trace.all("run_begin").empty());
+  EXPECT_EQ(trace.all("run_begin").front().label("moment"), moment);
+  EXPECT_EQ(trace.all("run_begin").front().label("executor"), "isolated");
+  EXPECT_EQ(trace.all("run_begin").front().integer("contract_version"), 1);
+  std::set<std::string> kinds;
+  for (const TextEvent& event : trace.all("callback_init")) {
+    kinds.insert(event.label("kind") + " " + event.label("logical_id"));
+  }
+  EXPECT_EQ(kinds, (std::set<std::string>{"timer /test/node@Timer(1000000)",
+                                          "subscription /test/node@Subscription(/test/topic)"}));
+  EXPECT_EQ(trace.all("node_init").front().label("name"), "/test/node");
+  EXPECT_EQ(trace.all("group_init").front().label("type"), "mutually_exclusive");
+  EXPECT_EQ(trace.all("publisher_init").front().label("topic"), "/test/topic");
+  EXPECT_EQ(trace.all("thread_init").front().label("role"), "pool");
+  EXPECT_FALSE(trace.all("clock_sync").empty());
+}
+
+TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
+  constexpr std::size_t kInstances = 300;
+  const Finished result = sandbox_.run(
+      recording("with spaces", {"--instances", std::to_string(kInstances), "--status", "3"}));
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(result.out, "instances 300\n");
+  EXPECT_THAT(result.err, HasSubstr("exited with status 3"));
+  EXPECT_THAT(result.err, HasSubstr("cie verify '" + path("with spaces").string() + "'"));
+
+  const TextTrace trace = read_trace(path("with spaces"));
+  ASSERT_TRUE(trace.is_readable);
+  expect_all_state(trace, "start");
+  EXPECT_EQ(trace.events.front().name, "run_begin");
+  EXPECT_EQ(trace.events.back().name, "run_end");
+  for (const std::int64_t callback : {0, 1}) {
+    EXPECT_EQ(starts_of(trace, callback), sequence(0, kInstances));
+  }
+  for (const TextEvent& event : trace.all("callback_fini")) {
+    EXPECT_EQ(event.integer("started"), kInstances);
+    EXPECT_EQ(event.integer("ended"), kInstances);
+  }
+  EXPECT_EQ(trace.all("publisher_fini").front().integer("published"), kInstances);
+  const TextEvent end = trace.all("run_end").front();
+  EXPECT_EQ(end.integer("callbacks"), 2);
+  EXPECT_EQ(end.integer("threads"), 1);
+  EXPECT_EQ(end.integer("groups"), 2);
+  EXPECT_EQ(end.integer("publishers"), 1);
+
+  const json recorded = manifest("with spaces");
+  EXPECT_EQ(recorded["exit"]["status"], 3);
+  EXPECT_EQ(recorded["problems"], json::array());
+  EXPECT_GE(recorded["files"].size(), 3U);
+  for (const json& file : recorded["files"]) {
+    const fs::path name = path("with spaces") / file["path"].get<std::string>();
+    EXPECT_EQ(fs::file_size(name), file["size"]);
+    const Finished sum = sandbox_.run({"sha256sum", "--", name});
+    EXPECT_EQ(sum.out.substr(0, 64), file["sha256"]) << name;
+  }
+}
+
+TEST_P(Record, EmitsTheEndWhenTheApplicationCallsExitWithEverythingAlive) {
+  const Finished result =
+      sandbox_.run(recording("rec", {"--instances", "20", "--leave-by", "exit"}));
+  ASSERT_EQ(result.status, 0) << result.err;
+  const TextTrace trace = read_trace(path("rec"));
+  ASSERT_FALSE(trace.events.empty());
+  EXPECT_EQ(trace.all("callback_fini").size(), 2U);
+  EXPECT_EQ(trace.all("publisher_fini").size(), 1U);
+  EXPECT_EQ(trace.events.back().name, "run_end");
+}
+
+TEST_P(Record, KeepsEverythingBeforeTheApplicationWasKilled) {
+  Running recorder =
+      sandbox_.start(recording("rec", {"--until-signal", "--ready", path("pid").string()}));
+  const pid_t application = wait_until_ready("pid");
+  usleep(300'000);
+  kill(application, SIGKILL);
+  const Finished result = recorder.wait();
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("was killed by signal 9"));
+  EXPECT_EQ(manifest("rec")["exit"]["signal"], SIGKILL);
+
+  const TextTrace trace = read_trace(path("rec"));
+  ASSERT_TRUE(trace.is_readable);
+  expect_all_state(trace, "start");
+  EXPECT_TRUE(trace.all("run_end").empty());
+  const std::vector<std::int64_t> starts = starts_of(trace, 0);
+  EXPECT_GE(starts.size(), 10U);
+  EXPECT_EQ(starts, sequence(0, starts.size()));
+}
+
+TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) {
+  constexpr std::int64_t kBurst = 20'000;
+  constexpr std::int64_t kEventsPerInstance = 6;  // two starts, two ends, publish, release
+  const Finished result = sandbox_.run(
+      recording("rec", {"--burst", std::to_string(kBurst), "--instances", "0"},
+                {"--subbuf-size", "4096", "--num-subbuf", "2", "--flush-interval", "100000"}));
+  ASSERT_EQ(result.status, 0) << result.err;
+
+  const TextTrace trace = read_trace(path("rec"));
+  std::int64_t recorded = 0;
+  for (const char* name : {"callback_start", "callback_end", "callback_release", "publish"}) {
+    recorded += static_cast<std::int64_t>(trace.all(name).size());
+  }
+  std::int64_t discarded = 0;
+  const json recording_manifest = manifest("rec");
+  for (const json& channel : recording_manifest["channels"]) {
+    if (channel["name"] == "events") {
+      discarded = channel["discarded_events"];
+    } else {
+      EXPECT_EQ(channel["discarded_events"], 0) << channel;
+    }
+  }
+  EXPECT_GT(discarded, 0);
+  EXPECT_EQ(recorded + discarded, kBurst * kEventsPerInstance);
+  EXPECT_THAT(result.err, HasSubstr("LOST: channel \"events\" discarded " +
+                                    std::to_string(discarded) + " events"));
+  expect_all_state(trace, "start");  // the burst cost none of it
+  EXPECT_EQ(trace.events.back().name, "run_end");
+}
+
+// Rule T3: no announcement may promise a start that came before it.
+void expect_no_start_above_next_seq(const TextTrace& trace) {
+  for (const std::int64_t callback : {0, 1}) {
+    for (const TextEvent& event : trace.all("callback_init")) {
+      if (event.integer("callback_id") == callback) {
+        ASSERT_FALSE(starts_of(trace, callback).empty());
+        EXPECT_LE(starts_of(trace, callback).front(), event.integer("next_seq"));
+        break;
+      }
+    }
+  }
+}
+
+TEST_P(Record, AttachesTwiceAndEachRecordingIsComplete) {
+  Running application = sandbox_.start(
+      {CIE_TRACED_APP, "--until-signal", "--period-us", "200", "--ready", path("pid")});
+  wait_until_ready("pid");
+  const auto attach = [this](const std::string& name) {
+    return sandbox_.start({CIE_RECORD, "-o", name, "--attach", "--flush-interval", "100"});
+  };
+  Running first = attach("first");
+  wait_until_recorded("first");
+  Running second = attach("second");
+  wait_until_recorded("second");
+  first.signal(SIGINT);
+  second.signal(SIGTERM);
+  const Finished first_result = first.wait();
+  const Finished second_result = second.wait();
+  application.signal(SIGTERM);
+  const Finished application_result = application.wait();
+  EXPECT_EQ(application_result.status, 0) << application_result.err;
+  ASSERT_EQ(first_result.status, 0) << first_result.err;
+  ASSERT_EQ(second_result.status, 0) << second_result.err;
+
+  for (const char* name : {"first", "second"}) {
+    SCOPED_TRACE(name);
+    const TextTrace trace = read_trace(path(name));
+    ASSERT_TRUE(trace.is_readable);
+    expect_all_state(trace, "announce");
+    expect_no_start_above_next_seq(trace);
+    const std::vector<TextEvent> read_backs = trace.all("thread_sched");
+    ASSERT_FALSE(read_backs.empty());
+    EXPECT_EQ(read_backs.front().label("moment"), "audit");
+    const std::vector<std::int64_t> starts = starts_of(trace, 0);
+    EXPECT_EQ(starts, sequence(starts.front(), starts.size()));
+  }
+}
+
+TEST_P(Record, AttachesForTheTimeItIsGiven) {
+  Running application = sandbox_.start({CIE_TRACED_APP, "--until-signal", "--ready", path("pid")});
+  wait_until_ready("pid");
+  const Finished result = sandbox_.run({CIE_RECORD, "-o", "rec", "--attach", "--duration", "0.1"});
+  application.signal(SIGTERM);
+  // Too short for a daemon to start and meet the application, or just long enough: never a hang.
+  EXPECT_THAT(result.status, ::testing::AnyOf(0, 4)) << result.err;
+  EXPECT_TRUE(fs::exists(path("rec/manifest.json")));
+}
+
+TEST_P(Record, KeepsTwoRecordingsAtOnceApart) {
+  Running first = sandbox_.start(recording("first", {"--instances", "1500"}));
+  Running second = sandbox_.start(recording("second", {"--instances", "3000"}));
+  const Finished first_result = first.wait();
+  const Finished second_result = second.wait();
+  ASSERT_EQ(first_result.status, 0) << first_result.err;
+  ASSERT_EQ(second_result.status, 0) << second_result.err;
+  EXPECT_EQ(second_result.out, "instances 3000\n");
+
+  // The first must not stop the daemon under the second.
+  const TextTrace trace = read_trace(path("second"));
+  ASSERT_FALSE(trace.events.empty());
+  const TextTrace own = trace.of(trace.events.back().integer("vpid"));
+  EXPECT_EQ(starts_of(own, 0), sequence(0, 3000));
+  EXPECT_EQ(own.events.back().name, "run_end");
+  if (geteuid() != 0 || GetParam() == User::ordinary) {
+    EXPECT_EQ(own.events.size(), trace.events.size()) << "each command has a daemon of its own";
+  }
+}
+
+TEST_P(Record, PassesSignalsOnAndEndsWithTheCommand) {
+  Running recorder =
+      sandbox_.start(recording("rec", {"--until-signal", "--ready", path("pid").string()}));
+  wait_until_ready("pid");
+  recorder.signal(SIGTERM);
+  const Finished result = recorder.wait();
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("instances "));
+  const TextTrace trace = read_trace(path("rec"));
+  ASSERT_FALSE(trace.events.empty());
+  EXPECT_EQ(trace.events.back().name, "run_end");
+}
+
+TEST_P(Record, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
+  Running recorder = sandbox_.start(recording(
+      "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
+  const pid_t application = wait_until_ready("pid");
+  usleep(700'000);
+  const Finished daemons =
+      sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
+  ASSERT_FALSE(daemons.out.empty());
+  const auto daemon = static_cast<pid_t>(std::stoi(daemons.out));
+  const Finished consumers =
+      sandbox_.run({"pgrep", "-x", "lttng-consumerd", "-P", std::to_string(daemon)});
+  ASSERT_FALSE(consumers.out.empty());
+  kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
+  kill(daemon, SIGKILL);
+  usleep(1'500'000);
+  kill(application, SIGTERM);
+  const Finished result = recorder.wait();
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(result.err, HasSubstr("the session daemon ended during the recording"));
+  EXPECT_EQ(manifest("rec")["problems"].size(), 1U);
+
+  const TextTrace trace = read_trace(path("rec"));
+  EXPECT_TRUE(trace.is_readable);
+  expect_all_state(trace, "start");
+  EXPECT_GE(starts_of(trace, 0).size(), 10U);
+}
+
+TEST_P(Record, RefusesWhatItCannotDoInOneLine) {
+  struct Case {
+    std::vector<std::string> arguments;
+    int status;
+    std::string message;
+  };
+  const std::vector<Case> cases{
+      {{"--attch"}, 2, "--attch"},
+      {{}, 2, "nothing to record"},
+      {{"--attach", "--", "true"}, 2, "takes no command"},
+      {{"--duration", "1", "--", "true"}, 2, "--attach"},
+      {{"--kernel=yes", "--", "true"}, 2, "does not record kernel events"},
+      {{"--snapshot", "--", "true"}, 2, "--snapshot"},
+      {{"--live", "tcp://localhost", "--", "true"}, 2, "--live"},
+      {{"--subbuf-size", "5000", "--", "true"}, 2, "power of two"},
+      {{"-o", "rec", "--", "/no/such/program"}, 4, "cannot run \"/no/such/program\""},
+      {{"-o", "/proc/rec", "--", "true"}, 4, "cannot create \"/proc/rec\""},
+  };
+  for (const Case& entry : cases) {
+    std::vector<std::string> command{CIE_RECORD};
+    command.insert(command.end(), entry.arguments.begin(), entry.arguments.end());
+    const Finished result = sandbox_.run(command);
+    EXPECT_EQ(result.status, entry.status) << result.err;
+    EXPECT_THAT(result.err, HasSubstr(entry.message));
+    EXPECT_EQ(std::ranges::count(result.err, '\n'), 1) << result.err;
+  }
+  EXPECT_FALSE(fs::exists(path("rec"))) << "a command that cannot run leaves nothing behind";
+}
+
+TEST_P(Record, NeverOverwrites) {
+  ASSERT_EQ(sandbox_.run(recording("rec", {"--instances", "5"})).status, 0);
+  const std::string before = read_file(path("rec/manifest.json"));
+  const Finished result = sandbox_.run(recording("rec", {"--instances", "5"}));
+  EXPECT_EQ(result.status, 2);
+  EXPECT_THAT(result.err, HasSubstr("exists already"));
+  EXPECT_EQ(read_file(path("rec/manifest.json")), before);
+}
+
+TEST_P(Record, FailsWhenNothingRegistered) {
+  const Finished result = sandbox_.run(
+      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "0.6"});
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(result.err, HasSubstr("no traced application has registered yet"));
+  EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));
+}
+
+TEST_P(Record, SaysWhenTheDiskWasFull) {
+  if (geteuid() != 0) {
+    GTEST_SKIP() << "needs root to mount a small file system";
+  }
+  fs::create_directory(path("small"));
+  ASSERT_EQ(mount("none", path("small").c_str(), "tmpfs", 0, "size=256k,mode=777"), 0);
+  const Finished result =
+      sandbox_.run(recording("small/rec", {"--burst", "200000", "--instances", "0"}));
+  umount2(path("small").c_str(), MNT_DETACH);
+  EXPECT_EQ(result.status, 4) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("THE RECORDING FAILED"));
+}
+
+INSTANTIATE_TEST_SUITE_P(As, Record, ::testing::Values(User::current, User::ordinary),
+                         [](const auto& test) {
+                           return test.param == User::current ? "CurrentUser" : "OrdinaryUser";
+                         });
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,217 @@
+// What a session sees of a process that runs already, and of one that forks: driven by the `lttng`
+// command, as a user without cie-record would.
+#include "live/record/sandbox.hpp"
+#include "live/record/trace_text.hpp"
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+namespace cie::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+const std::set<std::string> kStateEvents{"run_begin",      "node_init",   "group_init",
+                                         "callback_init",  "thread_init", "thread_sched",
+                                         "publisher_init", "clock_sync"};
+
+class Announcement : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!sandbox_.skip_reason().empty()) {
+      GTEST_SKIP() << sandbox_.skip_reason();
+    }
+    daemon_.emplace_back(sandbox_.start({"lttng-sessiond", "--no-kernel"}));
+    ASSERT_TRUE(eventually([this] { return sandbox_.run({"lttng", "list"}).status == 0; }));
+  }
+
+  void TearDown() override {
+    if (!daemon_.empty()) {
+      daemon_.front().signal(SIGTERM);
+      daemon_.front().wait();
+    }
+  }
+
+  fs::path path(const std::string& name) const { return sandbox_.directory() / name; }
+
+  void lttng(std::vector<std::string> words) {
+    words.insert(words.begin(), "lttng");
+    const Finished result = sandbox_.run(words);
+    ASSERT_EQ(result.status, 0) << result.out << result.err;
+  }
+
+  // Hot events and state events in a channel each, as tracepoints/README.md advises.
+  void create(const std::string& session, const std::vector<std::string>& options = {}) {
+    std::vector<std::string> words{"create", session, "--output", path(session)};
+    words.insert(words.end(), options.begin(), options.end());
+    lttng(words);
+    lttng({"enable-channel", "-u", "-s", session, "state", "--subbuf-size=64k"});
+    lttng({"enable-channel", "-u", "-s", session, "hot", "--subbuf-size=4k", "--num-subbuf=2"});
+    for (const char* channel : {"state", "hot"}) {
+      lttng({"add-context", "-u", "-s", session, "-c", channel, "-t", "vpid", "-t", "vtid"});
+    }
+  }
+
+  void enable_events(const std::string& session) {
+    std::string state;
+    for (const std::string& name : kStateEvents) {
+      state += (state.empty() ? "cie:" : ",cie:") + name;
+    }
+    lttng({"enable-event", "-u", "-s", session, "-c", "state", state});
+    lttng({"enable-event", "-u", "-s", session, "-c", "hot", "cie:callback_*,cie:publish"});
+  }
+
+  void start_application(const std::vector<std::string>& prefix = {}) {
+    std::vector<std::string> command = prefix;
+    command.insert(command.end(), {CIE_TRACED_APP, "--until-signal", "--ready", path("pid")});
+    application_.emplace_back(sandbox_.start(command));
+    ASSERT_TRUE(eventually([this] { return fs::exists(path("pid")); }));
+  }
+
+  void stop_application() {
+    application_.front().signal(SIGTERM);
+    application_.front().wait();
+  }
+
+  static void expect_announced(const TextTrace& trace) {
+    ASSERT_FALSE(trace.events.empty());
+    std::set<std::string> missing = kStateEvents;
+    for (const TextEvent& event : trace.events) {
+      missing.erase(event.name);
+    }
+    ASSERT_EQ(missing, std::set<std::string>{});
+    EXPECT_EQ(trace.all("run_begin").front().label("moment"), "announce");
+  }
+
+  Sandbox sandbox_{User::current};
+  std::vector<Running> daemon_;       // at most one
+  std::vector<Running> application_;  // at most one
+};
+
+TEST_F(Announcement, FollowsEverySessionStartAlsoWhileAnotherIsActive) {
+  start_application();
+  for (const char* session : {"first", "second", "third"}) {
+    create(session);
+    enable_events(session);
+    lttng({"start", session});
+    usleep(1'000'000);  // the contract: complete within a second
+  }
+  lttng({"destroy", "--all"});
+  stop_application();
+  for (const char* session : {"first", "second", "third"}) {
+    SCOPED_TRACE(session);
+    expect_announced(read_trace(path(session)));
+  }
+}
+
+TEST_F(Announcement, FollowsEventsEnabledInARunningSession) {
+  start_application();
+  create("late");
+  lttng({"start", "late"});
+  usleep(300'000);
+  enable_events("late");
+  usleep(1'000'000);
+  lttng({"destroy", "late"});
+  stop_application();
+  expect_announced(read_trace(path("late")));
+}
+
+TEST_F(Announcement, SurvivesInASnapshotLongAfterTheHotEventsOfThatTimeAreGone) {
+  start_application();
+  create("flight", {"--snapshot"});
+  enable_events("flight");
+  lttng({"start", "flight"});
+  usleep(2'500'000);  // 1 000 instances a second turn the 8 KiB of "hot" over many times
+  lttng({"snapshot", "record", "-s", "flight"});
+  lttng({"destroy", "flight"});
+  stop_application();
+  const TextTrace trace = read_trace(path("flight"));
+  expect_announced(trace);
+  const std::vector<TextEvent> starts = trace.all("callback_start");
+  ASSERT_FALSE(starts.empty());
+  EXPECT_GT(starts.front().integer("seq"),
+            trace.all("callback_init").front().integer("next_seq") + 500);
+}
+
+TEST_F(Announcement, IsRepeatedOnRequestInEveryChunkOfARotatedSession) {
+  start_application();
+  create("rotated");
+  enable_events("rotated");
+  lttng({"start", "rotated"});
+  usleep(500'000);
+  lttng({"rotate", "rotated"});
+  lttng({"regenerate", "statedump", "-s", "rotated"});
+  usleep(500'000);
+  lttng({"rotate", "rotated"});
+  lttng({"destroy", "rotated"});
+  stop_application();
+  // Chunk 2, of what came after the second rotation, was not asked for.
+  int chunks = 0;
+  for (const fs::directory_entry& chunk : fs::directory_iterator(path("rotated") / "archives")) {
+    SCOPED_TRACE(chunk.path());
+    const TextTrace trace = read_trace(chunk.path());
+    EXPECT_FALSE(trace.all("callback_start").empty());
+    if (!chunk.path().string().ends_with("-2")) {
+      ++chunks;
+      expect_announced(trace);
+    }
+  }
+  EXPECT_EQ(chunks, 2);
+}
+
+TEST_F(Announcement, ComesFromAnOrdinaryThreadThatBlocksAllSignals) {
+  if (geteuid() == 0) {
+    start_application({"chrt", "--fifo", "50"});  // what the thread must not inherit
+  } else {
+    start_application();
+  }
+  const fs::path tasks =
+      fs::path("/proc") / std::to_string(std::stoi(read_file(path("pid")))) / "task";
+  fs::path thread;
+  ASSERT_TRUE(eventually([&] {
+    for (const fs::directory_entry& task : fs::directory_iterator(tasks)) {
+      if (read_file(task.path() / "comm") == "cie-announce\n") {
+        thread = task.path();
+      }
+    }
+    return !thread.empty();
+  }));
+  std::istringstream stat(read_file(thread / "stat"));
+  std::vector<std::string> fields;
+  for (std::string field; stat >> field;) {
+    fields.push_back(field);
+  }
+  EXPECT_EQ(fields.at(18), "10") << "nice";
+  EXPECT_EQ(fields.at(40), "0") << "SCHED_OTHER";
+  const std::string status = read_file(thread / "status");
+  const std::size_t blocked = status.find("SigBlk:\t") + 8;
+  // All but SIGKILL (9), SIGSTOP (19) and the C library's own 32 and 33.
+  EXPECT_EQ(status.substr(blocked, 16), "fffffffe7ffbfeff");
+  stop_application();
+}
+
+TEST_F(Announcement, IsNotMadeByAChildThatOnlyInheritedTheObjects) {
+  create("forked");
+  lttng({"enable-event", "-u", "-s", "forked", "-c", "state", "cie:*"});
+  lttng({"start", "forked"});
+  setenv("LTTNG_UST_REGISTER_TIMEOUT", "-1", 1);
+  const Finished result = sandbox_.run({"timeout", "20", CIE_TRACED_APP, "--fork"});
+  lttng({"destroy", "forked"});
+  EXPECT_EQ(result.status, 0);
+  const TextTrace trace = read_trace(path("forked"));
+  EXPECT_EQ(trace.all("callback_fini").size(), 2U);
+  EXPECT_EQ(trace.all("run_end").size(), 1U);
+  EXPECT_EQ(trace.events.back().name, "run_end");
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,428 @@
+"""Scenarios: mapping of callbacks to threads, scheduling parameters."""
+
+from .register import scenario
+from .scenario import FAIL, INCONCLUSIVE, MS, NOT_APPLICABLE, OPEN, PASS, Scenario
+from .sim_entities import SimCallback
+
+# -- mapping -----------------------------------------------------------------------------------------
+
+
+@scenario
+def never_ran(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.silent = True
+    s.run()
+    s.expect("M1", s.callback(c), FAIL)  # registered, never ran, and the totals prove it
+
+
+@scenario
+def never_registered(s: Scenario) -> None:
+    s.standard()
+    s.run()
+    s.extra_entries.append({"id": "/a/ghost@Timer(1000)"})
+    s.expect("M1", "callback /a/ghost@Timer(1000)", FAIL)
+
+
+@scenario
+def never_registered_without_proof(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.drop(lambda r: r.name == "run_end", declared=False)
+    s.extra_entries.append({"id": "/a/ghost@Timer(1000)"})
+    s.expect("M1", "callback /a/ghost@Timer(1000)", INCONCLUSIVE)
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)
+
+
+@scenario
+def wildcard_never_seen(s: Scenario) -> None:
+    s.standard()
+    s.run()
+    s.extra_entries.append({"id": "/a/ghost/*"})  # M1 is for callbacks named exactly
+    s.expect("M1", "callback /a/ghost/*", "absent")
+
+
+@scenario
+def replaced_thread(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.exit_after = 2
+    s.run()
+    s.expect("M4", s.callback(c), FAIL)   # moved to another incarnation, no new callback_init
+    s.expect("M3", s.callback(c), PASS)   # the threads were not alive together
+
+
+@scenario
+def replaced_thread_announced(s: Scenario) -> None:
+    app = s.standard()
+    app.replacement_init = True
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    s.expect("M3", s.callback(c), PASS)   # and M4 passes: the callback was registered anew
+
+
+@scenario
+def replaced_thread_exit_unseen(s: Scenario) -> None:
+    app = s.standard()
+    s.kernel = False
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    first = [r for r in s.rows() if r.callback is c][0].thread
+    s.drop(lambda e: e.name == "thread_fini" and e.fields["tid"] == first.tid, declared=False)
+    s.expect("M3", s.callback(c), INCONCLUSIVE)  # nothing shows the earlier thread alive later
+    s.expect("M4", s.callback(c), INCONCLUSIVE)  # thread exit lost
+    s.expect("S3", s.thread(first), INCONCLUSIVE)  # gone before any audit, no kernel events
+    # T4 does not name a missing thread_fini; without it a last read-back may be missing as well.
+    s.expect("T4", f"process {app.pid}", OPEN)
+    s.expect("S1", s.callback(c), OPEN)
+    s.expect("S4", s.thread(first), OPEN)
+
+
+@scenario
+def reused_tid_same_callback(s: Scenario) -> None:
+    app = s.standard()
+    app.reuse_tid = 1
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    s.report_open.add("threads")          # one entry per tid or per incarnation?
+    s.expect("M4", s.callback(c), FAIL)   # tid reused: another incarnation all the same
+    s.expect("M3", s.callback(c), PASS)
+
+
+@scenario
+def reused_tid_other_callback(s: Scenario) -> None:
+    app = s.standard()
+    app.reuse_tid = 1
+    app.added = SimCallback(8, "timer", "/a/slow", period=15 * MS, priority=22,
+                            affinity=tuple(range(s.cpus)), group=5)
+    app.callbacks[4].exit_after = 2
+    s.run()
+    # Two incarnations, one callback each: M2 passes although the tid ran two. Their group is one
+    # group of two callbacks, each on an isolated thread.
+    for t in {r.thread for r in s.rows() if r.callback in (app.callbacks[4], app.added)}:
+        s.expect("M2", s.thread(t), PASS)
+    s.expect("M8", "group 5", FAIL)
+
+
+@scenario
+def duplicate_ids(s: Scenario) -> None:
+    app = s.standard()
+    app.callbacks[3].suffix = ""  # both track the same topic under one name
+    s.chains = []
+    s.run()
+    # Limits for two callbacks under one id are those of both; the parameters differ, so judge none.
+    s.spec_changes[app.callbacks[3].logical_id] = {"policy": None, "affinity": None,
+                                                  "priority": None, "nice": None}
+    s.expect("M7", s.callback(app.callbacks[1]), FAIL)
+    s.expect("S1", s.callback(app.callbacks[1]), "absent")
+    s.expect("S2", s.callback(app.callbacks[1]), "absent")
+
+
+@scenario
+def second_callback_in_group(s: Scenario) -> None:
+    app = s.standard()
+    a, b = app.callbacks[4], app.callbacks[5]
+    b.group = a.group
+    s.run()
+    s.expect("M8", f"group {a.group}", FAIL)
+    s.expect("M6", s.thread(a.thread), OPEN)  # is a callback of the thread's group foreign to it?
+    s.expect("S1", s.callback(b), OPEN)       # the thread is announced for the first of them
+    s.expect("S2", s.callback(b), OPEN)
+
+
+@scenario
+def reentrant_group(s: Scenario) -> None:
+    app = s.standard()
+    app.callbacks[4].group_type = "reentrant"
+    s.run()
+    s.expect("M8", f"group {app.callbacks[4].group}", FAIL)
+
+
+@scenario
+def unannounced_thread(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.unannounced = True
+    c.never_apply = True
+    s.run()
+    t = c.thread
+    s.expect("M9", s.thread(t), FAIL)  # run_end proves that no announcement is missing
+    s.expect("M6", s.thread(t), "absent")
+    s.expect("S4", s.thread(t), OPEN)  # no read-back; but is an unannounced thread a subject?
+    s.expect("M8", f"group {c.group}", "absent")
+    for rule in ("S1", "S2"):
+        s.expect(rule, s.callback(c), "absent")
+
+
+@scenario
+def lost_thread_init(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    c = app.callbacks[4]
+    t = c.thread
+    s.drop(lambda e: e.name in ("thread_init", "thread_sched", "thread_fini")
+           and e.fields.get("tid") == t.tid, declared=False)
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # run_end counts one thread more
+    s.expect("M9", s.thread(t), INCONCLUSIVE)
+    # Where M9 is INCONCLUSIVE for a thread, so are M6, M8, S1, S2.
+    s.expect("M6", s.thread(t), INCONCLUSIVE)
+    s.expect("M8", f"group {c.group}", INCONCLUSIVE)
+    s.expect("S1", s.callback(c), INCONCLUSIVE)
+    s.expect("S2", s.callback(c), INCONCLUSIVE)
+    for rule in ("S3", "S4", "S5"):
+        s.expect(rule, s.thread(t), OPEN)
+
+
+@scenario
+def stolen_callback(s: Scenario) -> None:
+    app = s.standard()
+    thief, victim = app.callbacks[4], app.callbacks[1]
+    thief.first_expiry = app.callbacks[0].first_expiry + 400_000
+    thief.steals = victim
+    victim.queue.clear()
+    s.cpus = s.machine.cpus
+    victim_ready = victim
+    # The owner dozes at the moment of the theft: it is not woken for its fourth sample.
+    original = app._alert
+
+    def alert(c: SimCallback, cpu: int) -> None:
+        if c is victim_ready and thief.steals is not None and thief.started == 3:
+            return
+        original(c, cpu)
+
+    app._alert = alert
+    s.run()
+    if any(r.callback is victim and r.thread is thief.thread for r in s.rows()):
+        s.expect("M6", s.thread(thief.thread), FAIL)  # not registered to it
+        # M2 (thief's thread ran two) and M3 (both threads alive) follow from who ran where.
+
+
+@scenario
+def foreign_work(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.foreign_work = 300_000
+    s.run()
+    s.spec_changes[c.logical_id] = {"foreign_work_budget": 5 * MS}  # 15 ms per s are spent
+    s.expect("M6", s.thread(c.thread), FAIL)
+
+
+@scenario
+def foreign_work_within_budget(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.foreign_work = 300_000
+    s.run()
+    s.spec_changes[c.logical_id] = {"foreign_work_budget": 100 * MS}
+
+
+# -- scheduling --------------------------------------------------------------------------------------
+
+
+@scenario
+def wrong_priority(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.applied_priority = 45
+    s.run()
+    s.expect("S1", s.callback(c), FAIL)
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)  # none of the `applied` matches
+
+
+@scenario
+def wrong_affinity(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    s.run()
+    s.spec_changes[c.logical_id] = {"affinity": [s.cpus]}
+    s.expect("S1", s.callback(c), FAIL)
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)
+
+
+@scenario
+def ran_on_other_cpu(s: Scenario) -> None:
+    if s.cpus == 1:
+        s.cpus = s.machine.cpus = 2
+        s.machine.current = [None, None]
+    app = s.standard()
+    c = app.callbacks[4]
+    c.affinity = (0,)
+    app.stray = c
+    s.run()
+    s.expect("S4", s.thread(c.thread), FAIL)
+
+
+@scenario
+def late_parameters(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.late_apply = True
+    s.run()
+    s.expect("S2", s.callback(c), FAIL)
+
+
+@scenario
+def never_applied(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.never_apply = True
+    s.run()
+    s.expect("S1", s.callback(c), INCONCLUSIVE)     # no `applied` read-back
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)   # none of the `applied` matches
+    s.expect("S3", s.thread(c.thread), NOT_APPLICABLE)
+
+
+@scenario
+def changed_priority(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+
+    def change() -> None:
+        if c.thread.state == "blocked":
+            c.thread.priority = 44
+        else:
+            s.machine.at(s.machine.now + 50_000, change)
+
+    s.machine.at(s.begin + 60 * MS, change)
+    s.run()
+    s.expect("S3", s.thread(c.thread), FAIL)  # the second audit and the switches say 44
+
+
+@scenario
+def changed_priority_kernel_only(s: Scenario) -> None:
+    app = s.standard()
+    app.audits = [s.begin + 30 * MS]
+    changed_at = s.begin + 60 * MS
+    c = app.callbacks[4]
+
+    def change() -> None:
+        if c.thread.state == "blocked":
+            c.thread.priority = 44
+        else:
+            s.machine.at(s.machine.now + 50_000, change)
+
+    s.machine.at(changed_at, change)
+    s.run()
+    s.expect("S3", s.thread(c.thread), FAIL)
+
+
+@scenario
+def leaked_policy(s: Scenario) -> None:
+    app = s.standard()
+    app.leaked_worker = True
+    s.run()
+    leaked = next(t for t, *_ in app.announced if t.name == "leak")
+    s.expect("S5", s.thread(leaked), FAIL)          # its `initial` is real-time, nobody gave it
+    s.expect("S3", s.thread(leaked), NOT_APPLICABLE)  # neither `applied` nor announced late
+
+
+@scenario
+def named_worker(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.non_ros.append({"id": "recv", "policy": "SCHED_FIFO", "priority": 70})
+    s.expect("S1", s.thread(app.recv), PASS)
+    s.expect("M6", s.thread(app.recv), OPEN)
+    s.expect("S2", s.thread(app.recv), OPEN)
+
+
+@scenario
+def named_worker_wrong(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.non_ros.append({"id": "recv", "policy": "SCHED_FIFO", "priority": 71})
+    s.expect("S1", s.thread(app.recv), FAIL)
+    s.expect("M6", s.thread(app.recv), OPEN)
+    s.expect("S2", s.thread(app.recv), OPEN)
+
+
+@scenario
+def replaced_thread_exit_in_kernel(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    first = [r for r in s.rows() if r.callback is c][0].thread
+    s.drop(lambda e: e.name == "thread_fini" and e.fields["tid"] == first.tid, declared=False)
+    s.expect("M3", s.callback(c), PASS)  # sched_process_exit is an exit seen
+    s.expect("M4", s.callback(c), FAIL)
+    s.expect("T4", f"process {app.pid}", OPEN)
+    s.expect("S1", s.callback(c), OPEN)
+    for rule in ("S3", "S4"):
+        s.expect(rule, s.thread(first), OPEN)
+
+
+@scenario
+def inherited_priority(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+
+    def change(boost: int | None, time: int) -> None:
+        def act() -> None:
+            if c.thread.state == "blocked":
+                s.machine.set_boost(c.thread, boost)
+            else:
+                s.machine.at(s.machine.now + 50_000, act)
+
+        s.machine.at(time, act)
+
+    change(-80, s.begin + 30 * MS)
+    change(None, s.begin + 70 * MS)
+    s.run()  # S3 passes: within a priority-inheritance interval the switches may say otherwise
+
+
+@scenario
+def all_policies(s: Scenario) -> None:
+    app = s.standard()
+    for n, policy, priority, nice in ((1, "SCHED_RR", 10, 0), (3, "SCHED_BATCH", 0, 5),
+                                      (6, "SCHED_OTHER", 0, -5), (7, "SCHED_IDLE", 0, 0)):
+        c = app.callbacks[n]
+        c.policy, c.priority, c.nice = policy, priority, nice
+    c = app.callbacks[4]
+    c.policy, c.priority, c.triple = "SCHED_DEADLINE", 90, (2 * MS, 10 * MS, 20 * MS)
+    s.run()
+
+
+@scenario
+def wrong_runtime(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.policy, c.priority, c.triple = "SCHED_DEADLINE", 90, (2 * MS, 10 * MS, 20 * MS)
+    s.run()
+    s.spec_changes[c.logical_id] = {"runtime": 3 * MS}
+    s.expect("S1", s.callback(c), FAIL)
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)
+
+
+@scenario
+def wrong_nice(s: Scenario) -> None:
+    c = s.standard().callbacks[3]
+    c.nice = 3
+    s.run()
+    s.spec_changes[c.logical_id] = {"nice": 4}
+    s.expect("S1", s.callback(c), FAIL)
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)
+
+
+@scenario
+def wildcard_entry(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    s.run()
+    s.spec_ids[c.logical_id] = f"{c.node}/*"
+    s.expect("M1", s.callback(c), "absent")  # not named exactly; every other rule as before
+
+
+@scenario
+def exact_entry_beats_wildcard(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.extra_entries.append({"id": f"{app.callbacks[4].node}/*", "policy": "SCHED_FIFO",
+                            "priority": 99})
+    s.expect("M1", f"callback {app.callbacks[4].node}/*", "absent")
+
+
+@scenario
+def no_parameters_in_spec(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    s.run()
+    s.spec_changes[c.logical_id] = {"policy": None, "priority": None, "affinity": []}
+    s.expect("S1", s.callback(c), "absent")  # absent and [] are not judged
+    s.expect("S2", s.callback(c), "absent")

@@ -1,0 +1,116 @@
+#include <cie/analysis/statistics.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::analysis {
+namespace {
+
+Statistics of(const std::vector<std::int64_t>& values) {
+  Statistics statistics;
+  for (const auto value : values)
+    statistics.add(Duration{value});
+  return statistics;
+}
+
+TEST(Statistics, OfNothingAreNotMeasured) { EXPECT_FALSE(Statistics{}.summary().has_value()); }
+
+TEST(Statistics, CountSumAndExtremesAreExact) {
+  const auto summary = *of({7, -3, 1'000'000'007, 12}).summary();
+  EXPECT_EQ(summary.count, 4U);
+  EXPECT_EQ(summary.min, -3);
+  EXPECT_EQ(summary.max, 1'000'000'007);
+  EXPECT_EQ(summary.sum, 1'000'000'023);
+  EXPECT_DOUBLE_EQ(summary.mean, 1'000'000'023 / 4.0);
+}
+
+TEST(Statistics, OneValueIsEveryQuantile) {
+  const auto summary = *of({123'456'789}).summary();
+  EXPECT_EQ(summary.p50, 123'456'789);
+  EXPECT_EQ(summary.p99_9, 123'456'789);
+}
+
+TEST(Statistics, SumSaturatesInsteadOfWrapping) {
+  constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
+  constexpr auto kMin = std::numeric_limits<std::int64_t>::min();
+  EXPECT_EQ(of({kMax, kMax}).summary()->sum, kMax);
+  EXPECT_EQ(of({kMin, kMin}).summary()->sum, kMin);
+}
+
+TEST(Statistics, SmallValuesHaveExactNearestRankQuantiles) {
+  std::vector<std::int64_t> values;  // 1..100: the p-th percentile by nearest rank is p itself
+  for (std::int64_t i = 1; i <= 100; ++i)
+    values.push_back(i);
+  const auto summary = *of(values).summary();
+  EXPECT_EQ(summary.p50, 50);
+  EXPECT_EQ(summary.p90, 90);
+  EXPECT_EQ(summary.p99, 99);
+  EXPECT_EQ(summary.p99_9, 100);  // ceil(99.9) = 100
+}
+
+TEST(Statistics, NearestRankOfTwoIsTheLowerOneAtTheMedian) {
+  EXPECT_EQ(of({10, 20}).summary()->p50, 10);
+}
+
+TEST(Statistics, QuantilesOfAnyMagnitudeAreWithinEightPerMille) {
+  std::mt19937_64 random(1);
+  std::vector<std::int64_t> values;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto octave = random() % 60;
+    const auto value = static_cast<std::int64_t>(random() >> (63 - octave) >> 1U);
+    values.push_back(random() % 4 == 0 ? -value : value);
+  }
+  const auto summary = *of(values).summary();
+  std::sort(values.begin(), values.end());
+  const auto nearest_rank = [&values](double p) {
+    const auto rank = static_cast<std::size_t>(std::ceil(p * static_cast<double>(values.size())));
+    return values[rank - 1];
+  };
+  const auto expect_close = [](std::int64_t approximate, std::int64_t exact) {
+    const auto error = std::abs(static_cast<double>(approximate) - static_cast<double>(exact));
+    EXPECT_LE(error, 0.008 * std::abs(static_cast<double>(exact)));
+  };
+  expect_close(summary.p50, nearest_rank(0.5));
+  expect_close(summary.p90, nearest_rank(0.9));
+  expect_close(summary.p99, nearest_rank(0.99));
+}
+
+TEST(Statistics, ExtremeIntegersDoNotOverflow) {
+  constexpr auto kMin = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
+  const auto summary = *of({kMin, kMax}).summary();
+  EXPECT_EQ(summary.min, kMin);
+  EXPECT_EQ(summary.max, kMax);
+  EXPECT_EQ(summary.sum, -1);
+}
+
+TEST(Statistics, MergedPartsEqualTheWhole) {
+  std::mt19937_64 random(2);
+  Statistics whole;
+  Statistics parts[3];
+  for (int i = 0; i < 3'000; ++i) {
+    const auto value = Duration{static_cast<std::int64_t>(random() % 10'000'000)};
+    whole.add(value);
+    parts[i % 3].add(value);
+  }
+  Statistics merged;
+  for (const auto& part : parts)
+    merged.merge(part);
+  const auto a = *merged.summary();
+  const auto b = *whole.summary();
+  EXPECT_EQ(a.count, b.count);
+  EXPECT_EQ(a.sum, b.sum);
+  EXPECT_EQ(a.min, b.min);
+  EXPECT_EQ(a.max, b.max);
+  EXPECT_EQ(a.p50, b.p50);
+  EXPECT_EQ(a.p99_9, b.p99_9);
+}
+
+}  // namespace
+}  // namespace cie::analysis

@@ -1,0 +1,117 @@
+#include <cie/analysis/analyzer.hpp>
+
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::analysis {
+namespace {
+
+constexpr CallbackId kCallback{1};
+
+// Two streams of one channel, as one would get from two CPUs. Stream 0 covers [0, 100]; stream 1
+// what a test says. Instances are written into stream 0.
+class TwoStreams : public testing::Test, private Observer {
+ protected:
+  TwoStreams() : analyzer_(AnalysisOptions{}, this) {
+    for (std::uint32_t stream = 0; stream < 2; ++stream)
+      push(0, stream, StreamBegin{});
+  }
+  void push(std::int64_t time, std::uint32_t stream, const EventBody& body) {
+    analyzer_.consume(
+        Event{.head = {.time = {time}, .stream = StreamIndex{stream}, .cpu = 0, .pid = 1, .tid = 2},
+              .body = body});
+  }
+  void start(std::int64_t time) {
+    CallbackStart event;
+    event.callback = kCallback;
+    event.seq = seq_;
+    push(time, 0, event);
+  }
+  void end(std::int64_t time) {
+    push(time, 0, CallbackEnd{.callback = kCallback, .seq = seq_++, .status = {}});
+  }
+  CallbackReport finish() { return analyzer_.finish().report.callbacks.at(0); }
+  void on_instance(const Instance& instance) override { listed_.push_back(instance); }
+
+  Analyzer analyzer_;
+  std::vector<Instance> listed_;
+  std::uint64_t seq_ = 0;
+};
+
+TEST_F(TwoStreams, CountsWhatBothCoverListsWhatAnEdgeCutsAndForgetsTheRest) {
+  push(0, 0, PacketBegin{});
+  start(5);  // wholly before stream 1 begins
+  end(8);
+  start(18);  // cut by the begin at 20
+  push(20, 1, PacketBegin{});
+  end(22);
+  start(30);
+  end(40);
+  start(55);  // cut by the end at 60
+  push(60, 1, PacketEnd{});
+  push(60, 1, StreamEnd{});
+  end(65);
+  start(70);  // wholly after stream 1 ended
+  end(80);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  const auto report = finish();
+  EXPECT_EQ(report.instances, 1U);
+  ASSERT_EQ(listed_.size(), 3U);
+  EXPECT_EQ(listed_[0].state, InstanceState::cut_by_window);
+  EXPECT_EQ(listed_[1].state, InstanceState::complete);
+  EXPECT_EQ(listed_[1].start.ns, 30);
+  EXPECT_EQ(listed_[2].state, InstanceState::cut_by_window);
+}
+
+TEST_F(TwoStreams, AnInstanceOnTheVeryEdgesCounts) {
+  push(0, 0, PacketBegin{});
+  push(20, 1, PacketBegin{});
+  start(20);
+  end(60);
+  push(60, 1, PacketEnd{});
+  push(60, 1, StreamEnd{});
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  EXPECT_EQ(finish().instances, 1U);
+}
+
+TEST_F(TwoStreams, AnEmptyStreamDoesNotNarrowTheWindow) {
+  push(0, 1, StreamEnd{});
+  push(0, 0, PacketBegin{});
+  start(10);
+  end(20);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  EXPECT_EQ(finish().instances, 1U);
+}
+
+TEST_F(TwoStreams, AnInstanceThatNeverEndsIsListedNotCounted) {
+  push(0, 0, PacketBegin{});
+  push(0, 1, PacketBegin{});
+  start(10);
+  push(100, 0, PacketEnd{});
+  push(100, 1, PacketEnd{});
+  const auto report = finish();
+  EXPECT_EQ(report.instances, 0U);
+  EXPECT_EQ(report.incomplete, 1U);
+  ASSERT_EQ(listed_.size(), 1U);
+  EXPECT_EQ(listed_[0].state, InstanceState::open);
+  EXPECT_FALSE(listed_[0].end.has_value());
+}
+
+TEST_F(TwoStreams, AnEndWithoutAStartIsNoInstance) {
+  push(0, 0, PacketBegin{});
+  push(0, 1, PacketBegin{});
+  end(10);
+  start(20);
+  end(30);
+  push(100, 0, PacketEnd{});
+  push(100, 1, PacketEnd{});
+  EXPECT_EQ(finish().instances, 1U);
+  EXPECT_EQ(listed_.size(), 1U);
+}
+
+}  // namespace
+}  // namespace cie::analysis

@@ -1,0 +1,347 @@
+#!/usr/bin/env python3
+"""The cie program from outside: exit codes, messages, output files. Arguments: CIE EXAMPLES."""
+import json
+import os
+import pty
+import resource
+import shutil
+import signal
+import stat
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CIE = os.path.abspath(sys.argv[1])
+EXAMPLES = os.path.abspath(sys.argv[2])
+TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
+SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
+COMMANDS = ("report", "instances", "verify", "export", "spec")
+
+
+def cie(*arguments, **options):
+    options.setdefault("stdout", subprocess.PIPE)
+    options.setdefault("stderr", subprocess.PIPE)
+    options.setdefault("program", CIE)
+    program = options.pop("program")
+    return subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, timeout=60, check=False, **options)
+
+
+def on_terminal(*arguments, environment=None):
+    """Runs cie with standard output on a terminal; returns its exit code and what it showed."""
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=theirs, stderr=subprocess.PIPE,
+                               env={**os.environ, "TERM": "xterm", **(environment or {})})
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 65536)
+        except OSError:  # the other end was closed
+            part = b""
+        if not part:
+            break
+        shown += part
+    os.close(ours)
+    errors = process.stderr.read()
+    process.stderr.close()
+    return process.wait(timeout=60), shown, errors
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="cie-cli.")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def write(self, name, content, mode=0o644):
+        with open(self.path(name), "wb") as file:
+            file.write(content)
+        os.chmod(self.path(name), mode)
+        return self.path(name)
+
+    def read(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()
+
+
+class Help(unittest.TestCase):
+    def test_alone_it_prints_an_overview(self):
+        for arguments in ((), ("--help",), ("-h",), ("help",)):
+            result = cie(*arguments)
+            self.assertEqual((result.returncode, result.stderr), (0, b""))
+            for command in COMMANDS + ("run", "record"):
+                self.assertIn(f"\n  {command} ".encode(), result.stdout)
+
+    def test_version(self):
+        self.assertRegex(cie("--version").stdout, rb"^cie \d+\.\d+\.\d+\n$")
+
+    def test_every_command_explains_itself(self):
+        for command in COMMANDS:
+            result = cie(command, "--help")
+            self.assertEqual((result.returncode, result.stderr), (0, b""))
+            self.assertEqual(result.stdout, cie("help", command).stdout)
+            text = result.stdout.decode()
+            self.assertTrue(text.startswith(f"Usage: cie {command} "), text)
+            self.assertRegex(text, r"\nExamples?:\n  cie " + command)
+            self.assertIn("\nExit codes: 0 ", text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 100)
+
+
+class Usage(unittest.TestCase):
+    def assert_usage_error(self, arguments, message):
+        result = cie(*arguments)
+        self.assertEqual(result.returncode, 2, arguments)
+        self.assertEqual(result.stdout, b"")
+        lines = result.stderr.decode().splitlines()
+        self.assertEqual(lines[0], "cie: " + message)
+        self.assertRegex(lines[1], r"^Try: cie .*--help$")
+        self.assertEqual(len(lines), 2)
+
+    def test_misspelt(self):
+        self.assert_usage_error(("verfy", TRACE), 'there is no command "verfy"; did you mean "verify"?')
+        self.assert_usage_error(("verify", TRACE, "--sepc", "x"), 'unknown option "--sepc"; did you mean "--spec"?')
+        self.assert_usage_error(("report", TRACE, "--fromat=json"),
+                                'unknown option "--fromat"; did you mean "--format"?')
+        self.assert_usage_error(("report", TRACE, "--zzz"), 'unknown option "--zzz"')
+        self.assert_usage_error(("--verison",), 'there is no command "--verison"; did you mean "--version"?')
+
+    def test_missing(self):
+        for command in ("report", "instances", "verify"):
+            self.assert_usage_error((command,), "no TRACE was given: name the directory that a recording is in")
+        self.assert_usage_error(("export", TRACE), "--to is missing: name the viewer, for instance --to perfetto")
+        self.assert_usage_error(("spec", "check"), "no FILE was given: name the spec to check")
+        for arguments in (("report", TRACE, "--spec"), ("report", TRACE, "-o"), ("report", TRACE, "-f", "a", "-f", "b")):
+            self.assertEqual(cie(*arguments).returncode, 2, arguments)
+
+    def test_not_available_yet(self):
+        for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl"),
+                                            ("verify", "junit", "text, json"), ("verify", "sarif", "text, json"),
+                                            ("verify", "tap", "text, json")):
+            self.assert_usage_error((command, TRACE, "--format", planned),
+                                    f"--format {planned} is not available in this version; available: {available}")
+        self.assert_usage_error(("export", TRACE, "--to", "chrome"),
+                                "--to chrome is not available in this version; available: perfetto")
+        self.assert_usage_error(("diff", "a", "b"), '"cie diff" is not available in this version')
+        self.assert_usage_error(("live",), '"cie live" is not available in this version')
+        self.assert_usage_error(("spec", "template", TRACE),
+                                "spec template is not available in this version; available: check")
+
+    def test_unknown_choices(self):
+        self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
+                                '--inconclusive does not know "wran"; did you mean "warn"? available: warn, fail')
+        self.assert_usage_error(("verify", "--explain", "Z9"),
+                                'there is no rule "Z9"; cie verify --list-rules names them all')
+
+
+class Rules(unittest.TestCase):
+    def test_list_and_pages(self):
+        lines = cie("verify", "--list-rules").stdout.decode().splitlines()
+        ids = [line.split()[0] for line in lines]
+        self.assertEqual(ids[:6], ["T1", "T2", "T3", "T4", "T5", "T6"])
+        self.assertIn("M2  one-callback-per-thread", lines)
+        self.assertEqual(len(ids), len(set(ids)))
+        for rule in ids:
+            page = cie("verify", "--explain", rule.lower())
+            self.assertEqual(page.returncode, 0)
+            self.assertTrue(page.stdout.decode().startswith(rule + " "), page.stdout)
+            self.assertGreater(len(page.stdout), 100, "a page explains")
+
+
+class Spec(Folder):
+    def test_a_good_spec(self):
+        result = cie("spec", "check", SPEC)
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stdout.decode(), r"good: \d+ callbacks?, \d+ threads?, \d+ chains?; sha256 [0-9a-f]{64}\n$")
+
+    def test_a_bad_spec_is_named_with_its_line(self):
+        spec = self.write("bad.yaml", b"callback_groups:\n  - id: /a@Timer(1)\n    policy: SCHED_OTHER\n    nice: 50\n")
+        for arguments in (("spec", "check", spec), ("verify", TRACE, "--spec", spec), ("report", TRACE, "--spec", spec)):
+            result = cie(*arguments)
+            self.assertEqual((result.returncode, result.stdout), (2, b""), arguments)
+            self.assertIn(b"bad.yaml:", result.stderr)
+
+    def test_a_missing_spec(self):
+        result = cie("verify", TRACE, "--spec", self.path("none.yaml"))
+        self.assertEqual((result.returncode, result.stdout), (2, b""))
+        self.assertIn(b"none.yaml", result.stderr)
+
+
+class Unreadable(Folder):
+    def assert_unreadable(self, path):
+        for arguments in (("report", path), ("instances", path), ("verify", path),
+                          ("export", path, "--to", "perfetto", "-o", self.path("out"))):
+            result = cie(*arguments)
+            self.assertEqual(result.returncode, 4, (arguments, result))
+            self.assertEqual(result.stdout, b"")
+            self.assertRegex(result.stderr, rb"^cie: [^\n]+\n$")
+            self.assertNotIn(b"\x1b", result.stderr)
+            self.assertFalse(os.path.exists(self.path("out")))
+
+    def test_nothing_there(self):
+        self.assert_unreadable(self.path("none"))
+
+    def test_a_file(self):
+        self.assert_unreadable(self.write("file", b"no trace"))
+
+    def test_a_directory_without_a_trace(self):
+        os.mkdir(self.path("empty"))
+        self.assert_unreadable(self.path("empty"))
+
+    def test_garbage(self):
+        os.mkdir(self.path("garbage"))
+        self.write("garbage/metadata", b"\x57\x1d\xd1\x75garbage")
+        self.write("garbage/channel_0", bytes(range(256)) * 16)
+        self.assert_unreadable(self.path("garbage"))
+
+    def test_a_hostile_name(self):
+        self.assert_unreadable(self.path("\x1b[31m\n'\"\udcff"))
+        self.assert_unreadable("x" * 10_000)
+
+
+class Output(Folder):
+    def test_a_file_is_what_standard_output_would_be(self):
+        for arguments in (("report", TRACE), ("report", TRACE, "-f", "json"), ("report", TRACE, "-f", "csv"),
+                          ("instances", TRACE), ("instances", TRACE, "-f", "jsonl"), ("verify", TRACE),
+                          ("verify", TRACE, "-f", "json"), ("export", TRACE, "--to", "perfetto")):
+            expected = cie(*arguments)
+            self.assertEqual(expected.returncode, 0, expected)
+            self.assertEqual(expected.stderr, b"")
+            self.assertEqual(cie(*arguments, "-o", "-").stdout, expected.stdout)
+            result = cie(*arguments, "-o", "out", cwd=self.folder)
+            self.assertEqual((result.returncode, result.stdout, result.stderr), (0, b"", b""))
+            self.assertEqual(self.read("out"), expected.stdout)
+            self.assertEqual(os.listdir(self.folder), ["out"])
+
+    def test_an_old_file_survives_a_failure(self):
+        self.write("out", b"old", 0o600)
+        self.assertEqual(cie("report", self.path("none"), "-o", self.path("out")).returncode, 4)
+        limited = cie("export", TRACE, "--to", "perfetto", "-o", self.path("out"),
+                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+        self.assertEqual(limited.returncode, 4)
+        self.assertRegex(limited.stderr, rb"^cie: cannot write [^\n]*: File too large\n$")
+        self.assertEqual(self.read("out"), b"old")
+        self.assertEqual(os.listdir(self.folder), ["out"])
+        self.assertEqual(cie("report", TRACE, "-o", self.path("out")).returncode, 0)
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o600)
+
+    def test_a_new_file_has_the_usual_mode(self):
+        cie("report", TRACE, "-o", self.path("out"), preexec_fn=lambda: os.umask(0o027))
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o640)
+
+    def test_a_full_disk(self):
+        for arguments in (("report",), ("instances",), ("verify", "-f", "json"), ("export", "--to", "perfetto")):
+            result = cie(*arguments, TRACE, "-o", "/dev/full")
+            self.assertEqual(result.returncode, 4)
+            self.assertEqual(result.stderr, b'cie: cannot write "/dev/full": No space left on device\n')
+            with open("/dev/full", "wb") as full:
+                result = cie(*arguments, TRACE, stdout=full)
+            self.assertEqual((result.returncode, result.stderr),
+                             (4, b"cie: cannot write standard output: No space left on device\n"))
+
+    def test_a_closed_pipe(self):
+        reader, writer = os.pipe()
+        os.close(reader)
+        result = cie("instances", TRACE, stdout=writer)
+        os.close(writer)
+        self.assertEqual((result.returncode, result.stderr), (4, b"cie: cannot write standard output: Broken pipe\n"))
+
+    def test_closed_standard_output(self):
+        for arguments in (("report", TRACE), ("--help",), ("--version",)):
+            result = cie(*arguments, preexec_fn=lambda: os.close(1))
+            self.assertEqual(result.returncode, 4)
+            self.assertEqual(result.stderr, b"cie: cannot write standard output: Bad file descriptor\n")
+        result = cie("report", TRACE, "-o", self.path("out"), preexec_fn=lambda: os.close(1))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.read("out"), cie("report", TRACE).stdout)
+
+    def test_targets_that_cannot_be_written(self):
+        result = cie("report", TRACE, "-o", self.folder)
+        self.assertEqual((result.returncode, result.stdout), (4, b""))
+        self.assertIn(b"Is a directory", result.stderr)
+        result = cie("report", TRACE, "-o", self.path("none", "out"))
+        self.assertEqual(result.returncode, 4)
+        self.assertIn(b"No such file or directory", result.stderr)
+
+    def test_an_interrupt_ends_it(self):
+        os.mkfifo(self.path("fifo"))
+        process = subprocess.Popen([CIE, "report", TRACE, "-o", self.path("fifo")], stderr=subprocess.PIPE)
+        try:  # it waits for somebody to read the fifo
+            with self.assertRaises(subprocess.TimeoutExpired):
+                process.wait(timeout=0.5)
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(timeout=10), -signal.SIGINT)
+        finally:
+            process.kill()
+            process.stderr.close()
+
+
+class Terminal(Folder):
+    def test_colours_only_where_they_are_wanted(self):
+        for command in ("report", "verify"):
+            self.assertIn(b"\x1b[", on_terminal(command, TRACE, environment={"NO_COLOR": ""})[1])
+            self.assertNotIn(b"\x1b[", on_terminal(command, TRACE, environment={"NO_COLOR": "1"})[1])
+            self.assertNotIn(b"\x1b[", on_terminal(command, TRACE, environment={"TERM": "dumb"})[1])
+            self.assertNotIn(b"\x1b[", cie(command, TRACE).stdout)
+
+    def test_a_binary_file_is_not_for_a_terminal(self):
+        code, shown, errors = on_terminal("export", TRACE, "--to", "perfetto")
+        self.assertEqual((code, shown), (2, b""))
+        self.assertIn(b"name a file with -o FILE", errors)
+
+
+class OtherPrograms(Folder):
+    """`cie run` and `cie record` start cie-run and cie-record."""
+
+    def setUp(self):
+        super().setUp()
+        os.mkdir(self.path("bin"))
+        shutil.copy(CIE, self.path("bin", "cie"))
+        self.program = self.path("bin", "cie")
+        self.echo = b'#!/bin/sh\nprintf "%s|" "$0" "$@"\nexit 7\n'
+        os.mkdir(self.path("path"))
+
+    def start(self, *arguments):
+        return cie(*arguments, program=self.program, env={**os.environ, "PATH": self.path("path") + ":/usr/bin:/bin"})
+
+    def test_absent(self):
+        for name in ("run", "record"):
+            result = self.start(name, "app.yaml")
+            self.assertEqual((result.returncode, result.stdout), (4, b""))
+            self.assertIn(f'"cie-{name}" is not installed'.encode(), result.stderr)
+
+    def test_found_in_path_with_every_argument_as_it_is(self):
+        self.write("path/cie-record", self.echo, 0o755)
+        result = self.start("record", "--help", "-o", "a b", "--", "$(reboot)", "*", "")
+        self.assertEqual(result.returncode, 7, "its exit code is passed on")
+        self.assertEqual(result.stdout.decode(),
+                         self.path("path", "cie-record") + "|--help|-o|a b|--|$(reboot)|*||")
+
+    def test_the_one_beside_it_comes_first(self):
+        self.write("path/cie-run", self.echo, 0o755)
+        self.write("bin/cie-run", self.echo, 0o755)
+        self.assertTrue(self.start("run", "x").stdout.decode().startswith(self.path("bin", "cie-run") + "|x|"))
+
+
+class Verdicts(unittest.TestCase):
+    def test_exit_codes(self):
+        failing = os.path.join(EXAMPLES, "multi_threaded_fails")
+        for form in ("text", "json"):
+            self.assertEqual(cie("verify", TRACE, "--spec", SPEC, "-f", form).returncode, 0)
+            result = cie("verify", os.path.join(failing, "trace"), "--spec", os.path.join(failing, "spec.yaml"), "-f", form)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(b"FAIL", result.stdout)
+        self.assertIn(b"no --spec was given", cie("verify", TRACE).stdout)
+
+    def test_without_the_kernel_or_the_user_half(self):
+        kernel = cie("verify", os.path.join(TRACE, "kernel"), "-f", "json")
+        self.assertEqual(kernel.returncode, 3, "no cie event is there: nothing is shown, nothing passes")
+        self.assertEqual(json.loads(kernel.stdout)["verdict"], "INCONCLUSIVE")
+        self.assertEqual(cie("verify", os.path.join(TRACE, "kernel"), "--inconclusive=warn").returncode, 0)
+        self.assertEqual(cie("verify", os.path.join(TRACE, "kernel"), "--inconclusive=fail").returncode, 1)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=1)

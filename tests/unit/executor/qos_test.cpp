@@ -1,0 +1,80 @@
+#include <cie/executor/qos.hpp>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <stdexcept>
+
+#include "dds_qos.hpp"
+
+namespace cie::executor {
+namespace {
+
+struct Policies {
+  dds_history_kind_t history{};
+  std::int32_t depth = -7;
+  dds_reliability_kind_t reliability{};
+  dds_duration_t blocking = 0;
+  dds_durability_kind_t durability{};
+  bool disposes = true;
+};
+
+Policies policies_of(const QoS& qos) {
+  const auto dds_qos = dds::to_dds(qos, "topic");
+  Policies found;
+  EXPECT_TRUE(dds_qget_history(dds_qos.get(), &found.history, &found.depth));
+  EXPECT_TRUE(dds_qget_reliability(dds_qos.get(), &found.reliability, &found.blocking));
+  EXPECT_TRUE(dds_qget_durability(dds_qos.get(), &found.durability));
+  EXPECT_TRUE(dds_qget_writer_data_lifecycle(dds_qos.get(), &found.disposes));
+  return found;
+}
+
+TEST(Qos, ANumberIsAReliableVolatileQueueOfThatDepth) {
+  const Policies policies = policies_of(10);
+  EXPECT_EQ(policies.history, DDS_HISTORY_KEEP_LAST);
+  EXPECT_EQ(policies.depth, 10);
+  EXPECT_EQ(policies.reliability, DDS_RELIABILITY_RELIABLE);
+  EXPECT_EQ(policies.blocking, DDS_INFINITY);
+  EXPECT_EQ(policies.durability, DDS_DURABILITY_VOLATILE);
+  EXPECT_FALSE(policies.disposes);
+}
+
+TEST(Qos, OfSensorDataIsShortAndBestEffort) {
+  const Policies policies = policies_of(SensorDataQoS{});
+  EXPECT_EQ(policies.depth, 5);
+  EXPECT_EQ(policies.reliability, DDS_RELIABILITY_BEST_EFFORT);
+}
+
+TEST(Qos, KeepAllHasNoDepth) {
+  const Policies policies = policies_of(QoS{KeepAll{}});
+  EXPECT_EQ(policies.history, DDS_HISTORY_KEEP_ALL);
+  EXPECT_EQ(QoS{KeepAll{}}.depth(), 0U);
+}
+
+TEST(Qos, TransientLocalKeepsAsMuchForTheLateAsInTheQueue) {
+  const auto dds_qos = dds::to_dds(QoS{KeepLast{3}}.transient_local(), "topic");
+  dds_duration_t delay = -1;
+  dds_history_kind_t history{};
+  std::int32_t depth = 0;
+  std::int32_t samples = 0;
+  std::int32_t instances = 0;
+  std::int32_t per_instance = 0;
+  ASSERT_TRUE(dds_qget_durability_service(dds_qos.get(), &delay, &history, &depth, &samples,
+                                          &instances, &per_instance));
+  EXPECT_EQ(history, DDS_HISTORY_KEEP_LAST);
+  EXPECT_EQ(depth, 3);
+  EXPECT_EQ(policies_of(QoS{KeepLast{3}}.transient_local()).durability,
+            DDS_DURABILITY_TRANSIENT_LOCAL);
+}
+
+TEST(Qos, OfDepthZeroIsRefusedByName) {
+  try {
+    dds::to_dds(0, "/scan");
+    FAIL() << "was accepted";
+  } catch (const std::logic_error& error) {
+    EXPECT_NE(std::string{error.what()}.find("/scan"), std::string::npos);
+  }
+  EXPECT_THROW(dds::to_dds(0x80000000U, "/scan"), std::logic_error);
+}
+
+}  // namespace
+}  // namespace cie::executor

@@ -1,0 +1,76 @@
+#include "sched_parameters.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::executor {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+trace::SchedReadBack reported(Policy policy) {
+  trace::SchedReadBack read_back;
+  read_back.policy = static_cast<std::int32_t>(policy);
+  read_back.cpus = {0, 1};
+  return read_back;
+}
+
+TEST(Differences, AreNoneWhenNothingIsAsked) {
+  EXPECT_THAT(differences({}, reported(Policy::fifo)), IsEmpty());
+}
+
+TEST(Differences, NameWhatIsOtherwise) {
+  ThreadParameters asked;
+  asked.policy = Policy::fifo;
+  asked.priority = 80;
+  asked.cpus = {{1}};
+  EXPECT_THAT(differences(asked, reported(Policy::other)),
+              ElementsAre("policy is SCHED_OTHER instead of SCHED_FIFO",
+                          "priority is 0 instead of 80", "affinity is 0,1 instead of 1"));
+}
+
+// A FIFO thread has a nice value too, but nobody asked for it.
+TEST(Differences, LookOnlyAtWhatThePolicyHas) {
+  ThreadParameters asked;
+  asked.policy = Policy::fifo;
+  asked.priority = 5;
+  auto read_back = reported(Policy::fifo);
+  read_back.priority = 5;
+  read_back.nice = -3;
+  read_back.runtime_ns = 77;
+  EXPECT_THAT(differences(asked, read_back), IsEmpty());
+}
+
+TEST(Differences, CompareTheWholeDeadlineTriple) {
+  ThreadParameters asked;
+  asked.policy = Policy::deadline;
+  asked.runtime_ns = 1;
+  asked.deadline_ns = 2;
+  asked.period_ns = 3;
+  auto read_back = reported(Policy::deadline);
+  read_back.runtime_ns = 1;
+  read_back.deadline_ns = 20;
+  read_back.period_ns = 30;
+  EXPECT_THAT(differences(asked, read_back),
+              ElementsAre("deadline is 20 instead of 2", "period is 30 instead of 3"));
+}
+
+TEST(Differences, NameAPolicyThatHasNoName) {
+  ThreadParameters asked;
+  asked.policy = Policy::other;
+  EXPECT_THAT(differences(asked, reported(Policy{7})),
+              ElementsAre("policy is 7 instead of SCHED_OTHER"));
+}
+
+TEST(Request, OfACpuThatIsNotThereIsRefusedInWords) {
+  ThreadParameters asked;
+  asked.cpus = {{1023}};
+  const SchedRequest outcome = request(0, asked);
+  EXPECT_EQ(outcome.error, EINVAL);
+  EXPECT_EQ(outcome.what, "CPUs 1023");
+  EXPECT_THAT(outcome.reason, testing::HasSubstr("online"));
+}
+
+}  // namespace
+}  // namespace cie::executor

@@ -1,0 +1,198 @@
+// The facade without any session: what it counts and identifies is the same with LTTng and without.
+#include <cie/tracepoints/schema.hpp>
+#include <cie/tracepoints/trace.hpp>
+
+#include <algorithm>
+#include <cstdint>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace cie::trace {
+namespace {
+
+using ::testing::ElementsAre;
+
+CallbackInfo timer(GroupId group, std::string id) {
+  return {.group = group, .kind = CallbackKind::timer, .logical_id = std::move(id)};
+}
+
+TEST(Facade, NumbersStartsFromZeroWithoutGaps) {
+  const Node node("/a");
+  const Group group(node.id(), GroupType::mutually_exclusive);
+  Callback callback(timer(group.id(), "/a@Timer(1)"));
+  EXPECT_EQ(callback.next_seq(), 0U);
+  for (std::uint64_t seq = 0; seq < 3; ++seq) {
+    EXPECT_EQ(callback.start({}), seq);
+    callback.end(seq, CallbackStatus::ok);
+    EXPECT_EQ(callback.next_seq(), seq + 1);
+  }
+}
+
+TEST(Facade, NumbersStartsOfAReentrantCallbackUniquelyAcrossThreads) {
+  constexpr int kThreads = 4;
+  constexpr int kInstances = 10'000;
+  const Node node("/a");
+  const Group group(node.id(), GroupType::reentrant);
+  Callback callback(timer(group.id(), "/a@Timer(2)"));
+  std::vector<std::vector<std::uint64_t>> numbers(kThreads);
+  {
+    std::vector<std::jthread> threads;
+    for (auto& own : numbers) {
+      threads.emplace_back([&callback, &own] {
+        for (int i = 0; i < kInstances; ++i) {
+          own.push_back(callback.start({}));
+          callback.end(own.back(), CallbackStatus::ok);
+        }
+      });
+    }
+  }
+  std::set<std::uint64_t> all;
+  for (const auto& own : numbers) {
+    all.insert(own.begin(), own.end());
+    EXPECT_TRUE(std::ranges::is_sorted(own));
+  }
+  EXPECT_EQ(all.size(), std::size_t{kThreads} * kInstances);
+  EXPECT_EQ(*all.rbegin(), std::uint64_t{kThreads} * kInstances - 1);
+  EXPECT_EQ(callback.next_seq(), std::uint64_t{kThreads} * kInstances);
+}
+
+TEST(Facade, StampsMessagesWithRisingTimes) {
+  const Node node("/a");
+  Publisher publisher(node.id(), "/topic", 1);
+  std::int64_t last = publisher.next_source_timestamp();
+  for (int i = 0; i < 1000; ++i) {
+    const std::int64_t stamp = publisher.publish();
+    EXPECT_GT(stamp, last);
+    last = stamp;
+  }
+}
+
+TEST(Facade, NeverReusesAnId) {
+  std::set<std::uint32_t> ids;
+  for (int i = 0; i < 10; ++i) {
+    const Node node("/n");
+    const Group group(node.id(), GroupType::mutually_exclusive);
+    const Callback callback(timer(group.id(), "/n@Timer(1)"));
+    EXPECT_TRUE(ids.insert(to_number(callback.id())).second);
+  }
+  std::vector<std::jthread> threads;
+  std::vector<std::uint32_t> concurrent(8);
+  for (std::uint32_t& id : concurrent) {
+    threads.emplace_back([&id] { id = to_number(Callback(timer(kNoGroup, "x")).id()); });
+  }
+  threads.clear();
+  for (const std::uint32_t id : concurrent) {
+    EXPECT_TRUE(ids.insert(id).second);
+  }
+}
+
+TEST(UniqueLogicalId, NumbersEqualIdsInCreationOrder) {
+  EXPECT_EQ(unique_logical_id("/n@Timer(5)"), "/n@Timer(5)");
+  EXPECT_EQ(unique_logical_id("/n@Timer(5)"), "/n@Timer(5)#2");
+  EXPECT_EQ(unique_logical_id("/n@Timer(5)"), "/n@Timer(5)#3");
+  EXPECT_EQ(unique_logical_id("/m@Timer(5)"), "/m@Timer(5)");
+}
+
+TEST(UniqueLogicalId, SkipsANumberedIdThatSomebodyChoseAsName) {
+  EXPECT_EQ(unique_logical_id("/k"), "/k");
+  EXPECT_EQ(unique_logical_id("/k#2"), "/k#2");
+  EXPECT_EQ(unique_logical_id("/k"), "/k#3");
+  EXPECT_EQ(unique_logical_id("/k#2"), "/k#2#2");
+}
+
+TEST(ReadBack, SaysWhatTheKernelWasTold) {
+  std::jthread([] {
+    cpu_set_t first_cpu;
+    CPU_ZERO(&first_cpu);
+    const auto before = read_back(0);
+    ASSERT_TRUE(before);
+    CPU_SET(before->cpus.front(), &first_cpu);
+    ASSERT_EQ(sched_setaffinity(0, sizeof first_cpu, &first_cpu), 0);
+    const sched_param no_priority{};
+    ASSERT_EQ(sched_setscheduler(0, SCHED_BATCH, &no_priority), 0);
+    ASSERT_EQ(nice(3), 3);
+
+    const auto after = read_back(0);
+    ASSERT_TRUE(after);
+    EXPECT_EQ(after->policy, SCHED_BATCH);
+    EXPECT_EQ(after->nice, 3);
+    EXPECT_EQ(after->priority, 0U);
+    EXPECT_EQ(after->runtime_ns, 0U);
+    EXPECT_THAT(after->cpus, ElementsAre(before->cpus.front()));
+  }).join();
+}
+
+TEST(ReadBack, KeepsResetOnForkOutOfThePolicy) {
+  std::jthread([] {
+    const sched_param no_priority{};
+    ASSERT_EQ(sched_setscheduler(0, SCHED_BATCH | SCHED_RESET_ON_FORK, &no_priority), 0);
+    const auto parameters = read_back(0);
+    ASSERT_TRUE(parameters);
+    EXPECT_EQ(parameters->policy, SCHED_BATCH);
+    EXPECT_EQ(parameters->flags & 1U, 1U);  // SCHED_FLAG_RESET_ON_FORK
+  }).join();
+}
+
+TEST(ReadBack, IsEmptyForAThreadThatIsGone) {
+  std::uint32_t tid = 0;
+  std::jthread([&tid] {
+    tid = Thread(ThreadRole::worker, kNoCallback, kNoGroup, "gone").tid();
+  }).join();
+  EXPECT_FALSE(read_back(tid));
+}
+
+TEST(Facade, KnowsAThreadByItsOwnTid) {
+  Thread own(ThreadRole::worker, kNoCallback, kNoGroup, "own");
+  EXPECT_EQ(own.tid(), static_cast<std::uint32_t>(gettid()));
+  const auto parameters = own.emit_sched(SchedMoment::initial, 0);
+  ASSERT_TRUE(parameters);
+  EXPECT_FALSE(parameters->cpus.empty());
+}
+
+TEST(RunLifetime, MayBeginAgainAfterItEnded) {
+  for (int i = 0; i < 3; ++i) {
+    trace::Run run(ExecutorKind::isolated, "");
+    const Node node("/n");
+    run.set_status(i);
+  }
+  trace::Run outer(ExecutorKind::isolated, "");
+  const trace::Run inner(ExecutorKind::single_threaded, "");
+}
+
+TEST(RunLifetime, SurvivesForkInParentAndChild) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "ThreadSanitizer does not support new threads after fork()";
+#endif
+  const trace::Run run(ExecutorKind::isolated, "");
+  const Node node("/n");
+  const pid_t child = fork();
+  if (child == 0) {
+    {
+      const trace::Run own(ExecutorKind::isolated, "");  // with a background thread of its own
+      const Node own_node("/child");
+    }
+    _exit(0);
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+}
+
+TEST(Schema, HasALabelForEveryNumberAndNoneBeyond) {
+  EXPECT_EQ(label(RunMoment::announce), "announce");
+  EXPECT_EQ(label(CallbackKind::waitable), "waitable");
+  EXPECT_EQ(label(ReleaseKind::none), "none");
+  EXPECT_EQ(label(static_cast<CallbackStatus>(2)), "");
+}
+
+}  // namespace
+}  // namespace cie::trace

@@ -1,0 +1,86 @@
+// cie-record's command line.
+#include "options.hpp"
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::record {
+namespace {
+
+using std::chrono::milliseconds;
+
+Options parse(const std::vector<std::string>& arguments, bool is_root = false) {
+  return parse_command_line(arguments, is_root).options.value();
+}
+
+TEST(RecorderOptions, EverythingAfterTheSeparatorIsTheCommand) {
+  const Options options = parse({"-o", "/tmp/a b", "--", "app", "--attach", "-o", "--"});
+  EXPECT_EQ(options.directory, "/tmp/a b");
+  EXPECT_EQ(options.command, (std::vector<std::string>{"app", "--attach", "-o", "--"}));
+  EXPECT_FALSE(options.is_attach());
+}
+
+TEST(RecorderOptions, MakesTheDirectoryAbsolute) {
+  EXPECT_TRUE(parse({"-o", "x/../y", "--", "a"}).directory.is_absolute());
+  EXPECT_EQ(parse({"-o", "x/../y", "--", "a"}).directory.filename(), "y");
+  EXPECT_TRUE(parse({"--", "a"}).directory.filename().string().starts_with("cie-recording-"));
+}
+
+TEST(RecorderOptions, GivesACommandADaemonOfItsOwnUnlessRoot) {
+  EXPECT_EQ(parse({"--", "a"}).daemon, DaemonChoice::own);
+  EXPECT_EQ(parse({"--daemon=shared", "--", "a"}).daemon, DaemonChoice::shared);
+  EXPECT_EQ(parse({"--", "a"}, true).daemon, DaemonChoice::shared);
+  EXPECT_EQ(parse({"--attach"}).daemon, DaemonChoice::shared);
+  EXPECT_THROW(parse({"--daemon=own", "--", "a"}, true), UsageError);
+  EXPECT_THROW(parse({"--daemon=own", "--attach"}), UsageError);
+}
+
+TEST(RecorderOptions, ReadsSizesAndTimes) {
+  const Options options = parse({"--attach", "--duration", "1.5", "--subbuf-size", "4m",
+                                 "--num-subbuf", "16", "--flush-interval", "250"});
+  EXPECT_EQ(options.duration, milliseconds(1500));
+  EXPECT_EQ(options.subbuf_size, 4U << 20);
+  EXPECT_EQ(options.num_subbuf, 16U);
+  EXPECT_EQ(options.flush_interval, milliseconds(250));
+}
+
+TEST(RecorderOptions, AddsEventsToItsOwn) {
+  EXPECT_EQ(parse({"--event", "ros2:*", "--", "a"}).events,
+            (std::vector<std::string>{"cie:*", "ros2:*"}));
+}
+
+TEST(RecorderOptions, RefusesWhatMakesNoSense) {
+  const std::vector<std::vector<std::string>> cases{
+      {},
+      {"app"},
+      {"--"},
+      {"--attach", "--", "a"},
+      {"--duration", "1", "--", "a"},
+      {"--attach", "--duration", "0"},
+      {"--subbuf-size", "5000", "--", "a"},
+      {"--subbuf-size", "2048", "--", "a"},
+      {"--num-subbuf", "1", "--", "a"},
+      {"--num-subbuf", "-8", "--", "a"},
+      {"--kernel=maybe", "--", "a"},
+      {"--kernel=yes", "--", "a"},
+      {"--snapshot", "--", "a"},
+      {"--live", "tcp://x", "--", "a"},
+      {"--unknown", "--", "a"},
+  };
+  for (const auto& arguments : cases) {
+    EXPECT_THROW(parse(arguments), UsageError) << ::testing::PrintToString(arguments);
+  }
+}
+
+TEST(RecorderOptions, ExplainsItself) {
+  const ParsedCommandLine help = parse_command_line({"--help"}, false);
+  EXPECT_FALSE(help.options);
+  EXPECT_NE(help.text.find("cie-record [OPTIONS] -- CMD"), std::string::npos);
+  EXPECT_TRUE(parse_command_line({"--version"}, false).text.starts_with("cie-record "));
+}
+
+}  // namespace
+}  // namespace cie::record

@@ -1,0 +1,104 @@
+// What the recorder says of damaged stream files: packets written byte by byte here.
+#include "stream_check.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+void put32(std::string& bytes, std::uint32_t value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+void put64(std::string& bytes, std::uint64_t value) {
+  bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+// A packet of 4096 bytes, of which the first 100 are content.
+std::string packet(std::uint64_t number, std::uint64_t discarded) {
+  std::string bytes;
+  put32(bytes, 0xC1FC1FC1);
+  bytes.append(16, 'u');
+  put32(bytes, 0);  // stream class
+  put64(bytes, 0);  // stream instance
+  put64(bytes, 10);
+  put64(bytes, 20);
+  put64(bytes, 100 * 8);
+  put64(bytes, 4096 * 8);
+  put64(bytes, number);
+  put64(bytes, discarded);
+  bytes.resize(4096);
+  return bytes;
+}
+
+class StreamCheck : public ::testing::Test {
+ protected:
+  StreamCheck() {
+    std::string name = "/tmp/cie-stream-XXXXXX";
+    root_ = mkdtemp(name.data());
+    fs::create_directories(root_ / "trace/index");
+    write("trace/metadata", "x");
+    write("trace/index/c_0.idx", "not a stream");
+    write("manifest.json", "not a stream");
+  }
+  ~StreamCheck() override { fs::remove_all(root_); }
+
+  void write(const std::string& name, const std::string& bytes) const {
+    std::ofstream(root_ / name, std::ios::binary) << bytes;
+  }
+
+  StreamSummary check(const std::string& bytes) const {
+    write("trace/c_0", bytes);
+    const auto summaries = check_streams(root_);
+    EXPECT_EQ(summaries.size(), 1U);
+    return summaries.front();
+  }
+
+  fs::path root_;
+};
+
+TEST_F(StreamCheck, CountsPacketsAndWhatTheTracerDiscarded) {
+  const StreamSummary summary = check(packet(0, 0) + packet(1, 7));
+  EXPECT_EQ(summary.packets, 2U);
+  EXPECT_EQ(summary.content_bytes, 200U);
+  EXPECT_EQ(summary.discarded_events, 7U);
+  EXPECT_EQ(summary.lost_packets, 0U);
+  EXPECT_FALSE(summary.is_damaged);
+}
+
+TEST_F(StreamCheck, CountsHolesInThePacketNumbers) {
+  EXPECT_EQ(check(packet(0, 0) + packet(3, 0) + packet(4, 0)).lost_packets, 2U);
+}
+
+TEST_F(StreamCheck, SeesAFileThatEndsWithinAPacket) {
+  const std::string whole = packet(0, 0) + packet(1, 0);
+  for (const std::size_t size : {1UL, 79UL, 80UL, 4095UL, 4097UL, 8191UL}) {
+    EXPECT_TRUE(check(whole.substr(0, size)).is_damaged) << size;
+  }
+  EXPECT_FALSE(check(whole.substr(0, 4096)).is_damaged);
+}
+
+TEST_F(StreamCheck, SurvivesGarbage) {
+  EXPECT_TRUE(check(std::string(5000, '\xff')).is_damaged);
+  std::string endless = packet(0, 0);
+  endless.replace(56, 8, std::string(8, '\0'));  // a packet of size 0
+  EXPECT_TRUE(check(endless).is_damaged);
+  EXPECT_FALSE(check("").is_damaged);
+}
+
+TEST_F(StreamCheck, NamesEmptyMetadata) {
+  EXPECT_TRUE(empty_metadata(root_).empty());
+  write("trace/metadata", "");
+  ASSERT_EQ(empty_metadata(root_).size(), 1U);
+  EXPECT_EQ(empty_metadata(root_).front(), root_ / "trace/metadata");
+}
+
+}  // namespace
+}  // namespace cie::record

@@ -1,0 +1,113 @@
+#include <cie/viewer_export/output_file.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace cie::viewer_export {
+namespace {
+
+namespace fs = std::filesystem;
+
+class OutputFileTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "cie-output.XXXXXX").string();
+    directory_ = ::mkdtemp(name.data());
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  static std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+  }
+  static void create(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
+  std::size_t files() const {
+    return static_cast<std::size_t>(
+        std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
+  }
+
+  fs::path directory_;
+};
+
+TEST_F(OutputFileTest, AppearsAtCommitAndNotBefore) {
+  const auto target = directory_ / "report.json";
+  OutputFile file(target);
+  file.stream() << std::string(200'000, 'x');  // more than any buffer
+  EXPECT_FALSE(fs::exists(target));
+  file.commit();
+  EXPECT_EQ(content(target), std::string(200'000, 'x'));
+  EXPECT_EQ(files(), 1U) << "no temporary file is left";
+}
+
+TEST_F(OutputFileTest, WithoutCommitTheOldFileStaysAndNothingIsLeft) {
+  const auto target = directory_ / "report.json";
+  create(target, "old");
+  {
+    OutputFile file(target);
+    file.stream() << std::string(200'000, 'x');
+  }
+  EXPECT_EQ(content(target), "old");
+  EXPECT_EQ(files(), 1U);
+}
+
+TEST_F(OutputFileTest, ReplacesTheFileBehindASymbolicLinkAndKeepsItsMode) {
+  const auto real = directory_ / "real";
+  create(real, "old");
+  ASSERT_EQ(::chmod(real.c_str(), 0640), 0);
+  fs::create_symlink("real", directory_ / "link");
+  OutputFile file(directory_ / "link");
+  file.stream() << "new";
+  file.commit();
+  EXPECT_TRUE(fs::is_symlink(directory_ / "link"));
+  EXPECT_EQ(content(real), "new");
+  struct stat status {};
+  ASSERT_EQ(::stat(real.c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 07777U, 0640U);
+}
+
+TEST_F(OutputFileTest, NamesWhatCannotBeWritten) {
+  const auto message = [](const fs::path& target) {
+    try {
+      OutputFile file(target);
+    } catch (const WriteError& error) {
+      return std::string(error.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_EQ(message(directory_), "cannot write \"" + directory_.string() + "\": Is a directory");
+  const auto missing = directory_ / "missing" / "file";
+  EXPECT_EQ(message(missing),
+            "cannot create \"" + missing.string() + "\": No such file or directory");
+  EXPECT_NE(message(""), "no error");
+}
+
+TEST_F(OutputFileTest, AFullDiskIsAnErrorOfTheWriteNotOfTheDestructor) {
+  if (!fs::exists("/dev/full")) {
+    GTEST_SKIP() << "this system has no /dev/full";
+  }
+  OutputFile file("/dev/full");
+  file.stream() << "x";
+  try {
+    file.commit();
+    FAIL() << "a full disk took the data";
+  } catch (const WriteError& error) {
+    EXPECT_STREQ(error.what(), "cannot write \"/dev/full\": No space left on device");
+  }
+}
+
+TEST_F(OutputFileTest, WritesDevicesDirectly) {
+  OutputFile file("/dev/null");
+  file.stream() << "x";
+  file.commit();
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

@@ -1,0 +1,336 @@
+// What the file holds, read back field by field. That Perfetto understands it the same way is
+// checked by tests/browser/perfetto.
+#include <cie/viewer_export/perfetto_export.hpp>
+
+#include "sample_instances.hpp"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <protozero/pbf_reader.hpp>
+#include <zlib.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using testing::ElementsAre;
+using testing::UnorderedElementsAre;
+
+struct TrackEvent {
+  std::uint64_t time = 0;
+  std::int64_t type = 0;  // 1 begin, 2 end, 3 instant
+  std::uint64_t track = 0;
+  std::uint64_t name = 0;
+  std::vector<std::uint64_t> flows;
+  std::vector<std::uint64_t> ending_flows;
+};
+
+// Counted with field numbers written out, as protos/perfetto/trace has them.
+struct File {
+  std::vector<int> kinds;  // of each packet: the field that holds its payload
+  std::vector<TrackEvent> events;
+  std::map<std::uint64_t, std::string> thread_names;   // tid
+  std::map<std::uint64_t, std::string> process_names;  // pid
+  std::map<std::uint64_t, std::string> names;          // interned
+  std::map<std::uint64_t, std::uint64_t> clocks;
+  std::uint64_t primary_clock = 0;
+  int switches = 0;
+};
+
+void read_descriptor(protozero::pbf_reader descriptor, File& file) {
+  while (descriptor.next()) {
+    if (descriptor.tag() != 3 && descriptor.tag() != 4) {
+      descriptor.skip();
+      continue;
+    }
+    const bool is_thread = descriptor.tag() == 4;
+    auto owner = descriptor.get_message();
+    std::uint64_t id = 0;
+    std::string name;
+    while (owner.next()) {
+      if (owner.tag() == (is_thread ? 2U : 1U)) {
+        id = static_cast<std::uint64_t>(owner.get_int32());
+      } else if (owner.tag() == (is_thread ? 5U : 6U)) {
+        name = owner.get_string();
+      } else {
+        owner.skip();
+      }
+    }
+    (is_thread ? file.thread_names : file.process_names)[id] = name;
+  }
+}
+
+void read_names(protozero::pbf_reader data, File& file) {
+  while (data.next(2)) {
+    auto entry = data.get_message();
+    std::uint64_t iid = 0;
+    while (entry.next()) {
+      if (entry.tag() == 1) {
+        iid = entry.get_uint64();
+      } else {
+        file.names[iid] = entry.get_string();
+      }
+    }
+  }
+}
+
+TrackEvent read_event(protozero::pbf_reader message, std::uint64_t time) {
+  TrackEvent event;
+  event.time = time;
+  while (message.next()) {
+    switch (message.tag()) {
+      case 9:
+        event.type = message.get_enum();
+        break;
+      case 10:
+        event.name = message.get_uint64();
+        break;
+      case 11:
+        event.track = message.get_uint64();
+        break;
+      case 47:
+        event.flows.push_back(message.get_fixed64());
+        break;
+      case 48:
+        event.ending_flows.push_back(message.get_fixed64());
+        break;
+      default:
+        message.skip();
+    }
+  }
+  return event;
+}
+
+void read_clocks(protozero::pbf_reader snapshot, File& file) {
+  while (snapshot.next()) {
+    if (snapshot.tag() == 2) {
+      file.primary_clock = snapshot.get_uint32();
+      continue;
+    }
+    auto clock = snapshot.get_message();
+    std::uint64_t id = 0;
+    while (clock.next()) {
+      const auto value = clock.get_uint64();
+      (clock.tag() == 1 ? id : file.clocks[id]) = value;
+    }
+  }
+}
+
+File decode(const std::string& bytes) {
+  File file;
+  protozero::pbf_reader trace(bytes);
+  while (trace.next(1)) {
+    auto packet = trace.get_message();
+    std::uint64_t time = 0;
+    while (packet.next()) {
+      const auto tag = static_cast<int>(packet.tag());
+      if (std::set{1, 6, 11, 12, 45, 60}.contains(tag)) {
+        file.kinds.push_back(tag);
+      }
+      switch (tag) {
+        case 1: {
+          auto bundle = packet.get_message();
+          while (bundle.next(2)) {
+            ++file.switches;
+            bundle.skip();
+          }
+          break;
+        }
+        case 6:
+          read_clocks(packet.get_message(), file);
+          break;
+        case 8:
+          time = packet.get_uint64();
+          break;
+        case 11:
+          file.events.push_back(read_event(packet.get_message(), time));
+          break;
+        case 12:
+          read_names(packet.get_message(), file);
+          break;
+        case 60:
+          read_descriptor(packet.get_message(), file);
+          break;
+        default:
+          packet.skip();
+      }
+    }
+  }
+  return file;
+}
+
+std::string exported(const PerfettoOptions& options, PerfettoCounts* counts = nullptr) {
+  PerfettoExport perfetto(options);
+  test::feed_application(perfetto);
+  std::ostringstream out;
+  const auto result = perfetto.write(out, test::application_report());
+  if (counts != nullptr) {
+    *counts = result;
+  }
+  return out.str();
+}
+
+TEST(Perfetto, CountsWhatItDraws) {
+  PerfettoCounts counts;
+  exported({}, &counts);
+  EXPECT_EQ(counts.callback_slices, 10U) << "eleven instances, one of which ends before its start";
+  EXPECT_EQ(counts.waits, 9U) << "all but the open one, whose release is not known";
+  EXPECT_EQ(counts.publications, 3U);
+  EXPECT_EQ(counts.flows, 3U);
+  EXPECT_EQ(counts.backward_flows, 1U);
+  EXPECT_EQ(counts.sched_slices, 3U);
+  EXPECT_EQ(counts.skipped, 1U);
+}
+
+TEST(Perfetto, StartsWithClocksSystemAndDescriptors) {
+  const auto file = decode(exported({.clock_offset_ns = 5'000}));
+  ASSERT_GE(file.kinds.size(), 9U);
+  EXPECT_EQ(file.kinds[0], 6) << "the clock snapshot";
+  EXPECT_EQ(file.kinds[1], 45) << "the system, which gives task states their letters";
+  for (std::size_t i = 2; i < 7; ++i) {
+    EXPECT_EQ(file.kinds[i], 60) << "a process and four threads";
+  }
+  EXPECT_EQ(file.kinds[7], 12) << "the names";
+  // One timeline: Perfetto takes kernel events as BOOTTIME, so everything is written as that.
+  EXPECT_EQ(file.primary_clock, 6U);
+  EXPECT_EQ(file.clocks.at(6), 900U);
+  EXPECT_EQ(file.clocks.at(3), 900U);
+  EXPECT_EQ(file.clocks.at(1), 5'900U);
+}
+
+TEST(Perfetto, NamesThreadsAsTheReportDoes) {
+  const auto file = decode(exported({}));
+  EXPECT_EQ(file.process_names.at(4001), "demo");
+  for (const auto& thread : test::application_report().threads) {
+    EXPECT_EQ(file.thread_names.at(static_cast<std::uint64_t>(thread.tid)), thread.name);
+  }
+}
+
+TEST(Perfetto, EveryPairOfPublicationAndSubscriberHasAFlowOfItsOwn) {
+  const auto file = decode(exported({}));
+  std::vector<std::vector<std::uint64_t>> leaving;
+  std::map<std::uint64_t, std::uint64_t> arriving;  // flow id, time
+  for (const auto& event : file.events) {
+    if (event.type == 3) {
+      leaving.push_back(event.flows);
+    }
+    for (const auto flow : event.ending_flows) {
+      EXPECT_TRUE(arriving.emplace(flow, event.time).second) << "two slices end flow " << flow;
+    }
+  }
+  ASSERT_EQ(leaving.size(), 3U);
+  ASSERT_EQ(leaving[0].size(), 2U) << "/track and /drive took the first message";
+  EXPECT_NE(leaving[0][0], leaving[0][1]);
+  EXPECT_EQ((std::set{arriving.at(leaving[0][0]), arriving.at(leaving[0][1])}),
+            (std::set<std::uint64_t>{1'500, 1'600}));
+  ASSERT_EQ(leaving[1].size(), 1U);
+  EXPECT_EQ(arriving.at(leaving[1][0]), 2'600U);
+  EXPECT_TRUE(leaving[2].empty()) << "taken before it was published";
+  EXPECT_EQ(arriving.size(), 3U);
+}
+
+TEST(Perfetto, SlicesOfOneTrackNest) {
+  const auto file = decode(exported({}));
+  struct Track {
+    std::vector<std::uint64_t> ends;
+    std::uint64_t begin = 0;
+  };
+  // In the file each begin is followed by its end, unless it is open.
+  std::map<std::uint64_t, std::vector<std::pair<std::uint64_t, std::uint64_t>>> slices;
+  int open = 0;
+  for (std::size_t i = 0; i < file.events.size(); ++i) {
+    if (file.events[i].type == 1) {
+      const bool is_ended = i + 1 < file.events.size() && file.events[i + 1].type == 2 &&
+                            file.events[i + 1].track == file.events[i].track;
+      open += is_ended ? 0 : 1;
+      slices[file.events[i].track].emplace_back(file.events[i].time,
+                                                is_ended ? file.events[i + 1].time : UINT64_MAX);
+    }
+  }
+  EXPECT_EQ(open, 1) << "an end is never made up";
+  for (const auto& [track, of_track] : slices) {
+    for (const auto& a : of_track) {
+      for (const auto& b : of_track) {
+        const bool is_crossing = a.first < b.first && b.first < a.second && a.second < b.second;
+        EXPECT_FALSE(is_crossing) << "track " << track << ": " << a.first << " and " << b.first;
+      }
+    }
+  }
+}
+
+TEST(Perfetto, KernelSlicesBecomeSwitchesWithoutGaps) {
+  // idle > 11 at 1 050, 11 > 12 at 1 500, 12 > idle at 2 000, idle > 11 at 2 050, 11 > idle at 2
+  // 300.
+  EXPECT_EQ(decode(exported({})).switches, 5);
+}
+
+TEST(Perfetto, IsTheSameFromMemoryAndFromDisk) {
+  EXPECT_EQ(exported({.records_in_memory = 1}), exported({.records_in_memory = 1'000}));
+}
+
+TEST(Perfetto, CompressedIsTheSameTrace) {
+  const auto plain = exported({});
+  const auto packed = exported({.gzip = true});
+  std::string unpacked(plain.size() + 1, '\0');
+  z_stream z{};
+  ASSERT_EQ(inflateInit2(&z, MAX_WBITS + 16), Z_OK);
+  std::string input = packed;
+  z.next_in = reinterpret_cast<Bytef*>(input.data());
+  z.avail_in = static_cast<uInt>(input.size());
+  z.next_out = reinterpret_cast<Bytef*>(unpacked.data());
+  z.avail_out = static_cast<uInt>(unpacked.size());
+  EXPECT_EQ(inflate(&z, Z_FINISH), Z_STREAM_END);
+  unpacked.resize(z.total_out);
+  inflateEnd(&z);
+  EXPECT_EQ(unpacked, plain);
+}
+
+TEST(Perfetto, SurvivesHostileValues) {
+  PerfettoExport perfetto({});
+  constexpr auto kMin = std::numeric_limits<std::int64_t>::min();
+  constexpr auto kMax = std::numeric_limits<std::int64_t>::max();
+  for (const auto id : {kMin, std::int64_t{-1}, std::int64_t{0}, kMax}) {
+    auto i = test::instance("bad \xFF name", id, 0, kMax, kMax - 1, kMax);
+    i.pid = id;
+    i.release = analysis::Timestamp{kMin};
+    perfetto.on_instance(i);
+    i.start.ns = kMin;
+    perfetto.on_instance(i);
+    perfetto.on_publication({.time = {id}, .pid = id, .tid = id, .cpu = {}, .topic = "\xFF"});
+    perfetto.on_sched_slice({.cpu = static_cast<std::int32_t>(id),
+                             .tid = id,
+                             .comm = {},
+                             .begin = {id},
+                             .end = {kMax}});
+  }
+  std::ostringstream out;
+  const auto counts = perfetto.write(out, {});
+  EXPECT_EQ(counts.callback_slices, 4U);
+  EXPECT_EQ(counts.sched_slices, 0U);
+  const auto file = decode(out.str());
+  EXPECT_EQ(file.names.at(1), "bad \xEF\xBF\xBD name");
+  EXPECT_TRUE(file.thread_names.empty()) << "none of these is a thread of Linux";
+}
+
+TEST(Perfetto, LimitsTheTracksOfAPileOfWaits) {
+  PerfettoExport perfetto({});
+  for (int k = 0; k < 100; ++k) {  // all released at once, started one after the other
+    perfetto.on_instance(test::instance(test::kDrive, 13, static_cast<std::uint64_t>(k), 10,
+                                        1'000 + 10 * k, 1'005 + 10 * k));
+  }
+  std::ostringstream out;
+  const auto counts = perfetto.write(out, {});
+  EXPECT_EQ(counts.callback_slices, 100U);
+  EXPECT_EQ(counts.waits, 64U);
+  EXPECT_EQ(counts.skipped, 36U);
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

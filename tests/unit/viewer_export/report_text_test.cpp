@@ -1,0 +1,122 @@
+#include <cie/viewer_export/report_writers.hpp>
+
+#include "sample_report.hpp"
+#include "text_layout.hpp"
+
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::string text_of(const analysis::Report& report,
+                    const analysis::VerdictReport* verdicts = nullptr,
+                    const TextStyle& style = {}) {
+  std::ostringstream out;
+  write_report_text(out, report, verdicts, style);
+  return out.str();
+}
+
+void expect_within(const std::string& text, std::size_t columns) {
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_LE(display_width(line), columns) << line;
+  }
+}
+
+TEST(ReportText, SaysFirstWhatMatters) {
+  const auto verdicts = test::sample_verdicts();
+  const auto text = text_of(test::sample_report(), &verdicts);
+  const auto expect_order = [&](std::initializer_list<std::string_view> parts) {
+    std::size_t at = 0;
+    for (const auto part : parts) {
+      const auto found = text.find(part, at);
+      ASSERT_NE(found, std::string::npos) << part << " is missing or too early in\n" << text;
+      at = found;
+    }
+  };
+  expect_order({"Verdict    FAIL: 1 rule violated (M2 one-callback-per-thread)", "Worst",
+                "Defects of the trace", "Callbacks of pid 4001", "Threads of pid 4001",
+                "Chain braking", "Notes"});
+}
+
+TEST(ReportText, NamesTheWorstOffenders) {
+  const auto text = text_of(test::sample_report());
+  EXPECT_THAT(text, HasSubstr("longest response time    289.4 us  /a/plan@Timer(20000000)\n"));
+  EXPECT_THAT(text, HasSubstr("most missed releases            3  /a/plan@Timer(20000000)\n"));
+  EXPECT_THAT(text, HasSubstr("not isolated               1 of 3  callbacks do not have a thread"));
+}
+
+TEST(ReportText, NeverPrintsZeroForWhatWasNotMeasured) {
+  const auto text = text_of(test::sample_report());
+  EXPECT_THAT(
+      text, HasSubstr("7+1  >1.750 ms  >2.500 ms  >2.500 ms         -         -       -     NO\n"));
+  EXPECT_THAT(text, HasSubstr("\"-\" means not measured, never zero."));
+  EXPECT_THAT(text, HasSubstr("cie record --kernel=yes"));
+}
+
+TEST(ReportText, SaysResponseTimeAndNeverLatencyForIt) {
+  const auto text = text_of(test::sample_report());
+  EXPECT_THAT(text, HasSubstr("response time"));
+  EXPECT_THAT(text, Not(HasSubstr("response latency")));
+}
+
+TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
+  expect_within(text_of(test::sample_report()), 100);
+  auto hostile = test::sample_report();
+  const std::string huge(100'000, 'x');
+  for (auto* name :
+       {&hostile.callbacks[0].logical_id, &hostile.processes[0].name, &hostile.threads[0].name,
+        &hostile.chains[0].name, &hostile.trace.paths[0], &hostile.chains[0].hop_table[0].from,
+        &hostile.threads[0].callbacks[0], &hostile.threads[0].sched->policy_name}) {
+    *name = huge;
+  }
+  const auto text = text_of(hostile);
+  expect_within(text, 100);
+  EXPECT_LT(text.size(), 20'000U);
+}
+
+TEST(ReportText, LetsNoNameControlTheTerminal) {
+  auto hostile = test::sample_report();
+  const std::string evil =
+      "\x1b]0;title\x07\x1b[2J\r\n\xC2\x9B"
+      "31m";
+  hostile.callbacks[0].logical_id = evil;
+  hostile.processes[0].name = evil;
+  hostile.processes[0].executor = evil;
+  hostile.threads[0].name = evil;
+  hostile.threads[0].role = evil;
+  hostile.threads[0].callbacks = {evil};
+  hostile.threads[0].sched->policy_name = evil;
+  hostile.chains[0].name = evil;
+  hostile.chains[0].hop_table[0].from = evil;
+  hostile.trace.paths = {evil};
+  hostile.trace.hosts = {evil};
+  hostile.defects[0].kind = evil;
+  hostile.defects[0].advice = evil;
+  const auto text = text_of(hostile);
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(text, Not(HasSubstr("\r")));
+  EXPECT_THAT(text, Not(HasSubstr("\x07")));
+  EXPECT_THAT(text, Not(HasSubstr("\xC2\x9B")));
+  EXPECT_THAT(text, HasSubstr("\\x1b]0;title\\x07"));
+}
+
+TEST(ReportText, HasColoursOnlyWhenTheStyleHas) {
+  const auto verdicts = test::sample_verdicts();
+  EXPECT_THAT(text_of(test::sample_report(), &verdicts, {.colour = true}), HasSubstr("\x1b[1;31m"));
+  EXPECT_THAT(text_of(test::sample_report(), &verdicts, {.colour = false}), Not(HasSubstr("\x1b")));
+}
+
+TEST(ReportText, TellsWhyThereIsNothing) {
+  EXPECT_THAT(text_of({}), HasSubstr("No callback was seen"));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

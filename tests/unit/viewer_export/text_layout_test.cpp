@@ -1,0 +1,90 @@
+#include "text_layout.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+TEST(Printable, MakesControlCharactersVisible) {
+  EXPECT_EQ(printable("\x1b[31mred\x07"), "\\x1b[31mred\\x07");
+  EXPECT_EQ(printable("a\nb\tc\x7f"), "a\\x0ab\\x09c\\x7f");
+  EXPECT_EQ(printable("\xC2\x9B"
+                      "2J"),
+            "\\x9b2J")
+      << "C1 control sequence introducer";
+  EXPECT_EQ(printable("\xE2\x80\xAE"), "\\u{202e}") << "right-to-left override";
+  EXPECT_EQ(printable("caf\xC3\xA9"), "caf\xC3\xA9");
+  EXPECT_EQ(printable("\xFF"), "\xEF\xBF\xBD");
+}
+
+TEST(DisplayWidth, CountsColumnsNotBytes) {
+  EXPECT_EQ(display_width("caf\xC3\xA9"), 4U);
+  EXPECT_EQ(display_width("e\xCC\x81"), 1U) << "combining accent";
+  EXPECT_EQ(display_width("\xE6\xBC\xA2"), 2U) << "wide character";
+}
+
+TEST(Elide, KeepsBothEnds) {
+  EXPECT_EQ(elide("0123456789", 10), "0123456789");
+  EXPECT_EQ(elide("0123456789A", 10), "0123...89A");
+  EXPECT_EQ(elide("0123456789", 3), "012");
+  EXPECT_EQ(display_width(elide(std::string(1'000'000, 'x'), 40)), 40U);
+}
+
+TEST(Wrap, BreaksBetweenWords) {
+  EXPECT_EQ(wrap("one two three", 8), (std::vector<std::string>{"one two", "three"}));
+  EXPECT_EQ(wrap("unbreakable", 4), (std::vector<std::string>{"unbreakable"}));
+  EXPECT_TRUE(wrap("", 10).empty());
+}
+
+TEST(FormatDuration, HasFourDigitsAndAUnit) {
+  EXPECT_EQ(format_duration(0), "0 ns");
+  EXPECT_EQ(format_duration(999), "999 ns");
+  EXPECT_EQ(format_duration(-999), "-999 ns");
+  EXPECT_EQ(format_duration(1'000), "1.000 us");
+  EXPECT_EQ(format_duration(12'345), "12.35 us");
+  EXPECT_EQ(format_duration(123'456), "123.5 us");
+  EXPECT_EQ(format_duration(999'949), "999.9 us");
+  EXPECT_EQ(format_duration(999'951), "1.000 ms") << "never \"1000.0 us\"";
+  EXPECT_EQ(format_duration(9'999'600), "10.00 ms");
+  EXPECT_EQ(format_duration(-1'234'567), "-1.235 ms");
+  EXPECT_EQ(format_duration(3'600'000'000'000), "3600 s");
+  EXPECT_EQ(format_duration(std::numeric_limits<std::int64_t>::min()), "-9223372037 s");
+}
+
+TEST(Counted, SpeaksEnglish) {
+  EXPECT_EQ(counted(1, "instance"), "1 instance");
+  EXPECT_EQ(counted(0, "instance"), "0 instances");
+  EXPECT_EQ(counted(2, "process"), "2 processes");
+}
+
+TEST(FormatCpus, JoinsRanges) {
+  EXPECT_EQ(format_cpus({0, 1, 2, 5, 7, 8}), "0-2,5,7-8");
+  EXPECT_EQ(format_cpus({}), "");
+}
+
+TEST(Table, AlignsAndGivesLongNamesTheirOwnLine) {
+  TextTable table({{"", "name", TextTable::Align::left}, {"long", "title"}});
+  table.add({{"a"}, {"1"}});
+  table.add({{"a name that is far too long for it"}, {"22222"}});
+  EXPECT_EQ(table.render({.colour = false, .columns = 20}),
+            "                long\n"
+            "  name         title\n"
+            "  a                1\n"
+            "  a name t... for it\n"
+            "               22222\n");
+}
+
+TEST(Table, ColoursOnlyWhenAsked) {
+  TextTable table(std::vector<TextTable::Column>{{"x", ""}});
+  table.add({{"NO", Look::bad}});
+  EXPECT_EQ(table.render({.colour = false, .columns = 20}).find('\x1b'), std::string::npos);
+  EXPECT_NE(table.render({.colour = true, .columns = 20}).find("\x1b[1;31mNO\x1b[0m"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

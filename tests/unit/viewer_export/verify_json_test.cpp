@@ -1,0 +1,57 @@
+#include <cie/viewer_export/verify_writers.hpp>
+
+#include "sample_report.hpp"
+
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace cie::viewer_export {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const analysis::VerdictReport& verdicts) {
+  std::ostringstream out;
+  write_verify_json(out, verdicts);
+  return Json::parse(out.str());
+}
+
+TEST(VerifyJson, IsTheContractsObject) {
+  const auto expected = Json::parse(R"({
+    "schema": "cie.verify/1", "verdict": "FAIL",
+    "rules": [
+      {"id": "T1", "name": "trace-readable", "verdict": "PASS", "subjects": [
+        {"subject": "trace", "verdict": "PASS", "checked": 980, "evidence": []}]},
+      {"id": "T4", "name": "run-complete", "verdict": "INCONCLUSIVE", "subjects": [
+        {"subject": "process 4001", "verdict": "INCONCLUSIVE", "checked": 0, "evidence": [
+          {"event": "missing", "time_ns": 983130000000, "cpu": null, "pid": null, "tid": null,
+           "note": "no run_end: the process was interrupted"}]}]},
+      {"id": "M2", "name": "one-callback-per-thread", "verdict": "FAIL", "subjects": [
+        {"subject": "thread 4005", "verdict": "PASS", "checked": 7, "evidence": []},
+        {"subject": "thread 4008", "verdict": "FAIL", "checked": 9, "evidence": [
+          {"event": "callback_start", "time_ns": 983005016596, "cpu": 0, "pid": 4001, "tid": 4008,
+           "note": "started /a/plan@Timer(20000000), instance 0"},
+          {"event": "callback_start", "time_ns": 983005187272, "cpu": null, "pid": 4001,
+           "tid": 4008, "note": "started /b@Timer(1), instance 0"}]}]},
+      {"id": "M5", "name": "mapping-survives-restart", "verdict": "NOT_APPLICABLE",
+       "subjects": []}]})");
+  // Compared as text, so that the order of keys counts.
+  EXPECT_EQ(json_of(test::sample_verdicts()).dump(1), expected.dump(1));
+}
+
+TEST(VerifyJson, AnOverallVerdictIsNeverNotApplicable) {
+  EXPECT_EQ(json_of({}).at("verdict"), "PASS");
+}
+
+TEST(VerifyJson, SurvivesHostileNames) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules[0].subjects[0].subject = "callback \"\x1b[31m\n\xFF";
+  EXPECT_EQ(json_of(verdicts)["rules"][0]["subjects"][0]["subject"],
+            "callback \"\x1b[31m\n\xEF\xBF\xBD");
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

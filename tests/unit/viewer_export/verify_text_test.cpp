@@ -1,0 +1,113 @@
+#include <cie/viewer_export/verify_writers.hpp>
+
+#include "sample_report.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+std::string text_of(const analysis::VerdictReport& verdicts, const analysis::Report& report,
+                    const VerifyContext& context = {}, const TextStyle& style = {}) {
+  std::ostringstream out;
+  write_verify_text(out, verdicts, report, context, style);
+  return out.str();
+}
+
+TEST(VerifyText, SaysVerdictFindingsEvidenceAndSummary) {
+  const VerifyContext context{.spec_name = "app.yaml",
+                              .spec_sha256 = "abc123",
+                              .clock_offset_ns = 1'700'000'000'123'456'789};
+  // --begin is 1 ms before the first evidence on the wall clock:
+  //   983.005016596 + 1700000000.123456789 - 0.001 = 1700000983.127473385
+  EXPECT_EQ(
+      text_of(test::sample_verdicts(), test::sample_report(), context),
+      "Verdict: FAIL\n"
+      "  violated        M2\n"
+      "  undecided       T4\n"
+      "  passed          T1\n"
+      "  not applicable  M5\n"
+      "\n"
+      "FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
+      "    at 983005016596 ns (5.017 ms into the trace)  callback_start  cpu 0  pid 4001  "
+      "tid 4008  started /a/plan@Timer(20000000), instance 0\n"
+      "    at 983005187272 ns (5.187 ms into the trace)  callback_start  pid 4001  tid 4008  "
+      "started /b@Timer(1), instance 0\n"
+      "    babeltrace2 --clock-seconds --begin 1700000983.127473385 --end "
+      "1700000983.129644061 'recordings/run 1'\n"
+      "\n"
+      "INCONCLUSIVE  T4 run-complete: process 4001\n"
+      "    at 983130000000 ns (130.0 ms into the trace)  missing  no run_end: the process was "
+      "interrupted\n"
+      "    babeltrace2 --clock-seconds --begin 1700000983.252456789 --end "
+      "1700000983.254456789 'recordings/run 1'\n"
+      "\n"
+      "14 instances of 3 callbacks in 1 process checked; 1 cut by an edge or never ended\n"
+      "spec app.yaml sha256 abc123\n"
+      "cie 0.1.0; cie verify --explain ID tells what a rule means\n");
+}
+
+TEST(VerifyText, WithoutTheClocksOffsetTheCommandHasNoTimes) {
+  const auto text = text_of(test::sample_verdicts(), test::sample_report());
+  EXPECT_THAT(text, HasSubstr("    babeltrace2 'recordings/run 1'\n"));
+  EXPECT_THAT(text, Not(HasSubstr("--begin")));
+}
+
+TEST(VerifyText, SaysThatThereWasNoSpec) {
+  EXPECT_THAT(text_of(test::sample_verdicts(), test::sample_report()),
+              HasSubstr("no --spec was given"));
+}
+
+TEST(VerifyText, NamesWhatTaintsTheTrace) {
+  auto report = test::sample_report();
+  report.defects = {{.kind = "discarded-events",
+                     .severity = analysis::Severity::loss,
+                     .count = 12,
+                     .advice = "use larger buffers"}};
+  EXPECT_THAT(text_of(test::sample_verdicts(), report),
+              HasSubstr("tainted by discarded-events x 12: use larger buffers\n"));
+}
+
+TEST(VerifyText, OfAPassIsShort) {
+  analysis::VerdictReport verdicts{.verdict = analysis::Verdict::pass,
+                                   .rules = {{.id = "M2",
+                                              .name = "one-callback-per-thread",
+                                              .verdict = analysis::Verdict::pass,
+                                              .subjects = {}}}};
+  EXPECT_THAT(text_of(verdicts, test::sample_report()),
+              StartsWith("Verdict: PASS\n  passed          M2\n\n14 instances"));
+}
+
+TEST(VerifyText, LetsNoNameControlTheTerminalOrTheShell) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules[2].subjects[1].subject = "callback \x1b[2J\n";
+  verdicts.rules[2].subjects[1].evidence[0].note = "\x1b]52;c;evil\x07";
+  auto report = test::sample_report();
+  report.trace.paths = {"it's; rm -rf $HOME"};
+  const auto text = text_of(verdicts, report);
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(text, HasSubstr("callback \\x1b[2J\\x0a"));
+  EXPECT_THAT(text, HasSubstr(R"(babeltrace2 'it'\''s; rm -rf $HOME')"));
+}
+
+TEST(VerifyText, SurvivesTimesAtTheEndsOfTheRange) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules[2].subjects[1].evidence[0].time.ns = std::numeric_limits<std::int64_t>::max();
+  verdicts.rules[2].subjects[1].evidence[1].time.ns = std::numeric_limits<std::int64_t>::min();
+  const VerifyContext context{.spec_name = {}, .spec_sha256 = {}, .clock_offset_ns = 1};
+  EXPECT_THAT(text_of(verdicts, test::sample_report(), context),
+              HasSubstr("at 9223372036854775807 ns"));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

@@ -1,0 +1,132 @@
+#include "report_sink.hpp"
+
+#include <cie/viewer_export/output_file.hpp>
+#include <cie/viewer_export/report_writers.hpp>
+
+#include <exception>
+#include <iostream>
+#include <stdexcept>
+#include <string_view>
+
+namespace cie::viewer_export {
+namespace {
+
+std::string text_of(const bt_value* value, const char* key) {
+  if (bt_value_get_type(value) != BT_VALUE_TYPE_STRING) {
+    throw std::invalid_argument(std::string("parameter \"") + key + "\" must be a string");
+  }
+  return bt_value_string_get(value);
+}
+
+// Parameters of a component, checked one by one as babeltrace2 hands them out.
+struct Parameters {
+  std::string format = "text";
+  std::string spec;
+  std::string output;
+  std::exception_ptr error;
+
+  static bt_value_map_foreach_entry_const_func_status take(const char* key, const bt_value* value,
+                                                           void* data) noexcept {
+    auto& parameters = *static_cast<Parameters*>(data);
+    try {
+      const std::string_view name = key;
+      if (name == "format") {
+        parameters.format = text_of(value, key);
+      } else if (name == "spec") {
+        parameters.spec = text_of(value, key);
+      } else if (name == "output") {
+        parameters.output = text_of(value, key);
+      } else {
+        throw std::invalid_argument(std::string("unknown parameter \"") + key +
+                                    "\"; there are format, spec and output");
+      }
+      return BT_VALUE_MAP_FOREACH_ENTRY_CONST_FUNC_STATUS_OK;
+    } catch (...) {
+      parameters.error = std::current_exception();
+      return BT_VALUE_MAP_FOREACH_ENTRY_CONST_FUNC_STATUS_INTERRUPT;
+    }
+  }
+};
+
+}  // namespace
+
+ReportSink::ReportSink(const bt_value* params) {
+  Parameters parameters;
+  bt_value_map_foreach_entry_const(params, Parameters::take, &parameters);
+  if (parameters.error) {
+    bt_current_thread_clear_error();
+    std::rethrow_exception(parameters.error);
+  }
+  format_ = parameters.format;
+  output_ = parameters.output;
+  if (format_ != "text" && format_ != "json" && format_ != "csv") {
+    throw std::invalid_argument("parameter \"format\" is \"" + format_ +
+                                "\"; there are text, json and csv");
+  }
+  analysis::AnalysisOptions options;
+  if (!parameters.spec.empty()) {
+    spec_ = SchedulingSpec::load(parameters.spec);
+    options.spec = &*spec_;
+  }
+  analyzer_ = std::make_unique<analysis::Analyzer>(options);
+  feeder_ = std::make_unique<analysis::MessageFeeder>(*analyzer_);
+}
+
+ReportSink::~ReportSink() {
+  if (iterator_ != nullptr) bt_message_iterator_put_ref(iterator_);
+}
+
+void ReportSink::set_iterator(bt_message_iterator* iterator) noexcept { iterator_ = iterator; }
+
+bt_component_class_sink_consume_method_status ReportSink::consume() {
+  bt_message_array_const messages = nullptr;
+  std::uint64_t count = 0;
+  const auto status = bt_message_iterator_next(iterator_, &messages, &count);
+  switch (status) {
+    case BT_MESSAGE_ITERATOR_NEXT_STATUS_OK:
+      break;
+    case BT_MESSAGE_ITERATOR_NEXT_STATUS_END:
+      finish();
+      return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_END;
+    case BT_MESSAGE_ITERATOR_NEXT_STATUS_AGAIN:
+      return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_AGAIN;
+    case BT_MESSAGE_ITERATOR_NEXT_STATUS_MEMORY_ERROR:
+      return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_MEMORY_ERROR;
+    default:
+      return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_ERROR;
+  }
+  std::exception_ptr error;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    try {
+      if (!error) feeder_->consume(messages[i]);
+    } catch (...) {
+      error = std::current_exception();  // every message of the batch must be put
+    }
+    bt_message_put_ref(messages[i]);
+  }
+  if (error) std::rethrow_exception(error);
+  return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_OK;
+}
+
+void ReportSink::finish() {
+  const auto result = analyzer_->finish();
+  const auto write = [this, &result](std::ostream& out) {
+    if (format_ == "json") {
+      write_report_json(out, result.report);
+    } else if (format_ == "csv") {
+      write_report_csv(out, result.report);
+    } else {
+      write_report_text(out, result.report, &result.verdicts, TextStyle{});
+    }
+    out.flush();
+  };
+  if (output_.empty()) {
+    write(std::cout);
+    return;
+  }
+  OutputFile file(output_);
+  write(file.stream());
+  file.commit();
+}
+
+}  // namespace cie::viewer_export
