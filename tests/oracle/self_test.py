@@ -17,12 +17,11 @@ from oracle import check, difference, scenarios  # noqa: E402
 
 
 def differences(folder: Path) -> list[str]:
-    how = {"weaker": False, "flips": True, "recomputable": True, "numbers": True}
-    if (folder / "how.json").exists():
-        how.update(json.loads((folder / "how.json").read_text()))
+    how = check.how_to(folder)
     if not how["recomputable"]:
         return []
-    got = check.recompute([str(folder / "trace")], str(folder / "spec.yaml"))
+    got = check.recompute([str(folder / t) for t in how["traces"]],
+                          str(folder / "spec.yaml"))
     truth = json.loads((folder / "verify.json").read_text())
     if how["weaker"]:
         lines = difference.compare_weaker(truth, got["verify"], how["flips"])

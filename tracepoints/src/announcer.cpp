@@ -2,7 +2,6 @@
 
 #include "clock.hpp"
 #include "provider.h"
-#include "state_events.hpp"
 
 #include <cerrno>
 #include <csignal>
@@ -66,8 +65,10 @@ int create_thread(pthread_t* thread, void* (*enter)(void*), void* argument) {
 
 }  // namespace
 
-Announcer::Announcer(std::function<void()> announce)
-    : announce_(std::move(announce)), seen_(session_starts.load(std::memory_order_acquire)) {
+Announcer::Announcer(std::function<void()> announce, std::function<void()> sync_clocks)
+    : announce_(std::move(announce)),
+      sync_clocks_(std::move(sync_clocks)),
+      seen_(session_starts.load(std::memory_order_acquire)) {
   watch_session_starts(&count_session_start);
   sigset_t all;
   sigset_t previous;
@@ -108,7 +109,7 @@ void Announcer::run() noexcept {
     setpriority(PRIO_PROCESS, tid, kNice);
   }
   pthread_setname_np(pthread_self(), "cie-announce");  // from here on it is what its name says
-  std::uint32_t announced_events = enabled_events();  // to those a session had at run_begin
+  std::uint32_t announced_events = enabled_events();   // to those a session had at run_begin
   std::int64_t next_sync = monotonic_now_ns();
   while (true) {
     const std::uint32_t seen_wakeups = wakeups.load(std::memory_order_acquire);
@@ -137,7 +138,7 @@ void Announcer::run() noexcept {
     if (events != 0) {
       const std::int64_t now = monotonic_now_ns();
       if (now >= next_sync) {
-        emit_clock_sync();
+        sync_clocks_();
         next_sync = now + kSecond;
       }
       pause = next_sync - now;

@@ -18,8 +18,9 @@ namespace cie::trace {
 // runs.
 class Announcer {
  public:
-  // `announce` is called on the background thread. Throws std::system_error.
-  explicit Announcer(std::function<void()> announce);
+  // Both are called on the background thread, and only emit while a Run lasts. Throws
+  // std::system_error.
+  Announcer(std::function<void()> announce, std::function<void()> sync_clocks);
   ~Announcer();
   Announcer(const Announcer&) = delete;
   Announcer& operator=(const Announcer&) = delete;
@@ -30,6 +31,7 @@ class Announcer {
   bool try_announce() noexcept;
 
   std::function<void()> announce_;
+  std::function<void()> sync_clocks_;
   std::uint32_t seen_;  // session starts that were announced already
   std::atomic<bool> is_stopping_{false};
   pthread_t thread_{};

@@ -55,7 +55,7 @@ std::uint64_t Registry::begin_run(ExecutorKind executor, std::string_view spec_s
     live.spec_sha256 = spec_sha256;
     live.process = read_process_info();
     // Before run_begin: a session that starts meanwhile is then announced to, rather than missed.
-    live.announcer = std::make_unique<Announcer>([this] { announce(); });
+    live.announcer = std::make_unique<Announcer>([this] { announce(); }, [this] { sync_clocks(); });
     live.is_running = true;
     emit_run_begin(RunMoment::start);
     emit_registered();
@@ -241,6 +241,13 @@ void Registry::announce() {
     }
   }
   emit_clock_sync();
+}
+
+void Registry::sync_clocks() {
+  const Guard guard(*this);
+  if (live_->is_running) {
+    emit_clock_sync();
+  }
 }
 
 // At run_begin: everything registered before it counts and is emitted now, with what was read back.

@@ -52,6 +52,8 @@ class Registry {
   // Emits all state again, `run_begin` with moment announce first and audits after the threads.
   // Does nothing outside a Run.
   void announce();
+  // Emits `clock_sync`. Does nothing outside a Run.
+  void sync_clocks();
   // Emits the *_fini of everything live and `run_end`. Nothing is registered or emitted after it.
   void finish_at_exit() noexcept;
 

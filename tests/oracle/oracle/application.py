@@ -5,106 +5,10 @@ its own knowledge: which sample was taken, when it arrived, when the thread was 
 """
 
 from collections import deque
-from collections.abc import Generator
-from dataclasses import dataclass, field
 from typing import Any
 
+from .sim_entities import NONE, POLICY_NUMBERS, Body, Sample, SimCallback, Truth
 from .simulator import Command, Machine, SimThread
-
-NONE = 0xFFFFFFFF
-POLICY_NUMBERS = {"SCHED_OTHER": 0, "SCHED_FIFO": 1, "SCHED_RR": 2}
-Body = Generator[Command, None, None]
-
-
-@dataclass(eq=False)
-class Sample:
-    topic: str
-    writer_gid: int = 0
-    stamp: int = 0
-    published: int = 0
-    source: "Truth | None" = None
-    arrival: int = 0
-
-
-@dataclass(eq=False)
-class Truth:
-    """One instance as it was."""
-
-    app: "App"
-    callback: "SimCallback"
-    thread: SimThread
-    seq: int
-    release: int
-    release_known: bool
-    missed: int
-    start: int
-    cpu_start: int
-    wakeup: int | None
-    waking: int | None
-    switched_in: int | None
-    sample: Sample | None
-    sums: dict[str, int]
-    end: int | None = None
-    cpu_end: int | None = None
-    publishes: list[Sample] = field(default_factory=list)
-    open_at_crash: bool = False
-
-
-@dataclass(eq=False)
-class SimCallback:
-    id: int
-    kind: str
-    node: str
-    source: str = ""
-    period: int = 0
-    work: tuple[int, int] = (50_000, 150_000)
-    publishes: str | None = None
-    publish_count: int = 1
-    priority: int = 0
-    affinity: tuple[int, ...] = (0,)
-    group: int = 0
-    group_type: str = "mutually_exclusive"
-    depth: int = 10
-    suffix: str = ""
-    first_expiry: int = 0
-    blocking: float = 0.0
-    deadline: int = 0
-    # Faults, each off by default.
-    unknown_release: bool = False
-    second_end_at: int | None = None
-    no_end_at: int | None = None
-    oversleep_at: int | None = None
-    exception_at: int | None = None
-    late_apply: bool = False
-    never_apply: bool = False
-    applied_priority: int | None = None
-    foreign_work: int = 0
-    lost_samples: int = 0
-    exit_after: int | None = None
-    silent: bool = False
-    unannounced: bool = False
-    steals: "SimCallback | None" = None
-    nests: "SimCallback | None" = None
-    # State.
-    queue: deque[Sample] = field(default_factory=deque)
-    expiry: int = 0
-    running: int = 0
-    started: int = 0
-    ended: int = 0
-    released: int = 0
-    overwritten: int = 0
-    lost: int = 0
-    thread: SimThread | None = None
-
-    @property
-    def logical_id(self) -> str:
-        if self.kind == "timer":
-            return f"{self.node}@Timer({self.period}){self.suffix}"
-        return f"{self.node}@{self.kind.capitalize()}({self.source}){self.suffix}"
-
-    @property
-    def listens(self) -> str:
-        return {"service": "request:", "client": "reply:"}.get(self.kind, "") + self.source
 
 
 class App:
@@ -303,7 +207,9 @@ class App:
         self.read_backs[me] = n + 1
         yield from self._say(teller, "thread_sched", tid=me.tid, moment=moment, n=n,
                              policy=me.policy, flags=1 if me.policy else 0, nice=me.nice,
-                             priority=me.priority, runtime_ns=0, deadline_ns=0, period_ns=0,
+                             priority=me.priority if me.policy in (1, 2) else 0,
+                             runtime_ns=me.triple[0], deadline_ns=me.triple[1],
+                             period_ns=me.triple[2],
                              cpus=list(me.affinity), error=0)
 
     def _apply(self, me: SimThread, policy: int, priority: int, affinity: tuple[int, ...]) -> Body:
@@ -427,7 +333,8 @@ class App:
 
     def _configure(self, me: SimThread, own: SimCallback) -> Body:
         priority = own.applied_priority if own.applied_priority is not None else own.priority
-        yield from self._apply(me, 1 if priority else 0, priority, own.affinity)
+        me.nice, me.triple = own.nice, own.triple
+        yield from self._apply(me, POLICY_NUMBERS[own.policy_name], priority, own.affinity)
         if own is self.stray:
             outside = [c for c in range(self.machine.cpus) if c not in own.affinity]
             me.stray_cpu = outside[0]
@@ -497,11 +404,12 @@ class App:
             release = sample.arrival
         seq, c.started = c.started, c.started + 1
         kind = "timer" if c.kind == "timer" else "data"
+        unknown = c.unknown_release or seq in c.unknown_seqs
         m.emit(me, "callback_start", callback_id=c.id, seq=seq, release_kind=kind,
-               release_ns=-1 if c.unknown_release else release, missed=missed,
+               release_ns=-1 if unknown else release, missed=missed,
                source_timestamp_realtime_ns=sample.stamp if sample else 0,
                writer_gid=sample.writer_gid if sample else 0)
-        row = Truth(self, c, me, seq, release, not c.unknown_release, missed, m.now, me.cpu,
+        row = Truth(self, c, me, seq, release, not unknown, missed, m.now, me.cpu,
                     me.wakeup, me.waking, me.switched_in, sample, m.totals(me))
         self.truth.append(row)
         work = m.random.randint(*c.work)
@@ -532,6 +440,9 @@ class App:
         c.running -= 1
         me.wakeup = me.waking = me.switched_in = None
         yield self._spend(150, 400)
+        if c.uncounted_second_end_at == seq or c.extra_end_at == seq:
+            end = seq if c.uncounted_second_end_at == seq else 1000
+            yield from self._say(me, "callback_end", callback_id=c.id, seq=end, status="ok")
         if c.second_end_at == seq:
             c.ended += 1
             yield from self._say(me, "callback_end", callback_id=c.id, seq=seq, status="ok")

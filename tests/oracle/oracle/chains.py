@@ -3,7 +3,8 @@
 from collections import defaultdict
 from dataclasses import dataclass, field
 
-from .model import Callback, Instance, Model
+from .entities import Callback, Instance
+from .model import Model
 from .text_trace import Event
 
 

@@ -28,15 +28,16 @@ def recompute(traces: list[str], spec_path: str | None) -> dict[str, Any]:
             "report": report.report(seen, spec, complete), "verify": verdicts}
 
 
-def answers(cie: str, trace: str, spec: str) -> tuple[dict[str, Any], list[str]]:
+def answers(cie: str, traces: list[str], spec: str | None) -> tuple[dict[str, Any], list[str]]:
     """What cie says, and complaints about how it says it."""
     complaints: list[str] = []
     said: dict[str, Any] = {}
-    code, said["instances"], err = run_cie(cie, ["instances", trace, "--format", "csv"])
+    code, said["instances"], err = run_cie(cie, ["instances", *traces, "--format", "csv"])
     if code != 0:
         complaints.append(f"cie instances: exit code {code}: {err.strip()[:300]}")
     for what in ("report", "verify"):
-        code, out, err = run_cie(cie, [what, trace, "--spec", spec, "--format", "json"])
+        code, out, err = run_cie(cie, [
+            what, *traces, *(["--spec", spec] if spec else []), "--format", "json"])
         try:
             said[what] = json.loads(out)
         except ValueError as e:
@@ -51,13 +52,26 @@ def answers(cie: str, trace: str, spec: str) -> tuple[dict[str, Any], list[str]]
     return said, complaints
 
 
-def check(cie: str, folder: Path, trace: Path | None = None, independent: bool = True) -> list[str]:
-    """Differences of `cie` from the expected files in `folder` and from the recomputation."""
-    trace = trace or folder / "trace"
-    said, lines = answers(cie, str(trace), str(folder / "spec.yaml"))
-    how = {"weaker": False, "flips": True, "recomputable": True, "numbers": True}
+def how_to(folder: Path) -> dict[str, Any]:
+    """What of the expected files is to be held against whom."""
+    how = {"weaker": False, "flips": True, "recomputable": True, "numbers": True,
+           "traces": ["trace"], "exit_codes": []}
     if (folder / "how.json").exists():
         how.update(json.loads((folder / "how.json").read_text()))
+    return how
+
+
+def check(cie: str, folder: Path, trace: Path | None = None, independent: bool = True) -> list[str]:
+    """Differences of `cie` from the expected files in `folder` and from the recomputation."""
+    how = how_to(folder)
+    traces = [str(trace)] if trace else [str(folder / t) for t in how["traces"]]
+    spec = str(folder / "spec.yaml")
+    said, lines = answers(cie, traces, spec)
+    for options, wanted in how["exit_codes"]:
+        code, _, err = run_cie(cie, ["verify", *traces, "--spec", spec, "--format", "json", *options])
+        if code != wanted:
+            lines.append(f"cie verify {' '.join(options)}: exit code {code}, expected {wanted} "
+                         f"{err.strip()[:200]}")
     truth = {name: json.loads((folder / f"{name}.json").read_text())
              for name in ("report", "verify")}
     if how["numbers"]:
@@ -71,7 +85,7 @@ def check(cie: str, folder: Path, trace: Path | None = None, independent: bool =
     else:
         lines += difference.compare_verdicts(truth["verify"], said["verify"])
     if independent and how["recomputable"]:
-        again = recompute([str(trace)], str(folder / "spec.yaml"))
+        again = recompute(traces, spec)
         open_subjects = {(r["id"], s["subject"]) for r in truth["verify"]["rules"]
                          for s in r["subjects"] if s["verdict"] == "*"}
         if any(rule in ("T2", "T3", "T4") for rule, _ in open_subjects):
@@ -89,6 +103,16 @@ def check(cie: str, folder: Path, trace: Path | None = None, independent: bool =
                 again["verify"]["verdict"] = "*"
             more += difference.compare_verdicts(again["verify"], said["verify"], open_subjects)
         lines += [f"recomputed {x}" for x in more if x.split(": ", 1)[-1] not in known]
+    return lines
+
+
+def check_recording(cie: str, traces: list[str], spec: str | None) -> list[str]:
+    """Differences of `cie` from the recomputation, on a recording of which nothing is known."""
+    said, lines = answers(cie, traces, spec)
+    again = recompute(traces, spec)
+    lines += difference.compare_text(again["instances"], said["instances"], "instances.csv")
+    lines += [f"report: {x}" for x in difference.compare(again["report"], said["report"])]
+    lines += difference.compare_verdicts(again["verify"], said["verify"])
     return lines
 
 

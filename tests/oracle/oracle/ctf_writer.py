@@ -60,6 +60,8 @@ KERNEL_EVENTS: dict[str, list[tuple[str, str]]] = {
     "sched_wakeup": [("comm", STR), ("tid", I32), ("prio", I32), ("target_cpu", I32)],
     "sched_process_fork": [("parent_comm", STR), ("parent_tid", I32), ("parent_pid", I32),
                            ("child_comm", STR), ("child_tid", I32), ("child_pid", I32)],
+    "sched_process_exit": [("comm", STR), ("tid", I32), ("prio", I32)],
+    "sched_pi_setprio": [("comm", STR), ("tid", I32), ("oldprio", I32), ("newprio", I32)],
 }
 PACK = {U8: "<B", U32: "<I", U64: "<Q", I32: "<i", I64: "<q"}
 
@@ -87,13 +89,22 @@ class Layout:
     large_ids: bool = False        # 64-bit ids and times instead of LTTng's compact header
     packet_bytes: int = 4096
     contexts: bool = True          # vpid and vtid
+    newer: bool = False            # a later contract: more fields at the end, unknown events
+    tracer: str = ""               # instead of the domain's own
+    ends: dict[int, int] | None = None    # streams that end early, by CPU
+    begins: dict[int, int] | None = None  # streams that begin late
 
 
 class Writer:
     def __init__(self, layout: Layout) -> None:
         self.layout = layout
         self.user = layout.domain == "ust"
-        self.classes = USER_EVENTS if self.user else KERNEL_EVENTS
+        self.classes = dict(USER_EVENTS if self.user else KERNEL_EVENTS)
+        if layout.newer:
+            self.classes = {n: [*f, ("added_later", U64), ("note", STR)]
+                            for n, f in self.classes.items()}
+            if self.user:
+                self.classes["executor_mood"] = [("mood", STR), ("added_later", U64), ("note", STR)]
         self.ids = {name: n for n, name in enumerate(self.classes)}
         self.uuid = uuid.uuid5(uuid.NAMESPACE_OID, f"{layout.domain}{layout.hostname}")
 
@@ -105,7 +116,9 @@ class Writer:
         for cpu in range(cpus):
             mine = [r for r in records if r.cpu == cpu]
             gone = sorted(t for t, c in discarded if c == cpu)
-            (folder / f"channel0_{cpu}").write_bytes(self._stream(mine, cpu, begin, end, gone))
+            first = (self.layout.begins or {}).get(cpu, begin)
+            last = (self.layout.ends or {}).get(cpu, end)
+            (folder / f"channel0_{cpu}").write_bytes(self._stream(mine, cpu, first, last, gone))
 
     def _stream(self, records: list[Record], cpu: int, begin: int, end: int,
                 gone: list[int]) -> bytes:
@@ -148,7 +161,8 @@ class Writer:
         if self.user and self.layout.contexts:
             out += struct.pack("<ii", r.vpid, r.vtid)
         for name, kind in self.classes[r.name]:
-            value = r.fields[name]
+            value = r.fields.get(name, "x" if kind == STR else 7) if self.layout.newer else (
+                r.fields[name])
             if kind == STR:
                 out += value.encode() + b"\0"
             elif kind == CPUS:
@@ -180,9 +194,11 @@ class Writer:
 
         kinds = {U8: whole(8), U32: whole(32), U64: whole(64), I32: whole(32, 1), I64: whole(64, 1)}
         clock = "integer {{ size = {0}; align = 8; signed = 0; map = clock.monotonic.value; }}"
-        env = {"ust": 'tracer_name = "lttng-ust";\n\ttracer_buffering_scheme = "uid";\n'
+        env = lay.tracer or {"ust": 'tracer_name = "lttng-ust";\n\ttracer_buffering_scheme = "uid";\n'
                       "\tarchitecture_bit_width = 64;",
                "kernel": 'tracer_name = "lttng-modules";'}[lay.domain]
+        # Readers know that LTTng's clocks count from the epoch; of others they must be told.
+        absolute = "\n\tabsolute = true;" if lay.tracer else ""
         if lay.large_ids:
             header = f"struct {{\n\t\t{whole(64)} id;\n\t\t{clock.format(64)} timestamp;\n\t}} align(8)"
             extra = ""
@@ -239,7 +255,7 @@ clock {{
 	uuid = "{lay.boot_id}";
 	description = "Monotonic Clock";
 	freq = 1000000000; /* Frequency, in Hz */
-	offset = {lay.offset};
+	offset = {lay.offset};{absolute}
 }};
 
 typealias integer {{ size = 32; align = 8; signed = false; map = clock.monotonic.value; }} := uint32_clock_monotonic_t;

@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from .model import Callback, Model, Process, Thread
+from .entities import Callback, Process, Thread
+from .model import Model
 from .text_trace import Event
 
 

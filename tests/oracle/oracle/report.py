@@ -3,7 +3,9 @@
 from typing import Any
 
 from .chains import Chain, ChainFinder
-from .model import Callback, Instance, Model, Thread
+from .entities import Callback, Instance, Thread
+from .model import Model
+from .packets import whole_window
 
 
 def summary(values: list[int]) -> dict[str, Any] | None:
@@ -108,7 +110,8 @@ def chains_of(model: Model, spec: dict[str, Any] | None) -> list[Chain]:
     if spec is not None:
         return [finder.find(c["name"], c["callbacks"]) for c in spec.get("chains") or []]
     paths = [[c.logical_id for c in path] for path in finder.maximal_paths()]
-    return [finder.find(" -> ".join(path), path) for path in sorted(paths)]
+    found = [finder.find(" -> ".join(path), path) for path in sorted(paths)]
+    return [chain for chain in found if chain.instances]
 
 
 def busy(thread: Thread, model: Model) -> int | None:
@@ -137,9 +140,10 @@ def report(model: Model, spec: dict[str, Any] | None, complete: bool | None) -> 
                        "cpus": last.cpus} if last else None),
             "busy_ns": busy(t, model)})
     lost = [x.count for x in model.losses]
+    whole = whole_window(model.streams)
     return {
         "schema": "cie.report/1",
-        "trace": {"begin_ns": model.window[0], "end_ns": model.window[1],
+        "trace": {"begin_ns": whole[0] if whole else None, "end_ns": whole[1] if whole else None,
                   "events": len(model.events), "streams": len(model.streams),
                   "hosts": sorted({e.host for e in model.events}),
                   "lost_events": None if None in lost else sum(lost), "complete": complete},

@@ -4,7 +4,8 @@ from collections import defaultdict
 from typing import Any
 
 from . import scheduling_rules, timing_rules
-from .model import NONE, Callback, Model, Process, Thread
+from .entities import NONE, Callback, Process, Thread
+from .model import Model
 from .proof import Proof
 
 NAMES = {
@@ -99,7 +100,8 @@ def _trace(j: Judge) -> None:
     clocks = {s.clock_uuid for s in m.streams}
     j.put("T6", "trace", PASS if len(clocks) <= 1 else INCONCLUSIVE)
     user_loss = any(x.domain == "ust" for x in m.losses)
-    unproved = INCONCLUSIVE in [*j.verdicts["T3"].values(), *j.verdicts["T4"].values()]
+    unproved = INCONCLUSIVE in j.verdicts["T3"].values() or any(
+        p.end and not proof.whole[p] for p in m.processes)
     cost = user_loss and unproved or j.kernel_loss_costs
     j.put("T2", "trace", INCONCLUSIVE if cost else PASS)
 
@@ -225,7 +227,9 @@ def _pairing(j: Judge) -> None:
         if not c.instances or not c.known:
             continue
         tainted = proof.callback_tainted(c)
-        j.put("E1", j.callback(c), j.soften(_paired(j, c), tainted, "L"))
+        paired, witnessed = _paired(j, c)
+        # Events that are there, one too many, are no artefact of loss; absence may be.
+        j.put("E1", j.callback(c), j.soften(paired, tainted and not witnessed, "L"))
         ordered = sorted(c.instances, key=lambda i: i.start)
         overlap = any(a.end is not None and b.start < a.end
                       for k, a in enumerate(ordered) for b in ordered[k + 1:])
@@ -237,17 +241,18 @@ def _pairing(j: Judge) -> None:
                   j.soften(FAIL if nested else PASS, j.thread_ran_tainted(t), "L"))
 
 
-def _paired(j: Judge, c: Callback) -> str:
+def _paired(j: Judge, c: Callback) -> tuple[str, bool]:
+    """The verdict of E1, and whether it rests on an end that should not be there."""
     clean = c.process.end is not None
-    mine = [e for e in j.model.second_ends
-            if e.callback_id == c.id and j.model.process_of(e) is c.process]
+    again = [e for e in j.model.second_ends
+             if e.callback_id == c.id and j.model.process_of(e) is c.process]
     unpaired = [e for e in j.model.unpaired_ends if e.callback_id == c.id
                 and j.model.process_of(e) is c.process and e.seq >= min(s.seq for s in c.starts)]
-    if mine or (c.fini and clean and c.fini.started != c.fini.ended):
-        return FAIL
-    if c.fini and any(e.seq >= c.fini.started for e in unpaired):
-        return FAIL
+    if again or (c.fini and any(e.seq >= c.fini.started for e in unpaired)):
+        return FAIL, True
+    if c.fini and clean and c.fini.started != c.fini.ended:
+        return FAIL, False
     last = max(e.seq for e in c.starts)
     # Open at the end of a crashed process: cut by the edge. Open before a later start: unpaired.
     opened = [i for i in c.instances if i.end is None and (clean or i.seq < last)]
-    return INCONCLUSIVE if opened or unpaired else PASS
+    return INCONCLUSIVE if opened or unpaired else PASS, False

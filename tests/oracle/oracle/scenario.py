@@ -10,8 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .application import App, SimCallback, Truth
+from .application import App
 from .ctf_writer import Layout, Record, Writer
+from .sim_entities import SimCallback, Truth
 from .simulator import Machine, SimThread
 
 PASS, FAIL, INCONCLUSIVE, NOT_APPLICABLE, OPEN = (
@@ -32,6 +33,8 @@ class Scenario:
     def __init__(self, name: str, seed: int, cpus: int = 2, milliseconds: int = 100) -> None:
         self.name, self.seed, self.cpus = name, seed, cpus
         self.begin = 983_000_000_000 + (seed * 3_700_000_000) % 50_000_000_000
+        if seed % 5 == 4:  # the 32 bits of a compact time wrap in mid-trace
+            self.begin = (self.begin >> 32 << 32) - 43_000_000
         self.machine = Machine(seed * 1000 + sum(name.encode()), cpus, self.begin)
         self.end = self.begin + (milliseconds + 15) * MS
         self.stop_at = self.begin + milliseconds * MS
@@ -40,6 +43,7 @@ class Scenario:
         self.chains: list[tuple[str, list[SimCallback]]] = []
         self.overrides: dict[tuple[str, str], str] = {}
         self.spec_changes: dict[str, dict[str, Any]] = {}
+        self.spec_ids: dict[str, str] = {}  # entries under another id
         self.extra_entries: list[dict[str, Any]] = []
         self.non_ros: list[dict[str, Any]] = []
         self.chain_changes: dict[str, int] = {}
@@ -56,6 +60,11 @@ class Scenario:
         self.numbers = True                # report and instances are known
         self.report_open: set[str] = set()  # report keys that the documents leave open
         self.layout = {"large_ids": seed % 3 == 2, "packet_bytes": (4096, 8192, 65536)[seed % 3]}
+        self.user_layout: dict[str, Any] = {}
+        self.kernel_layout: dict[str, Any] = {}
+        self.window_end: int | None = None  # of the user streams, when it is not `end`
+        self.traces = ["trace"]
+        self.exit_codes: list[tuple[list[str], int]] = []  # (options of verify, exit code)
         self.require: str | None = None    # overall verdict, where subjects are left open
 
     # -- configuring ---------------------------------------------------------------------------
@@ -171,12 +180,18 @@ class Scenario:
     # -- truth ---------------------------------------------------------------------------------
 
     def rows(self) -> list[Truth]:
+        last = self.window_end or self.end
         rows = [r for a in self.apps for r in a.truth
-                if r.start >= self.window_begin and id(r) not in self.hidden]
+                if self.window_begin <= r.start <= last and id(r) not in self.hidden]
         return sorted(rows, key=lambda r: (r.start, r.thread.tid))
 
     def end_of(self, r: Truth) -> int | None:
         return None if id(r) in self.unpaired else r.end
+
+    def counted(self, r: Truth) -> bool:
+        """It ended, and within the window."""
+        end = self.end_of(r)
+        return end is not None and end <= (self.window_end or self.end)
 
     def release(self, r: Truth) -> tuple[int, str]:
         """The release or its bound, and the source: the first available of four."""
@@ -198,7 +213,10 @@ class Scenario:
             release, source = self.release(r)
             end = self.end_of(r)
             parts = r.sums if self.kernel and end is not None else {}
-            row = [r.callback.logical_id, r.app.pid, r.thread.tid, r.seq, release, r.wakeup,
+            name = r.callback.logical_id
+            if any(x in name for x in ',"'):
+                name = '"' + name.replace('"', '""') + '"'
+            row = [name, r.app.pid, r.thread.tid, r.seq, release, r.wakeup,
                    r.start, end, r.cpu_start, r.cpu_end if end is not None else None,
                    parts.get("run"), parts.get("preempted"), parts.get("blocked"), source,
                    r.waking if self.kernel else None, parts.get("wake"), r.missed]
@@ -207,12 +225,12 @@ class Scenario:
 
     def _callback_report(self, c: SimCallback, app: App) -> dict[str, Any]:
         rows = [r for r in self.rows() if r.callback is c]
-        done = [r for r in rows if self.end_of(r) is not None]
+        done = [r for r in rows if self.counted(r)]
         exact = [r for r in done if r.release_known]
         inexact = [r for r in done if not r.release_known]
         tids: dict[int, int] = {}
         for r in rows:
-            tids[r.thread.tid] = tids.get(r.thread.tid, 0) + (self.end_of(r) is not None)
+            tids[r.thread.tid] = tids.get(r.thread.tid, 0) + self.counted(r)
         by_seq = {r.seq: r.release for r in exact}
         threads = {r.thread for r in rows}
         others = {r.callback for r in self.rows() if r.thread in threads}
@@ -228,7 +246,8 @@ class Scenario:
             "node": c.node, "symbol": f"app::{c.kind}_{c.id}", "group": c.group,
             "isolated": len(threads) == 1 and others == {c},
             "period_ns": c.period if c.kind == "timer" else None,
-            "instances": len(done), "incomplete": len(rows) - len(done),
+            "instances": len(done),
+            "incomplete": sum(self.end_of(r) is None for r in rows),
             "missed_releases": sum(r.missed for r in rows) if c.kind == "timer" else None,
             "release_source": (None if not sources else "mixed" if len(sources) > 1
                                else next(iter(sources))),
@@ -251,7 +270,7 @@ class Scenario:
         """Chain instances by lineage: each sample knows the instance that published it."""
         paths = []
         for last in self.rows():
-            if last.callback is not members[-1] or self.end_of(last) is None:
+            if last.callback is not members[-1] or not self.counted(last):
                 continue
             path = [last]
             for c in reversed(members[:-1]):
@@ -285,13 +304,15 @@ class Scenario:
             "trace": {"events": len(m.user) + (len(m.kernel) if self.kernel else 0),
                       "streams": self.cpus * (2 if self.kernel else 1),
                       "lost_events": len(self.discarded_user) + len(self.discarded_kernel),
-                      "begin_ns": self.window_begin, "end_ns": self.end},
+                      "begin_ns": self.window_begin, "end_ns": self.window_end or self.end},
             "processes": [{"pid": a.pid, "executor": a.executor} for a in self.apps],
             "callbacks": [self._callback_report(c, a) for a in self.apps for c in a.callbacks],
             "chains": [self._chain_report(name, members) for name, members in self.chains],
         }
         if not self.chains:
             del report["chains"]  # a spec without chains: none, or those seen?
+        if "chains" in self.report_open:
+            report.pop("chains", None)
         for c in report["callbacks"]:
             for key in self.report_open:
                 c.pop(key, None)
@@ -305,7 +326,8 @@ class Scenario:
             for c in app.callbacks:
                 if c.logical_id not in seen:
                     seen.add(c.logical_id)
-                    lines += self._entry({"id": c.logical_id, **self._limits(c)})
+                    lines += self._entry({"id": self.spec_ids.get(c.logical_id, c.logical_id),
+                                          **self._limits(c)})
         for entry in self.extra_entries:
             lines += self._entry(entry)
         lines.append("non_ros_threads:" + (" []" if not self.non_ros else ""))
@@ -328,7 +350,7 @@ class Scenario:
     def _entry(entry: dict[str, Any]) -> list[str]:
         lines = []
         for key, value in entry.items():
-            text = json.dumps(value) if not isinstance(value, str) or key in ("id", "name") else value
+            text = json.dumps(value, ensure_ascii=False) if not isinstance(value, str) or key in ("id", "name") else value
             lines.append(("  - " if not lines else "    ") + f"{key}: {text}")
         return lines
 
@@ -336,9 +358,13 @@ class Scenario:
         """Limits that this run keeps with room to spare."""
         same = [r for a in self.apps for r in a.truth if r.callback.logical_id == c.logical_id]
         done = [r for r in same if r.end is not None]
-        limits: dict[str, Any] = {"policy": "SCHED_FIFO" if c.priority else "SCHED_OTHER",
-                                  "affinity": list(c.affinity)}
-        limits["priority" if c.priority else "nice"] = c.priority
+        limits: dict[str, Any] = {"policy": c.policy_name, "affinity": list(c.affinity)}
+        if c.policy_name in ("SCHED_FIFO", "SCHED_RR"):
+            limits["priority"] = c.priority
+        elif c.policy_name == "SCHED_DEADLINE":
+            limits.update(zip(("runtime", "deadline", "period"), c.triple))
+        elif c.policy_name != "SCHED_IDLE":
+            limits["nice"] = c.nice
         if done:
             oldest = [min(r.release, r.sample.stamp - self.machine.realtime_offset
                           if r.sample and r.sample.stamp else r.release) for r in done]
@@ -457,19 +483,20 @@ class Scenario:
         kernel = [r for r in m.kernel if r.time >= self.window_begin]
         m.user, m.kernel = user, kernel
         trace = folder / "trace"
-        Writer(Layout("ust", **self.layout)).write(
+        Writer(Layout("ust", **{**self.layout, **self.user_layout})).write(
             trace / "ust/uid/0/64-bit", user, self.cpus, self.window_begin, self.end,
             self.discarded_user)
         if self.kernel:
-            Writer(Layout("kernel", **self.layout)).write(
+            Writer(Layout("kernel", **{**self.layout, **self.kernel_layout})).write(
                 trace / "kernel", kernel, self.cpus, self.window_begin, self.end,
                 self.discarded_kernel)
         for damage in self.damage:
             damage(trace)
-        (folder / "spec.yaml").write_text(self.spec())
+        (folder / "spec.yaml").write_text(self.spec(), encoding="utf-8")
         (folder / "instances.csv").write_text(self.instances_csv())
         for name, data in (("report", self.report()), ("verify", self.verify()),
                            ("how", {"scenario": self.name, "seed": self.seed,
                                     "weaker": self.weaker, "flips": self.flips, "recomputable": self.recomputable,
-                                    "numbers": self.numbers})):
+                                    "numbers": self.numbers, "traces": self.traces,
+                                    "exit_codes": self.exit_codes})):
             (folder / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from .application import App, SimCallback
+from .application import App
 from .register import BUILDERS, scenario
 from .scenario import INCONCLUSIVE, MS, OPEN, PASS, Scenario
+from .sim_entities import SimCallback
 
 # -- loss --------------------------------------------------------------------------------------------
 
@@ -184,3 +185,28 @@ def cut_short(s: Scenario) -> None:
     s.drop(lambda r: r.time > last, declared=False)
     s.weaker, s.numbers, s.flips = True, False, False
     s.require = None
+
+
+@scenario
+def lost_publish(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.drop(lambda e: e.name == "publish" and e.fields["publisher_id"] == 0
+           and e.fields["seq"] == 2, declared=False)
+    s.expect("T3", "topic /t0", INCONCLUSIVE)  # its seq jumps
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # published != seen
+    for name in ("chain0", "chain1"):
+        s.expect("Q2", f"chain {name}", INCONCLUSIVE)  # the publish is unseen
+    for key in ("chains",):
+        s.report_open.add(key)
+
+
+@scenario
+def lost_release(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    c = app.callbacks[1]
+    s.drop(lambda e: e.name == "callback_release" and e.fields["callback_id"] == c.id
+           and e.fields["release_seq"] == 2, declared=False)
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # released != seen
+    s.tainted(c)  # "a subject whose totals disagree with what was seen is tainted likewise"

@@ -1,8 +1,9 @@
 """Scenarios: executors and processes, beginning and end of a recording, restarts."""
 
-from .application import App, SimCallback
+from .application import App
 from .register import scenario
 from .scenario import FAIL, INCONCLUSIVE, MS, NOT_APPLICABLE, OPEN, PASS, Scenario
+from .sim_entities import SimCallback
 
 # -- executors and processes -------------------------------------------------------------------------
 
@@ -122,7 +123,7 @@ def no_run_end(s: Scenario) -> None:
 # -- restart -----------------------------------------------------------------------------------------
 
 
-def _restart(s: Scenario, changed: bool) -> None:
+def _restart(s: Scenario, changed: bool, pid: int = 5001) -> None:
     everywhere = tuple(range(s.cpus))
 
     def lifetime(pid: int, priority: int, start: int, stop: int) -> App:
@@ -139,7 +140,7 @@ def _restart(s: Scenario, changed: bool) -> None:
     first = lifetime(4001, 30, s.begin - 6 * MS, s.begin + 40 * MS)
     first.callbacks[0].first_expiry = s.begin + 5 * MS
     first.callbacks[1].first_expiry = s.begin + 6 * MS
-    second = lifetime(5001, 31 if changed else 30, s.begin + 50 * MS, s.stop_at)
+    second = lifetime(pid, 31 if changed else 30, s.begin + 50 * MS, s.stop_at)
     for c in second.callbacks:
         c.first_expiry += 6 * MS
     s.run()
@@ -163,3 +164,9 @@ def restart(s: Scenario) -> None:
 @scenario
 def restart_with_other_priority(s: Scenario) -> None:
     _restart(s, changed=True)
+
+
+@scenario
+def restart_with_same_pid(s: Scenario) -> None:
+    _restart(s, changed=False, pid=4001)
+    s.weaker = True  # two processes share their subjects' names

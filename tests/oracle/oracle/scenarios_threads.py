@@ -1,8 +1,8 @@
 """Scenarios: mapping of callbacks to threads, scheduling parameters."""
 
-from .application import SimCallback
 from .register import scenario
 from .scenario import FAIL, INCONCLUSIVE, MS, NOT_APPLICABLE, OPEN, PASS, Scenario
+from .sim_entities import SimCallback
 
 # -- mapping -----------------------------------------------------------------------------------------
 
@@ -332,3 +332,97 @@ def named_worker_wrong(s: Scenario) -> None:
     s.expect("S1", s.thread(app.recv), FAIL)
     s.expect("M6", s.thread(app.recv), OPEN)
     s.expect("S2", s.thread(app.recv), OPEN)
+
+
+@scenario
+def replaced_thread_exit_in_kernel(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    first = [r for r in s.rows() if r.callback is c][0].thread
+    s.drop(lambda e: e.name == "thread_fini" and e.fields["tid"] == first.tid, declared=False)
+    s.expect("M3", s.callback(c), PASS)  # sched_process_exit is an exit seen
+    s.expect("M4", s.callback(c), FAIL)
+    s.expect("T4", f"process {app.pid}", OPEN)
+    s.expect("S1", s.callback(c), OPEN)
+    for rule in ("S3", "S4"):
+        s.expect(rule, s.thread(first), OPEN)
+
+
+@scenario
+def inherited_priority(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+
+    def change(boost: int | None, time: int) -> None:
+        def act() -> None:
+            if c.thread.state == "blocked":
+                s.machine.set_boost(c.thread, boost)
+            else:
+                s.machine.at(s.machine.now + 50_000, act)
+
+        s.machine.at(time, act)
+
+    change(-80, s.begin + 30 * MS)
+    change(None, s.begin + 70 * MS)
+    s.run()  # S3 passes: within a priority-inheritance interval the switches may say otherwise
+
+
+@scenario
+def all_policies(s: Scenario) -> None:
+    app = s.standard()
+    for n, policy, priority, nice in ((1, "SCHED_RR", 10, 0), (3, "SCHED_BATCH", 0, 5),
+                                      (6, "SCHED_OTHER", 0, -5), (7, "SCHED_IDLE", 0, 0)):
+        c = app.callbacks[n]
+        c.policy, c.priority, c.nice = policy, priority, nice
+    c = app.callbacks[4]
+    c.policy, c.priority, c.triple = "SCHED_DEADLINE", 90, (2 * MS, 10 * MS, 20 * MS)
+    s.run()
+
+
+@scenario
+def wrong_runtime(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.policy, c.priority, c.triple = "SCHED_DEADLINE", 90, (2 * MS, 10 * MS, 20 * MS)
+    s.run()
+    s.spec_changes[c.logical_id] = {"runtime": 3 * MS}
+    s.expect("S1", s.callback(c), FAIL)
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)
+
+
+@scenario
+def wrong_nice(s: Scenario) -> None:
+    c = s.standard().callbacks[3]
+    c.nice = 3
+    s.run()
+    s.spec_changes[c.logical_id] = {"nice": 4}
+    s.expect("S1", s.callback(c), FAIL)
+    s.expect("S2", s.callback(c), NOT_APPLICABLE)
+
+
+@scenario
+def wildcard_entry(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    s.run()
+    s.spec_ids[c.logical_id] = f"{c.node}/*"
+    s.expect("M1", s.callback(c), "absent")  # not named exactly; every other rule as before
+
+
+@scenario
+def exact_entry_beats_wildcard(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.extra_entries.append({"id": f"{app.callbacks[4].node}/*", "policy": "SCHED_FIFO",
+                            "priority": 99})
+    s.expect("M1", f"callback {app.callbacks[4].node}/*", "absent")
+
+
+@scenario
+def no_parameters_in_spec(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    s.run()
+    s.spec_changes[c.logical_id] = {"policy": None, "priority": None, "affinity": []}
+    s.expect("S1", s.callback(c), "absent")  # absent and [] are not judged
+    s.expect("S2", s.callback(c), "absent")

@@ -1,8 +1,8 @@
 """Scenarios: queues, releases, deadlines, chains, pairing of starts and ends."""
 
-from .application import SimCallback
 from .register import scenario
-from .scenario import FAIL, INCONCLUSIVE, MS, PASS, Scenario
+from .scenario import FAIL, INCONCLUSIVE, MS, OPEN, PASS, Scenario
+from .sim_entities import SimCallback
 
 # -- queues ------------------------------------------------------------------------------------------
 
@@ -245,3 +245,49 @@ def overlapping(s: Scenario) -> None:
     app.concurrent = c
     c.work = (300_000, 400_000)
     s.run()  # E2 by the simulator's own intervals
+
+
+@scenario
+def end_beyond_total(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.extra_end_at = 2
+    s.run()
+    s.expect("E1", s.callback(c), FAIL)  # an end beyond the total
+    _surplus(s, c)
+
+
+@scenario
+def second_end_uncounted(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.uncounted_second_end_at = 2
+    s.run()
+    s.expect("E1", s.callback(c), FAIL)  # a second end for one seq
+    _surplus(s, c)
+
+
+def _surplus(s: Scenario, c: SimCallback) -> None:
+    """More was seen than the totals say. Is that a disagreement that taints? Left open."""
+    s.expect("T3", s.callback(c), OPEN)
+    s.expect("T4", f"process {s.apps[0].pid}", OPEN)
+    for rule in ("M3", "E2", "R1", "R2", "R3", "R4", "R5"):
+        s.expect(rule, s.callback(c), OPEN)
+    for rule in ("M2", "M6", "E3"):
+        s.expect(rule, s.thread(c.thread), OPEN)
+
+
+@scenario
+def mixed_releases(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[5]
+    c.unknown_seqs = (2, 5)
+    s.run()
+    for rule in ("R1", "R2", "R3", "R5"):
+        s.expect(rule, s.callback(c), INCONCLUSIVE)
+
+
+@scenario
+def mixed_releases_no_kernel(s: Scenario) -> None:
+    s.kernel = False
+    mixed_releases(s)

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from .model import Callback, Thread
+from .entities import Callback, Thread
 from .proof import spec_entry
 from .text_trace import Event
 

@@ -40,10 +40,16 @@ class SimThread:
     ready_order: int = 0
     start_ns: int = 0
     started: bool = False
+    boost: int | None = None        # kernel priority while it inherits one
+    triple: tuple[int, int, int] = (0, 0, 0)  # runtime, deadline, period of SCHED_DEADLINE
     stray_cpu: int | None = None    # fault: run here whatever the affinity says
 
     def kernel_priority(self) -> int:
         """As lttng-modules writes it."""
+        if self.boost is not None:
+            return self.boost
+        if self.policy == 6:
+            return -101
         return (99 - self.priority if self.policy in (1, 2) else 120 + self.nice) - 100
 
 
@@ -107,9 +113,16 @@ class Machine:
             if thread.state == "waking":
                 self._kernel(thread.cpu, "sched_wakeup", comm=thread.name, tid=thread.tid,
                              prio=thread.kernel_priority(), target_cpu=thread.cpu)
-                self._ready(thread)
+                self.at(self.now + 150, lambda: self._ready(thread))
 
         self.at(self.now + self.random.randint(200, 6000), runnable)
+
+    def set_boost(self, thread: SimThread, boost: int | None) -> None:
+        """Priority inheritance begins or ends."""
+        old = thread.kernel_priority()
+        thread.boost = boost
+        self._kernel(thread.cpu, "sched_pi_setprio", comm=thread.name, tid=thread.tid, oldprio=old,
+                     newprio=thread.kernel_priority())
 
     def kill(self, threads: list[SimThread]) -> None:
         """SIGKILL: they leave their CPUs and are gone."""
@@ -225,6 +238,8 @@ class Machine:
             what, value = next(thread.body)
         except StopIteration:
             thread.state = "dead"
+            self._kernel(thread.cpu, "sched_process_exit", comm=thread.name, tid=thread.tid,
+                         prio=thread.kernel_priority())
             return
         if what == "run":
             thread.remaining = value

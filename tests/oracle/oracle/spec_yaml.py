@@ -23,12 +23,18 @@ def _strip_comment(line: str) -> str:
     quote = ""
     for i, c in enumerate(line):
         if quote:
-            quote = "" if c == quote else quote
+            quote = "" if c == quote and not _escaped(line, i, quote) else quote
         elif c in "\"'":
             quote = c
         elif c == "#" and (i == 0 or line[i - 1] in " \t"):
             return line[:i]
     return line
+
+
+def _escaped(text: str, at: int, quote: str) -> bool:
+    """Whether the quote at `at` is a character of a double-quoted scalar."""
+    backslashes = len(text[:at]) - len(text[:at].rstrip("\\"))
+    return quote == '"' and backslashes % 2 == 1
 
 
 def _block(lines: list[tuple[int, str]], at: int, indent: int) -> tuple[Any, int]:
@@ -91,7 +97,7 @@ def _split(text: str) -> list[str]:
     items, depth, quote, start = [], 0, "", 0
     for i, c in enumerate(text):
         if quote:
-            quote = "" if c == quote else quote
+            quote = "" if c == quote and not _escaped(text, i, quote) else quote
         elif c in "\"'":
             quote = c
         elif c in "[{":

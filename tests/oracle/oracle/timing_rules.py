@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from .chains import Chain
-from .model import Callback
+from .entities import Callback
 from .proof import spec_entry
 from .report import chains_of, inter_arrivals, lower_bound, upper_bound
 

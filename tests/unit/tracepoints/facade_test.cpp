@@ -169,6 +169,9 @@ TEST(RunLifetime, MayBeginAgainAfterItEnded) {
 }
 
 TEST(RunLifetime, SurvivesForkInParentAndChild) {
+#ifdef __SANITIZE_THREAD__
+  GTEST_SKIP() << "ThreadSanitizer does not support new threads after fork()";
+#endif
   const trace::Run run(ExecutorKind::isolated, "");
   const Node node("/n");
   const pid_t child = fork();
