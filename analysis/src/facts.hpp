@@ -465,7 +465,9 @@ struct Model {
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
   bool clocks_unrelated = false;     // streams of one host disagree about the boot
-  std::optional<Timestamp> begin{};  // hull of the user channels' windows (all, if there is none)
+  // What all user channels cover (all channels, if there is no user channel); their hull where they
+  // have nothing in common.
+  std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
 };
 

@@ -91,9 +91,9 @@ ContextState::ContextState(const Context::Options& options)
 }
 
 ContextState::~ContextState() {
+  workers_.clear();  // while they live, so that their last read-back can be made
   participant_.reset();
   domain_.reset();  // the threads end here
-  workers_.clear();
 }
 
 }  // namespace executor
