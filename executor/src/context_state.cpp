@@ -128,7 +128,7 @@ Context::Options Context::Options::from_environment() {
     break;
   }
   const std::string loopback = environment("CIE_LOOPBACK");
-  if (loopback != "" && loopback != "0" && loopback != "1") {
+  if (!loopback.empty() && loopback != "0" && loopback != "1") {
     throw std::invalid_argument{"CIE_LOOPBACK=\"" + loopback + "\" is neither 0 nor 1"};
   }
   options.loopback = loopback == "1";

@@ -29,7 +29,7 @@ void ExecutorCore::add_node(const std::shared_ptr<NodeState>& node) {
   if (!is_serving_) return;
   try {
     configure_workers(*node);
-    serve(node->callbacks());
+    open_gates(serve(node->callbacks()));
   } catch (...) {
     nodes_.pop_back();
     node->leave();
@@ -41,7 +41,7 @@ void ExecutorCore::serve_new(NodeState& node, const std::shared_ptr<Callback>& c
   const std::lock_guard lock{mutex_};
   const bool is_member =
       std::ranges::any_of(nodes_, [&node](const auto& member) { return member.get() == &node; });
-  if (is_serving_ && is_member) serve({callback});
+  if (is_serving_ && is_member) open_gates(serve({callback}));
 }
 
 void ExecutorCore::remove_node(NodeState& node) {
@@ -107,24 +107,31 @@ void ExecutorCore::refuse_if_any(const std::vector<ParameterProblem>& problems) 
   if (!problems.empty() && options_.on_error == OnError::refuse) throw ParametersRefused{problems};
 }
 
-void ExecutorCore::serve(const Callbacks& callbacks) {
+void ExecutorCore::open_gates(const std::vector<TeamPtr>& teams) {
+  for (const TeamPtr& team : teams)
+    team->open_gate();
+}
+
+std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve(const Callbacks& callbacks) {
   Callbacks fresh;
   for (const auto& callback : callbacks) {
     if (!served_.contains(callback.get())) fresh.push_back(callback);
   }
+  std::vector<TeamPtr> teams;
   if (kind_ == ExecutorKind::isolated) {
-    serve_isolated(fresh);
+    teams = serve_isolated(fresh);
   } else if (own_loop_ != nullptr) {
     for (const auto& callback : fresh)
       own_loop_->add(callback);
   } else {
-    serve_pooled(fresh);
+    teams = serve_pooled(fresh);
   }
   for (const auto& callback : fresh)
     served_.insert(callback.get());
+  return teams;
 }
 
-void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
+std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_isolated(const Callbacks& callbacks) {
   std::vector<std::pair<const GroupState*, Callbacks>> groups;  // in order of creation
   for (const auto& callback : callbacks) {
     const GroupState* const group = &callback->group();
@@ -154,8 +161,7 @@ void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
       teams[i]->add(callback);
     teams_.emplace(groups[i].first, teams[i]);
   }
-  for (const TeamPtr& team : teams)
-    team->open_gate();
+  return teams;
 }
 
 // One thread cannot run as two entries say.
@@ -206,7 +212,7 @@ unsigned ExecutorCore::pool_size() const {
   return std::max(cpus, 2U);
 }
 
-void ExecutorCore::serve_pooled(const Callbacks& callbacks) {
+std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_pooled(const Callbacks& callbacks) {
   TeamPtr& team = teams_[nullptr];
   const bool is_new = team == nullptr;
   if (is_new) {
@@ -226,7 +232,7 @@ void ExecutorCore::serve_pooled(const Callbacks& callbacks) {
   }
   for (const auto& callback : callbacks)
     team->add(callback);
-  if (is_new) team->open_gate();
+  return is_new ? std::vector{team} : std::vector<TeamPtr>{};
 }
 
 void ExecutorCore::configure_workers(const NodeState& node) {
@@ -300,11 +306,12 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
         for (const auto& callback : node->callbacks())
           all.push_back(callback);
       }
-      // After the teams: their threads inherit what this one was started with, not what it is
-      // given.
-      if (own_loop_ == nullptr) serve(all);
+      // After the teams, whose threads inherit what this one was started with, not what it is
+      // given; and before any of them runs a callback. This one's own callbacks come last.
+      const auto teams = own_loop_ == nullptr ? serve(all) : std::vector<TeamPtr>{};
       refuse_if_any(configurator_.configure(dispatcher, name, configurator_.entry_of_thread(name)));
       if (own_loop_ != nullptr) serve(all);
+      open_gates(teams);
       is_serving_ = true;
     }
     wait_for_end(deadline_ns);

@@ -49,11 +49,12 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   // One spin() from its beginning to its end, whichever way it ends.
   class Spin;
 
-  // With mutex_ held: puts callbacks on threads, which it starts and configures first. Throws
-  // ParametersRefused, with nothing of it left.
-  void serve(const Callbacks& callbacks);
-  void serve_isolated(const Callbacks& callbacks);
-  void serve_pooled(const Callbacks& callbacks);
+  // With mutex_ held: puts callbacks on threads, which it starts and configures first. Returns the
+  // new teams, whose gates are still closed. Throws ParametersRefused, with nothing of it left.
+  std::vector<TeamPtr> serve(const Callbacks& callbacks);
+  std::vector<TeamPtr> serve_isolated(const Callbacks& callbacks);
+  std::vector<TeamPtr> serve_pooled(const Callbacks& callbacks);
+  static void open_gates(const std::vector<TeamPtr>& teams);
   std::vector<ParameterProblem> conflicts(const Callbacks& callbacks_of_group);
   TeamPtr start_group_team(const Callbacks& callbacks_of_group);
   void configure_workers(const NodeState& node);

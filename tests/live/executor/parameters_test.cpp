@@ -11,10 +11,12 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sched.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -254,6 +256,27 @@ TEST(Refused, AreTwoWishesForTheThreadOfAGroup) {
     EXPECT_EQ(refused.problems().front().line, 5);
     EXPECT_THAT(refused.problems().front().reason, HasSubstr("line 2"));
   }
+}
+
+// The thread in spin() has an entry too, by its name; it is asked before any callback runs.
+TEST(Refused, MayBeTheThreadThatSpins) {
+  constexpr const char* kText =
+      "callback_groups: []\n"
+      "non_ros_threads:\n"
+      "  - id: spinner\n"
+      "    affinity: [1023]\n";
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
+  Node node{context, "node"};
+  std::atomic<int> runs{0};
+  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  executor.add_node(node);
+  std::thread spinner{[&] {
+    pthread_setname_np(pthread_self(), "spinner");
+    EXPECT_THROW(executor.spin_for(20s), ParametersRefused);
+  }};
+  spinner.join();
+  EXPECT_EQ(runs, 0);
 }
 
 TEST(Workers, OfDdsAreConfiguredByTheirNames) {
