@@ -78,7 +78,7 @@ enum class Succession : std::uint8_t { together, successive, unknown };
 
 // How two threads' lives relate. `earlier` began no later than `later`.
 Succession succession(const Model& model, const ThreadFacts& earlier, const ThreadFacts& later) {
-  const auto [begin, last_sign] = lifetime(earlier);
+  const auto last_sign = lifetime(earlier).second;
   const auto next_begin = lifetime(later).first;
   if (next_begin <= last_sign) {
     return earlier.tid == later.tid ? Succession::successive : Succession::together;

@@ -37,7 +37,7 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
     const auto& callback = model.callbacks[at(pair.callback)];
     judgement.check(pair.starts);
     if (is_registered_to(thread, callback)) continue;
-    if (!callback.registered && thread.group) continue;  // perhaps of its group
+    if (!callback.registered && !thread.callback) continue;  // perhaps of its group
     judgement.fail(evidence(
         "thread_init", *thread.announced,
         "announced for callback " + (thread.callback ? std::to_string(to_number(*thread.callback))

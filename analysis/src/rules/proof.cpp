@@ -308,12 +308,16 @@ void Proof::prove(CallbackIndex index) {
     const auto has_class = [this](const char* event) {
       return model_.events.by_name.contains(event);
     };
-    if (has_begun_in_trace(facts.process) && has_class("callback_release")) {
-      compare(facts.process, total("released"), facts.fini->released, facts.releases);
-    }
-    if (has_begun_in_trace(facts.process) && has_class("sample_lost")) {
-      compare(facts.process, total("lost"), facts.fini->lost, facts.lost);
-    }
+    const auto compare_running = [&](const char* what, const char* event, std::uint64_t total_count,
+                                     std::uint64_t seen) {
+      if (!has_begun_in_trace(facts.process) || !has_class(event)) return;
+      compare(facts.process, total(what), total_count, seen);
+      if (loss || total_count == seen) return;
+      loss = total(what);
+      loss->note += ": " + counted(total_count, seen);
+    };
+    compare_running("released", "callback_release", facts.fini->released, facts.releases);
+    compare_running("lost", "sample_lost", facts.fini->lost, facts.lost);
   } else if (!is_interrupted(facts.process)) {
     const auto missing = evidence("callback_fini", facts.starts.last_at,
                                   name + " has no callback_fini: its last instances are unknown");

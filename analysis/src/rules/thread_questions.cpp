@@ -1,6 +1,7 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 namespace cie::analysis {
@@ -87,8 +88,8 @@ bool is_isolated(const ThreadFacts& thread) noexcept {
 
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
   if (thread.process != callback.process) return false;
-  return (thread.callback && *thread.callback == callback.id) ||
-         (thread.group && callback.group && *thread.group == *callback.group);
+  if (thread.callback) return *thread.callback == callback.id;
+  return thread.group && callback.group && *thread.group == *callback.group;
 }
 
 IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
@@ -120,7 +121,9 @@ std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) cons
   if (callback.group) {
     if (const auto found = by_group_.find({callback.process, to_number(*callback.group)});
         found != by_group_.end()) {
-      threads.insert(threads.end(), found->second.begin(), found->second.end());
+      std::ranges::copy_if(found->second, std::back_inserter(threads), [this](ThreadIndex index) {
+        return !model_.threads[at(index)].callback;
+      });
     }
   }
   return sorted(std::move(threads));
