@@ -465,8 +465,7 @@ struct Model {
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
   bool clocks_unrelated = false;     // streams of one host disagree about the boot
-  // What all user channels cover (all channels, if there is no user channel); their hull where they
-  // have nothing in common.
+  // Hull of the windows of all user channels (of all channels, if there is no user channel).
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
 };

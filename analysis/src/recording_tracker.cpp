@@ -157,27 +157,19 @@ void RecordingTracker::finish() {
   const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
     return entry.second.domain == Domain::user && entry.second.window.begin;
   });
-  Window common;  // what all channels cover; processes one after the other have nothing in common
-  Window hull;
   for (const auto& [number, channel] : channels_) {
     model_.channels[number] = ChannelFacts{.domain = channel.domain,
                                            .host = channel.host,
                                            .begin = channel.window.begin,
                                            .end = channel.window.end};
     if (has_user && channel.domain != Domain::user) continue;
-    const auto& window = channel.window;
-    if (window.begin) {
-      common.begin = common.begin ? std::max(*common.begin, *window.begin) : *window.begin;
-      hull.begin = hull.begin ? std::min(*hull.begin, *window.begin) : *window.begin;
+    if (const auto begin = channel.window.begin) {
+      model_.begin = model_.begin ? std::min(*model_.begin, *begin) : *begin;
     }
-    if (window.end) {
-      common.end = common.end ? std::min(*common.end, *window.end) : *window.end;
-      hull.end = hull.end ? std::max(*hull.end, *window.end) : *window.end;
+    if (const auto end = channel.window.end) {
+      model_.end = model_.end ? std::max(*model_.end, *end) : *end;
     }
   }
-  const bool is_common = !common.begin || !common.end || *common.begin <= *common.end;
-  model_.begin = is_common ? common.begin : hull.begin;
-  model_.end = is_common ? common.end : hull.end;
 }
 
 }  // namespace cie::analysis

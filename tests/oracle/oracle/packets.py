@@ -178,11 +178,11 @@ def window(streams: list[Stream], domain: str) -> tuple[int, int] | None:
 
 
 def whole_window(streams: list[Stream]) -> tuple[int, int] | None:
-    """What the windows of all user-space channels span."""
+    """What the windows of all user-space channels have in common: the report's begin and end."""
     windows = _channel_windows([s for s in streams if s.domain == "ust"])
     if not windows:
         return None
-    return min(w[0] for w in windows), max(w[1] for w in windows)
+    return max(w[0] for w in windows), min(w[1] for w in windows)
 
 
 @dataclass

@@ -118,14 +118,16 @@ def busy(thread: Thread, model: Model) -> int | None:
     """On-CPU time; None without kernel events."""
     if not model.has_kernel:
         return None
-    total, since = 0, None
-    for e in thread.kernel:
-        if e.name == "sched_switch":
-            if e.next_tid == thread.tid:
-                since = e.time
-            elif since is not None:
-                total += e.time - since
-                since = None
+    total, since, left = 0, None, None
+    seen = [e for e in thread.kernel if e.name == "sched_switch"] + thread.user
+    for e in sorted(seen, key=lambda e: (e.time, e.is_user, e.order)):
+        if e.is_user:  # it runs, whatever was seen before, unless it left in this very nanosecond
+            since = e.time if since is None and left != e.time else since
+        elif e.next_tid == thread.tid:
+            since = e.time
+        elif since is not None:
+            total += e.time - since
+            since, left = None, e.time
     return total
 
 
