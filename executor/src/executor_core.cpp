@@ -1,13 +1,13 @@
 #include "executor_core.hpp"
 
-#include <algorithm>
-#include <stdexcept>
-#include <utility>
-
 #include "clock.hpp"
 #include "node_state.hpp"
 #include "pool_loop.hpp"
 #include "threads.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 #include <sched.h>
 
@@ -83,8 +83,10 @@ void ExecutorCore::remove_node(NodeState& node) {
   node.leave();
   if (own_loop_ != nullptr) own_loop_->remove(shared);
   if (pool != nullptr) pool->remove(shared);
-  for (const TeamPtr& team : leaving) team->stop();
-  for (const TeamPtr& team : leaving) team->join();
+  for (const TeamPtr& team : leaving)
+    team->stop();
+  for (const TeamPtr& team : leaving)
+    team->join();
 }
 
 void ExecutorCore::remove_all_nodes() {
@@ -113,11 +115,13 @@ void ExecutorCore::serve(const Callbacks& callbacks) {
   if (kind_ == ExecutorKind::isolated) {
     serve_isolated(fresh);
   } else if (own_loop_ != nullptr) {
-    for (const auto& callback : fresh) own_loop_->add(callback);
+    for (const auto& callback : fresh)
+      own_loop_->add(callback);
   } else {
     serve_pooled(fresh);
   }
-  for (const auto& callback : fresh) served_.insert(callback.get());
+  for (const auto& callback : fresh)
+    served_.insert(callback.get());
 }
 
 void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
@@ -134,18 +138,43 @@ void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
   }
   // All threads start before the first is waited for: they configure themselves side by side.
   std::vector<TeamPtr> teams;
-  for (const auto& [group, members] : groups) teams.push_back(start_group_team(members));
   std::vector<ParameterProblem> problems;
+  for (const auto& [group, members] : groups) {
+    const auto found = conflicts(members);
+    problems.insert(problems.end(), found.begin(), found.end());
+    teams.push_back(start_group_team(members));
+  }
   for (const TeamPtr& team : teams) {
     const auto found = team->wait_configured();
     problems.insert(problems.end(), found.begin(), found.end());
   }
   refuse_if_any(problems);  // the teams end with this scope
   for (std::size_t i = 0; i < teams.size(); ++i) {
-    for (const auto& callback : groups[i].second) teams[i]->add(callback);
+    for (const auto& callback : groups[i].second)
+      teams[i]->add(callback);
     teams_.emplace(groups[i].first, teams[i]);
   }
-  for (const TeamPtr& team : teams) team->open_gate();
+  for (const TeamPtr& team : teams)
+    team->open_gate();
+}
+
+// One thread cannot run as two entries say.
+std::vector<ParameterProblem> ExecutorCore::conflicts(const Callbacks& callbacks_of_group) {
+  std::vector<ParameterProblem> found;
+  const SpecEntry* first = nullptr;
+  for (const auto& callback : callbacks_of_group) {
+    const SpecEntry* const entry = configurator_.entry_of_callback(callback->logical_id());
+    if (entry == nullptr) continue;
+    if (first == nullptr) first = entry;
+    if (entry->parameters == first->parameters) continue;
+    found.push_back(configurator_.problem(
+        *entry, callbacks_of_group.front()->label(), 0,
+        "its group shares a thread, which line " + std::to_string(first->line) +
+            " already configures otherwise: give both the same parameters, or the callback a "
+            "group of its own"));
+    configurator_.report(found.back());
+  }
+  return found;
 }
 
 ExecutorCore::TeamPtr ExecutorCore::start_group_team(const Callbacks& callbacks_of_group) {
@@ -172,8 +201,8 @@ unsigned ExecutorCore::pool_size() const {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
   const bool is_known = sched_getaffinity(0, sizeof allowed, &allowed) == 0;
-  const unsigned cpus = is_known ? static_cast<unsigned>(CPU_COUNT(&allowed))
-                                 : std::thread::hardware_concurrency();
+  const unsigned cpus =
+      is_known ? static_cast<unsigned>(CPU_COUNT(&allowed)) : std::thread::hardware_concurrency();
   return std::max(cpus, 2U);
 }
 
@@ -184,9 +213,8 @@ void ExecutorCore::serve_pooled(const Callbacks& callbacks) {
     std::vector<ThreadPlan> plans;
     for (unsigned i = 0; i < pool_size(); ++i) {
       const std::string name = "cie-pool-" + std::to_string(i);
-      plans.push_back({.role = ThreadRole::pool,
-                       .name = name,
-                       .entry = configurator_.entry_of_thread(name)});
+      plans.push_back(
+          {.role = ThreadRole::pool, .name = name, .entry = configurator_.entry_of_thread(name)});
     }
     try {
       team = std::make_shared<Team>(std::make_unique<PoolLoop>(*this), plans, configurator_);
@@ -196,7 +224,8 @@ void ExecutorCore::serve_pooled(const Callbacks& callbacks) {
       throw;
     }
   }
-  for (const auto& callback : callbacks) team->add(callback);
+  for (const auto& callback : callbacks)
+    team->add(callback);
   if (is_new) team->open_gate();
 }
 
@@ -232,13 +261,16 @@ class ExecutorCore::Spin {
       teams = core_.teams_;       // remove_node() still finds them, and waits for their end
       if (core_.own_loop_ != nullptr) {
         for (const auto& node : core_.nodes_) {
-          for (const auto& callback : node->callbacks()) served.push_back(callback);
+          for (const auto& callback : node->callbacks())
+            served.push_back(callback);
         }
       }
     }
     if (core_.own_loop_ != nullptr) core_.own_loop_->remove(served);
-    for (const auto& [group, team] : teams) team->stop();
-    for (const auto& [group, team] : teams) team->join();
+    for (const auto& [group, team] : teams)
+      team->stop();
+    for (const auto& [group, team] : teams)
+      team->join();
     {
       const std::lock_guard lock{core_.mutex_};
       core_.teams_.clear();
@@ -265,12 +297,13 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
       Callbacks all;
       for (const auto& node : nodes_) {
         configure_workers(*node);
-        for (const auto& callback : node->callbacks()) all.push_back(callback);
+        for (const auto& callback : node->callbacks())
+          all.push_back(callback);
       }
-      // After the teams: their threads inherit what this one was started with, not what it is given.
+      // After the teams: their threads inherit what this one was started with, not what it is
+      // given.
       if (own_loop_ == nullptr) serve(all);
-      refuse_if_any(
-          configurator_.configure(dispatcher, name, configurator_.entry_of_thread(name)));
+      refuse_if_any(configurator_.configure(dispatcher, name, configurator_.entry_of_thread(name)));
       if (own_loop_ != nullptr) serve(all);
       is_serving_ = true;
     }

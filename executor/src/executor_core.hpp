@@ -1,9 +1,15 @@
-// What the three executors have in common: membership, start and end of spinning, cancellation. They
-// differ in how callbacks are put on loops and threads.
+// What the three executors have in common: membership, start and end of spinning, cancellation.
+// They differ in how callbacks are put on loops and threads.
 #pragma once
 
 #include <cie/executor/executor.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "loop.hpp"
+#include "serial_loop.hpp"
+#include "team.hpp"
+#include "wakeup.hpp"
+
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -13,11 +19,6 @@
 #include <set>
 #include <thread>
 #include <vector>
-
-#include "loop.hpp"
-#include "serial_loop.hpp"
-#include "team.hpp"
-#include "wakeup.hpp"
 
 namespace cie::executor {
 
@@ -53,6 +54,7 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   void serve(const Callbacks& callbacks);
   void serve_isolated(const Callbacks& callbacks);
   void serve_pooled(const Callbacks& callbacks);
+  std::vector<ParameterProblem> conflicts(const Callbacks& callbacks_of_group);
   TeamPtr start_group_team(const Callbacks& callbacks_of_group);
   void configure_workers(const NodeState& node);
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
@@ -65,8 +67,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   ThreadConfigurator configurator_{options_};
   std::atomic<bool> is_spinning_{false};
   std::atomic<bool> is_cancelled_{false};
-  Wakeup wakeup_;                                // of the thread in spin(), unless it runs a loop
-  const std::unique_ptr<SerialLoop> own_loop_;   // of the single-threaded executor
+  Wakeup wakeup_;                               // of the thread in spin(), unless it runs a loop
+  const std::unique_ptr<SerialLoop> own_loop_;  // of the single-threaded executor
 
   std::mutex mutex_;  // of what follows
   bool is_serving_ = false;

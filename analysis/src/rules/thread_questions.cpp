@@ -142,6 +142,21 @@ std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
   return sorted(std::move(threads));
 }
 
+bool is_cut_by_end(const Model& model, const OpenInstance& open) {
+  if (at(open.thread) >= model.threads.size()) return false;
+  return std::ranges::all_of(
+      model.threads[at(open.thread)].ran,
+      [&open](const CallbackOnThread& pair) { return pair.last_activity.time <= open.start.time; });
+}
+
+EventRef first_sign(const CallbackFacts& callback) noexcept {
+  if (callback.registered) return *callback.registered;
+  if (callback.starts.first) return callback.starts.first_at;
+  if (callback.max_end_at) return *callback.max_end_at;
+  if (callback.fini) return callback.fini->at;
+  return callback.overwritten_at.value_or(callback.lost_at.value_or(EventRef{}));
+}
+
 bool is_real_time(std::int32_t policy) noexcept {
   return policy == static_cast<std::int32_t>(Policy::fifo) ||
          policy == static_cast<std::int32_t>(Policy::round_robin) ||

@@ -39,6 +39,11 @@ class IsolatedThreads {
   std::map<Key, std::vector<ThreadIndex>> by_group_;
 };
 
+// The instance was still running when its record was cut off: no callback's event followed on its
+// thread.
+bool is_cut_by_end(const Model& model, const OpenInstance& open);
+// The first event seen that names the callback.
+EventRef first_sign(const CallbackFacts& callback) noexcept;
 bool is_real_time(std::int32_t policy) noexcept;
 bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
 

@@ -14,8 +14,8 @@ struct KeepLast {
 };
 struct KeepAll {};
 
-// A value; the default is reliable, volatile, as in ROS 2. A depth of 0 is refused when an entity is
-// created with it (std::logic_error).
+// A value; the default is reliable, volatile, as in ROS 2. A depth of 0 is refused when an entity
+// is created with it (std::logic_error).
 class QoS {
  public:
   // NOLINTNEXTLINE(google-explicit-constructor): create_publisher<T>("topic", 10) as in rclcpp
