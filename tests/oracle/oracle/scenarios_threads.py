@@ -454,3 +454,27 @@ def leaked_to_child(s: Scenario) -> None:
 @scenario
 def child_without_priority(s: Scenario) -> None:
     _child(s, 0)
+
+
+@scenario
+def replaced_thread_first_unseen(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    first = [r for r in s.rows() if r.callback is c][0].thread
+    s.drop(lambda e: e.name in ("thread_init", "thread_sched", "thread_fini")
+           and e.fields.get("tid") == first.tid, declared=False)
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # run_end counts one thread more
+    # seq 0 ran on the thread that nothing is known of; that a later thread was configured later
+    # says nothing about it. Where M9 is INCONCLUSIVE for a thread, so are M6, M8, S1, S2.
+    s.expect("M9", s.thread(first), INCONCLUSIVE)
+    s.expect("M6", s.thread(first), INCONCLUSIVE)
+    s.expect("M8", f"group {c.group}", INCONCLUSIVE)
+    for rule in ("S1", "S2"):
+        s.expect(rule, s.callback(c), INCONCLUSIVE)
+    for rule in ("M3", "M4"):
+        s.expect(rule, s.callback(c), OPEN)
+    for rule in ("S3", "S4", "S5"):
+        s.expect(rule, s.thread(first), OPEN)
+    s.require = OPEN  # M4 may well have seen enough to FAIL
