@@ -465,7 +465,8 @@ struct Model {
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
   bool clocks_unrelated = false;     // streams of one host disagree about the boot
-  std::optional<Timestamp> begin{};  // hull of the user channels' windows (all, if there is none)
+  // Hull of the windows of all user channels (of all channels, if there is no user channel).
+  std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
 };
 

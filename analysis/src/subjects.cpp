@@ -38,8 +38,8 @@ std::string Subjects::group(const GroupFacts& group) const {
 }
 
 std::string Subjects::topic(const PublisherFacts& publisher) const {
-  const auto name = publisher.registered ? publisher.topic
-                                         : "?" + std::to_string(to_number(publisher.id));
+  const auto name =
+      publisher.registered ? publisher.topic : "?" + std::to_string(to_number(publisher.id));
   return "topic " + name + suffix(publisher.process);
 }
 

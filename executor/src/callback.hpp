@@ -2,16 +2,17 @@
 // due, and somebody who is told that it became ready.
 #pragma once
 
-#include <atomic>
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "names.hpp"
+
+#include <atomic>
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <string>
 #include <utility>
-
-#include "names.hpp"
 
 namespace cie::executor {
 

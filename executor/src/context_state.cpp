@@ -1,5 +1,7 @@
 #include "context_state.hpp"
 
+#include "threads.hpp"
+
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
@@ -8,8 +10,6 @@
 #include <stdexcept>
 #include <string_view>
 #include <utility>
-
-#include "threads.hpp"
 
 namespace cie {
 namespace executor {
@@ -38,7 +38,9 @@ void validate(const Context::Options& options) {
     throw std::invalid_argument{"DDS domain " + std::to_string(options.domain) +
                                 " is not usable: choose 0 to " + std::to_string(kMostDomain)};
   }
-  const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || c == '-' || c == '_'; };
+  const auto is_plain = [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '-' || c == '_';
+  };
   if (!std::ranges::all_of(options.tag, is_plain)) {
     throw std::invalid_argument{"discovery tag \"" + options.tag +
                                 "\" is not usable: letters, digits, '-' and '_' only"};
@@ -84,16 +86,16 @@ ContextState::ContextState(const Context::Options& options)
   participant_ = dds::Entity{dds_create_participant(options_.domain, nullptr, nullptr),
                              "creating the DDS participant", domain};
   for (const auto& [tid, name] : new_named_threads(before)) {
-    workers_.push_back(
-        {name, std::make_unique<trace::Thread>(ThreadRole::worker, kNoCallback, kNoGroup, name, tid)});
+    workers_.push_back({name, std::make_unique<trace::Thread>(ThreadRole::worker, kNoCallback,
+                                                              kNoGroup, name, tid)});
     workers_.back().trace->emit_sched(SchedMoment::initial, 0);
   }
 }
 
 ContextState::~ContextState() {
+  workers_.clear();  // while they live: their last read-back is of what they ran as
   participant_.reset();
-  domain_.reset();  // the threads end here
-  workers_.clear();
+  domain_.reset();
 }
 
 }  // namespace executor
@@ -126,7 +128,7 @@ Context::Options Context::Options::from_environment() {
     break;
   }
   const std::string loopback = environment("CIE_LOOPBACK");
-  if (loopback != "" && loopback != "0" && loopback != "1") {
+  if (!loopback.empty() && loopback != "0" && loopback != "1") {
     throw std::invalid_argument{"CIE_LOOPBACK=\"" + loopback + "\" is neither 0 nor 1"};
   }
   options.loopback = loopback == "1";

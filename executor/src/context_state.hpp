@@ -3,12 +3,13 @@
 
 #include <cie/executor/context.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "dds_entity.hpp"
+
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "dds_entity.hpp"
 
 namespace cie::executor {
 

@@ -11,8 +11,8 @@ QosPtr to_dds(const QoS& qos, std::string_view object) {
   const bool keeps_all = qos.history() == History::keep_all;
   if (!keeps_all &&
       (qos.depth() == 0 || qos.depth() > std::uint32_t{std::numeric_limits<std::int32_t>::max()})) {
-    throw std::logic_error{"the queue of \"" + std::string{object} +
-                           "\" cannot be " + std::to_string(qos.depth()) +
+    throw std::logic_error{"the queue of \"" + std::string{object} + "\" cannot be " +
+                           std::to_string(qos.depth()) +
                            " deep: use KeepLast{1} or more, or KeepAll"};
   }
   const auto depth = keeps_all ? 0 : static_cast<std::int32_t>(qos.depth());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/executor/qos.hpp>
+
 #include <memory>
 #include <string_view>
 

@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cie/tracepoints/trace.hpp>
-#include <cstdint>
-#include <memory>
-#include <mutex>
 
 #include "arrival_log.hpp"
 #include "callback.hpp"
 #include "pi_mutex.hpp"
 #include "queue_count.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
 
 struct dds_rhc;
 struct ddsi_serdata;
@@ -57,8 +58,8 @@ class Delivery {
 // A sample cache for dds_create_reader_rhc() that passes every sample through `delivery` and leaves
 // all else to Cyclone's own cache, which it makes when the reader is associated. This is where the
 // arrival of the very sample is known: not in the listener (it does not say which sample it is
-// called for), and not on the wire. It uses interfaces of Cyclone DDS 0.10 that are exported but not
-// promised; the build asks for that version.
+// called for), and not on the wire. It uses interfaces of Cyclone DDS 0.10 that are exported but
+// not promised; the build asks for that version.
 ::dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery);
 
 // 64 bits of a writer's 16-byte GUID, the same in every process; never 0.

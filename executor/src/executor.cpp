@@ -1,9 +1,10 @@
 #include <cie/executor/executor.hpp>
-#include <utility>
 
 #include "clock.hpp"
 #include "executor_core.hpp"
 #include "node_state.hpp"
+
+#include <utility>
 
 namespace cie {
 namespace {
@@ -19,8 +20,8 @@ std::string joined(const std::vector<ParameterProblem>& problems) {
 }  // namespace
 
 std::string ParameterProblem::text() const {
-  return file + ":" + std::to_string(line) + ": \"" + entry + "\": thread \"" + thread + "\": " +
-         reason;
+  return file + ":" + std::to_string(line) + ": \"" + entry + "\": thread \"" + thread +
+         "\": " + reason;
 }
 
 ParametersRefused::ParametersRefused(std::vector<ParameterProblem> problems)

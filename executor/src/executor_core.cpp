@@ -1,13 +1,13 @@
 #include "executor_core.hpp"
 
-#include <algorithm>
-#include <stdexcept>
-#include <utility>
-
 #include "clock.hpp"
 #include "node_state.hpp"
 #include "pool_loop.hpp"
 #include "threads.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 #include <sched.h>
 
@@ -29,7 +29,7 @@ void ExecutorCore::add_node(const std::shared_ptr<NodeState>& node) {
   if (!is_serving_) return;
   try {
     configure_workers(*node);
-    serve(node->callbacks());
+    open_gates(serve(node->callbacks()));
   } catch (...) {
     nodes_.pop_back();
     node->leave();
@@ -41,7 +41,7 @@ void ExecutorCore::serve_new(NodeState& node, const std::shared_ptr<Callback>& c
   const std::lock_guard lock{mutex_};
   const bool is_member =
       std::ranges::any_of(nodes_, [&node](const auto& member) { return member.get() == &node; });
-  if (is_serving_ && is_member) serve({callback});
+  if (is_serving_ && is_member) open_gates(serve({callback}));
 }
 
 void ExecutorCore::remove_node(NodeState& node) {
@@ -83,8 +83,10 @@ void ExecutorCore::remove_node(NodeState& node) {
   node.leave();
   if (own_loop_ != nullptr) own_loop_->remove(shared);
   if (pool != nullptr) pool->remove(shared);
-  for (const TeamPtr& team : leaving) team->stop();
-  for (const TeamPtr& team : leaving) team->join();
+  for (const TeamPtr& team : leaving)
+    team->stop();
+  for (const TeamPtr& team : leaving)
+    team->join();
 }
 
 void ExecutorCore::remove_all_nodes() {
@@ -105,22 +107,31 @@ void ExecutorCore::refuse_if_any(const std::vector<ParameterProblem>& problems) 
   if (!problems.empty() && options_.on_error == OnError::refuse) throw ParametersRefused{problems};
 }
 
-void ExecutorCore::serve(const Callbacks& callbacks) {
+void ExecutorCore::open_gates(const std::vector<TeamPtr>& teams) {
+  for (const TeamPtr& team : teams)
+    team->open_gate();
+}
+
+std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve(const Callbacks& callbacks) {
   Callbacks fresh;
   for (const auto& callback : callbacks) {
     if (!served_.contains(callback.get())) fresh.push_back(callback);
   }
+  std::vector<TeamPtr> teams;
   if (kind_ == ExecutorKind::isolated) {
-    serve_isolated(fresh);
+    teams = serve_isolated(fresh);
   } else if (own_loop_ != nullptr) {
-    for (const auto& callback : fresh) own_loop_->add(callback);
+    for (const auto& callback : fresh)
+      own_loop_->add(callback);
   } else {
-    serve_pooled(fresh);
+    teams = serve_pooled(fresh);
   }
-  for (const auto& callback : fresh) served_.insert(callback.get());
+  for (const auto& callback : fresh)
+    served_.insert(callback.get());
+  return teams;
 }
 
-void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
+std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_isolated(const Callbacks& callbacks) {
   std::vector<std::pair<const GroupState*, Callbacks>> groups;  // in order of creation
   for (const auto& callback : callbacks) {
     const GroupState* const group = &callback->group();
@@ -134,18 +145,42 @@ void ExecutorCore::serve_isolated(const Callbacks& callbacks) {
   }
   // All threads start before the first is waited for: they configure themselves side by side.
   std::vector<TeamPtr> teams;
-  for (const auto& [group, members] : groups) teams.push_back(start_group_team(members));
   std::vector<ParameterProblem> problems;
+  for (const auto& [group, members] : groups) {
+    const auto found = conflicts(members);
+    problems.insert(problems.end(), found.begin(), found.end());
+    teams.push_back(start_group_team(members));
+  }
   for (const TeamPtr& team : teams) {
     const auto found = team->wait_configured();
     problems.insert(problems.end(), found.begin(), found.end());
   }
   refuse_if_any(problems);  // the teams end with this scope
   for (std::size_t i = 0; i < teams.size(); ++i) {
-    for (const auto& callback : groups[i].second) teams[i]->add(callback);
+    for (const auto& callback : groups[i].second)
+      teams[i]->add(callback);
     teams_.emplace(groups[i].first, teams[i]);
   }
-  for (const TeamPtr& team : teams) team->open_gate();
+  return teams;
+}
+
+// One thread cannot run as two entries say.
+std::vector<ParameterProblem> ExecutorCore::conflicts(const Callbacks& callbacks_of_group) {
+  std::vector<ParameterProblem> found;
+  const SpecEntry* first = nullptr;
+  for (const auto& callback : callbacks_of_group) {
+    const SpecEntry* const entry = configurator_.entry_of_callback(callback->logical_id());
+    if (entry == nullptr) continue;
+    if (first == nullptr) first = entry;
+    if (entry->parameters == first->parameters) continue;
+    found.push_back(configurator_.problem(
+        *entry, callbacks_of_group.front()->label(), 0,
+        "its group shares a thread, which line " + std::to_string(first->line) +
+            " already configures otherwise: give both the same parameters, or the callback a "
+            "group of its own"));
+    configurator_.report(found.back());
+  }
+  return found;
 }
 
 ExecutorCore::TeamPtr ExecutorCore::start_group_team(const Callbacks& callbacks_of_group) {
@@ -172,21 +207,20 @@ unsigned ExecutorCore::pool_size() const {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
   const bool is_known = sched_getaffinity(0, sizeof allowed, &allowed) == 0;
-  const unsigned cpus = is_known ? static_cast<unsigned>(CPU_COUNT(&allowed))
-                                 : std::thread::hardware_concurrency();
+  const unsigned cpus =
+      is_known ? static_cast<unsigned>(CPU_COUNT(&allowed)) : std::thread::hardware_concurrency();
   return std::max(cpus, 2U);
 }
 
-void ExecutorCore::serve_pooled(const Callbacks& callbacks) {
+std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_pooled(const Callbacks& callbacks) {
   TeamPtr& team = teams_[nullptr];
   const bool is_new = team == nullptr;
   if (is_new) {
     std::vector<ThreadPlan> plans;
     for (unsigned i = 0; i < pool_size(); ++i) {
       const std::string name = "cie-pool-" + std::to_string(i);
-      plans.push_back({.role = ThreadRole::pool,
-                       .name = name,
-                       .entry = configurator_.entry_of_thread(name)});
+      plans.push_back(
+          {.role = ThreadRole::pool, .name = name, .entry = configurator_.entry_of_thread(name)});
     }
     try {
       team = std::make_shared<Team>(std::make_unique<PoolLoop>(*this), plans, configurator_);
@@ -196,8 +230,9 @@ void ExecutorCore::serve_pooled(const Callbacks& callbacks) {
       throw;
     }
   }
-  for (const auto& callback : callbacks) team->add(callback);
-  if (is_new) team->open_gate();
+  for (const auto& callback : callbacks)
+    team->add(callback);
+  return is_new ? std::vector{team} : std::vector<TeamPtr>{};
 }
 
 void ExecutorCore::configure_workers(const NodeState& node) {
@@ -232,13 +267,16 @@ class ExecutorCore::Spin {
       teams = core_.teams_;       // remove_node() still finds them, and waits for their end
       if (core_.own_loop_ != nullptr) {
         for (const auto& node : core_.nodes_) {
-          for (const auto& callback : node->callbacks()) served.push_back(callback);
+          for (const auto& callback : node->callbacks())
+            served.push_back(callback);
         }
       }
     }
     if (core_.own_loop_ != nullptr) core_.own_loop_->remove(served);
-    for (const auto& [group, team] : teams) team->stop();
-    for (const auto& [group, team] : teams) team->join();
+    for (const auto& [group, team] : teams)
+      team->stop();
+    for (const auto& [group, team] : teams)
+      team->join();
     {
       const std::lock_guard lock{core_.mutex_};
       core_.teams_.clear();
@@ -265,13 +303,15 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
       Callbacks all;
       for (const auto& node : nodes_) {
         configure_workers(*node);
-        for (const auto& callback : node->callbacks()) all.push_back(callback);
+        for (const auto& callback : node->callbacks())
+          all.push_back(callback);
       }
-      // After the teams: their threads inherit what this one was started with, not what it is given.
-      if (own_loop_ == nullptr) serve(all);
-      refuse_if_any(
-          configurator_.configure(dispatcher, name, configurator_.entry_of_thread(name)));
+      // After the teams, whose threads inherit what this one was started with, not what it is
+      // given; and before any of them runs a callback. This one's own callbacks come last.
+      const auto teams = own_loop_ == nullptr ? serve(all) : std::vector<TeamPtr>{};
+      refuse_if_any(configurator_.configure(dispatcher, name, configurator_.entry_of_thread(name)));
       if (own_loop_ != nullptr) serve(all);
+      open_gates(teams);
       is_serving_ = true;
     }
     wait_for_end(deadline_ns);

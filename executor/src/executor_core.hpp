@@ -1,9 +1,15 @@
-// What the three executors have in common: membership, start and end of spinning, cancellation. They
-// differ in how callbacks are put on loops and threads.
+// What the three executors have in common: membership, start and end of spinning, cancellation.
+// They differ in how callbacks are put on loops and threads.
 #pragma once
 
 #include <cie/executor/executor.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "loop.hpp"
+#include "serial_loop.hpp"
+#include "team.hpp"
+#include "wakeup.hpp"
+
 #include <atomic>
 #include <cstdint>
 #include <exception>
@@ -13,11 +19,6 @@
 #include <set>
 #include <thread>
 #include <vector>
-
-#include "loop.hpp"
-#include "serial_loop.hpp"
-#include "team.hpp"
-#include "wakeup.hpp"
 
 namespace cie::executor {
 
@@ -48,11 +49,13 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   // One spin() from its beginning to its end, whichever way it ends.
   class Spin;
 
-  // With mutex_ held: puts callbacks on threads, which it starts and configures first. Throws
-  // ParametersRefused, with nothing of it left.
-  void serve(const Callbacks& callbacks);
-  void serve_isolated(const Callbacks& callbacks);
-  void serve_pooled(const Callbacks& callbacks);
+  // With mutex_ held: puts callbacks on threads, which it starts and configures first. Returns the
+  // new teams, whose gates are still closed. Throws ParametersRefused, with nothing of it left.
+  std::vector<TeamPtr> serve(const Callbacks& callbacks);
+  std::vector<TeamPtr> serve_isolated(const Callbacks& callbacks);
+  std::vector<TeamPtr> serve_pooled(const Callbacks& callbacks);
+  static void open_gates(const std::vector<TeamPtr>& teams);
+  std::vector<ParameterProblem> conflicts(const Callbacks& callbacks_of_group);
   TeamPtr start_group_team(const Callbacks& callbacks_of_group);
   void configure_workers(const NodeState& node);
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
@@ -65,8 +68,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   ThreadConfigurator configurator_{options_};
   std::atomic<bool> is_spinning_{false};
   std::atomic<bool> is_cancelled_{false};
-  Wakeup wakeup_;                                // of the thread in spin(), unless it runs a loop
-  const std::unique_ptr<SerialLoop> own_loop_;   // of the single-threaded executor
+  Wakeup wakeup_;                               // of the thread in spin(), unless it runs a loop
+  const std::unique_ptr<SerialLoop> own_loop_;  // of the single-threaded executor
 
   std::mutex mutex_;  // of what follows
   bool is_serving_ = false;

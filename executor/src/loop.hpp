@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cie/tracepoints/schema.hpp>
+
+#include "callback.hpp"
+
 #include <cstdint>
 #include <exception>
 #include <memory>
 #include <vector>
-
-#include "callback.hpp"
 
 namespace cie::executor {
 

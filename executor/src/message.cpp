@@ -1,4 +1,5 @@
 #include <cie/executor/message.hpp>
+
 #include <cstring>
 #include <new>
 

@@ -1,12 +1,12 @@
 #include "names.hpp"
 
-#include <cxxabi.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cstdlib>
 #include <memory>
 #include <stdexcept>
+
+#include <cxxabi.h>
 
 namespace cie::executor {
 namespace {
@@ -49,11 +49,16 @@ std::string short_period(std::uint64_t ns) {
 
 std::string_view kind_name(CallbackKind kind) noexcept {
   switch (kind) {
-    case CallbackKind::timer: return "Timer";
-    case CallbackKind::subscription: return "Subscription";
-    case CallbackKind::service: return "Service";
-    case CallbackKind::client: return "Client";
-    case CallbackKind::waitable: return "Waitable";
+    case CallbackKind::timer:
+      return "Timer";
+    case CallbackKind::subscription:
+      return "Subscription";
+    case CallbackKind::service:
+      return "Service";
+    case CallbackKind::client:
+      return "Client";
+    case CallbackKind::waitable:
+      return "Waitable";
   }
   return "Callback";
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/tracepoints/trace.hpp>
+
 #include <string>
 #include <string_view>
 #include <typeinfo>
@@ -21,8 +22,8 @@ std::string dds_topic_name(std::string_view qualified_topic);
 // `<node>@Timer(<what>)`; `what` is the period in ns, the topic, or an explicit callback name.
 std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::string_view what);
 
-// What a thread can be called (15 bytes) so that `ps` and `top` show what it does: the beginnings of
-// the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
+// What a thread can be called (15 bytes) so that `ps` and `top` show what it does: the beginnings
+// of the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
 std::string thread_label(const trace::CallbackInfo& info);
 
 // A type's name as it is written in C++.

@@ -1,14 +1,14 @@
 #include "node_state.hpp"
 
-#include <algorithm>
-#include <stdexcept>
-#include <utility>
-
 #include "executor_core.hpp"
 #include "names.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
 #include "writer.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
 
 namespace cie {
 namespace executor {

@@ -3,14 +3,15 @@
 
 #include <cie/executor/node.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "callback.hpp"
+#include "context_state.hpp"
+
 #include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include "callback.hpp"
-#include "context_state.hpp"
 
 namespace cie::executor {
 

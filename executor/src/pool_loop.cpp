@@ -1,10 +1,11 @@
 #include "pool_loop.hpp"
 
-#include <algorithm>
-#include <chrono>
 #include <cie/tracepoints/trace.hpp>
 
 #include "clock.hpp"
+
+#include <algorithm>
+#include <chrono>
 
 namespace cie::executor {
 
@@ -28,7 +29,8 @@ void PoolLoop::add(std::shared_ptr<Callback> callback) {
 }
 
 void PoolLoop::remove(const std::vector<std::shared_ptr<Callback>>& callbacks) {
-  for (const auto& callback : callbacks) callback->serve(nullptr);
+  for (const auto& callback : callbacks)
+    callback->serve(nullptr);
   std::unique_lock lock{mutex_};
   for (const auto& served : served_) {
     if (std::ranges::find(callbacks, served->callback) != callbacks.end()) {
@@ -114,9 +116,9 @@ void PoolLoop::wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns
   }
   --idle_;
   if (is_leader) has_leader_ = false;
-  trace::thread_wakeup(kNoCallback, is_stopped_                       ? WakeupReason::guard
+  trace::thread_wakeup(kNoCallback, is_stopped_                         ? WakeupReason::guard
                                     : status == std::cv_status::timeout ? WakeupReason::timer
-                                                                      : WakeupReason::data);
+                                                                        : WakeupReason::data);
 }
 
 void PoolLoop::run(std::int64_t deadline_ns) {

@@ -1,6 +1,8 @@
 // Callbacks served by several threads from one queue.
 #pragma once
 
+#include "loop.hpp"
+
 #include <condition_variable>
 #include <cstdint>
 #include <map>
@@ -9,13 +11,11 @@
 #include <thread>
 #include <vector>
 
-#include "loop.hpp"
-
 namespace cie::executor {
 
 // The dispatch of the multi-threaded executor and of a reentrant group's pool. One idle thread, the
-// leader, waits for the next timer; the others wait for work. Callbacks of a mutually exclusive group
-// never overlap.
+// leader, waits for the next timer; the others wait for work. Callbacks of a mutually exclusive
+// group never overlap.
 class PoolLoop final : public Loop {
  public:
   explicit PoolLoop(FailureSink& failures) : failures_(failures) {}

@@ -12,7 +12,8 @@ enum class TakeOutcome : std::uint8_t { sample, other, empty };
 
 // overwritten = stored - taken - still queued. What is queued is not observable from outside, but
 // bounded: at most `depth`, and nothing when a take came back empty. Both bounds are exact when it
-// matters (a full queue, an empty one) and never too high in between: the count errs late, not wrong.
+// matters (a full queue, an empty one) and never too high in between: the count errs late, not
+// wrong.
 class QueueCount {
  public:
   // `depth` 0: the queue never overwrites, or its bound is not known (keyed topics); then only the

@@ -63,7 +63,7 @@ bool Reader::take(void* message, MessageInfo& info) {
     QueueCount& count = delivery_->count();
     const std::uint64_t stored = count.begin_take();
     const bool is_empty = dds_takecdr(reader_.get(), &taken, 1, &sample, DDS_ANY_STATE) <= 0;
-    const auto outcome = is_empty             ? TakeOutcome::empty
+    const auto outcome = is_empty            ? TakeOutcome::empty
                          : sample.valid_data ? TakeOutcome::sample
                                              : TakeOutcome::other;
     count.end_take(outcome, stored);

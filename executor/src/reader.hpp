@@ -3,12 +3,13 @@
 
 #include <cie/executor/message.hpp>
 #include <cie/executor/qos.hpp>
-#include <cstdint>
-#include <memory>
-#include <string>
 
 #include "dds_entity.hpp"
 #include "delivery.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <string>
 
 namespace cie::executor {
 

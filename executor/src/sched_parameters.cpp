@@ -37,9 +37,7 @@ bool has_priority(Policy policy) noexcept {
   return policy == Policy::fifo || policy == Policy::round_robin;
 }
 
-bool has_nice(Policy policy) noexcept {
-  return policy == Policy::other || policy == Policy::batch;
-}
+bool has_nice(Policy policy) noexcept { return policy == Policy::other || policy == Policy::batch; }
 
 std::string cpu_list(const std::vector<std::uint32_t>& cpus) {
   std::string text;
@@ -121,7 +119,8 @@ int set_affinity(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
   if (set == nullptr) return ENOMEM;
   const std::size_t size = CPU_ALLOC_SIZE(count);
   CPU_ZERO_S(size, set.get());
-  for (const std::uint32_t cpu : cpus) CPU_SET_S(cpu, size, set.get());
+  for (const std::uint32_t cpu : cpus)
+    CPU_SET_S(cpu, size, set.get());
   return sched_setaffinity(static_cast<pid_t>(tid), size, set.get()) == 0 ? 0 : errno;
 }
 

@@ -3,6 +3,7 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/trace.hpp>
+
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -16,10 +17,10 @@ struct SchedRequest {
   std::string reason;  // the kernel's word and the remedy
 };
 
-// Asks for the parameters of a thread of this process (0: the caller). Affinity first: a thread under
-// SCHED_DEADLINE can no longer change it. Real-time threads get SCHED_RESET_ON_FORK, so that threads
-// they create do not inherit what they were not given, and so that DEADLINE threads can create any.
-// Stops at the first refusal.
+// Asks for the parameters of a thread of this process (0: the caller). Affinity first: a thread
+// under SCHED_DEADLINE can no longer change it. Real-time threads get SCHED_RESET_ON_FORK, so that
+// threads they create do not inherit what they were not given, and so that DEADLINE threads can
+// create any. Stops at the first refusal.
 SchedRequest request(std::uint32_t tid, const ThreadParameters& parameters);
 
 // What the kernel reports otherwise than asked, each in words: "policy is SCHED_OTHER instead of

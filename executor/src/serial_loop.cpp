@@ -1,16 +1,20 @@
 #include "serial_loop.hpp"
 
-#include <algorithm>
 #include <cie/tracepoints/trace.hpp>
+
+#include <algorithm>
 
 namespace cie::executor {
 namespace {
 
 WakeupReason reason_of(WaitResult result, bool is_guard) noexcept {
   switch (result) {
-    case WaitResult::timeout: return WakeupReason::timer;
-    case WaitResult::signalled: return is_guard ? WakeupReason::guard : WakeupReason::data;
-    default: return WakeupReason::spurious;
+    case WaitResult::timeout:
+      return WakeupReason::timer;
+    case WaitResult::signalled:
+      return is_guard ? WakeupReason::guard : WakeupReason::data;
+    default:
+      return WakeupReason::spurious;
   }
 }
 
@@ -33,7 +37,8 @@ void SerialLoop::add(std::shared_ptr<Callback> callback) {
 }
 
 void SerialLoop::remove(const std::vector<std::shared_ptr<Callback>>& callbacks) {
-  for (const auto& callback : callbacks) callback->serve(nullptr);
+  for (const auto& callback : callbacks)
+    callback->serve(nullptr);
   std::unique_lock lock{mutex_};
   std::erase_if(wanted_, [&callbacks](const auto& callback) {
     return std::ranges::find(callbacks, callback) != callbacks.end();
@@ -82,7 +87,8 @@ bool SerialLoop::pass() {
 
 std::int64_t SerialLoop::next_due() const noexcept {
   std::int64_t next = kNever;
-  for (const auto& callback : served_) next = std::min(next, callback->next_due());
+  for (const auto& callback : served_)
+    next = std::min(next, callback->next_due());
   return next;
 }
 

@@ -1,6 +1,9 @@
 // Callbacks served one after the other by one thread.
 #pragma once
 
+#include "loop.hpp"
+#include "wakeup.hpp"
+
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -9,14 +12,11 @@
 #include <thread>
 #include <vector>
 
-#include "loop.hpp"
-#include "wakeup.hpp"
-
 namespace cie::executor {
 
-// The dispatch of a callback's own thread, of a group's, and of the single-threaded executor. Between
-// wake-up and callback it takes no lock and allocates nothing: the set of callbacks is the thread's
-// own copy, renewed when a counter says so.
+// The dispatch of a callback's own thread, of a group's, and of the single-threaded executor.
+// Between wake-up and callback it takes no lock and allocates nothing: the set of callbacks is the
+// thread's own copy, renewed when a counter says so.
 class SerialLoop final : public Loop {
  public:
   explicit SerialLoop(FailureSink& failures) : failures_(failures) {}

@@ -5,8 +5,7 @@
 namespace cie::executor {
 
 SubscriptionCallback::SubscriptionCallback(std::shared_ptr<GroupState> group,
-                                           trace::CallbackInfo info,
-                                           std::unique_ptr<Reader> reader,
+                                           trace::CallbackInfo info, std::unique_ptr<Reader> reader,
                                            const dds_topic_descriptor& type,
                                            MessageFunction function)
     : Callback(std::move(group), std::move(info)),

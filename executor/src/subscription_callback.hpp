@@ -2,14 +2,15 @@
 #pragma once
 
 #include <cie/executor/subscription.hpp>
-#include <atomic>
-#include <cstdint>
-#include <memory>
-#include <utility>
 
 #include "callback.hpp"
 #include "clock.hpp"
 #include "reader.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <utility>
 
 namespace cie::executor {
 
@@ -29,8 +30,7 @@ class SubscriptionCallback final : public Callback {
   using Message = std::shared_ptr<void>;
   enum class Spare : std::uint8_t { there, lent, moving };
   struct Lent {
-    explicit Lent(SubscriptionCallback& lender)
-        : owner(lender), message(lender.borrow_message()) {}
+    explicit Lent(SubscriptionCallback& lender) : owner(lender), message(lender.borrow_message()) {}
     Lent(const Lent&) = delete;
     Lent& operator=(const Lent&) = delete;
     ~Lent() { owner.give_back(std::move(message)); }

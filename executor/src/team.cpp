@@ -1,11 +1,11 @@
 #include "team.hpp"
 
-#include <algorithm>
-#include <utility>
-
 #include "clock.hpp"
 #include "sched_parameters.hpp"
 #include "threads.hpp"
+
+#include <algorithm>
+#include <utility>
 
 namespace cie::executor {
 
@@ -48,8 +48,8 @@ std::vector<ParameterProblem> ThreadConfigurator::configure(trace::Thread& threa
   std::vector<ParameterProblem> found;
   if (entry == nullptr) return found;
   if (outcome.error != 0) {
-    found.push_back(problem(*entry, name, outcome.error,
-                            "cannot set " + outcome.what + ": " + outcome.reason));
+    found.push_back(
+        problem(*entry, name, outcome.error, "cannot set " + outcome.what + ": " + outcome.reason));
   } else if (!reported) {
     found.push_back(problem(*entry, name, 0, "the thread ended before it could be read back"));
   } else {
@@ -57,7 +57,8 @@ std::vector<ParameterProblem> ThreadConfigurator::configure(trace::Thread& threa
       found.push_back(problem(*entry, name, 0, "read back after setting: " + difference));
     }
   }
-  for (const ParameterProblem& each : found) report(each);
+  for (const ParameterProblem& each : found)
+    report(each);
   return found;
 }
 
@@ -145,7 +146,8 @@ void Team::stop() {
     const std::lock_guard lock{mutex_};
     callbacks.swap(callbacks_);
   }
-  for (const auto& callback : callbacks) callback->serve(nullptr);
+  for (const auto& callback : callbacks)
+    callback->serve(nullptr);
 }
 
 void Team::join() {

@@ -4,6 +4,9 @@
 #include <cie/executor/executor.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "loop.hpp"
+
 #include <condition_variable>
 #include <exception>
 #include <memory>
@@ -11,8 +14,6 @@
 #include <string>
 #include <thread>
 #include <vector>
-
-#include "loop.hpp"
 
 namespace cie::executor {
 

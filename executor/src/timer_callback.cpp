@@ -30,10 +30,9 @@ void TimerCallback::serve(ReadySink* sink) {
 bool TimerCallback::execute_one() {
   const auto release = schedule_.take(monotonic_now());
   if (!release) return false;
-  const Instance instance{*this,
-                          {.kind = ReleaseKind::timer,
-                           .release_ns = release->expiry_ns,
-                           .missed = release->missed}};
+  const Instance instance{
+      *this,
+      {.kind = ReleaseKind::timer, .release_ns = release->expiry_ns, .missed = release->missed}};
   function_();
   return true;
 }

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cie/executor/timer.hpp>
-#include <functional>
 
 #include "callback.hpp"
 #include "timer_schedule.hpp"
+
+#include <functional>
 
 namespace cie::executor {
 

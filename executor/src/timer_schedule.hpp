@@ -1,12 +1,12 @@
 // The arithmetic of a periodic timer, without a clock of its own.
 #pragma once
 
+#include "clock.hpp"
+
 #include <atomic>
 #include <cstdint>
 #include <limits>
 #include <optional>
-
-#include "clock.hpp"
 
 namespace cie::executor {
 

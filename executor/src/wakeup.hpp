@@ -1,6 +1,8 @@
 // How one thread sleeps and others wake it: one futex word, with an absolute timeout.
 #pragma once
 
+#include "clock.hpp"
+
 #include <atomic>
 #include <cerrno>
 #include <cstdint>
@@ -9,8 +11,6 @@
 #include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
-
-#include "clock.hpp"
 
 namespace cie::executor {
 
@@ -43,9 +43,9 @@ class Wakeup {
       timeout.tv_sec = deadline_ns / 1'000'000'000;
       timeout.tv_nsec = deadline_ns % 1'000'000'000;
     }
-    const auto status = syscall(SYS_futex, address(), FUTEX_WAIT_BITSET_PRIVATE, kWaiting,
-                                deadline_ns == kNever ? nullptr : &timeout, nullptr,
-                                FUTEX_BITSET_MATCH_ANY);
+    const auto status =
+        syscall(SYS_futex, address(), FUTEX_WAIT_BITSET_PRIVATE, kWaiting,
+                deadline_ns == kNever ? nullptr : &timeout, nullptr, FUTEX_BITSET_MATCH_ANY);
     const bool is_timeout = status == -1 && errno == ETIMEDOUT;
     if (word_.exchange(kIdle, std::memory_order_acq_rel) == kSignalled) {
       return WaitResult::signalled;

@@ -1,12 +1,12 @@
 #include "writer.hpp"
 
-#include <mutex>
-#include <utility>
-
 #include "context_state.hpp"
 #include "dds_qos.hpp"
 #include "delivery.hpp"
 #include "names.hpp"
+
+#include <mutex>
+#include <utility>
 
 namespace cie::executor {
 namespace {

@@ -4,13 +4,14 @@
 #include <cie/executor/publisher.hpp>
 #include <cie/executor/qos.hpp>
 #include <cie/tracepoints/trace.hpp>
+
+#include "dds_entity.hpp"
+#include "pi_mutex.hpp"
+
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
-
-#include "dds_entity.hpp"
-#include "pi_mutex.hpp"
 
 namespace cie::executor {
 

@@ -8,7 +8,11 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <functional>
+#include <future>
+#include <iterator>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 #include <sys/stat.h>
@@ -25,6 +29,36 @@ constexpr milliseconds kTick{100};
 constexpr milliseconds kLookInterval{200};
 constexpr seconds kCheckInterval{1};
 constexpr std::uintmax_t kLowSpace = 64 << 20;
+constexpr std::uintmax_t kNoSpace = 1 << 20;
+constexpr seconds kPatience{150};
+constexpr seconds kPatienceOnAFullDisk{5};
+
+// What LTTng says at the end of a session.
+struct Ending {
+  std::vector<ChannelLoss> losses;
+  std::vector<std::string> problems;
+};
+
+void attempt(std::vector<std::string>& problems, const std::function<void()>& step) {
+  try {
+    step();
+  } catch (const std::exception& error) {
+    problems.emplace_back(error.what());
+  }
+}
+
+// Every step is tried whatever became of the one before: a partial recording is worth keeping.
+Ending end(TracingSession& session) {
+  Ending ending;
+  attempt(ending.problems, [&] {
+    if (!session.stop()) {
+      ending.problems.emplace_back("the last buffers were not written within a minute");
+    }
+  });
+  attempt(ending.problems, [&] { ending.losses = session.losses(); });
+  attempt(ending.problems, [&] { session.destroy(); });
+  return ending;
+}
 
 bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
@@ -78,7 +112,7 @@ Recording::Recording(Options options) {
     daemon_ = std::make_unique<SessionDaemon>(manifest_.options.daemon);
     manifest_.session =
         "cie-record-" + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
-    session_ = std::make_unique<TracingSession>(manifest_.session, manifest_.options);
+    session_ = std::make_shared<TracingSession>(manifest_.session, manifest_.options);
     manifest_.begin = now();
     session_->start();
   } catch (...) {
@@ -217,29 +251,37 @@ void Recording::watch_health() {
   }
 }
 
-// Every step is tried whatever became of the one before: a partial recording is worth keeping.
 void Recording::finish() {
-  const auto attempt = [this](auto&& step) {
-    try {
-      step();
-    } catch (const std::exception& error) {
-      problem(error.what());
-    }
-  };
   if (!is_daemon_lost_) {
-    attempt([this] {
-      if (!session_->stop()) {
-        problem("the last buffers were not written within a minute");
-      }
-    });
-    attempt([this] { manifest_.losses = session_->losses(); });
-    attempt([this] { session_->destroy(); });
+    end_session();
   }
   manifest_.end = now();
   session_.reset();
   daemon_.reset();
-  attempt([this] { check_files(); });
-  attempt([this] { write_manifest(manifest_); });
+  attempt(manifest_.problems, [this] { check_files(); });
+  attempt(manifest_.problems, [this] { write_manifest(manifest_); });
+}
+
+// liblttng-ctl waits without limit, and on a full disk a consumer daemon may spin instead of
+// answering. So a thread waits for LTTng, and this one for the thread, but not for ever.
+void Recording::end_session() {
+  std::error_code error;
+  const fs::space_info space = fs::space(manifest_.options.directory, error);
+  const seconds patience = !error && space.available < kNoSpace ? kPatienceOnAFullDisk : kPatience;
+  std::packaged_task<Ending()> task([session = session_] { return end(*session); });
+  std::future<Ending> ending = task.get_future();
+  std::thread worker(std::move(task));
+  if (ending.wait_for(patience) == std::future_status::ready) {
+    worker.join();
+    Ending result = ending.get();
+    manifest_.losses = std::move(result.losses);
+    std::ranges::move(result.problems, std::back_inserter(manifest_.problems));
+    return;
+  }
+  problem("LTTng did not end the session within " + std::to_string(patience.count()) +
+          " s (is the disk full?)");
+  daemon_->abandon();
+  worker.detach();  // it has its share of the session, and ends with its connection or this process
 }
 
 void Recording::check_files() {

@@ -39,6 +39,7 @@ class Recording {
   void look_for_applications(Clock::time_point since, bool has_command);
   void watch_health();
   void finish();
+  void end_session();
   void check_files();
   void print_summary() const;
   void show_progress();
@@ -48,7 +49,7 @@ class Recording {
   Signals signals_;
   Manifest manifest_;
   std::unique_ptr<SessionDaemon> daemon_;
-  std::unique_ptr<TracingSession> session_;
+  std::shared_ptr<TracingSession> session_;  // shared with a thread that waits for LTTng
   bool is_directory_ours_ = false;
   bool is_daemon_lost_ = false;
   bool has_warned_of_registration_ = false;

@@ -126,6 +126,15 @@ SessionDaemon::~SessionDaemon() {
 
 bool SessionDaemon::is_alive() const { return lttng_session_daemon_alive() == 1; }
 
+void SessionDaemon::abandon() noexcept {
+  if (process_ && !process_->poll()) {
+    kill(-process_->pid(), SIGKILL);  // it leads a process group
+    wait_for_end(process_->pid(), process_);
+  }
+  process_.reset();
+  lock_.reset();
+}
+
 void SessionDaemon::start_own() {
   // Short, because it is part of the names of Unix sockets (108 bytes).
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");

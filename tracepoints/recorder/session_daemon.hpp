@@ -26,6 +26,10 @@ class SessionDaemon {
 
   bool is_alive() const;
 
+  // For a daemon that does not answer any more: kills it and its consumer daemons if this object
+  // started them, and lets go of it otherwise. The destructor then leaves it alone.
+  void abandon() noexcept;
+
  private:
   void start_own();
   void find_or_start_shared();

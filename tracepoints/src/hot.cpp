@@ -36,7 +36,7 @@ std::int64_t realtime_ns() noexcept {
 
 void Callback::release(std::uint64_t overwritten) noexcept {
   CallbackState& state = *state_;
-  const std::uint64_t seq = state.released.fetch_add(1, std::memory_order_relaxed) + 1;
+  const std::uint64_t seq = state.released.fetch_add(1, std::memory_order_relaxed);
   std::uint64_t seen = state.overwritten.load(std::memory_order_relaxed);
   while (overwritten > seen &&
          !state.overwritten.compare_exchange_weak(seen, overwritten, std::memory_order_relaxed)) {

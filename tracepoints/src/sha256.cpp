@@ -1,13 +1,14 @@
-#include <openssl/evp.h>
+#include <cie/tracepoints/sha256.hpp>
 
 #include <array>
-#include <cie/tracepoints/sha256.hpp>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <memory>
 #include <new>
 #include <system_error>
+
+#include <openssl/evp.h>
 
 namespace cie {
 namespace {

@@ -31,12 +31,12 @@ class TreeBuilder : public YAML::EventHandler {
  public:
   explicit TreeBuilder(std::string_view file) : file_(file) {}
 
-  std::shared_ptr<const Node> take_root() { return std::move(root_); }
+  std::shared_ptr<const TreeNode> take_root() { return std::move(root_); }
 
   void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
-    add(make(Node::Kind::null, mark, anchor));
+    add(make(TreeNode::Kind::null, mark, anchor));
   }
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto target = anchors_.find(anchor);
@@ -50,46 +50,48 @@ class TreeBuilder : public YAML::EventHandler {
   }
   void OnScalar(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
                 const std::string& value) override {
-    auto node = make(Node::Kind::scalar, mark, anchor);
+    auto node = make(TreeNode::Kind::scalar, mark, anchor);
     node->text = value;
     add(node);
   }
   void OnSequenceStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
                        YAML::EmitterStyle::value /*style*/) override {
-    begin(make(Node::Kind::sequence, mark, anchor));
+    begin(make(TreeNode::Kind::sequence, mark, anchor));
   }
   void OnSequenceEnd() override { open_.pop_back(); }
   void OnMapStart(const YAML::Mark& mark, const std::string& /*tag*/, YAML::anchor_t anchor,
                   YAML::EmitterStyle::value /*style*/) override {
-    begin(make(Node::Kind::map, mark, anchor));
+    begin(make(TreeNode::Kind::map, mark, anchor));
   }
   void OnMapEnd() override { open_.pop_back(); }
 
  private:
-  std::shared_ptr<Node> make(Node::Kind kind, const YAML::Mark& mark, YAML::anchor_t anchor) {
-    auto node = std::make_shared<Node>();
+  std::shared_ptr<TreeNode> make(TreeNode::Kind kind, const YAML::Mark& mark,
+                                 YAML::anchor_t anchor) {
+    auto node = std::make_shared<TreeNode>();
     node->kind = kind;
     node->line = line_of(mark);
     if (anchor != 0) anchors_[anchor] = node;
     return node;
   }
-  void add(const std::shared_ptr<Node>& node) {
+  void add(const std::shared_ptr<TreeNode>& node) {
     if (open_.empty()) {
       root_ = node;
     } else {
       open_.back()->items.push_back(node);
     }
   }
-  void begin(const std::shared_ptr<Node>& node) {
+  void begin(const std::shared_ptr<TreeNode>& node) {
     if (open_.size() == kMaxDepth) fail_at(file_, node->line, "nested too deeply; flatten it");
     add(node);
     open_.push_back(node);
   }
 
   std::string_view file_;
-  std::shared_ptr<const Node> root_;
-  std::vector<std::shared_ptr<Node>> open_;  // sequences and maps not yet ended, outermost first
-  std::map<YAML::anchor_t, std::shared_ptr<Node>> anchors_;
+  std::shared_ptr<const TreeNode> root_;
+  std::vector<std::shared_ptr<TreeNode>>
+      open_;  // sequences and maps not yet ended, outermost first
+  std::map<YAML::anchor_t, std::shared_ptr<TreeNode>> anchors_;
 };
 
 // Length of the UTF-8 sequence at the front of `text`; 0 if it is none (RFC 3629).
@@ -143,15 +145,15 @@ std::optional<std::int64_t> parse_integer(std::string_view text) {
   return value;
 }
 
-std::string_view kind_name(Node::Kind kind) {
+std::string_view kind_name(TreeNode::Kind kind) {
   switch (kind) {
-    case Node::Kind::null:
+    case TreeNode::Kind::null:
       return "nothing";
-    case Node::Kind::scalar:
+    case TreeNode::Kind::scalar:
       return "a single value";
-    case Node::Kind::sequence:
+    case TreeNode::Kind::sequence:
       return "a list";
-    case Node::Kind::map:
+    case TreeNode::Kind::map:
       return "a map";
   }
   return "";
@@ -171,7 +173,7 @@ Value Value::of_entry(std::string_view entry) const {
 }
 
 const std::string& Value::text(std::string_view what) const {
-  if (node_->kind != Node::Kind::scalar) {
+  if (node_->kind != TreeNode::Kind::scalar) {
     fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) + "; write a single value");
   }
   if (std::ranges::any_of(node_->text, is_control)) {
@@ -181,7 +183,7 @@ const std::string& Value::text(std::string_view what) const {
 }
 
 std::vector<Value> Value::items(std::string_view what) const {
-  if (node_->kind != Node::Kind::sequence) {
+  if (node_->kind != TreeNode::Kind::sequence) {
     fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) + "; write a list");
   }
   std::vector<Value> values;
@@ -192,7 +194,7 @@ std::vector<Value> Value::items(std::string_view what) const {
 }
 
 std::vector<std::pair<std::string, Value>> Value::fields(std::string_view what) const {
-  if (node_->kind != Node::Kind::map) {
+  if (node_->kind != TreeNode::Kind::map) {
     fail(in_quotes(what) + " is " + std::string(kind_name(node_->kind)) +
          "; write a map of \"key: value\" lines");
   }
@@ -217,7 +219,7 @@ std::int64_t Value::integer(std::string_view what, std::int64_t min, std::int64_
   fail(in_quotes(what) + " is " + in_quotes(node_->text) + remedy);
 }
 
-std::shared_ptr<const Node> parse(std::string_view text, std::string_view file) {
+std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view file) {
   check_is_text(text, file);
   // yaml-cpp takes a quoted text that the file's end cuts off as complete if a line break precedes
   // the end, so it does not get to see that.

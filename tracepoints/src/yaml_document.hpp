@@ -13,24 +13,25 @@
 
 namespace cie::yaml {
 
-struct Node {
+struct TreeNode {
   enum class Kind : std::uint8_t { null, scalar, sequence, map };
   Kind kind = Kind::null;
   int line = 1;
-  std::string text;                                // of a scalar
-  std::vector<std::shared_ptr<const Node>> items;  // of a sequence; of a map: key, value, key, …
+  std::string text;  // of a scalar
+  std::vector<std::shared_ptr<const TreeNode>>
+      items;  // of a sequence; of a map: key, value, key, …
 };
 
 // One value of the document and what it belongs to. Cheap to copy; valid as long as its Document.
 // Every function that expects a shape throws SpecError when it finds another.
 class Value {
  public:
-  Value(const Node& node, std::string_view file) : node_(&node), file_(file) {}
+  Value(const TreeNode& node, std::string_view file) : node_(&node), file_(file) {}
 
   int line() const noexcept { return node_->line; }
-  bool is_null() const noexcept { return node_->kind == Node::Kind::null; }
+  bool is_null() const noexcept { return node_->kind == TreeNode::Kind::null; }
   bool is_empty_sequence() const noexcept {
-    return node_->kind == Node::Kind::sequence && node_->items.empty();
+    return node_->kind == TreeNode::Kind::sequence && node_->items.empty();
   }
 
   // `what` names the value in messages: "affinity".
@@ -48,13 +49,13 @@ class Value {
   [[noreturn]] void fail(std::string_view message) const;
 
  private:
-  const Node* node_;
+  const TreeNode* node_;
   std::string_view file_;
   std::string entry_;
 };
 
 // Parses exactly one document. Throws SpecError for anything else: other encodings than UTF-8,
 // control characters, more than 4 MiB, nesting beyond 64, bad syntax, a second document.
-std::shared_ptr<const Node> parse(std::string_view text, std::string_view file);
+std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view file);
 
 }  // namespace cie::yaml

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <utility>
 
+#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace cie::cli {
@@ -68,32 +69,53 @@ std::vector<std::string> option_names(const CLI::App& app) {
 
 }  // namespace
 
-CommandLine::CommandLine(const HelpText& help) : app_(help.description) {
+CommandLine::CommandLine(const HelpText& help)
+    : app_(std::make_unique<CLI::App>(help.description)) {
   constexpr std::size_t kOptionColumn = 26;
-  app_.footer(help.footer);
-  app_.formatter(std::make_shared<UsageFirst>(help.usage));
-  app_.get_formatter()->column_width(kOptionColumn);
-  app_.get_formatter()->label("Positionals", "Arguments");
-  app_.set_help_flag("-h,--help", "Print this help");
-  app_.allow_extras();  // judged below, with a suggestion
+  app_->footer(help.footer);
+  app_->formatter(std::make_shared<UsageFirst>(help.usage));
+  app_->get_formatter()->column_width(kOptionColumn);
+  app_->get_formatter()->label("Positionals", "Arguments");
+  app_->set_help_flag("-h,--help", "Print this help");
+  app_->allow_extras();  // judged below, with a suggestion
+}
+
+CommandLine::~CommandLine() = default;
+
+void CommandLine::traces(std::vector<std::filesystem::path>& value) {
+  app_->add_option("TRACE", value, "Directories of recordings (CTF traces below them)")
+      ->type_name("");
+}
+
+void CommandLine::argument(const std::string& name, std::string& value, const std::string& help) {
+  app_->add_option(name, value, help)->type_name("");
+}
+
+void CommandLine::option(const std::string& names, const std::string& type, std::string& value,
+                         const std::string& help) {
+  app_->add_option(names, value, help)->type_name(type);
+}
+
+void CommandLine::flag(const std::string& name, bool& value, const std::string& help) {
+  app_->add_flag(name, value, help);
 }
 
 bool CommandLine::parse(const Arguments& arguments) {
   try {
-    app_.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+    app_->parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::CallForHelp&) {
     viewer_export::OutputFile out("-");
-    out.stream() << app_.help();
+    out.stream() << app_->help();
     out.commit();
     return false;
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }
-  const auto unknown = app_.remaining();
+  const auto unknown = app_->remaining();
   if (!unknown.empty()) {
     const auto name = unknown.front().substr(0, unknown.front().find('='));
     throw UsageError(
-        fmt::format("unknown option \"{}\"{}", name, suggestion(name, option_names(app_))));
+        fmt::format("unknown option \"{}\"{}", name, suggestion(name, option_names(*app_))));
   }
   return true;
 }

@@ -4,13 +4,15 @@
 #include "commands.hpp"
 
 #include <filesystem>
-#include <initializer_list>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace cie::cli {
 
@@ -27,16 +29,27 @@ struct HelpText {
   std::string footer;       // examples and exit codes
 };
 
+// Declare what there is, then parse. The values are borrowed until then; what they hold before is
+// the default. CLI11 stays behind it, which keeps the subcommands quick to compile.
 class CommandLine {
  public:
   explicit CommandLine(const HelpText& help);
+  ~CommandLine();
+  CommandLine(const CommandLine&) = delete;
+  CommandLine& operator=(const CommandLine&) = delete;
 
-  CLI::App& app() noexcept { return app_; }
+  void traces(std::vector<std::filesystem::path>& value);  // TRACE...
+  void argument(const std::string& name, std::string& value, const std::string& help);
+  // `names` as in "-o,--output"; `type` stands for the value in the help.
+  void option(const std::string& names, const std::string& type, std::string& value,
+              const std::string& help);
+  void flag(const std::string& name, bool& value, const std::string& help);
+
   // False: help was asked for and printed. Throws UsageError; a misspelt option gets a suggestion.
   bool parse(const Arguments& arguments);
 
  private:
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
 };
 
 // The candidate that `word` was probably meant to be; empty if none is near.

@@ -51,14 +51,10 @@ int export_command(const Arguments& arguments) {
   std::string target = "-";
   bool is_compressed = false;
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
-  line.app()
-      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
-      ->type_name("");
-  line.app().add_option("--to", viewer, "The viewer: perfetto")->type_name("VIEWER");
-  line.app()
-      .add_option("-o,--output", target, "Write to FILE instead of standard output")
-      ->type_name("FILE");
-  line.app().add_flag("--gzip", is_compressed, "Compress the file");
+  line.traces(traces);
+  line.option("--to", "VIEWER", viewer, "The viewer: perfetto");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  line.flag("--gzip", is_compressed, "Compress the file");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;

@@ -54,9 +54,8 @@ class Progress final : public analysis::Observer {
 }  // namespace
 
 ReaderOption::ReaderOption(CommandLine& line) {
-  line.app()
-      .add_option("--reader", choice_, "Who decodes the traces: native (default) or babeltrace2")
-      ->type_name("READER");
+  line.option("--reader", "READER", choice_,
+              "Who decodes the traces: native (default) or babeltrace2");
 }
 
 analysis::Reader ReaderOption::value() const {

@@ -27,15 +27,9 @@ int instances_command(const Arguments& arguments) {
   std::string target = "-";
   std::string format = "csv";
   CommandLine line({"cie instances TRACE... [OPTIONS]", kDescription, kFooter});
-  line.app()
-      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
-      ->type_name("");
-  line.app()
-      .add_option("-f,--format", format, "csv (default) or jsonl (JSON Lines)")
-      ->type_name("FORMAT");
-  line.app()
-      .add_option("-o,--output", target, "Write to FILE instead of standard output")
-      ->type_name("FILE");
+  line.traces(traces);
+  line.option("-f,--format", "FORMAT", format, "csv (default) or jsonl (JSON Lines)");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;

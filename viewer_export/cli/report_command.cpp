@@ -30,16 +30,10 @@ int report_command(const Arguments& arguments) {
   std::string target = "-";
   std::string format = "text";
   CommandLine line({"cie report TRACE... [OPTIONS]", kDescription, kFooter});
-  line.app()
-      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
-      ->type_name("");
-  line.app()
-      .add_option("--spec", spec_file, "Scheduling spec (YAML) that names the chains")
-      ->type_name("FILE");
-  line.app().add_option("-f,--format", format, "text (default), json or csv")->type_name("FORMAT");
-  line.app()
-      .add_option("-o,--output", target, "Write to FILE instead of standard output")
-      ->type_name("FILE");
+  line.traces(traces);
+  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) that names the chains");
+  line.option("-f,--format", "FORMAT", format, "text (default), json or csv");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;

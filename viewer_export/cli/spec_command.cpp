@@ -27,8 +27,8 @@ int spec_command(const Arguments& arguments) {
   std::string action;
   std::string file;
   CommandLine line({"cie spec check FILE", kDescription, kFooter});
-  line.app().add_option("ACTION", action, "check")->type_name("");
-  line.app().add_option("FILE", file, "Scheduling spec (YAML)")->type_name("");
+  line.argument("ACTION", action, "check");
+  line.argument("FILE", file, "Scheduling spec (YAML)");
   if (!line.parse(arguments)) {
     return ok;
   }

@@ -48,28 +48,17 @@ int verify_command(const Arguments& arguments) {
   bool is_listing = false;
   analysis::AnalysisOptions options;
   CommandLine line({"cie verify TRACE... [OPTIONS]", kDescription, kFooter});
-  line.app()
-      .add_option("TRACE", traces, "Directories of recordings (CTF traces below them)")
-      ->type_name("");
-  line.app()
-      .add_option("--spec", spec_file, "Scheduling spec (YAML) to judge by")
-      ->type_name("FILE");
-  line.app().add_option("-f,--format", format, "text (default) or json")->type_name("FORMAT");
-  line.app()
-      .add_option("-o,--output", target, "Write to FILE instead of standard output")
-      ->type_name("FILE");
-  line.app()
-      .add_option("--inconclusive", inconclusive_choice,
-                  "warn: exit 0 when inconclusive; fail: exit 1")
-      ->type_name("HOW");
-  line.app().add_flag("--require-lossless", options.require_lossless,
-                      "Any lost event is a violation (T2)");
-  line.app().add_flag("--allow-crash", options.allow_crash,
-                      "A process that did not end cleanly is no objection (T4)");
-  line.app()
-      .add_option("--explain", explained, "Print the page of a rule, for instance M2")
-      ->type_name("ID");
-  line.app().add_flag("--list-rules", is_listing, "Print all rules");
+  line.traces(traces);
+  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge by");
+  line.option("-f,--format", "FORMAT", format, "text (default) or json");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  line.option("--inconclusive", "HOW", inconclusive_choice,
+              "warn: exit 0 when inconclusive; fail: exit 1");
+  line.flag("--require-lossless", options.require_lossless, "Any lost event is a violation (T2)");
+  line.flag("--allow-crash", options.allow_crash,
+            "A process that did not end cleanly is no objection (T4)");
+  line.option("--explain", "ID", explained, "Print the page of a rule, for instance M2");
+  line.flag("--list-rules", is_listing, "Print all rules");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;

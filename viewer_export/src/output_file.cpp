@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <streambuf>
 #include <string>
 #include <system_error>
@@ -72,16 +73,14 @@ fs::path directory_of(const fs::path& target) {
   return parent.empty() ? fs::path(".") : parent;
 }
 
-// The mode of a file that is replaced, else what open() would give a new one.
-mode_t mode_for(const fs::path& target) {
-  struct stat status {};
-  if (::stat(target.c_str(), &status) == 0) {
-    return status.st_mode & 07777U;
-  }
-  const mode_t mask = ::umask(0);
-  ::umask(mask);
-  return 0666U & ~mask;
+// What the temporary file is called beside its target when it needs a name.
+fs::path temporary_name(const fs::path& target, int attempt) {
+  constexpr std::size_t kKept = 200;  // of the target's name; the longest name has 255 bytes
+  return directory_of(target) / ("." + target.filename().string().substr(0, kKept) + "." +
+                                 std::to_string(::getpid()) + "." + std::to_string(attempt));
 }
+
+constexpr int kMostAttempts = 100;
 
 }  // namespace
 
@@ -97,6 +96,12 @@ struct OutputFile::State {
 
   ~State() { discard(); }
 
+  void tell_listener(const fs::path& path) const {
+    if (listener) {
+      listener(path);
+    }
+  }
+
   void open_direct(const char* name) {
     owned = FileDescriptor{::open(name, O_WRONLY | O_CLOEXEC | O_NOCTTY)};
     if (!owned.is_open()) {
@@ -106,46 +111,47 @@ struct OutputFile::State {
   }
 
   void open_temporary() {
+    constexpr mode_t kMode = 0666;  // the umask applies
     const auto directory = directory_of(target);
-    const auto mode = mode_for(target);
-    owned = FileDescriptor{::open(directory.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, mode)};
-    if (!owned.is_open()) {
-      name_temporary(directory);
+    owned = FileDescriptor{::open(directory.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kMode)};
+    for (int k = 0; !owned.is_open() && k < kMostAttempts; ++k) {
+      // A file system that knows no nameless files.
+      const auto name = temporary_name(target, k);
+      owned = FileDescriptor{::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, kMode)};
+      if (owned.is_open()) {
+        temporary = name;
+      } else if (errno != EEXIST) {
+        break;
+      }
     }
-    descriptor = owned.get();
-    ::fchmod(descriptor, mode);  // best effort: the umask applied to the creation
-  }
-
-  // For file systems that know no nameless files.
-  void name_temporary(const fs::path& directory) {
-    std::string name = (directory / ("." + target.filename().string() + ".XXXXXX")).string();
-    owned = FileDescriptor{::mkostemp(name.data(), O_CLOEXEC)};
     if (!owned.is_open()) {
       throw_write_error("cannot create " + object, errno);
     }
-    temporary = name;
-    if (listener) {
-      listener(temporary);
+    descriptor = owned.get();
+    if (!temporary.empty()) {
+      tell_listener(temporary);
+    }
+    struct stat replaced {};
+    if (::stat(target.c_str(), &replaced) == 0) {
+      ::fchmod(descriptor, replaced.st_mode & 07777U);  // best effort
     }
   }
 
   // A nameless file cannot replace another in one step: it is linked beside it, then renamed.
   void give_name() {
     const std::string self = "/proc/self/fd/" + std::to_string(descriptor);
-    for (int attempt = 0; attempt < 100; ++attempt) {
-      temporary =
-          directory_of(target) / ("." + target.filename().string() + "." +
-                                  std::to_string(::getpid()) + "." + std::to_string(attempt));
-      if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, temporary.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+    for (int k = 0; k < kMostAttempts; ++k) {
+      const auto name = temporary_name(target, k);
+      if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+        temporary = name;
+        tell_listener(temporary);
         return;
       }
       if (errno != EEXIST) {
         break;
       }
     }
-    const int error = errno;
-    temporary.clear();
-    throw_write_error("cannot create " + object, error);
+    throw_write_error("cannot create " + object, errno);
   }
 
   void put_in_place() {
@@ -156,9 +162,7 @@ struct OutputFile::State {
       throw_write_error("cannot replace " + object, errno);
     }
     temporary.clear();
-    if (listener) {
-      listener({});
-    }
+    tell_listener({});
   }
 
   void discard() noexcept {
@@ -166,9 +170,7 @@ struct OutputFile::State {
       ::unlink(temporary.c_str());
       temporary.clear();
       try {
-        if (listener) {
-          listener({});
-        }
+        tell_listener({});
       } catch (...) {  // a destructor has nobody to tell
       }
     }

@@ -37,7 +37,8 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
   return result;
 }
 
-std::string window_text(const analysis::TraceSummary& trace) {
+std::string window_text(const Report& report) {
+  const auto& trace = report.trace;
   std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
                                               : std::string("unknown length");
   text +=
@@ -48,6 +49,9 @@ std::string window_text(const analysis::TraceSummary& trace) {
   text += trace.lost_events
               ? fmt::format(", {} reported lost", counted(*trace.lost_events, "event"))
               : std::string(", whole packets lost (events in them unknown)");
+  if (report.callbacks.empty()) {
+    return text;  // nothing that could be complete
+  }
   return text + (trace.complete ? "; the recording is complete"
                                 : "; the recording is NOT complete: see the defects below");
 }
@@ -58,7 +62,7 @@ std::string header(const Report& report, const TextStyle& style) {
     text += fmt::format("{:<{}}{}\n", text.empty() ? "Trace" : "", kLabelWidth,
                         elide(printable(path), style.columns - kLabelWidth));
   }
-  text += labelled("Window", window_text(report.trace), style);
+  text += labelled("Window", window_text(report), style);
   std::string label = "Processes";
   for (const auto& process : report.processes) {
     text += fmt::format("{:<{}}{}\n", label, kLabelWidth,
@@ -99,7 +103,7 @@ std::string verdict_line(const analysis::VerdictReport& verdicts, const TextStyl
   } else {
     text = fmt::format("PASS: {} checked, none violated", counted(passed.count, "rule"));
   }
-  text += ". Evidence: cie verify";
+  text += ". Evidence: cie verify TRACE";
   const Look look = failed.count > 0 ? Look::bad : open.count == 0 ? Look::good : Look::doubtful;
   return paint(labelled("Verdict", text, style), look, style);
 }

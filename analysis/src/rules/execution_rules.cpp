@@ -3,22 +3,14 @@
 #include "../subjects.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
+#include "thread_losses.hpp"
+#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <string>
 
 namespace cie::analysis {
 namespace {
-
-// The instance was still running when its process was cut off: its thread did nothing since.
-bool is_cut_by_end(const Model& model, const Proof& proof, const CallbackFacts& callback,
-                   const OpenInstance& open) {
-  if (!proof.is_interrupted(callback.process)) return false;
-  if (at(open.thread) >= model.threads.size()) return open.seq == callback.starts.last;
-  return std::ranges::all_of(
-      model.threads[at(open.thread)].ran,
-      [&open](const CallbackOnThread& pair) { return pair.last_activity.time <= open.start.time; });
-}
 
 void judge_unpaired(const Model& model, const Proof& proof, const CallbackFacts& callback,
                     Judgement& judgement) {
@@ -29,7 +21,7 @@ void judge_unpaired(const Model& model, const Proof& proof, const CallbackFacts&
   }
   if (callback.fini && !proof.is_interrupted(callback.process)) return;  // the totals tell
   for (const auto& open : callback.open) {
-    if (is_cut_by_end(model, proof, callback, open)) continue;
+    if (is_cut_by_end(model, open)) continue;
     judgement.doubt(
         evidence("callback_start", open.start,
                  "starts seq " + std::to_string(open.seq) + ", whose end was not seen"));
@@ -132,14 +124,16 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
   const Proof proof(model);
+  const ThreadLosses losses(model, proof);
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
-    Judgement judgement(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}));
-    for (const auto& pair : thread.ran) {
+    if (thread.ran.empty() && !is_isolated(thread)) continue;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    Judgement judgement(names.thread(index));
+    for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
-      judgement.overrule(proof.loss(pair.callback));
-    }
+    judgement.overrule(losses.on(index));
     if (thread.nesting) {
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {

@@ -3,6 +3,7 @@
 #include "../subjects.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
+#include "thread_losses.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -50,37 +51,23 @@ void note_missing_vtid(const RuleContext& context, std::vector<SubjectVerdict>& 
   }
 }
 
-// A lost instance of a callback that runs in a pool may have run on any thread of the pool.
-std::map<ProcessIndex, Evidence> losses_in_pools(const Model& model, const Proof& proof) {
-  std::map<ProcessIndex, Evidence> losses;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    const bool is_pooled = std::ranges::any_of(callback.ran_on, [&model](const auto& pair) {
-      return !is_isolated(thread_of(model, pair.thread));
-    });
-    if (is_pooled && proof.loss(index)) losses.emplace(callback.process, *proof.loss(index));
-  }
-  return losses;
-}
-
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
   const Proof proof(model);
-  const auto pool_losses = losses_in_pools(model, proof);
+  const ThreadLosses losses(model, proof);
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
-    if (thread.ran.empty()) continue;
-    Judgement judgement(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}));
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (thread.ran.empty() && !is_isolated(thread)) continue;
+    Judgement judgement(names.thread(index));
     for (const auto& pair : in_order(model, thread.ran)) {
       judgement.check(pair.starts);
       if (thread.ran.size() > 1) judgement.fail(started_here(model, pair));
-      judgement.doubt(proof.loss(pair.callback));
     }
-    const auto lost = pool_losses.find(thread.process);
-    if (!is_isolated(thread) && lost != pool_losses.end()) judgement.doubt(lost->second);
-    judgement.doubt(proof.unseen_callbacks(thread.process));
+    judgement.doubt(losses.on(index));
+    if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
     conclude(std::move(judgement), verdicts);
   }
   note_missing_vtid(context, verdicts);
@@ -91,7 +78,7 @@ enum class Succession : std::uint8_t { together, successive, unknown };
 
 // How two threads' lives relate. `earlier` began no later than `later`.
 Succession succession(const Model& model, const ThreadFacts& earlier, const ThreadFacts& later) {
-  const auto [begin, last_sign] = lifetime(earlier);
+  const auto last_sign = lifetime(earlier).second;
   const auto next_begin = lifetime(later).first;
   if (next_begin <= last_sign) {
     return earlier.tid == later.tid ? Succession::successive : Succession::together;
@@ -187,15 +174,51 @@ void judge_move(const Model& model, const Move& move, Judgement& judgement) {
   }
 }
 
+// There is a thread that a lost instance of the callback may have moved to or from: one announced
+// for it, or one that is not another callback's and lived only before or after one of its own.
+bool may_have_moved(const Model& model, const CallbackFacts& callback) {
+  std::optional<Timestamp> first_exit;
+  std::optional<Timestamp> last_activity;
+  for (const auto& pair : callback.ran_on) {
+    const auto& thread = thread_of(model, pair.thread);
+    const auto time = pair.last_activity.time;
+    last_activity = last_activity ? std::max(*last_activity, time) : time;
+    if (!has_exited(thread)) continue;
+    const auto exit = lifetime(thread).second;
+    first_exit = first_exit ? std::min(*first_exit, exit) : exit;
+  }
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    const bool has_run_on = std::ranges::find(callback.ran_on, index, &CallbackOnThread::thread) !=
+                            callback.ran_on.end();
+    if (thread.process != callback.process || has_run_on) continue;
+    if (is_isolated(thread)) {
+      if (is_registered_to(thread, callback)) return true;
+      continue;
+    }
+    const auto [begin, end] = lifetime(thread);
+    if (first_exit && begin > *first_exit) return true;
+    const bool is_announcement_lost = !thread.announced && thread.read_backs.count != 0;
+    if (is_announcement_lost || (!thread.announced && begin > *last_activity)) return true;
+    if (has_exited(thread) && end < *last_activity) return true;
+  }
+  return false;
+}
+
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
+  const Proof proof(model);
   std::vector<SubjectVerdict> verdicts;
   for (const auto index : callbacks_in_order(model)) {
     const auto& callback = model.callbacks[at(index)];
     if (callback.ran_on.empty()) continue;
     Judgement judgement(names.callback(index));
     judgement.check(callback.starts.count);
+    if (proof.loss(index) && may_have_moved(model, callback)) {
+      judgement.doubt(proof.loss(index));
+    }
     for (const auto& move : callback.moves)
       judge_move(model, move, judgement);
     conclude(std::move(judgement), verdicts);

@@ -84,11 +84,17 @@ std::optional<Evidence> loss_on(const RuleContext& context, const SpecChain& ask
   const auto& model = context.model;
   const std::set<std::string_view> hops(asked.callbacks.begin(), asked.callbacks.end());
   std::set<std::string_view> seen;
+  std::set<std::string_view> topics;  // of the messages that link the chain
   for (const auto index : callbacks_in_order(model)) {
     const auto& callback = model.callbacks[at(index)];
     if (!hops.contains(callback.logical_id)) continue;
     seen.insert(callback.logical_id);
     if (proof.loss(index)) return proof.loss(index);
+    if (callback.logical_id != asked.callbacks.front()) topics.insert(callback.source);
+  }
+  for (const auto& publisher : model.publishers) {
+    if (publisher.registered && !topics.contains(publisher.topic)) continue;
+    if (auto loss = proof.loss(publisher)) return loss;
   }
   if (seen.size() == hops.size()) return std::nullopt;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {

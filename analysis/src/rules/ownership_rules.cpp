@@ -2,6 +2,7 @@
 
 #include "../subjects.hpp"
 #include "judgement.hpp"
+#include "thread_losses.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -31,14 +32,12 @@ const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& th
   return nullptr;
 }
 
-void judge_foreign_callbacks(const Model& model, const Proof& proof, const ThreadFacts& thread,
-                             Judgement& judgement) {
+void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judgement& judgement) {
   for (const auto& pair : thread.ran) {
     const auto& callback = model.callbacks[at(pair.callback)];
     judgement.check(pair.starts);
-    judgement.doubt(proof.loss(pair.callback));
     if (is_registered_to(thread, callback)) continue;
-    if (!callback.registered && thread.group) continue;  // perhaps of its group
+    if (!callback.registered && !thread.callback) continue;  // perhaps of its group
     judgement.fail(evidence(
         "thread_init", *thread.announced,
         "announced for callback " + (thread.callback ? std::to_string(to_number(*thread.callback))
@@ -84,6 +83,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const Subjects names(model);
   const Proof proof(model);
   const auto unknown = unknown_threads(model, proof);
+  const ThreadLosses losses(model, proof);
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
@@ -92,7 +92,10 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
       judgement.doubt(found->second);
     }
     const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
-    if (is_isolated(thread)) judge_foreign_callbacks(model, proof, thread, judgement);
+    if (is_isolated(thread)) {
+      judge_foreign_callbacks(model, thread, judgement);
+      judgement.doubt(losses.on(thread_index(i)));
+    }
     if (is_isolated(thread) || is_worker) {
       const auto* entry = spec_entry_of(context, thread);
       if (entry != nullptr && entry->foreign_work_budget_ns) {

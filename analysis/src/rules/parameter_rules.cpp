@@ -26,6 +26,18 @@ std::map<CallbackIndex, Evidence> on_unknown_threads(const Model& model, const P
   return callbacks;
 }
 
+// Whether the spec has an entry for a callback cannot be told without its registration.
+std::optional<Evidence> unknown_identity(const RuleContext& context,
+                                         const CallbackFacts& callback) {
+  if (callback.registered) return std::nullopt;
+  const bool is_any = std::ranges::any_of(
+      context.options.spec->callbacks(),
+      [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
+  if (!is_any) return std::nullopt;
+  return evidence("callback_init", first_sign(callback),
+                  "never registered: whether the spec asks for parameters is unknown");
+}
+
 void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIndex index,
                         const SpecEntry& entry, Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
@@ -47,6 +59,38 @@ void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIn
   judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
 }
 
+// Threads whose announcement was lost may have been anybody's.
+std::map<ProcessIndex, Evidence> unannounced_threads(const Model& model, const Proof& proof) {
+  std::map<ProcessIndex, Evidence> found;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    const auto& loss = proof.loss(ThreadIndex{static_cast<std::uint32_t>(i)});
+    if (!thread.announced && loss) found.emplace(thread.process, *loss);
+  }
+  return found;
+}
+
+void judge_workers(const RuleContext& context, const Subjects& names, const Proof& proof,
+                   std::vector<SubjectVerdict>& verdicts) {
+  const auto& threads = context.options.spec->threads();
+  const bool is_any = std::ranges::any_of(
+      threads, [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
+  for (std::size_t i = 0; is_any && i < context.model.threads.size(); ++i) {
+    const auto& thread = context.model.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    Judgement judgement(names.thread(index));
+    if (!thread.announced) {
+      judgement.doubt(proof.loss(index));
+    } else if (thread.role == ThreadRole::worker) {
+      const auto* entry = context.options.spec->find_thread(thread.name);
+      if (entry != nullptr && judges_parameters(entry->parameters)) {
+        judge_as_specified(context, proof, index, *entry, judgement);
+      }
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+}
+
 std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
   const auto& model = context.model;
   std::vector<SubjectVerdict> verdicts;
@@ -55,32 +99,39 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
   const Proof proof(model);
   const IsolatedThreads isolated(model);
   const auto unknown = on_unknown_threads(model, proof);
+  const auto unannounced = unannounced_threads(model, proof);
   for (const auto index : callbacks_in_order(model)) {
-    const auto* entry = spec_entry(context, model.callbacks[at(index)]);
-    if (entry == nullptr || !judges_parameters(entry->parameters)) continue;
+    const auto& callback = model.callbacks[at(index)];
     Judgement judgement(names.callback(index));
-    if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.doubt(found->second);
-    }
-    for (const auto thread : isolated.of(model.callbacks[at(index)])) {
-      judge_as_specified(context, proof, thread, *entry, judgement);
+    judgement.doubt(unknown_identity(context, callback));
+    const auto* entry = spec_entry(context, callback);
+    if (entry != nullptr && judges_parameters(entry->parameters)) {
+      const auto threads = isolated.of(callback);
+      if (const auto found = unknown.find(index); found != unknown.end()) {
+        judgement.doubt(found->second);
+      }
+      const auto lost = unannounced.find(callback.process);
+      if (threads.empty() && lost != unannounced.end()) judgement.doubt(lost->second);
+      for (const auto thread : threads) {
+        judge_as_specified(context, proof, thread, *entry, judgement);
+      }
     }
     conclude(std::move(judgement), verdicts);
   }
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    if (!thread.announced || thread.role != ThreadRole::worker) continue;
-    const auto* entry = context.options.spec->find_thread(thread.name);
-    if (entry == nullptr || !judges_parameters(entry->parameters)) continue;
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    Judgement judgement(names.thread(index));
-    judge_as_specified(context, proof, index, *entry, judgement);
-    conclude(std::move(judgement), verdicts);
-  }
+  judge_workers(context, names, proof, verdicts);
   return verdicts;
 }
 
-// The thread of a callback that its first instance was meant for: the first one announced.
+// The isolated thread that seq 0 ran on, or else the first one announced for the callback.
+std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callback,
+                                                    const std::vector<ThreadIndex>& isolated) {
+  const auto ran = std::ranges::find(callback.ran_on, 0U, &CallbackOnThread::first_seq);
+  if (ran != callback.ran_on.end() && std::ranges::find(isolated, ran->thread) != isolated.end()) {
+    return ran->thread;
+  }
+  return isolated.empty() ? std::nullopt : std::optional(isolated.front());
+}
+
 void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIndex index,
                         CallbackIndex callback_index, const SpecEntry& entry,
                         Judgement& judgement) {
@@ -132,15 +183,20 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
   const IsolatedThreads isolated(model);
   const auto unknown = on_unknown_threads(model, proof);
   for (const auto index : callbacks_in_order(model)) {
-    const auto* entry = spec_entry(context, model.callbacks[at(index)]);
-    if (entry == nullptr || !judges_parameters(entry->parameters)) continue;
     Judgement judgement(names.callback(index));
+    judgement.doubt(unknown_identity(context, model.callbacks[at(index)]));
+    const auto* entry = spec_entry(context, model.callbacks[at(index)]);
+    if (entry == nullptr || !judges_parameters(entry->parameters)) {
+      conclude(std::move(judgement), verdicts);
+      continue;
+    }
     if (const auto found = unknown.find(index); found != unknown.end()) {
       judgement.doubt(found->second);
     }
-    const auto threads = isolated.of(model.callbacks[at(index)]);
-    if (!threads.empty()) {
-      judge_before_first(context, proof, threads.front(), index, *entry, judgement);
+    const auto& callback = model.callbacks[at(index)];
+    const auto thread = thread_of_first_instance(callback, isolated.of(callback));
+    if (thread && !unknown.contains(index)) {
+      judge_before_first(context, proof, *thread, index, *entry, judgement);
     }
     conclude(std::move(judgement), verdicts);
   }

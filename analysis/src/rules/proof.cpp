@@ -245,6 +245,29 @@ std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last)
   return evidence_of(*found->second);
 }
 
+// Without totals, a start or end that stands alone tells that its partner was lost, unless the
+// record's end cut it.
+std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
+  if (facts.first_end_without_start) {
+    const auto& [seq, where] = *facts.first_end_without_start;
+    return evidence("callback_end", where,
+                    "seq " + std::to_string(seq) + " ends, whose start was not seen");
+  }
+  // A number promised to the next start cannot end before that start.
+  if (facts.registered && !facts.starts.first && facts.max_end_seq &&
+      *facts.max_end_seq >= facts.first_next_seq) {
+    return evidence(
+        "callback_end", *facts.max_end_at,
+        "seq " + std::to_string(*facts.max_end_seq) + " ends, whose start was not seen");
+  }
+  const auto open = std::ranges::find_if(facts.open, [this](const OpenInstance& instance) {
+    return !is_cut_by_end(model_, instance);
+  });
+  if (open == facts.open.end()) return std::nullopt;
+  return evidence("callback_start", open->start,
+                  "seq " + std::to_string(open->seq) + " starts, whose end was not seen");
+}
+
 void Proof::prove(CallbackIndex index) {
   const auto& facts = model_.callbacks[at(index)];
   auto& process = processes_[at(facts.process)];
@@ -285,12 +308,16 @@ void Proof::prove(CallbackIndex index) {
     const auto has_class = [this](const char* event) {
       return model_.events.by_name.contains(event);
     };
-    if (has_begun_in_trace(facts.process) && has_class("callback_release")) {
-      compare(facts.process, total("released"), facts.fini->released, facts.releases);
-    }
-    if (has_begun_in_trace(facts.process) && has_class("sample_lost")) {
-      compare(facts.process, total("lost"), facts.fini->lost, facts.lost);
-    }
+    const auto compare_running = [&](const char* what, const char* event, std::uint64_t total_count,
+                                     std::uint64_t seen) {
+      if (!has_begun_in_trace(facts.process) || !has_class(event)) return;
+      compare(facts.process, total(what), total_count, seen);
+      if (loss || total_count == seen) return;
+      loss = total(what);
+      loss->note += ": " + counted(total_count, seen);
+    };
+    compare_running("released", "callback_release", facts.fini->released, facts.releases);
+    compare_running("lost", "sample_lost", facts.fini->lost, facts.lost);
   } else if (!is_interrupted(facts.process)) {
     const auto missing = evidence("callback_fini", facts.starts.last_at,
                                   name + " has no callback_fini: its last instances are unknown");
@@ -300,27 +327,42 @@ void Proof::prove(CallbackIndex index) {
     }
     if (!loss) loss = missing;
   } else if (!loss) {
+    loss = lost_partner(facts);
     auto last = facts.registered ? facts.registered->time : Timestamp{};
     if (facts.starts.last) last = std::max(last, facts.starts.last_at.time);
     if (facts.max_end_at) last = std::max(last, facts.max_end_at->time);
-    loss = untold_loss(facts.process, last);
+    if (!loss) loss = untold_loss(facts.process, last);
   }
   is_anything_lost_ = is_anything_lost_ || loss.has_value();
+}
+
+std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
+  if (auto hole = gap(publisher)) return hole;
+  if (!publisher.registered) {
+    return evidence("publisher_init", publisher.published.first_at,
+                    "a publisher that was never registered: its topic is unknown");
+  }
+  const auto first = publisher.published.first.value_or(publisher.first_next_seq);
+  const auto seen = first + publisher.published.count;
+  if (publisher.fini && publisher.fini->second != seen) {
+    return evidence("publisher_fini", publisher.fini->first,
+                    publisher.topic + " published: " + counted(publisher.fini->second, seen));
+  }
+  if (!publisher.fini && !is_interrupted(publisher.process)) {
+    return evidence("publisher_fini", *publisher.registered,
+                    publisher.topic + " has no publisher_fini");
+  }
+  return std::nullopt;
 }
 
 void Proof::prove(const PublisherFacts& publisher) {
   auto& process = processes_[at(publisher.process)];
   if (publisher.registered) ++process.publishers_registered;
-  if (gap(publisher)) is_anything_lost_ = true;
-  if (publisher.fini) {
-    const auto first = publisher.published.first.value_or(publisher.first_next_seq);
-    compare(publisher.process,
-            evidence("publisher_fini", publisher.fini->first, publisher.topic + " published"),
-            publisher.fini->second, first + publisher.published.count);
-  } else if (publisher.registered && !is_interrupted(publisher.process)) {
-    process.disagreements.push_back(evidence("publisher_fini", *publisher.registered,
-                                             publisher.topic + " has no publisher_fini"));
-  }
+  if (publisher.fini) ++process.compared;
+  const auto lost = loss(publisher);
+  if (!lost) return;
+  is_anything_lost_ = true;
+  process.disagreements.push_back(*lost);
 }
 
 void Proof::prove(ThreadIndex index) {
@@ -329,8 +371,9 @@ void Proof::prove(ThreadIndex index) {
   auto& loss = threads_[at(index)];
   const auto name = "thread " + std::to_string(facts.tid);
   if (!facts.announced) {
-    if (facts.read_backs.count != 0) {
-      loss = evidence("thread_init", facts.read_backs.first_at, name + " was never announced");
+    if (facts.read_backs.count != 0 || facts.fini) {
+      loss = evidence("thread_init", facts.fini ? *facts.fini : facts.read_backs.first_at,
+                      name + " was never seen to be announced");
     }
     return;
   }

@@ -31,7 +31,9 @@ class Proof {
 
   // Why not every instance of the callback is known to have been seen; empty if all were.
   const std::optional<Evidence>& loss(CallbackIndex callback) const;
-  // The same for its numbers alone (T3).
+  // Why not every message of the publisher is known to have been seen; empty if all were.
+  std::optional<Evidence> loss(const PublisherFacts& publisher) const;
+  // The same for numbers alone (T3).
   std::optional<Evidence> gap(const CallbackFacts& callback) const;
   std::optional<Evidence> gap(const PublisherFacts& publisher) const;
   std::optional<Evidence> gap(const ThreadFacts& thread) const;
@@ -75,6 +77,7 @@ class Proof {
   void prove(const PublisherFacts& publisher);
   void prove(ThreadIndex index);
   void prove(ProcessIndex index);
+  std::optional<Evidence> lost_partner(const CallbackFacts& facts) const;
   // A loss in the user's streams after `last` whose victims no total tells.
   std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
 

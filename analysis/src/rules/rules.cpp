@@ -1,5 +1,6 @@
 #include "completeness_rules.hpp"
 #include "execution_rules.hpp"
+#include "judgement.hpp"
 #include "mapping_rules.hpp"
 #include "message_rules.hpp"
 #include "ownership_rules.hpp"
@@ -11,6 +12,7 @@
 #include "trace_rules.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string_view>
 #include <tuple>
 #include <utility>
@@ -56,9 +58,33 @@ bool comes_before(const SubjectVerdict& a, const SubjectVerdict& b) {
   return key(a) < key(b);
 }
 
+// Rules that judge instances have no subject at all when no start was recorded.
+bool judges_instances(std::string_view rule) {
+  constexpr std::string_view kRules = "M2 M3 M4 M6 M9 E1 E2 E3 R1 R2 R3 R4 R5 ";
+  return kRules.find(rule) != std::string_view::npos;
+}
+
+std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model) {
+  if (!judges_instances(rule.id) || model.events.by_name.contains("callback_start")) {
+    return std::nullopt;
+  }
+  const auto& callbacks = model.callbacks;
+  const auto has_run = std::ranges::find_if(callbacks, [](const CallbackFacts& callback) {
+    return callback.ends != 0 || (callback.fini && callback.fini->started != 0);
+  });
+  if (has_run == callbacks.end()) return std::nullopt;
+  Judgement judgement("trace");
+  judgement.doubt(evidence("callback_start", moment(model.begin.value_or(Timestamp{})),
+                           "callbacks ran, but no callback_start was recorded"));
+  return std::move(judgement).finish();
+}
+
 RuleVerdict judge(const Rule& rule, const RuleContext& context) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
+  if (verdict.subjects.empty()) {
+    if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
+  }
   std::ranges::stable_sort(verdict.subjects, comes_before);
   for (const auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);

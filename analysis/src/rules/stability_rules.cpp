@@ -2,6 +2,7 @@
 
 #include "../subjects.hpp"
 #include "judgement.hpp"
+#include "ownership_rules.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 
@@ -17,6 +18,11 @@ std::string priority_text(std::int32_t prio) {
   if (prio < 0) return "priority of SCHED_DEADLINE";
   if (prio < 100) return "real-time priority " + std::to_string(99 - prio);
   return "nice " + std::to_string(prio - 120);
+}
+
+// Announced, or read back or ended, which shows that an announcement was lost.
+bool is_known(const ThreadFacts& thread) {
+  return thread.announced || thread.read_backs.count != 0 || thread.fini;
 }
 
 void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
@@ -41,7 +47,7 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
   judgement.doubt(proof.loss(index));
   judgement.doubt(proof.kernel_loss(thread));
   if (thread.audits_checked + thread.switches_checked == 0) {
-    judgement.doubt(evidence("thread_sched", *thread.announced,
+    judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,
                              "no audit and no sched_switch to compare with"));
   }
 }
@@ -50,16 +56,22 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
   const auto& model = context.model;
   const Subjects names(model);
   const Proof proof(model);
+  const auto unknown = unknown_threads(model, proof);
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (!thread.announced) continue;
+    if (!is_known(thread) && thread.ran.empty()) continue;
     Judgement judgement(names.thread(index));
+    if (const auto found = unknown.find(index); found != unknown.end()) {
+      judgement.doubt(found->second);
+    }
     if (last_applied(model, thread) != nullptr) {
       judge_unchanged(model, proof, index, judgement);
     } else {
       judgement.doubt(proof.loss(index));  // what was applied may be what was lost
+      const bool has_begin = model.processes[at(thread.process)].run_begin.has_value();
+      if (thread.first_audit && !has_begin) judgement.doubt(proof.incompleteness(thread.process));
     }
     conclude(std::move(judgement), verdicts);
   }
@@ -74,7 +86,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (!thread.announced && thread.ran.empty()) continue;
+    if (!is_known(thread) && thread.ran.empty()) continue;
     Judgement judgement(names.thread(index));
     judgement.check(thread.cpus_checked);
     if (thread.cpu_violation) {
@@ -128,7 +140,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   const auto& model = context.model;
   std::vector<SubjectVerdict> verdicts;
   const bool has_real_time = std::ranges::any_of(model.threads, [](const ThreadFacts& thread) {
-    return thread.announced && is_ever_real_time(thread);
+    return is_known(thread) && is_ever_real_time(thread);
   });
   if (!has_real_time) return verdicts;
   const Subjects names(model);
@@ -147,13 +159,15 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (!thread.announced) continue;
+    if (!is_known(thread)) continue;
     Judgement judgement(names.thread(index));
+    const auto& begin = thread.announced ? *thread.announced : thread.read_backs.first_at;
+    if (!thread.announced) judgement.doubt(proof.loss(index));
     if (thread.initial) {
       judgement.check();
       if (is_real_time(thread.initial->policy)) {
-        judgement.fail(evidence("thread_init", *thread.announced,
-                                "thread " + std::to_string(thread.tid) + " begins"));
+        judgement.fail(
+            evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
         judgement.fail(
             evidence("thread_sched", thread.initial->at,
                      "before anything was applied it runs " + describe(*thread.initial)));
@@ -166,7 +180,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
       judge_fork(*fork->second, judgement);
     judgement.doubt(proof.kernel_loss(thread));
     if (!model.hosts[at(model.processes[at(thread.process)].host)].has_forks) {
-      judgement.remark(evidence("announced only", *thread.announced,
+      judgement.remark(evidence("announced only", begin,
                                 "no fork events: children that were not announced are not seen"));
     }
     conclude(std::move(judgement), verdicts);

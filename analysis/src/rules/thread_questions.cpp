@@ -1,6 +1,7 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <tuple>
 
 namespace cie::analysis {
@@ -87,8 +88,8 @@ bool is_isolated(const ThreadFacts& thread) noexcept {
 
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept {
   if (thread.process != callback.process) return false;
-  return (thread.callback && *thread.callback == callback.id) ||
-         (thread.group && callback.group && *thread.group == *callback.group);
+  if (thread.callback) return *thread.callback == callback.id;
+  return thread.group && callback.group && *thread.group == *callback.group;
 }
 
 IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
@@ -120,7 +121,9 @@ std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) cons
   if (callback.group) {
     if (const auto found = by_group_.find({callback.process, to_number(*callback.group)});
         found != by_group_.end()) {
-      threads.insert(threads.end(), found->second.begin(), found->second.end());
+      std::ranges::copy_if(found->second, std::back_inserter(threads), [this](ThreadIndex index) {
+        return !model_.threads[at(index)].callback;
+      });
     }
   }
   return sorted(std::move(threads));
@@ -140,6 +143,21 @@ std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
     }
   }
   return sorted(std::move(threads));
+}
+
+bool is_cut_by_end(const Model& model, const OpenInstance& open) {
+  if (at(open.thread) >= model.threads.size()) return false;
+  return std::ranges::all_of(
+      model.threads[at(open.thread)].ran,
+      [&open](const CallbackOnThread& pair) { return pair.last_activity.time <= open.start.time; });
+}
+
+EventRef first_sign(const CallbackFacts& callback) noexcept {
+  if (callback.registered) return *callback.registered;
+  if (callback.starts.first) return callback.starts.first_at;
+  if (callback.max_end_at) return *callback.max_end_at;
+  if (callback.fini) return callback.fini->at;
+  return callback.overwritten_at.value_or(callback.lost_at.value_or(EventRef{}));
 }
 
 bool is_real_time(std::int32_t policy) noexcept {

@@ -21,13 +21,13 @@ std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread);
 bool has_exited(const ThreadFacts& thread) noexcept;
 // Announced with role callback.
 bool is_isolated(const ThreadFacts& thread) noexcept;
-// The thread was announced for the callback or for its group.
+// The thread was announced for the callback, or for its group without naming a callback.
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
 // The isolated threads of every callback and group.
 class IsolatedThreads {
  public:
   explicit IsolatedThreads(const Model& model);
-  // Those announced for the callback or its group, by time of announcement.
+  // Those registered to the callback, or serving the group, by time of announcement.
   std::vector<ThreadIndex> of(const CallbackFacts& callback) const;
   std::vector<ThreadIndex> of(const GroupFacts& group) const;
 
@@ -39,6 +39,11 @@ class IsolatedThreads {
   std::map<Key, std::vector<ThreadIndex>> by_group_;
 };
 
+// The instance was still running when its record was cut off: no callback's event followed on its
+// thread.
+bool is_cut_by_end(const Model& model, const OpenInstance& open);
+// The first event seen that names the callback.
+EventRef first_sign(const CallbackFacts& callback) noexcept;
 bool is_real_time(std::int32_t policy) noexcept;
 bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
 

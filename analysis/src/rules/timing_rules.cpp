@@ -47,6 +47,19 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
                       std::to_string(callback.instances) + " instances is not known exactly");
 }
 
+// Without its registration a callback's kind, deadline and entry in the spec are unknown.
+std::optional<Evidence> unknown_identity(const CallbackFacts& callback) {
+  if (callback.registered) return std::nullopt;
+  return evidence("callback_init", first_sign(callback),
+                  "never registered: what it has to keep is unknown");
+}
+
+template <typename Predicate>
+bool specifies_any(const RuleContext& context, const Predicate& predicate) {
+  return context.options.spec != nullptr &&
+         std::ranges::any_of(context.options.spec->callbacks(), predicate);
+}
+
 std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   return for_each_callback(context, [](const CallbackFacts& callback,
                                        const std::optional<Evidence>& loss, const Proof&,
@@ -78,6 +91,7 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
                           const Proof&, Judgement& judgement) {
+        judgement.doubt(unknown_identity(callback));
         if (callback.kind != CallbackKind::timer) return;
         const auto* entry = spec_entry(context, callback);
         const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
@@ -125,6 +139,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(context, [&context](const CallbackFacts& callback,
                                                const std::optional<Evidence>& loss,
                                                const Proof& proof, Judgement& judgement) {
+    judgement.doubt(unknown_identity(callback));
     const auto* entry = spec_entry(context, callback);
     const bool is_specified = entry != nullptr && entry->response_deadline_ns;
     if (!is_specified && callback.deadline_ns == 0) return;
@@ -157,9 +172,13 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
 }
 
 std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
+  const bool is_any_specified =
+      specifies_any(context, [](const SpecEntry& entry) { return entry.wcet_ns.has_value(); });
   return for_each_callback(
-      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          const Proof&, Judgement& judgement) {
+      context, [&context, is_any_specified](const CallbackFacts& callback,
+                                            const std::optional<Evidence>& loss, const Proof&,
+                                            Judgement& judgement) {
+        if (is_any_specified) judgement.doubt(unknown_identity(callback));
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !entry->wcet_ns) return;
         const auto wcet = *entry->wcet_ns;
@@ -181,9 +200,14 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
 }
 
 std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
+  const bool is_any_specified = specifies_any(context, [](const SpecEntry& entry) {
+    return entry.min_inter_arrival_ns || entry.max_inter_arrival_ns;
+  });
   return for_each_callback(
-      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          const Proof&, Judgement& judgement) {
+      context, [&context, is_any_specified](const CallbackFacts& callback,
+                                            const std::optional<Evidence>& loss, const Proof&,
+                                            Judgement& judgement) {
+        if (is_any_specified) judgement.doubt(unknown_identity(callback));
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr) return;
         const auto& min = entry->min_inter_arrival_ns;

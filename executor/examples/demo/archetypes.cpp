@@ -83,8 +83,7 @@ void Fusion::on_input(std::size_t index, const Sample& sample) {
 }
 
 Intersection::Intersection(const Place& place, const std::string& name,
-                           const std::array<Path, 2>& paths, std::uint32_t payload_bytes,
-                           Work work)
+                           const std::array<Path, 2>& paths, std::uint32_t payload_bytes, Work work)
     : DemoNode(place.context, name, place.name_space), work_(work) {
   for (const Path& path : paths) {
     outputs_.push_back(std::make_unique<Output>(node(), path.output, payload_bytes));

@@ -2,16 +2,18 @@
 #pragma once
 
 #include <cie/executor/node.hpp>
+
+#include "work.hpp"
+
 #include <array>
 #include <chrono>
-#include <cie_messages.hpp>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
 
-#include "work.hpp"
+#include <cie_messages.hpp>
 
 namespace demo {
 
@@ -91,7 +93,7 @@ class Fusion final : public DemoNode {
 
   Work work_;
   Output output_;
-  std::mutex mutex_;  // of stamps_, and of publishing
+  std::mutex mutex_;                      // of stamps_, and of publishing
   std::array<std::int64_t, 2> stamps_{};  // 0: not come yet
   std::array<std::shared_ptr<cie::Subscription<Sample>>, 2> subscriptions_;
 };

@@ -42,8 +42,8 @@ Nodes make_planning(const cie::Context& context) {
   const Place here{context, "/planning"};
   Nodes nodes;
   add<Intersection>(nodes, here, "cluster",
-                    std::array<Intersection::Path, 2>{{{"/points/objects", "/objects/clusters"},
-                                                       {"/map", "/map/cropped"}}},
+                    std::array<Intersection::Path, 2>{
+                        {{"/points/objects", "/objects/clusters"}, {"/map", "/map/cropped"}}},
                     kSmall, Work{900});
   add<Fusion>(nodes, here, "localizer", std::array<std::string, 2>{"/imu/filtered", "/map/cropped"},
               "/pose", kSmall, Work{400});
@@ -54,8 +54,8 @@ Nodes make_planning(const cie::Context& context) {
               "/trajectory", kSmall, Work{1500});
   add<Transform>(nodes, here, "controller", "/trajectory", "/control", kSmall, Work{300});
   add<Intersection>(nodes, here, "gate",
-                    std::array<Intersection::Path, 2>{{{"/control", "/vehicle/drive"},
-                                                       {"/objects/tracks", "/vehicle/brake"}}},
+                    std::array<Intersection::Path, 2>{
+                        {{"/control", "/vehicle/drive"}, {"/objects/tracks", "/vehicle/brake"}}},
                     kSmall, Work{100});
   add<Command>(nodes, here, "drive", "/vehicle/drive", Work{50});
   add<Command>(nodes, here, "brake", "/vehicle/brake", Work{50});

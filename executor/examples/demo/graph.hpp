@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cie/executor/context.hpp>
-#include <memory>
-#include <vector>
 
 #include "archetypes.hpp"
+
+#include <memory>
+#include <vector>
 
 namespace demo {
 

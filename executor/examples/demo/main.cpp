@@ -1,6 +1,8 @@
 // cie-demo: a small car in two processes, to be run under any of the executors.
-#include <CLI/CLI.hpp>
 #include <cie/executor/executor.hpp>
+
+#include "graph.hpp"
+
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -8,14 +10,16 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cerrno>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include "graph.hpp"
 
 namespace demo {
 namespace {
@@ -32,16 +36,20 @@ struct Settings {
   std::string tag;
 };
 
-cie::Executor* running = nullptr;  // for the signal handler
+// For the signal handler. A signal that comes before the executor is there is remembered.
+std::atomic<cie::Executor*> running{nullptr};
+std::atomic<bool> is_asked_to_stop{false};
 
 void on_signal(int) {
-  if (running != nullptr) running->cancel();
+  is_asked_to_stop = true;
+  if (cie::Executor* const executor = running; executor != nullptr) executor->cancel();
 }
 
 void catch_signals() {
   struct sigaction action {};
   action.sa_handler = on_signal;
-  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+  for (const int signal : {SIGINT, SIGTERM})
+    sigaction(signal, &action, nullptr);
 }
 
 std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
@@ -54,8 +62,7 @@ std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
     };
   }
   if (!settings.spec.empty()) {
-    options.spec =
-        std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
+    options.spec = std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
   }
   if (settings.executor == "single") {
     return std::make_unique<cie::SingleThreadedExecutor>(std::move(options));
@@ -72,23 +79,25 @@ void wait_for_readers(const Nodes& nodes) {
   using namespace std::chrono_literals;
   const auto bound = std::chrono::steady_clock::now() + 5s;
   for (const auto& node : nodes) {
-    while (!node->is_connected() && std::chrono::steady_clock::now() < bound) {
+    while (!node->is_connected() && !is_asked_to_stop &&
+           std::chrono::steady_clock::now() < bound) {
       std::this_thread::sleep_for(5ms);
     }
   }
 }
 
 void run_part(const Settings& settings) {
-  Work::set_load(settings.load);
-  const cie::Context context{
-      {.domain = settings.domain, .loopback = true, .tag = settings.tag}};
-  const auto nodes =
-      settings.part == "planning" ? make_planning(context) : make_sensing(context);
-  const auto executor = make_executor(settings);
-  for (const auto& node : nodes) executor->add_node(node->node());
-  running = executor.get();
   catch_signals();
+  prctl(PR_SET_NAME, ("demo-" + settings.part).c_str());  // what `ps` and the trace call it
+  Work::set_load(settings.load);
+  const cie::Context context{{.domain = settings.domain, .loopback = true, .tag = settings.tag}};
+  const auto nodes = settings.part == "planning" ? make_planning(context) : make_sensing(context);
+  const auto executor = make_executor(settings);
+  for (const auto& node : nodes)
+    executor->add_node(node->node());
+  running = executor.get();
   wait_for_readers(nodes);
+  if (is_asked_to_stop) executor->cancel();
   executor->spin_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>{settings.duration_s}));
   running = nullptr;
@@ -100,20 +109,29 @@ class PlanningProcess {
  public:
   explicit PlanningProcess(const Settings& settings) {
     constexpr double kMargin_s = 10;
-    std::vector<std::string> arguments{
-        "cie-demo",     "--part",     "planning",
-        "--executor",   settings.executor,
-        "--duration",   std::to_string(settings.duration_s + kMargin_s),
-        "--load",       std::to_string(settings.load),
-        "--threads",    std::to_string(settings.threads),
-        "--on-error",   settings.on_error,
-        "--domain",     std::to_string(settings.domain),
-        "--tag",        settings.tag};
+    std::vector<std::string> arguments{"cie-demo",
+                                       "--part",
+                                       "planning",
+                                       "--executor",
+                                       settings.executor,
+                                       "--duration",
+                                       std::to_string(settings.duration_s + kMargin_s),
+                                       "--load",
+                                       std::to_string(settings.load),
+                                       "--threads",
+                                       std::to_string(settings.threads),
+                                       "--on-error",
+                                       settings.on_error,
+                                       "--domain",
+                                       std::to_string(settings.domain),
+                                       "--tag",
+                                       settings.tag};
     if (!settings.spec.empty()) {
       arguments.insert(arguments.end(), {"--spec", settings.spec});
     }
     std::vector<char*> raw;
-    for (std::string& argument : arguments) raw.push_back(argument.data());
+    for (std::string& argument : arguments)
+      raw.push_back(argument.data());
     raw.push_back(nullptr);
     const pid_t parent = getpid();
     pid_ = fork();

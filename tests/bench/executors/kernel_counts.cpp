@@ -66,19 +66,22 @@ KernelCounter::KernelCounter(const std::vector<pid_t>& processes) {
     }
   }
   for (const auto* counters : {&system_calls_, &context_switches_, &cpu_time_}) {
-    for (const int counter : *counters) ioctl(counter, PERF_EVENT_IOC_ENABLE, 0);
+    for (const int counter : *counters)
+      ioctl(counter, PERF_EVENT_IOC_ENABLE, 0);
   }
 }
 
 KernelCounter::~KernelCounter() {
   for (const auto* counters : {&system_calls_, &context_switches_, &cpu_time_}) {
-    for (const int counter : *counters) close(counter);
+    for (const int counter : *counters)
+      close(counter);
   }
 }
 
 KernelCounts KernelCounter::stop() {
   for (const auto* counters : {&system_calls_, &context_switches_, &cpu_time_}) {
-    for (const int counter : *counters) ioctl(counter, PERF_EVENT_IOC_DISABLE, 0);
+    for (const int counter : *counters)
+      ioctl(counter, PERF_EVENT_IOC_DISABLE, 0);
   }
   return {.system_calls = sum(system_calls_),
           .context_switches = sum(context_switches_),

@@ -1,13 +1,14 @@
 #include "workload.hpp"
 
 #include <cie/executor/executor.hpp>
-#include <cie_messages.hpp>
+
 #include <memory>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include <cie_messages.hpp>
 #include <sched.h>
 
 namespace bench {
@@ -111,10 +112,12 @@ void run_part(const Workload& workload, Part part, const std::string& tag, Board
     while (publishing && !publishing->is_connected() && !board.is_ending) {
       std::this_thread::sleep_for(5ms);
     }
-    while (!executor->is_spinning()) std::this_thread::sleep_for(1ms);
+    while (!executor->is_spinning())
+      std::this_thread::sleep_for(1ms);
     ++board.ready;
     // Slowly: what this thread does is counted too.
-    while (!board.is_ending) std::this_thread::sleep_for(200ms);
+    while (!board.is_ending)
+      std::this_thread::sleep_for(200ms);
     executor->cancel();
   }};
   try {

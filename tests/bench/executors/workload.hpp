@@ -29,8 +29,8 @@ struct Board {
   static constexpr std::size_t kSamples = 1U << 18U;
   std::atomic<bool> is_measuring{false};
   std::atomic<bool> is_ending{false};
-  std::atomic<std::uint32_t> ready{0};           // processes that serve and are connected
-  std::atomic<std::uint64_t> messages{0};        // received while measuring
+  std::atomic<std::uint32_t> ready{0};               // processes that serve and are connected
+  std::atomic<std::uint64_t> messages{0};            // received while measuring
   std::array<std::uint32_t, kSamples> latency_ns{};  // publish to callback, while measuring
 };
 

@@ -1,5 +1,5 @@
 // Messages between two processes: the child is this same program, running one test of its own.
-#include <gtest/gtest.h>
+#include "support.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -7,10 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>
-
-#include "support.hpp"
 
 extern char** environ;
 
@@ -55,7 +54,8 @@ pid_t start_child(const Context::Options& options) {
   std::vector<std::string> arguments{"child", "--gtest_filter=Child.*",
                                      "--gtest_also_run_disabled_tests"};
   std::vector<char*> raw;
-  for (std::string& argument : arguments) raw.push_back(argument.data());
+  for (std::string& argument : arguments)
+    raw.push_back(argument.data());
   raw.push_back(nullptr);
   pid_t child = 0;
   EXPECT_EQ(posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, raw.data(), environ), 0);
@@ -95,7 +95,8 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 
   std::vector<std::uint64_t> expected(kMessages);
-  for (std::uint64_t i = 0; i < kMessages; ++i) expected[i] = i;
+  for (std::uint64_t i = 0; i < kMessages; ++i)
+    expected[i] = i;
   EXPECT_EQ(seen, expected);
   EXPECT_EQ(wrong_writer, 0U);
   EXPECT_EQ(wrong_arrival, 0U);

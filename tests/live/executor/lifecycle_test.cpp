@@ -1,6 +1,5 @@
 // Nodes come and go, executors start and end, callbacks throw.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "support.hpp"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +12,8 @@
 #include <string>
 #include <thread>
 
-#include "support.hpp"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
@@ -25,9 +25,12 @@ enum class Kind { isolated, single, multi };
 std::unique_ptr<Executor> make_executor(Kind kind, ExecutorOptions options = {}) {
   options.threads = 2;
   switch (kind) {
-    case Kind::isolated: return std::make_unique<CallbackIsolatedExecutor>(options);
-    case Kind::single: return std::make_unique<SingleThreadedExecutor>(options);
-    default: return std::make_unique<MultiThreadedExecutor>(options);
+    case Kind::isolated:
+      return std::make_unique<CallbackIsolatedExecutor>(options);
+    case Kind::single:
+      return std::make_unique<SingleThreadedExecutor>(options);
+    default:
+      return std::make_unique<MultiThreadedExecutor>(options);
   }
 }
 
@@ -43,9 +46,12 @@ INSTANTIATE_TEST_SUITE_P(Executors, AnyExecutor,
                          testing::Values(Kind::isolated, Kind::single, Kind::multi),
                          [](const auto& parameter) {
                            switch (parameter.param) {
-                             case Kind::isolated: return "Isolated";
-                             case Kind::single: return "Single";
-                             default: return "Multi";
+                             case Kind::isolated:
+                               return "Isolated";
+                             case Kind::single:
+                               return "Single";
+                             default:
+                               return "Multi";
                            }
                          });
 
@@ -257,7 +263,8 @@ TEST_P(AnyExecutor, LeavesNoThreadBehind) {
   const std::size_t before = thread_count();
   const auto executor = make();
   Node node{context, "node"};
-  for (int i = 0; i < 8; ++i) node.create_wall_timer(1ms, [] {});
+  for (int i = 0; i < 8; ++i)
+    node.create_wall_timer(1ms, [] {});
   executor->add_node(node);
   executor->spin_for(10ms);
   EXPECT_EQ(thread_count(), before);
@@ -286,7 +293,8 @@ TEST(Isolated, RunsEachCallbackOnAThreadOfItsOwn) {
   spinning.cancel_and_wait();
   EXPECT_FALSE(has_moved);
   std::set<std::thread::id> threads;
-  for (const auto& thread : first) threads.insert(thread.load());
+  for (const auto& thread : first)
+    threads.insert(thread.load());
   EXPECT_EQ(threads.size(), std::size_t{kTimers});
 }
 
@@ -307,8 +315,8 @@ TEST(Isolated, PutsAGroupOnOneThreadAndNeverOverlapsIt) {
   };
   node.create_wall_timer(1ms, body, options);
   node.create_wall_timer(1ms, body, options);
-  const auto subscription =
-      node.create_subscription<Sample>("data", 10, [&](const Sample&) { body(); }, together);
+  const auto subscription = node.create_subscription<Sample>(
+      "data", 10, [&](const Sample&) { body(); }, together);
   const auto publisher = node.create_publisher<Sample>("data", 10);
   executor.add_node(node);
   Spinning spinning{executor};
@@ -332,7 +340,8 @@ TEST(Isolated, GivesAReentrantGroupAPool) {
   std::atomic<int> ended{0};
   const auto meet = [&] {  // ends only if both run at once
     ++arrived;
-    while (arrived < 2) std::this_thread::yield();
+    while (arrived < 2)
+      std::this_thread::yield();
     ++ended;
   };
   node.create_wall_timer(1ms, meet, options);
@@ -350,7 +359,8 @@ TEST(LogicalIds, AreToldApartByNameOrByOrder) {
   const auto second = node.create_wall_timer(10ms, [] {});
   TimerOptions named;
   named.name = "slow";
-  const auto third = node.create_wall_timer(10ms, [] {}, named);
+  const auto third = node.create_wall_timer(
+      10ms, [] {}, named);
   EXPECT_EQ(first->logical_id(), "/ids/twins@Timer(10000000)");
   EXPECT_EQ(second->logical_id(), "/ids/twins@Timer(10000000)#2");
   EXPECT_EQ(third->logical_id(), "/ids/twins@Timer(slow)");
@@ -362,7 +372,9 @@ TEST(Groups, OfAnotherNodeAreRefused) {
   Node other{context, "other"};
   TimerOptions options;
   options.group = other.create_callback_group(GroupType::mutually_exclusive);
-  EXPECT_THROW(mine.create_wall_timer(1ms, [] {}, options), std::logic_error);
+  EXPECT_THROW(mine.create_wall_timer(
+                   1ms, [] {}, options),
+               std::logic_error);
 }
 
 TEST(Contexts, AreOnePerDomain) {

@@ -1,6 +1,5 @@
 // Messages arrive: counted, in order, with the facts that come with them.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "support.hpp"
 
 #include <atomic>
 #include <cstring>
@@ -8,7 +7,8 @@
 #include <mutex>
 #include <vector>
 
-#include "support.hpp"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
@@ -23,9 +23,12 @@ enum class Kind { isolated, single, multi };
 
 std::unique_ptr<Executor> make_executor(Kind kind) {
   switch (kind) {
-    case Kind::isolated: return std::make_unique<CallbackIsolatedExecutor>();
-    case Kind::single: return std::make_unique<SingleThreadedExecutor>();
-    default: return std::make_unique<MultiThreadedExecutor>(ExecutorOptions{.threads = 3});
+    case Kind::isolated:
+      return std::make_unique<CallbackIsolatedExecutor>();
+    case Kind::single:
+      return std::make_unique<SingleThreadedExecutor>();
+    default:
+      return std::make_unique<MultiThreadedExecutor>(ExecutorOptions{.threads = 3});
   }
 }
 
@@ -35,9 +38,12 @@ INSTANTIATE_TEST_SUITE_P(Executors, Messages,
                          testing::Values(Kind::isolated, Kind::single, Kind::multi),
                          [](const auto& parameter) {
                            switch (parameter.param) {
-                             case Kind::isolated: return "Isolated";
-                             case Kind::single: return "Single";
-                             default: return "Multi";
+                             case Kind::isolated:
+                               return "Isolated";
+                             case Kind::single:
+                               return "Single";
+                             default:
+                               return "Multi";
                            }
                          });
 
@@ -46,8 +52,8 @@ TEST_P(Messages, ArriveAllOnceAndInOrder) {
   Node node{context, "node"};
   std::vector<std::uint64_t> seen;
   std::atomic<std::uint32_t> count{0};
-  const auto subscription = node.create_subscription<Sample>(
-      "data", QoS{KeepAll{}}, [&](const Sample& sample) {
+  const auto subscription =
+      node.create_subscription<Sample>("data", QoS{KeepAll{}}, [&](const Sample& sample) {
         seen.push_back(sample.seq);
         ++count;
       });
@@ -63,7 +69,8 @@ TEST_P(Messages, ArriveAllOnceAndInOrder) {
   EXPECT_TRUE(eventually([&] { return count == kCount; }));
   spinning.cancel_and_wait();
   std::vector<std::uint64_t> expected(kCount);
-  for (std::uint32_t i = 0; i < kCount; ++i) expected[i] = i;
+  for (std::uint32_t i = 0; i < kCount; ++i)
+    expected[i] = i;
   EXPECT_EQ(seen, expected);
 }
 
@@ -124,7 +131,8 @@ TEST(MessageMemory, IsReusedUnlessTheUserKeepsIt) {
   }
   ASSERT_TRUE(eventually([&] { return count == 5; }));
   spinning.cancel_and_wait();
-  for (std::uint64_t i = 0; i < 5; ++i) EXPECT_EQ(kept[i]->seq, i);
+  for (std::uint64_t i = 0; i < 5; ++i)
+    EXPECT_EQ(kept[i]->seq, i);
 }
 
 TEST(Topics, OfStringsAndKeysWorkToo) {
@@ -155,8 +163,7 @@ TEST(Topics, OfStringsAndKeysWorkToo) {
 TEST(TransientLocal, GivesALateSubscriptionItsOwnArrivalTime) {
   Context context{private_options()};
   Node node{context, "node"};
-  const auto publisher =
-      node.create_publisher<Sample>("map", QoS{KeepLast{1}}.transient_local());
+  const auto publisher = node.create_publisher<Sample>("map", QoS{KeepLast{1}}.transient_local());
   const auto message = make_message<Sample>();
   publisher->publish(*message);
   const auto created = std::chrono::steady_clock::now().time_since_epoch();

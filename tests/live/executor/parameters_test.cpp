@@ -1,6 +1,5 @@
 // Threads run as the spec says, or it is said in words why not.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "support.hpp"
 
 #include <atomic>
 #include <cerrno>
@@ -12,13 +11,15 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <pthread.h>
 #include <sched.h>
 #include <sys/syscall.h>
 #include <unistd.h>
-
-#include "support.hpp"
 
 namespace cie::test {
 namespace {
@@ -51,7 +52,8 @@ KernelView ask_kernel() {
   std::string text;
   std::getline(file, text);
   std::istringstream fields{text.substr(text.rfind(')') + 2)};
-  for (int field = 3; field < 19; ++field) fields >> text;
+  for (int field = 3; field < 19; ++field)
+    fields >> text;
   fields >> view.nice;
   struct {
     std::uint32_t size;
@@ -81,23 +83,22 @@ KernelView ask_kernel() {
 
 // What the kernel says within the first instance of a timer of this node under this entry.
 KernelView view_under(const std::string& entry) {
-  const std::string text = "callback_groups:\n  - id: /params/node@Timer(1000000)\n" + entry;
+  static int calls = 0;  // ids are unique in a process for good
+  const std::string name_space = "/params" + std::to_string(++calls);
+  const std::string text =
+      "callback_groups:\n  - id: " + name_space + "/node@Timer(1000000)\n" + entry;
   ExecutorOptions options;
   options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::parse(text, "test.yaml"));
   Context context{private_options()};
   CallbackIsolatedExecutor executor{options};
-  Node node{context, "node", "/params"};
+  Node node{context, "node", name_space};
   KernelView view;
-  const auto timer = node.create_wall_timer(1ms, [&] {
+  node.create_wall_timer(1ms, [&] {
     view = ask_kernel();
     executor.cancel();
   });
-  // Ids are unique in a process for good: a second test's timer is #2.
-  if (timer->logical_id() != "/params/node@Timer(1000000)") {
-    ADD_FAILURE() << "run each test in a process of its own";
-  }
   executor.add_node(node);
-  executor.spin();
+  executor.spin_for(20s);
   return view;
 }
 
@@ -132,9 +133,7 @@ TEST(Parameters, Batch) {
   EXPECT_EQ(view.nice, 3);
 }
 
-TEST(Parameters, Idle) {
-  EXPECT_EQ(view_under("    policy: SCHED_IDLE\n").policy, SCHED_IDLE);
-}
+TEST(Parameters, Idle) { EXPECT_EQ(view_under("    policy: SCHED_IDLE\n").policy, SCHED_IDLE); }
 
 TEST_F(Privileged, Fifo) {
   const auto view = view_under("    policy: SCHED_FIFO\n    priority: 12\n");
@@ -174,28 +173,28 @@ ExecutorOptions options_for(const std::string& text, OnError on_error) {
   return options;
 }
 
-constexpr const char* kImpossible =
-    "callback_groups:\n"
-    "  - id: /refused/node@Timer(1000000)\n"
-    "    affinity: [1023]\n";
+// Ids are unique in a process for good, so each test has a namespace of its own.
+std::string impossible(const std::string& name_space) {
+  return "callback_groups:\n  - id: " + name_space + "/node@Timer(1000000)\n    affinity: [1023]\n";
+}
 
 TEST(Refused, StopsBeforeAnyCallbackRuns) {
   Context context{private_options()};
-  CallbackIsolatedExecutor executor{options_for(kImpossible, OnError::refuse)};
-  Node node{context, "node", "/refused"};
+  CallbackIsolatedExecutor executor{options_for(impossible("/refused0"), OnError::refuse)};
+  Node node{context, "node", "/refused0"};
   std::atomic<int> runs{0};
   node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
   node.create_wall_timer(2ms, [&] { ++runs; }, {.phase = 0ns});  // its own parameters are fine
   executor.add_node(node);
   try {
-    executor.spin();
-    FAIL() << "spin() returned";
+    executor.spin_for(20s);
+    FAIL() << "nothing was refused";
   } catch (const ParametersRefused& refused) {
     ASSERT_EQ(refused.problems().size(), 1U);
     const ParameterProblem& problem = refused.problems().front();
     EXPECT_EQ(problem.file, "robot.yaml");
     EXPECT_EQ(problem.line, 2);
-    EXPECT_EQ(problem.entry, "/refused/node@Timer(1000000)");
+    EXPECT_EQ(problem.entry, "/refused0/node@Timer(1000000)");
     EXPECT_EQ(problem.error, EINVAL);
     EXPECT_THAT(std::string{refused.what()}, HasSubstr("robot.yaml:2: "));
     EXPECT_THAT(std::string{refused.what()}, HasSubstr("cannot set CPUs 1023"));
@@ -206,9 +205,9 @@ TEST(Refused, StopsBeforeAnyCallbackRuns) {
 
 TEST(Refused, RefusesANodeThatIsAddedLater) {
   Context context{private_options()};
-  CallbackIsolatedExecutor executor{options_for(kImpossible, OnError::refuse)};
+  CallbackIsolatedExecutor executor{options_for(impossible("/refused1"), OnError::refuse)};
   Spinning spinning{executor};
-  Node node{context, "node", "/refused"};
+  Node node{context, "node", "/refused1"};
   std::atomic<int> runs{0};
   node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
   EXPECT_THROW(executor.add_node(node), ParametersRefused);
@@ -219,18 +218,65 @@ TEST(Refused, RefusesANodeThatIsAddedLater) {
 
 TEST(Refused, IsAWarningIfYouLike) {
   std::vector<std::string> told;
-  auto options = options_for(kImpossible, OnError::warn);
+  auto options = options_for(impossible("/refused2"), OnError::warn);
   options.on_parameter_problem = [&](const ParameterProblem& problem) {
     told.push_back(problem.entry);
   };
   Context context{private_options()};
   CallbackIsolatedExecutor executor{options};
-  Node node{context, "node", "/refused"};
+  Node node{context, "node", "/refused2"};
   node.create_wall_timer(1ms, [&] { executor.cancel(); });
   executor.add_node(node);
-  executor.spin();
-  EXPECT_THAT(told, ElementsAre("/refused/node@Timer(1000000)"));
+  executor.spin_for(20s);
+  EXPECT_THAT(told, ElementsAre("/refused2/node@Timer(1000000)"));
   EXPECT_EQ(executor.parameter_problems().size(), 1U);
+}
+
+TEST(Refused, AreTwoWishesForTheThreadOfAGroup) {
+  constexpr const char* kText =
+      "callback_groups:\n"
+      "  - id: /torn/node@Timer(1000000)\n"
+      "    policy: SCHED_BATCH\n"
+      "    nice: 1\n"
+      "  - id: /torn/node@Timer(2000000)\n"
+      "    policy: SCHED_BATCH\n"
+      "    nice: 2\n";
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
+  Node node{context, "node", "/torn"};
+  const auto group = node.create_callback_group(GroupType::mutually_exclusive);
+  node.create_wall_timer(1ms, [] {}, {.group = group});
+  node.create_wall_timer(2ms, [] {}, {.group = group});
+  executor.add_node(node);
+  try {
+    executor.spin_for(20s);
+    FAIL() << "nothing was refused";
+  } catch (const ParametersRefused& refused) {
+    ASSERT_EQ(refused.problems().size(), 1U);
+    EXPECT_EQ(refused.problems().front().line, 5);
+    EXPECT_THAT(refused.problems().front().reason, HasSubstr("line 2"));
+  }
+}
+
+// The thread in spin() has an entry too, by its name; it is asked before any callback runs.
+TEST(Refused, MayBeTheThreadThatSpins) {
+  constexpr const char* kText =
+      "callback_groups: []\n"
+      "non_ros_threads:\n"
+      "  - id: spinner\n"
+      "    affinity: [1023]\n";
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
+  Node node{context, "node"};
+  std::atomic<int> runs{0};
+  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  executor.add_node(node);
+  std::thread spinner{[&] {
+    pthread_setname_np(pthread_self(), "spinner");
+    EXPECT_THROW(executor.spin_for(20s), ParametersRefused);
+  }};
+  spinner.join();
+  EXPECT_EQ(runs, 0);
 }
 
 TEST(Workers, OfDdsAreConfiguredByTheirNames) {
@@ -254,7 +300,7 @@ TEST(Workers, OfDdsAreConfiguredByTheirNames) {
     executor.cancel();
   });
   executor.add_node(node);
-  executor.spin();
+  executor.spin_for(20s);
   EXPECT_EQ(policies.at("recvUC"), SCHED_BATCH);
   EXPECT_EQ(policies.at("tev"), SCHED_OTHER);
 }

@@ -3,13 +3,14 @@
 
 #include <cie/executor/executor.hpp>
 #include <cie/executor/node.hpp>
+
 #include <chrono>
-#include <cie_messages.hpp>
 #include <functional>
 #include <future>
 #include <string>
 #include <thread>
 
+#include <cie_messages.hpp>
 #include <unistd.h>
 
 namespace cie::test {
@@ -38,7 +39,8 @@ inline bool eventually(const std::function<bool()>& is_true, std::chrono::second
 class Spinning {
  public:
   explicit Spinning(Executor& executor)
-      : executor_(executor), done_(std::async(std::launch::async, [&executor] { executor.spin(); })) {
+      : executor_(executor),
+        done_(std::async(std::launch::async, [&executor] { executor.spin(); })) {
     eventually([this] { return executor_.is_spinning() || is_done(); });
   }
   Spinning(const Spinning&) = delete;

@@ -241,7 +241,8 @@ TEST_P(Record, AttachesTwiceAndEachRecordingIsComplete) {
   const Finished first_result = first.wait();
   const Finished second_result = second.wait();
   application.signal(SIGTERM);
-  EXPECT_EQ(application.wait().status, 0);
+  const Finished application_result = application.wait();
+  EXPECT_EQ(application_result.status, 0) << application_result.err;
   ASSERT_EQ(first_result.status, 0) << first_result.err;
   ASSERT_EQ(second_result.status, 0) << second_result.err;
 

@@ -8,7 +8,8 @@ namespace {
 
 // Start of a field's value, npos if the event has no such field.
 std::size_t find_value(const std::string& text, std::string_view field) {
-  const std::string key = " " + std::string(field) + " = ";
+  std::string key(1, ' ');
+  key.append(field).append(" = ");
   const std::size_t at = text.find(key);
   return at == std::string::npos ? at : at + key.size();
 }

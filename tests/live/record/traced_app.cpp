@@ -136,6 +136,13 @@ void work(Application& app, const Options& options) {
 
 }  // namespace
 
+#ifdef __SANITIZE_THREAD__
+// LTTng publishes its probes by RCU from a library that ThreadSanitizer does not see into.
+extern "C" const char* __tsan_default_suppressions() {  // NOLINT: the name is the sanitizer's
+  return "race:lttng_ust_tracepoint_cb_cie___*";
+}
+#endif
+
 int main(int argc, char** argv) {
   const Options options = parse(argc, argv);
   for (const int signal : {SIGTERM, SIGINT}) {

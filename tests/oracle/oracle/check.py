@@ -1,8 +1,11 @@
 """Runs `cie` on a generated trace and holds its answers against the truth and the recomputation."""
 
 import json
+import re
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +31,7 @@ def recompute(traces: list[str], spec_path: str | None) -> dict[str, Any]:
             "report": report.report(seen, spec, complete), "verify": verdicts}
 
 
-def answers(cie: str, traces: list[str], spec: str) -> tuple[dict[str, Any], list[str]]:
+def answers(cie: str, traces: list[str], spec: str | None) -> tuple[dict[str, Any], list[str]]:
     """What cie says, and complaints about how it says it."""
     complaints: list[str] = []
     said: dict[str, Any] = {}
@@ -36,7 +39,8 @@ def answers(cie: str, traces: list[str], spec: str) -> tuple[dict[str, Any], lis
     if code != 0:
         complaints.append(f"cie instances: exit code {code}: {err.strip()[:300]}")
     for what in ("report", "verify"):
-        code, out, err = run_cie(cie, [what, *traces, "--spec", spec, "--format", "json"])
+        code, out, err = run_cie(cie, [
+            what, *traces, *(["--spec", spec] if spec else []), "--format", "json"])
         try:
             said[what] = json.loads(out)
         except ValueError as e:
@@ -54,10 +58,33 @@ def answers(cie: str, traces: list[str], spec: str) -> tuple[dict[str, Any], lis
 def how_to(folder: Path) -> dict[str, Any]:
     """What of the expected files is to be held against whom."""
     how = {"weaker": False, "flips": True, "recomputable": True, "numbers": True,
-           "traces": ["trace"], "exit_codes": []}
+           "traces": ["trace"], "exact": [], "exit_codes": [],
+           "renamed": False}
     if (folder / "how.json").exists():
         how.update(json.loads((folder / "how.json").read_text()))
     return how
+
+
+def order_matters(cie: str, folder: Path, said: dict[str, Any]) -> list[str]:
+    """Law L4: the same bytes give the same answer, whatever the stream files are called."""
+    with tempfile.TemporaryDirectory(prefix="cie-oracle-") as scratch:
+        copy = Path(scratch) / "trace"
+        shutil.copytree(folder / "trace", copy)
+        for path in sorted(copy.rglob("channel0_*")):
+            path.rename(path.with_name(f"channel0_{9 - int(path.name.rsplit('_', 1)[1])}"))
+        again, _ = answers(cie, [str(copy)], str(folder / "spec.yaml"))
+    lines = [f"L4, stream files renamed: {x}" for x in
+             difference.compare_text(said["instances"], again["instances"], "instances.csv")]
+    for what, key in (("verify", "rules"), ("report", "callbacks"), ("report", "chains")):
+        if without_paths(said[what].get(key), folder) != without_paths(again[what].get(key), copy):
+            lines.append(f"L4, stream files renamed: {what} differs in {key}")
+    return lines
+
+
+def without_paths(value: Any, folder: Path) -> str:
+    """As text, evidence that names files of the trace made the same."""
+    return re.sub(r"channel0_\d+", "channel", json.dumps(value)).replace(
+        str(folder), "").replace("/trace", "")
 
 
 def check(cie: str, folder: Path, trace: Path | None = None, independent: bool = True) -> list[str]:
@@ -71,6 +98,8 @@ def check(cie: str, folder: Path, trace: Path | None = None, independent: bool =
         if code != wanted:
             lines.append(f"cie verify {' '.join(options)}: exit code {code}, expected {wanted} "
                          f"{err.strip()[:200]}")
+    if how["renamed"]:
+        lines += order_matters(cie, folder, said)
     truth = {name: json.loads((folder / f"{name}.json").read_text())
              for name in ("report", "verify")}
     if how["numbers"]:
@@ -79,6 +108,10 @@ def check(cie: str, folder: Path, trace: Path | None = None, independent: bool =
         lines += [f"report: {x}" for x in difference.compare(truth["report"], said["report"])]
     if how["weaker"]:
         lines += difference.compare_weaker(truth["verify"], said["verify"], how["flips"])
+        verdicts = {r["id"]: r["verdict"] for r in said["verify"].get("rules", [])}
+        lines += [f"{r['id']}: expected {r['verdict']}, got {verdicts.get(r['id'])}"
+                  for r in truth["verify"]["rules"]
+                  if r["id"] in how["exact"] and r["verdict"] != verdicts.get(r["id"])]
         if truth["verify"]["verdict"] == "INCONCLUSIVE" != said["verify"].get("verdict"):
             lines.append(f"overall: {said['verify'].get('verdict')}, expected INCONCLUSIVE")
     else:
@@ -102,6 +135,16 @@ def check(cie: str, folder: Path, trace: Path | None = None, independent: bool =
                 again["verify"]["verdict"] = "*"
             more += difference.compare_verdicts(again["verify"], said["verify"], open_subjects)
         lines += [f"recomputed {x}" for x in more if x.split(": ", 1)[-1] not in known]
+    return lines
+
+
+def check_recording(cie: str, traces: list[str], spec: str | None) -> list[str]:
+    """Differences of `cie` from the recomputation, on a recording of which nothing is known."""
+    said, lines = answers(cie, traces, spec)
+    again = recompute(traces, spec)
+    lines += difference.compare_text(again["instances"], said["instances"], "instances.csv")
+    lines += [f"report: {x}" for x in difference.compare(again["report"], said["report"])]
+    lines += difference.compare_verdicts(again["verify"], said["verify"])
     return lines
 
 

@@ -35,6 +35,8 @@ class Stream:
     cpu: int | None
     packets: list[Packet]
     damaged: bool
+    stream_class: int = 0
+    hot: bool = False  # carries callback_start, or kernel events
 
 
 def find_traces(roots: list[str]) -> list[Path]:
@@ -119,8 +121,19 @@ def read_streams(roots: list[str]) -> list[Stream]:
             stream.domain = domain.group(1) if domain else ""
             stream.hostname = host.group(1) if host else ""
             stream.clock_uuid = clock.group(1) if clock else ""
+            stream.hot = stream.domain != "ust" or stream.stream_class in _hot_classes(text)
             streams.append(stream)
     return streams
+
+
+def _hot_classes(text: str) -> set[int]:
+    """Ids of the stream classes (LTTng: channels) that callback_start is recorded in."""
+    classes = set()
+    for body in re.findall(r"\nevent\s*\{(.*?)\n\};", text, re.S):
+        if '"cie:callback_start"' in body:
+            number = re.search(r"stream_id\s*=\s*(\d+)", body)
+            classes.add(int(number.group(1)) if number else 0)
+    return classes
 
 
 def _read_stream(path: Path, header: list, context: list) -> Stream:
@@ -139,18 +152,37 @@ def _read_stream(path: Path, header: list, context: list) -> Stream:
             stream.damaged = True
             break
         stream.cpu = values.get("cpu_id", stream.cpu)
+        stream.stream_class = head.get("stream_id", 0)
         stream.packets.append(Packet(values["timestamp_begin"], values["timestamp_end"],
                                      values.get("events_discarded"), values.get("packet_seq_num")))
         at += size
     return stream
 
 
+def _channel_windows(streams: list[Stream]) -> list[tuple[int, int]]:
+    channels: dict[str, list[Stream]] = {}
+    for s in streams:
+        if s.packets:
+            channels.setdefault(s.channel, []).append(s)
+    return [(max(s.packets[0].begin for s in used), min(s.packets[-1].end for s in used))
+            for used in channels.values()]
+
+
 def window(streams: list[Stream], domain: str) -> tuple[int, int] | None:
-    """[latest first-packet begin, earliest last-packet end] over the streams of one domain."""
-    used = [s for s in streams if s.packets and s.domain == domain]
-    if not used:
+    """[latest first-packet begin, earliest last-packet end] over the streams of the channel that
+    instances are recorded in; several such channels (processes, users) all count."""
+    windows = _channel_windows([s for s in streams if s.domain == domain and s.hot])
+    if not windows:
         return None
-    return max(s.packets[0].begin for s in used), min(s.packets[-1].end for s in used)
+    return min(w[0] for w in windows), max(w[1] for w in windows)
+
+
+def whole_window(streams: list[Stream]) -> tuple[int, int] | None:
+    """What the windows of all user-space channels have in common: the report's begin and end."""
+    windows = _channel_windows([s for s in streams if s.domain == "ust"])
+    if not windows:
+        return None
+    return max(w[0] for w in windows), min(w[1] for w in windows)
 
 
 @dataclass
@@ -170,7 +202,9 @@ def losses(streams: list[Stream]) -> list[Loss]:
     for s in streams:
         previous: Packet | None = None
         for p in s.packets:
-            before = previous.discarded if previous else 0
+            # The counter runs from the start of the session; the first packet of a later chunk
+            # (rotation) brings along what earlier chunks lost.
+            before = previous.discarded if previous else p.discarded if p.seq else 0
             if p.discarded is not None and p.discarded > (before or 0):
                 found.append(Loss(s.domain, s.hostname, s.cpu, previous.end if previous else p.begin,
                                   p.end, p.discarded - (before or 0)))

@@ -5,6 +5,7 @@ from typing import Any
 from .chains import Chain, ChainFinder
 from .entities import Callback, Instance, Thread
 from .model import Model
+from .packets import whole_window
 
 
 def summary(values: list[int]) -> dict[str, Any] | None:
@@ -109,21 +110,24 @@ def chains_of(model: Model, spec: dict[str, Any] | None) -> list[Chain]:
     if spec is not None:
         return [finder.find(c["name"], c["callbacks"]) for c in spec.get("chains") or []]
     paths = [[c.logical_id for c in path] for path in finder.maximal_paths()]
-    return [finder.find(" -> ".join(path), path) for path in sorted(paths)]
+    found = [finder.find(" -> ".join(path), path) for path in sorted(paths)]
+    return [chain for chain in found if chain.instances]
 
 
 def busy(thread: Thread, model: Model) -> int | None:
     """On-CPU time; None without kernel events."""
     if not model.has_kernel:
         return None
-    total, since = 0, None
-    for e in thread.kernel:
-        if e.name == "sched_switch":
-            if e.next_tid == thread.tid:
-                since = e.time
-            elif since is not None:
-                total += e.time - since
-                since = None
+    total, since, left = 0, None, None
+    seen = [e for e in thread.kernel if e.name == "sched_switch"] + thread.user
+    for e in sorted(seen, key=lambda e: (e.time, e.is_user, e.order)):
+        if e.is_user:  # it runs, whatever was seen before, unless it left in this very nanosecond
+            since = e.time if since is None and left != e.time else since
+        elif e.next_tid == thread.tid:
+            since = e.time
+        elif since is not None:
+            total += e.time - since
+            since, left = None, e.time
     return total
 
 
@@ -138,9 +142,10 @@ def report(model: Model, spec: dict[str, Any] | None, complete: bool | None) -> 
                        "cpus": last.cpus} if last else None),
             "busy_ns": busy(t, model)})
     lost = [x.count for x in model.losses]
+    whole = whole_window(model.streams)
     return {
         "schema": "cie.report/1",
-        "trace": {"begin_ns": model.window[0], "end_ns": model.window[1],
+        "trace": {"begin_ns": whole[0] if whole else None, "end_ns": whole[1] if whole else None,
                   "events": len(model.events), "streams": len(model.streams),
                   "hosts": sorted({e.host for e in model.events}),
                   "lost_events": None if None in lost else sum(lost), "complete": complete},

@@ -100,7 +100,8 @@ def _trace(j: Judge) -> None:
     clocks = {s.clock_uuid for s in m.streams}
     j.put("T6", "trace", PASS if len(clocks) <= 1 else INCONCLUSIVE)
     user_loss = any(x.domain == "ust" for x in m.losses)
-    unproved = INCONCLUSIVE in [*j.verdicts["T3"].values(), *j.verdicts["T4"].values()]
+    unproved = INCONCLUSIVE in j.verdicts["T3"].values() or any(
+        p.end and not proof.whole[p] for p in m.processes)
     cost = user_loss and unproved or j.kernel_loss_costs
     j.put("T2", "trace", INCONCLUSIVE if cost else PASS)
 

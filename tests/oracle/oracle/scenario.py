@@ -64,6 +64,8 @@ class Scenario:
         self.kernel_layout: dict[str, Any] = {}
         self.window_end: int | None = None  # of the user streams, when it is not `end`
         self.traces = ["trace"]
+        self.exact: list[str] = []  # rules that are held to their verdict even when `weaker`
+        self.renamed = False  # ask once more with the stream files under other names
         self.exit_codes: list[tuple[list[str], int]] = []  # (options of verify, exit code)
         self.require: str | None = None    # overall verdict, where subjects are left open
 
@@ -498,5 +500,6 @@ class Scenario:
                            ("how", {"scenario": self.name, "seed": self.seed,
                                     "weaker": self.weaker, "flips": self.flips, "recomputable": self.recomputable,
                                     "numbers": self.numbers, "traces": self.traces,
-                                    "exit_codes": self.exit_codes})):
+                                    "exact": self.exact, "exit_codes": self.exit_codes,
+                                    "renamed": self.renamed})):
             (folder / f"{name}.json").write_text(json.dumps(data, indent=1) + "\n")

@@ -58,6 +58,7 @@ def no_contexts(s: Scenario) -> None:
     s.run()
     s.expect("T5", "trace", INCONCLUSIVE)  # vpid or vtid absent
     s.weaker, s.numbers, s.recomputable = True, False, False
+    s.exact = ["T5" if not s.user_layout.get("contexts", True) else "T6"]
     s.require = INCONCLUSIVE
 
 
@@ -68,6 +69,7 @@ def other_boot(s: Scenario) -> None:
     s.run()
     s.expect("T6", "trace", INCONCLUSIVE)  # clocks cannot be related
     s.weaker, s.numbers, s.recomputable = True, False, False
+    s.exact = ["T5" if not s.user_layout.get("contexts", True) else "T6"]
     s.require = INCONCLUSIVE
 
 
@@ -76,6 +78,25 @@ def stream_without_events(s: Scenario) -> None:
     s.standard()
     s.run()
     s.cpus += 1  # one more CPU, one empty packet in each of its streams
+
+
+@scenario
+def renamed_streams(s: Scenario) -> None:
+    s.standard()
+    s.run()
+    s.renamed = True
+
+
+@scenario
+def renamed_streams_with_faults(s: Scenario) -> None:
+    BUILDERS["lost_and_counted"](s)
+    s.renamed = True
+
+
+@scenario
+def renamed_streams_in_a_pool(s: Scenario) -> None:
+    BUILDERS["multi_threaded"](s)
+    s.renamed = True
 
 
 # -- windows ---------------------------------------------------------------------------------------

@@ -210,3 +210,58 @@ def lost_release(s: Scenario) -> None:
            and e.fields["release_seq"] == 2, declared=False)
     s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # released != seen
     s.tainted(c)  # "a subject whose totals disagree with what was seen is tainted likewise"
+
+
+@scenario
+def lost_first_publish(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    s.drop(lambda e: e.name == "publish" and e.fields["publisher_id"] == 1
+           and e.fields["seq"] == 0, declared=False)
+    s.expect("T3", "topic /t1", INCONCLUSIVE)  # the first seen is above publisher_init's next_seq
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # published != seen
+    # The message taken first precedes the first one seen of its writer, but the writer was announced
+    # before it: nothing came "before the recording", it is lost.
+    s.expect("Q2", "chain chain0", INCONCLUSIVE)
+    s.report_open.add("chains")
+
+
+@scenario
+def lost_first_instance(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    c = app.callbacks[4]
+    row = [r for r in s.rows() if r.callback is c][0]
+    s.drop(lambda r: r.name in ("callback_start", "callback_end")
+           and r.fields["callback_id"] == c.id and r.fields["seq"] == 0, declared=False)
+    s.hidden.add(id(row))
+    s.tainted(c)
+    s.expect("T3", s.callback(c), INCONCLUSIVE)  # the first start is above next_seq
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)
+    s.expect("S2", s.callback(c), INCONCLUSIVE)  # either event lost
+    # W and U of seq 1 are its own: it waited after the lost one as well.
+
+
+@scenario
+def lost_last_instance(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    c = app.callbacks[4]
+    row = [r for r in s.rows() if r.callback is c][-1]
+    s.drop(lambda r: r.name in ("callback_start", "callback_end")
+           and r.fields["callback_id"] == c.id and r.fields["seq"] == row.seq, declared=False)
+    s.hidden.add(id(row))
+    s.tainted(c)  # no seq jumps: only the totals tell
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)
+
+
+@scenario
+def lost_last_publish(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    last = app.published["/t1"] - 1
+    s.drop(lambda e: e.name == "publish" and e.fields["publisher_id"] == 1
+           and e.fields["seq"] == last, declared=False)
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)
+    s.expect("Q2", "chain chain0", INCONCLUSIVE)
+    s.report_open.add("chains")

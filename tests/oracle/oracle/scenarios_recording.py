@@ -123,7 +123,8 @@ def no_run_end(s: Scenario) -> None:
 # -- restart -----------------------------------------------------------------------------------------
 
 
-def _restart(s: Scenario, changed: bool, pid: int = 5001) -> None:
+def _restart(s: Scenario, changed: bool, pid: int = 5001, deadline: int = 0,
+             cpus: tuple[int, ...] = ()) -> App:
     everywhere = tuple(range(s.cpus))
 
     def lifetime(pid: int, priority: int, start: int, stop: int) -> App:
@@ -143,6 +144,8 @@ def _restart(s: Scenario, changed: bool, pid: int = 5001) -> None:
     second = lifetime(pid, 31 if changed else 30, s.begin + 50 * MS, s.stop_at)
     for c in second.callbacks:
         c.first_expiry += 6 * MS
+    second.callbacks[0].deadline = deadline
+    second.callbacks[0].affinity = cpus or everywhere
     s.run()
     for c in second.callbacks:
         s.expect("M5", s.callback(c, second), PASS)
@@ -154,6 +157,7 @@ def _restart(s: Scenario, changed: bool, pid: int = 5001) -> None:
         for app in (first, second):
             for rule in ("S1", "S2"):
                 s.expect(rule, s.callback(app.callbacks[0], app), "absent")
+    return second
 
 
 @scenario
@@ -170,3 +174,99 @@ def restart_with_other_priority(s: Scenario) -> None:
 def restart_with_same_pid(s: Scenario) -> None:
     _restart(s, changed=False, pid=4001)
     s.weaker = True  # two processes share their subjects' names
+
+
+@scenario
+def attached_in_mid_instance(s: Scenario) -> None:
+    """The recording begins inside an instance; the announcement follows a little later."""
+    app = s.standard()
+    app.announce_at = s.begin + 43 * MS
+    s.run()
+    cut = [r for r in app.truth if s.begin + 24 * MS < r.start and r.end < s.begin + 42 * MS]
+    cut = s.machine.random.choice(cut)
+    s.window_begin = begin = cut.start + (cut.end - cut.start) // 2
+    m = s.machine
+    for r in s.rows():  # what came before the recording is not in it
+        if r.wakeup is not None and r.wakeup < begin:
+            r.wakeup = None
+        if r.waking is not None and r.waking < begin:
+            later = [k.time for k in m.kernel if k.name == "sched_wakeup" and k.time >= begin
+                     and k.fields["tid"] == r.thread.tid and k.time <= r.start]
+            r.waking = later[-1] if later else None  # sched_wakeup if there is no other
+    for t, *_ in app.announced:
+        s.expect("S3", s.thread(t), PASS)
+        s.expect("S5", s.thread(t), OPEN)
+    for c in app.callbacks:
+        s.expect("S2", s.callback(c), NOT_APPLICABLE)
+    s.report_open.update(("wakeup_latency_ns", "execution_time_ns", "preempted_ns", "blocked_ns",
+                          "wake_delay_ns"))
+    for name in ("chain0", "chain1"):
+        s.expect("Q2", f"chain {name}", OPEN)  # a message published by the instance that was cut
+
+
+@scenario
+def crash_of_one_of_two(s: Scenario) -> None:
+    s.standard()
+    c = SimCallback(0, "timer", "/c/tick", period=10 * MS, priority=20,
+                    affinity=tuple(range(s.cpus)), group=1, first_expiry=s.begin + 12 * MS)
+    other = s.add(App(s.machine, 5001, "isolated", [c]))
+    other.next_tid = 5004
+    s.machine.at(s.begin + 55 * MS, other.crash)
+    s.run()
+    s.expect("T4", "process 5001 (pid 5001)", INCONCLUSIVE)
+    s.report_open.add("incomplete")
+
+
+@scenario
+def restart_with_other_deadline(s: Scenario) -> None:
+    second = _restart(s, changed=False, deadline=7 * MS)
+    s.expect("M5", s.callback(second.callbacks[0], second), FAIL)
+
+
+@scenario
+def restart_with_other_cpus(s: Scenario) -> None:
+    if s.cpus == 1:
+        s.cpus = s.machine.cpus = 2
+        s.machine.current = [None, None]
+    second = _restart(s, changed=False, cpus=(1,))
+    c = second.callbacks[0]
+    s.expect("M5", s.callback(c, second), FAIL)
+    s.spec_changes[c.logical_id] = {"policy": None, "affinity": None, "priority": None}
+    for app in s.apps:
+        for rule in ("S1", "S2"):
+            s.expect(rule, s.callback(app.callbacks[0], app), "absent")
+
+
+def _events_absent(s: Scenario, name: str) -> None:
+    s.standard()
+    s.run()
+    s.drop(lambda r: r.name == name, declared=False)
+    s.expect("T5", "trace", INCONCLUSIVE)
+    s.weaker, s.numbers = True, False
+    s.exact = ["T5"]
+    s.require = INCONCLUSIVE
+
+
+@scenario
+def no_run_begin(s: Scenario) -> None:
+    _events_absent(s, "run_begin")
+
+
+@scenario
+def no_callback_init(s: Scenario) -> None:
+    _events_absent(s, "callback_init")
+
+
+@scenario
+def no_thread_init(s: Scenario) -> None:
+    _events_absent(s, "thread_init")
+
+
+@scenario
+def no_callback_start(s: Scenario) -> None:
+    _events_absent(s, "callback_start")
+
+
+@scenario
+def no_callback_end(s: Scenario) -> None:
+    _events_absent(s, "callback_end")

@@ -1,8 +1,11 @@
 """Scenarios: mapping of callbacks to threads, scheduling parameters."""
 
+from collections.abc import Iterator
+
 from .register import scenario
 from .scenario import FAIL, INCONCLUSIVE, MS, NOT_APPLICABLE, OPEN, PASS, Scenario
 from .sim_entities import SimCallback
+from .simulator import SimThread
 
 # -- mapping -----------------------------------------------------------------------------------------
 
@@ -426,3 +429,52 @@ def no_parameters_in_spec(s: Scenario) -> None:
     s.spec_changes[c.logical_id] = {"policy": None, "priority": None, "affinity": []}
     s.expect("S1", s.callback(c), "absent")  # absent and [] are not judged
     s.expect("S2", s.callback(c), "absent")
+
+
+def _child(s: Scenario, priority: int) -> None:
+    """A callback thread forks a helper that nobody announces."""
+    app = s.standard()
+    c = app.callbacks[4]
+
+    def helper() -> Iterator[tuple[str, int]]:
+        yield "run", 20_000
+
+    child = SimThread(4900, "helper", app.pid, helper(), priority, 1 if priority else 0,
+                      affinity=tuple(range(s.cpus)))
+    s.machine.at(s.begin + 40 * MS, lambda: s.machine.spawn(child, c.thread))
+    s.run()
+    s.expect("S5", s.thread(child), FAIL if priority else PASS)
+
+
+@scenario
+def leaked_to_child(s: Scenario) -> None:
+    _child(s, 46)  # a child of a real-time thread that runs at its parent's priority
+
+
+@scenario
+def child_without_priority(s: Scenario) -> None:
+    _child(s, 0)
+
+
+@scenario
+def replaced_thread_first_unseen(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.exit_after = 2
+    s.run()
+    first = [r for r in s.rows() if r.callback is c][0].thread
+    s.drop(lambda e: e.name in ("thread_init", "thread_sched", "thread_fini")
+           and e.fields.get("tid") == first.tid, declared=False)
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # run_end counts one thread more
+    # seq 0 ran on the thread that nothing is known of; that a later thread was configured later
+    # says nothing about it. Where M9 is INCONCLUSIVE for a thread, so are M6, M8, S1, S2.
+    s.expect("M9", s.thread(first), INCONCLUSIVE)
+    s.expect("M6", s.thread(first), INCONCLUSIVE)
+    s.expect("M8", f"group {c.group}", INCONCLUSIVE)
+    for rule in ("S1", "S2"):
+        s.expect(rule, s.callback(c), INCONCLUSIVE)
+    for rule in ("M3", "M4"):
+        s.expect(rule, s.callback(c), OPEN)
+    for rule in ("S3", "S4", "S5"):
+        s.expect(rule, s.thread(first), OPEN)
+    s.require = OPEN  # M4 may well have seen enough to FAIL

@@ -291,3 +291,33 @@ def mixed_releases(s: Scenario) -> None:
 def mixed_releases_no_kernel(s: Scenario) -> None:
     s.kernel = False
     mixed_releases(s)
+
+
+def _unknown_service(s: Scenario, executor: str) -> None:
+    c = s.standard(executor).callbacks[6]
+    c.unknown_release = True
+    s.run()
+    for rule in ("R1", "R3", "R5"):  # no source timestamp: no upper bound either
+        s.expect(rule, s.callback(c), INCONCLUSIVE)
+
+
+@scenario
+def unknown_release_service(s: Scenario) -> None:
+    _unknown_service(s, "isolated")
+
+
+@scenario
+def unknown_release_service_pool(s: Scenario) -> None:
+    _unknown_service(s, "multi_threaded")
+
+
+@scenario
+def lower_bound_beyond_deadline(s: Scenario) -> None:
+    c = s.standard().callbacks[4]
+    c.unknown_release = True
+    s.run()
+    least = max(r.end - s.release(r)[0] for r in s.rows() if r.callback is c)
+    s.spec_changes[c.logical_id] = {"response_deadline": least - 1}
+    for rule in ("R1", "R2", "R5"):
+        s.expect(rule, s.callback(c), INCONCLUSIVE)
+    s.expect("R3", s.callback(c), FAIL)  # even the lower bound is beyond it

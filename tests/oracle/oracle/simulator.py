@@ -160,7 +160,8 @@ class Machine:
                 if thread.state == "running":
                     self._ready(thread)
                 self.current[cpu] = None
-        waiting = sorted((t for t in self.threads if t.state == "ready" and t not in before),
+        waiting = sorted((t for t in self.threads if t.state == "ready" and t not in before
+                          and not (t.account == "preempted" and t.since == self.now)),
                          key=lambda t: (-t.priority, t.ready_order))
         for thread in waiting:
             free = [c for c in range(self.cpus)

@@ -1,10 +1,10 @@
 #include "arrival_log.hpp"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <atomic>
 #include <thread>
+
+#include <gtest/gtest.h>
 
 namespace cie::executor {
 namespace {

@@ -1,11 +1,11 @@
 #include "names.hpp"
 
-#include <gtest/gtest.h>
+#include "delivery.hpp"
 
 #include <array>
 #include <stdexcept>
 
-#include "delivery.hpp"
+#include <gtest/gtest.h>
 
 namespace cie::executor {
 namespace {

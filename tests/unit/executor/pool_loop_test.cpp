@@ -1,6 +1,7 @@
 #include "pool_loop.hpp"
 
-#include <gtest/gtest.h>
+#include "clock.hpp"
+#include "serial_loop.hpp"
 
 #include <atomic>
 #include <functional>
@@ -8,8 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "clock.hpp"
-#include "serial_loop.hpp"
+#include <gtest/gtest.h>
 
 namespace cie::executor {
 namespace {
@@ -61,18 +61,21 @@ std::shared_ptr<GroupState> group(GroupType type) {
 
 struct Running {
   Running(Loop& running_loop, int threads) : loop(running_loop) {
-    for (int i = 0; i < threads; ++i) workers.emplace_back([this] { loop.run(kNever); });
+    for (int i = 0; i < threads; ++i)
+      workers.emplace_back([this] { loop.run(kNever); });
   }
   ~Running() {
     loop.stop();
-    for (auto& worker : workers) worker.join();
+    for (auto& worker : workers)
+      worker.join();
   }
   Loop& loop;
   std::vector<std::thread> workers;
 };
 
 void wait_for(const std::atomic<int>& count, int value) {
-  while (count < value) std::this_thread::yield();
+  while (count < value)
+    std::this_thread::yield();
 }
 
 TEST(PoolLoop, RunsEveryReleaseOnce) {
@@ -85,7 +88,8 @@ TEST(PoolLoop, RunsEveryReleaseOnce) {
   {
     const Running running{loop, 3};
     loop.add(callback);
-    for (int i = 0; i < kReleases; ++i) callback->release();
+    for (int i = 0; i < kReleases; ++i)
+      callback->release();
     wait_for(runs, kReleases);
     callback->serve(nullptr);
   }
@@ -115,9 +119,11 @@ TEST(PoolLoop, NeverOverlapsAMutuallyExclusiveGroup) {
   }
   {
     const Running running{loop, 4};
-    for (const auto& callback : callbacks) loop.add(callback);
+    for (const auto& callback : callbacks)
+      loop.add(callback);
     for (int i = 0; i < kReleases; ++i) {
-      for (const auto& callback : counted) callback->release();
+      for (const auto& callback : counted)
+        callback->release();
     }
     wait_for(runs, 3 * kReleases);
     loop.remove(callbacks);
@@ -162,7 +168,8 @@ TYPED_TEST(AnyLoop, WaitsForTheRunningInstanceBeforeRemoveReturns) {
   std::atomic<bool> has_ended{false};
   const auto callback = std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] {
     ++started;
-    while (!may_end) std::this_thread::yield();
+    while (!may_end)
+      std::this_thread::yield();
     has_ended = true;
   });
   const Running running{loop, 1};

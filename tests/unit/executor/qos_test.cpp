@@ -1,10 +1,11 @@
 #include <cie/executor/qos.hpp>
-#include <gtest/gtest.h>
+
+#include "dds_qos.hpp"
 
 #include <cstdint>
 #include <stdexcept>
 
-#include "dds_qos.hpp"
+#include <gtest/gtest.h>
 
 namespace cie::executor {
 namespace {

@@ -1,9 +1,9 @@
 #include "queue_count.hpp"
 
-#include <gtest/gtest.h>
-
 #include <deque>
 #include <random>
+
+#include <gtest/gtest.h>
 
 namespace cie::executor {
 namespace {
@@ -51,7 +51,8 @@ TEST(QueueCount, IsExactOnceTheQueueIsEmpty) {
   ModelQueue queue{2};
   std::mt19937 random{1};
   for (int round = 0; round < 200; ++round) {
-    for (auto i = random() % 6; i > 0; --i) queue.store();
+    for (auto i = random() % 6; i > 0; --i)
+      queue.store();
     while (queue.take()) {
       EXPECT_LE(queue.counted(), queue.truth());
     }
@@ -90,7 +91,8 @@ TEST(QueueCount, DoesNotTakeANoticeForASample) {
 
 TEST(QueueCount, WithoutABoundOnlyTheEmptyQueueTells) {
   QueueCount count{0};
-  for (int i = 0; i < 5; ++i) EXPECT_EQ(count.on_stored(), 0U);
+  for (int i = 0; i < 5; ++i)
+    EXPECT_EQ(count.on_stored(), 0U);
   auto before = count.begin_take();
   count.end_take(TakeOutcome::sample, before);
   before = count.begin_take();

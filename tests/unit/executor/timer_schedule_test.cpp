@@ -1,17 +1,16 @@
 #include "timer_schedule.hpp"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <set>
 #include <thread>
 #include <vector>
 
+#include <gtest/gtest.h>
+
 namespace cie::executor {
 namespace {
 
 constexpr std::int64_t kPeriod = 100;
-
 
 TEST(TimerSchedule, IsNeverDueBeforeItIsStarted) {
   TimerSchedule schedule{kPeriod};
@@ -113,7 +112,8 @@ TEST(TimerSchedule, IsSharedByThreadsWithoutLossOrRepetition) {
       }
     });
   }
-  for (auto& thread : threads) thread.join();
+  for (auto& thread : threads)
+    thread.join();
   std::set<std::int64_t> all;
   std::size_t count = 0;
   for (const auto& mine : taken) {

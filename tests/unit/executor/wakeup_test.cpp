@@ -1,11 +1,11 @@
 #include "wakeup.hpp"
 
-#include <gtest/gtest.h>
-
 #include <atomic>
 #include <csignal>
 #include <thread>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 namespace cie::executor {
 namespace {
@@ -41,7 +41,8 @@ TEST(Wakeup, WakesAThreadThatWaits) {
   std::atomic<WaitResult> result{WaitResult::spurious};
   std::thread waiter{[&] {
     WaitResult last = WaitResult::spurious;
-    while (last == WaitResult::spurious) last = wakeup.wait_until(kNever);
+    while (last == WaitResult::spurious)
+      last = wakeup.wait_until(kNever);
     result = last;
   }};
   wakeup.notify();
@@ -49,8 +50,8 @@ TEST(Wakeup, WakesAThreadThatWaits) {
   EXPECT_TRUE(result == WaitResult::signalled || result == WaitResult::not_waited);
 }
 
-// The pattern of every dispatch: make ready, notify; take all, wait. No item may be left behind by a
-// thread that sleeps. A lost wake-up hangs this test.
+// The pattern of every dispatch: make ready, notify; take all, wait. No item may be left behind by
+// a thread that sleeps. A lost wake-up hangs this test.
 TEST(Wakeup, LosesNoSignalBetweenThreads) {
   constexpr int kItems = 20000;
   constexpr int kProducers = 3;
@@ -70,7 +71,8 @@ TEST(Wakeup, LosesNoSignalBetweenThreads) {
     taken += ready.exchange(0, std::memory_order_relaxed);
     if (taken < kItems * kProducers) wakeup.wait_until(kNever);
   }
-  for (auto& producer : producers) producer.join();
+  for (auto& producer : producers)
+    producer.join();
   EXPECT_EQ(taken, kItems * kProducers);
 }
 

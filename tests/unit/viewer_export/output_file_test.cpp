@@ -72,6 +72,27 @@ TEST_F(OutputFileTest, ReplacesTheFileBehindASymbolicLinkAndKeepsItsMode) {
   EXPECT_EQ(status.st_mode & 07777U, 0640U);
 }
 
+TEST_F(OutputFileTest, TakesTheLongestNameThereIs) {
+  const auto target = directory_ / std::string(255, 'n');
+  OutputFile file(target);
+  file.stream() << "x";
+  file.commit();
+  EXPECT_EQ(content(target), "x");
+}
+
+TEST_F(OutputFileTest, TellsWhichTemporaryFileExists) {
+  std::vector<fs::path> told;
+  OutputFile file(directory_ / "report", [&](const fs::path& path) {
+    EXPECT_EQ(fs::exists(path), !path.empty());
+    told.push_back(path);
+  });
+  file.stream() << "x";
+  file.commit();
+  ASSERT_GE(told.size(), 2U);
+  EXPECT_EQ(told.front().parent_path(), directory_);
+  EXPECT_TRUE(told.back().empty());
+}
+
 TEST_F(OutputFileTest, NamesWhatCannotBeWritten) {
   const auto message = [](const fs::path& target) {
     try {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/tracepoints/schema.hpp>
+
 #include <chrono>
 #include <memory>
 #include <string>
@@ -27,9 +28,9 @@ class CallbackGroup {
 };
 
 struct CallbackOptions {
-  std::shared_ptr<CallbackGroup> group{};   // null: a group of its own
-  std::string name{};                       // stands in the logical id's parentheses; may be empty
-  std::chrono::nanoseconds deadline{0};   // declared response-time bound; 0: none
+  std::shared_ptr<CallbackGroup> group{};  // null: a group of its own
+  std::string name{};                      // stands in the logical id's parentheses; may be empty
+  std::chrono::nanoseconds deadline{0};    // declared response-time bound; 0: none
 };
 
 }  // namespace cie

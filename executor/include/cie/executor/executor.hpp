@@ -4,6 +4,7 @@
 #include <cie/executor/node.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <chrono>
 #include <cstdint>
 #include <exception>
@@ -21,11 +22,11 @@ class ExecutorCore;
 
 // A thread does not run as the spec says.
 struct ParameterProblem {
-  std::string file{};  // the spec's name
-  int line = 0;      // 1-based; of the entry
+  std::string file{};   // the spec's name
+  int line = 0;         // 1-based; of the entry
   std::string entry{};  // its id
   std::string thread{};
-  int error = 0;      // errno of the refused request; 0: accepted, but another value was read back
+  int error = 0;  // errno of the refused request; 0: accepted, but another value was read back
   std::string reason{};  // in words, with the remedy
 
   // "demo.yaml:12: \"/lidar@Timer(100000000)\": cannot set SCHED_FIFO 80: … ".
@@ -59,7 +60,7 @@ struct ExecutorOptions {
   // entry of their callback's logical id; all other threads that of their name.
   std::shared_ptr<const SchedulingSpec> spec{};
   OnError on_error = OnError::refuse;
-  // Called from the thread concerned, one call at a time. May be empty.
+  // Called from the thread concerned, one call at a time; must not call the executor. May be empty.
   std::function<void(const ParameterProblem&)> on_parameter_problem{};
   // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
   // throws the exception.
@@ -71,8 +72,8 @@ struct ExecutorOptions {
 };
 
 // What all executors share. Every function may be called from any thread. Wrong use throws
-// std::logic_error: a node in two executors or twice in one, spin() while spinning, remove_node() of
-// a stranger or from a callback that it would have to wait for.
+// std::logic_error: a node in two executors or twice in one, spin() while spinning, remove_node()
+// of a stranger or from a callback that it would have to wait for.
 class Executor {
  public:
   virtual ~Executor();  // cancels; must not run while spin() has not returned

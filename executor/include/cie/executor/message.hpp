@@ -20,7 +20,8 @@ struct MessageTraits;
 
 template <typename T>
 concept Message = std::is_trivially_copyable_v<T> && requires {
-  { MessageTraits<T>::descriptor() } noexcept -> std::same_as<const dds_topic_descriptor&>;
+  { MessageTraits<T>::descriptor() }
+  noexcept->std::same_as<const dds_topic_descriptor&>;
 };
 
 // What is known of a received message besides its contents.

@@ -9,6 +9,7 @@
 #include <cie/executor/subscription.hpp>
 #include <cie/executor/timer.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <chrono>
 #include <concepts>
 #include <functional>

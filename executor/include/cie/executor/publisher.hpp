@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/executor/message.hpp>
+
 #include <cstdint>
 #include <memory>
 #include <string>

@@ -6,7 +6,7 @@
 namespace cie {
 
 enum class Reliability : std::uint8_t { reliable, best_effort };
-enum class Durability : std::uint8_t { volatile_, transient_local };
+enum class Durability : std::uint8_t { volatile_only, transient_local };
 enum class History : std::uint8_t { keep_last, keep_all };
 
 struct KeepLast {
@@ -14,8 +14,8 @@ struct KeepLast {
 };
 struct KeepAll {};
 
-// A value; the default is reliable, volatile, as in ROS 2. A depth of 0 is refused when an entity is
-// created with it (std::logic_error).
+// A value; the default is reliable, volatile, as in ROS 2. A depth of 0 is refused when an entity
+// is created with it (std::logic_error).
 class QoS {
  public:
   // NOLINTNEXTLINE(google-explicit-constructor): create_publisher<T>("topic", 10) as in rclcpp
@@ -46,7 +46,7 @@ class QoS {
     return *this;
   }
   constexpr QoS& durability_volatile() noexcept {
-    durability_ = Durability::volatile_;
+    durability_ = Durability::volatile_only;
     return *this;
   }
 
@@ -61,7 +61,7 @@ class QoS {
  private:
   History history_ = History::keep_last;
   Reliability reliability_ = Reliability::reliable;
-  Durability durability_ = Durability::volatile_;
+  Durability durability_ = Durability::volatile_only;
   std::uint32_t depth_ = 0;
 };
 

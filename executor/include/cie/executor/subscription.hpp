@@ -3,6 +3,7 @@
 
 #include <cie/executor/message.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <concepts>
 #include <cstdint>
 #include <functional>
@@ -28,8 +29,9 @@ std::uint32_t matched_writers(const SubscriptionCallback& callback);
 template <typename F, typename T>
 concept SubscriptionFunction =
     std::invocable<F&, const T&> || std::invocable<F&, const T&, const MessageInfo&> ||
-    std::invocable<F&, std::shared_ptr<const T>> ||
-    std::invocable<F&, std::shared_ptr<const T>, const MessageInfo&>;
+    std::invocable<F&, std::shared_ptr<const T>> || std::invocable < F&,
+        std::shared_ptr<const T>,
+const MessageInfo& > ;
 
 // May outlive its node; it then is idle.
 template <Message T>

@@ -3,6 +3,7 @@
 
 #include <cie/executor/callback_group.hpp>
 #include <cie/tracepoints/schema.hpp>
+
 #include <chrono>
 #include <memory>
 #include <optional>

@@ -17,8 +17,8 @@ class WriteError : public std::runtime_error {
 };
 
 // Called with the name of the temporary file when it appears, and with an empty path when it is
-// gone, so that a signal handler can remove it. Not called where the file system can keep the
-// temporary file without a name.
+// gone, so that a signal handler can remove it. Where the file system can keep a file without a
+// name it has one only for the moment of taking its place.
 using TemporaryListener = std::function<void(const std::filesystem::path&)>;
 
 // A result being written. Until commit() a regular target keeps its old content; destruction

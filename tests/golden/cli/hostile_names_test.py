@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""A trace whose names try to control the terminal and to break formats. Arguments: CIE EXAMPLES.
+
+The names are written over those of an example trace, with the same number of bytes, so that every
+number stays known.
+"""
+import csv
+import io
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CIE = os.path.abspath(sys.argv[1])
+EXAMPLE = os.path.join(os.path.abspath(sys.argv[2]), "multi_threaded_fails")
+
+GOOD = b"/a/plan@Timer(20000000)"
+EVIL = b'\x1b[2J\x1b]0;x\x07",\n\r\t\xc2\x9b\xff\xe2\x80\xaeab'
+SEEN = EVIL.decode(errors="replace")
+assert len(EVIL) == len(GOOD)
+
+
+class HostileNames(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.trace = os.path.join(folder.name, "trace")
+        shutil.copytree(os.path.join(EXAMPLE, "trace"), cls.trace)
+        replaced = 0
+        for where, _, names in os.walk(cls.trace):
+            for name in names:
+                path = os.path.join(where, name)
+                os.chmod(path, 0o644)
+                with open(path, "rb") as file:
+                    content = file.read()
+                replaced += content.count(GOOD)
+                with open(path, "wb") as file:
+                    file.write(content.replace(GOOD, EVIL))
+        assert replaced > 0, "the example no longer holds the name"
+
+    def cie(self, command, *arguments, code=0):
+        result = subprocess.run([CIE, command, self.trace, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, timeout=60, check=False)
+        self.assertEqual((result.returncode, result.stderr), (code, b""))
+        return result.stdout
+
+    def test_text_shows_the_name_and_obeys_nothing_in_it(self):
+        for text in (self.cie("report"), self.cie("verify", code=1)):
+            for control in (b"\x1b", b"\x07", b"\r", b"\t", b"\xc2\x9b", b"\xff", b"\xe2\x80\xae"):
+                self.assertNotIn(control, text)
+            self.assertIn(rb'\x1b[2J\x1b]0;x\x07",\x0a\x0d\x09\x9b', text)
+            self.assertIn(rb"\u{202e}", text)
+
+    def test_json_gives_it_back(self):
+        report = json.loads(self.cie("report", "-f", "json"))
+        self.assertIn(SEEN, [callback["logical_id"] for callback in report["callbacks"]])
+        verdicts = json.loads(self.cie("verify", "-f", "json", code=1))
+        subjects = [subject["subject"] for rule in verdicts["rules"] for subject in rule["subjects"]]
+        self.assertIn("callback " + SEEN, subjects)
+
+    def test_tables_give_it_back(self):
+        for command in ("instances", "report"):
+            text = self.cie(command, "--format", "csv").decode()
+            rows = list(csv.DictReader(io.StringIO(text, newline="")))
+            self.assertIn(SEEN, [row["logical_id"] for row in rows])
+            self.assertNotIn(None, [key for row in rows for key in row], "no row is longer than the header")
+        lines = self.cie("instances", "--format", "jsonl").decode().split("\n")
+        self.assertEqual(lines.pop(), "")
+        self.assertEqual(sum(json.loads(line)["logical_id"] == SEEN for line in lines), 7)
+
+    def test_perfetto_gets_valid_text(self):
+        exported = self.cie("export", "--to", "perfetto")
+        self.assertIn(SEEN.encode(), exported)
+        self.assertNotIn(EVIL, exported)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=1)
