@@ -48,7 +48,6 @@ class EventCursor {
   std::uint64_t base_ = 0;  // bytes of the packet before bits_.data
   std::uint64_t clock_ = 0;
   std::uint64_t event_begin_ = 0;
-  std::uint64_t event_id_ = 0;
   const char* reason_ = "";
   std::array<Field, 2> header_{};
   std::array<Field, 2> context_{};

@@ -32,21 +32,22 @@ std::optional<Counter> counter(const Field& field) {
 }  // namespace
 
 PacketScanner::PacketScanner(const File& file, const TracePlan& trace, std::size_t piece)
-    : trace_(trace), window_(file, piece), probe_(window_, frame_) {
+    : trace_(trace), window_(file, piece), ahead_(file, kHeaderPiece), probe_(window_, frame_) {
   frame_.elements = &elements_;
+  ahead_frame_.elements = &elements_;
 }
 
 // Runs a program at bits.at, showing more of the file as it needs it.
 bool PacketScanner::read_header(std::uint64_t offset, const Sequence* program, Field* fields,
-                                Bits& bits) {
+                                Bits& bits, Place place) {
   if (program == nullptr) return true;
   const auto begin = bits.at;
   for (auto want = kHeaderPiece;; want *= 2) {
-    const auto available = window_.show(offset, want);
-    bits = {.data = window_.data(), .at = begin, .end = available * 8};
-    frame_.fields = fields;
-    frame_.steps = kHeaderSteps;
-    const auto outcome = run(*program, bits, frame_);
+    const auto available = place.window.show(offset, want);
+    bits = {.data = place.window.data(), .at = begin, .end = available * 8};
+    place.frame.fields = fields;
+    place.frame.steps = kHeaderSteps;
+    const auto outcome = run(*program, bits, place.frame);
     if (outcome == Outcome::ok) return true;
     if (outcome == Outcome::cut && available < want) {
       reason_ = "the file ends within a packet's header";
@@ -67,10 +68,10 @@ const StreamPlan* PacketScanner::stream_of(const Field* header) {
   return stream;
 }
 
-std::optional<Packet> PacketScanner::header_at(std::uint64_t offset) {
+std::optional<Packet> PacketScanner::header_at(std::uint64_t offset, Place place) {
   std::array<Field, kMaxSlots> header{};
   Bits bits;
-  if (!read_header(offset, trace_.packet_header, header.data(), bits)) return std::nullopt;
+  if (!read_header(offset, trace_.packet_header, header.data(), bits, place)) return std::nullopt;
   if (trace_.has_magic && number(at(header.data(), PacketHeaderSlot::magic)) != kMagic) {
     reason_ = "no packet begins here (wrong magic number)";
     return std::nullopt;
@@ -88,7 +89,8 @@ std::optional<Packet> PacketScanner::header_at(std::uint64_t offset) {
   const auto* stream = stream_of(header.data());
   if (stream == nullptr) return std::nullopt;
   std::array<Field, kMaxSlots> context{};
-  if (!read_header(offset, stream->packet_context, context.data(), bits)) return std::nullopt;
+  if (!read_header(offset, stream->packet_context, context.data(), bits, place))
+    return std::nullopt;
   return describe(offset, *stream, header.data(), context.data(), bits.at);
 }
 
@@ -145,35 +147,52 @@ bool PacketScanner::has_readable_events(const Packet& packet, std::uint64_t& las
 }
 
 // Where the next packet may begin at or after `from`; the file's end if nowhere.
-std::uint64_t PacketScanner::find_magic(std::uint64_t from) {
-  const auto size = window_.file().size();
+std::uint64_t PacketScanner::find_magic(std::uint64_t from, Window& window) {
+  const auto size = window.file().size();
   if (!trace_.has_magic) return size;
   std::array<std::uint8_t, 4> magic{0xC1, 0x1F, 0xFC, 0xC1};
   if (trace_.byte_order == ByteOrder::big) std::reverse(magic.begin(), magic.end());
   while (from < size) {
-    const auto available = window_.show(from, std::max<std::uint64_t>(window_.piece(), 4096));
+    const auto available = window.show(from, std::max<std::uint64_t>(window.piece(), 4096));
     if (available < magic.size()) return size;
     const auto* found = static_cast<const std::uint8_t*>(
-        ::memmem(window_.data(), available, magic.data(), magic.size()));
-    if (found != nullptr) return from + static_cast<std::uint64_t>(found - window_.data());
+        ::memmem(window.data(), available, magic.data(), magic.size()));
+    if (found != nullptr) return from + static_cast<std::uint64_t>(found - window.data());
     from += available - (magic.size() - 1);
     guard_tick();
   }
   return size;
 }
 
+// Whether a packet begins there, or the file ends.
+bool PacketScanner::is_packet_ahead(std::uint64_t offset) {
+  if (offset >= window_.file().size()) return true;
+  const auto reason = reason_;
+  const bool is_packet = header_at(offset, {ahead_, ahead_frame_}).has_value();
+  reason_ = reason;
+  return is_packet;
+}
+
+// Another packet that begins inside one: bytes are missing from that one.
+std::optional<std::uint64_t> PacketScanner::packet_within(const Packet& packet) {
+  const auto end = packet.offset + packet.size;
+  if (examined_ > kExamineFree + kExamineAgain * window_.file().size()) return std::nullopt;
+  for (auto at = packet.offset + packet.events_begin / 8;; ++at) {
+    at = find_magic(at, ahead_);
+    if (at >= end) return std::nullopt;
+    if (is_packet_ahead(at)) return at;
+    examined_ += kHeaderPiece;
+  }
+}
+
 // Where to look on after a packet whose events cannot be read: behind it if a packet begins there;
 // otherwise within it, because bytes may be missing from it.
 std::uint64_t PacketScanner::after_bad_content(const Packet& packet) {
   const auto end = packet.offset + packet.size;
-  const auto reason = reason_;
-  const bool is_in_step = end == window_.file().size() || header_at(end).has_value();
-  reason_ = reason;
-  if (is_in_step) return end;
+  if (is_packet_ahead(end)) return end;
   const bool may_look_again = examined_ < kExamineFree + kExamineAgain * window_.file().size();
-  return find_magic(may_look_again
-                        ? packet.offset + packet.events_begin / 8
-                        : packet.offset + std::max<std::uint64_t>(probe_.position() / 8, 1));
+  const auto skipped = may_look_again ? packet.events_begin / 8 : probe_.position() / 8;
+  return find_magic(packet.offset + std::max<std::uint64_t>(skipped, 1), window_);
 }
 
 std::optional<Packet> PacketScanner::first() {
@@ -181,7 +200,7 @@ std::optional<Packet> PacketScanner::first() {
   const auto size = window_.file().size();
   for (std::uint64_t offset = 0; offset < size && !packet;) {
     packet = header_at(offset);
-    if (!packet) offset = find_magic(offset + 1);
+    if (!packet) offset = find_magic(offset + 1, window_);
   }
   return packet;
 }
@@ -197,7 +216,7 @@ PacketScanner::Found PacketScanner::next() {
     auto packet = header_at(offset_);
     if (!packet) {
       note(offset_);
-      offset_ = find_magic(offset_ + 1);
+      offset_ = find_magic(offset_ + 1, window_);
       continue;
     }
     auto clock = packet->begin.value_or(0);
@@ -205,6 +224,14 @@ PacketScanner::Found PacketScanner::next() {
       note(packet->offset);
       offset_ = after_bad_content(*packet);
       continue;
+    }
+    if (trace_.has_magic && !is_packet_ahead(packet->offset + packet->size)) {
+      if (const auto inner = packet_within(*packet)) {
+        reason_ = "bytes are missing from a packet: another one begins inside it";
+        note(packet->offset);
+        offset_ = *inner;
+        continue;
+      }
     }
     // Looking at the events has overwritten what the header left in the registers: nothing that
     // lasts, since events have registers of their own.

@@ -33,20 +33,33 @@ class PacketScanner {
   Frame& frame() noexcept { return frame_; }
 
  private:
+  // Where a header is read: looking ahead must not disturb the packet that is being read.
+  struct Place {
+    Window& window;
+    Frame& frame;
+  };
   // Empty: `reason_` says why.
-  std::optional<Packet> header_at(std::uint64_t offset);
-  bool read_header(std::uint64_t offset, const Sequence* program, Field* fields, Bits& bits);
+  std::optional<Packet> header_at(std::uint64_t offset, Place place);
+  std::optional<Packet> header_at(std::uint64_t offset) {
+    return header_at(offset, {window_, frame_});
+  }
+  bool is_packet_ahead(std::uint64_t offset);
+  std::optional<std::uint64_t> packet_within(const Packet& packet);
+  bool read_header(std::uint64_t offset, const Sequence* program, Field* fields, Bits& bits,
+                   Place place);
   const StreamPlan* stream_of(const Field* header);
   std::optional<Packet> describe(std::uint64_t offset, const StreamPlan& stream,
                                  const Field* header, const Field* context, std::uint64_t at);
   bool has_readable_events(const Packet& packet, std::uint64_t& last_clock);
-  std::uint64_t find_magic(std::uint64_t from);
+  std::uint64_t find_magic(std::uint64_t from, Window& window);
   std::uint64_t after_bad_content(const Packet& packet);
 
   const TracePlan& trace_;
   Window window_;
+  Window ahead_;
   std::vector<std::uint32_t> elements_;
   Frame frame_;
+  Frame ahead_frame_;
   EventCursor probe_;
   std::uint64_t offset_ = 0;
   std::uint64_t examined_ = 0;  // bytes of content looked at, to bound looking again

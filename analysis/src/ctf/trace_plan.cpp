@@ -69,7 +69,7 @@ std::optional<Uuid> parse_uuid(std::string_view text) noexcept {
       return std::nullopt;
     }
     if (digits == 2 * uuid.size()) return std::nullopt;
-    uuid[digits / 2] = static_cast<std::uint8_t>(uuid[digits / 2] << 4U | value);
+    uuid[digits / 2] = static_cast<std::uint8_t>(unsigned{uuid[digits / 2]} << 4U | value);
     ++digits;
   }
   if (digits != 2 * uuid.size()) return std::nullopt;
