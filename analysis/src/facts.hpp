@@ -48,6 +48,7 @@ struct StreamFacts {
   HostIndex host{};
   std::string path{};
   std::string clock_uuid{};
+  std::int64_t clock_offset_ns = 0;
   std::optional<Timestamp> begin{};  // first packet's begin
   std::optional<Timestamp> end{};    // last packet's end
   std::uint64_t packets = 0;
@@ -465,7 +466,8 @@ struct Model {
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
   bool clocks_unrelated = false;     // streams of one host disagree about the boot
-  // Hull of the windows of all user channels (of all channels, if there is no user channel).
+  // What all user channels cover (all channels, if there is no user channel); their hull where they
+  // have nothing in common.
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
 };

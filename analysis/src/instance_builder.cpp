@@ -295,7 +295,7 @@ bool InstanceBuilder::is_isolated_thread(const Live& live) const {
 Instance InstanceBuilder::instance_of(const Live& live) const {
   const auto& facts = model_.callbacks[at(live.callback)];
   Instance instance;
-  instance.logical_id = facts.logical_id;
+  if (facts.registered) instance.logical_id = facts.logical_id;
   instance.callback = static_cast<std::uint32_t>(live.callback);
   instance.pid = live.start.pid.value_or(-1);
   instance.tid = live.start.tid.value_or(-1);

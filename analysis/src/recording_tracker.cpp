@@ -30,6 +30,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   facts.host = host;
   facts.path = event.path;
   facts.clock_uuid = event.clock_uuid;
+  facts.clock_offset_ns = event.clock_offset_ns;
   auto& channel = channels_[event.channel];
   channel.domain = event.domain;
   channel.host = host;
@@ -157,19 +158,27 @@ void RecordingTracker::finish() {
   const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
     return entry.second.domain == Domain::user && entry.second.window.begin;
   });
+  Window common;  // processes that ran one after the other have nothing in common
+  Window hull;
   for (const auto& [number, channel] : channels_) {
     model_.channels[number] = ChannelFacts{.domain = channel.domain,
                                            .host = channel.host,
                                            .begin = channel.window.begin,
                                            .end = channel.window.end};
     if (has_user && channel.domain != Domain::user) continue;
-    if (const auto begin = channel.window.begin) {
-      model_.begin = model_.begin ? std::min(*model_.begin, *begin) : *begin;
+    const auto& window = channel.window;
+    if (window.begin) {
+      common.begin = common.begin ? std::max(*common.begin, *window.begin) : *window.begin;
+      hull.begin = hull.begin ? std::min(*hull.begin, *window.begin) : *window.begin;
     }
-    if (const auto end = channel.window.end) {
-      model_.end = model_.end ? std::max(*model_.end, *end) : *end;
+    if (window.end) {
+      common.end = common.end ? std::min(*common.end, *window.end) : *window.end;
+      hull.end = hull.end ? std::max(*hull.end, *window.end) : *window.end;
     }
   }
+  const bool is_common = !common.begin || !common.end || *common.begin <= *common.end;
+  model_.begin = is_common ? common.begin : hull.begin;
+  model_.end = is_common ? common.end : hull.end;
 }
 
 }  // namespace cie::analysis

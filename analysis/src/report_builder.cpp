@@ -126,11 +126,24 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   return defects;
 }
 
+std::optional<std::int64_t> clock_offset_of(const Model& model) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  std::optional<std::int64_t> offset;
+  for (const auto& stream : model.streams) {
+    if (stream.clock_offset_ns == 0) return std::nullopt;
+    if (!offset) offset = stream.clock_offset_ns;
+    const auto difference = detail::wrapping_sub(stream.clock_offset_ns, *offset);
+    if (difference > kSecond || difference < -kSecond) return std::nullopt;
+  }
+  return offset;
+}
+
 TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   TraceSummary trace;
   trace.paths = model.paths;
   trace.begin = model.begin;
   trace.end = model.end;
+  trace.clock_offset_ns = clock_offset_of(model);
   trace.events = model.events.total;
   trace.streams = model.streams.size();
   for (const auto& host : model.hosts)

@@ -34,7 +34,7 @@ std::shared_ptr<GroupState> NodeState::group_or_new(const std::shared_ptr<Callba
   return group->state();
 }
 
-void NodeState::add(std::shared_ptr<Callback> callback) {
+void NodeState::add(const std::shared_ptr<Callback>& callback) {
   std::shared_ptr<ExecutorCore> executor;
   {
     const std::lock_guard lock{mutex_};
@@ -111,8 +111,8 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanose
   auto info = describe(node, *group, CallbackKind::timer, std::to_string(period.count()),
                        {.name = options.name, .deadline = options.deadline}, symbol);
   info.period_ns = static_cast<std::uint64_t>(period.count());
-  auto timer = std::make_shared<TimerCallback>(std::move(group), std::move(info),
-                                               std::move(function), options);
+  auto timer =
+      std::make_shared<TimerCallback>(std::move(group), info, std::move(function), options);
   node.add(timer);
   return timer;
 }

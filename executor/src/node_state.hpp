@@ -34,7 +34,7 @@ class NodeState {
 
   // Takes the callback in and tells the executor, which serves it before this returns. If it
   // refuses (throws), the callback is taken out again.
-  void add(std::shared_ptr<Callback> callback);
+  void add(const std::shared_ptr<Callback>& callback);
   std::vector<std::shared_ptr<Callback>> callbacks() const;
 
   // Membership. join() throws std::logic_error when the node has an executor.

@@ -6,7 +6,7 @@ namespace cie {
 
 namespace executor {
 
-TimerCallback::TimerCallback(std::shared_ptr<GroupState> group, trace::CallbackInfo info,
+TimerCallback::TimerCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info,
                              std::function<void()> function, const TimerOptions& options)
     : Callback(std::move(group), info),
       function_(std::move(function)),

@@ -12,7 +12,7 @@ namespace cie::executor {
 
 class TimerCallback final : public Callback {
  public:
-  TimerCallback(std::shared_ptr<GroupState> group, trace::CallbackInfo info,
+  TimerCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info,
                 std::function<void()> function, const TimerOptions& options);
   bool execute_one() override;
   std::int64_t next_due() const noexcept override { return schedule_.next_due(); }

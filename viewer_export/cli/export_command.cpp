@@ -4,7 +4,6 @@
 #include "exit_code.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
-#include "trace_clock.hpp"
 
 #include <cstdio>
 
@@ -69,9 +68,8 @@ int export_command(const Arguments& arguments) {
   if (output.is_terminal()) {
     throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
   }
-  viewer_export::PerfettoExport perfetto({.clock_offset_ns = find_clock_offset(traces),
-                                          .gzip = is_compressed,
-                                          .spill_directory = spill_directory(target)});
+  viewer_export::PerfettoExport perfetto(
+      {.gzip = is_compressed, .spill_directory = spill_directory(target)});
   const auto result = analyze_with_progress(traces, {.reader = reader.value()}, &perfetto);
   const auto counts = perfetto.write(output.stream(), result.report);
   output.commit();

@@ -1,7 +1,8 @@
 #include "rule_pages.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "command_line.hpp"
-#include "rules/rule.hpp"
 #include "text_layout.hpp"
 
 #include <algorithm>
@@ -33,7 +34,7 @@ std::string wrapped(std::string_view page) {
 
 std::string rule_list() {
   std::string text;
-  for (const auto& rule : analysis::rules()) {
+  for (const auto& rule : analysis::rule_pages()) {
     text += fmt::format("{:<4}{}\n", rule.id, rule.name);
   }
   return text;
@@ -44,7 +45,7 @@ std::string rule_page(const std::string& id) {
   std::transform(wanted.begin(), wanted.end(), wanted.begin(), [](char c) {
     return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
   });
-  for (const auto& rule : analysis::rules()) {
+  for (const auto& rule : analysis::rule_pages()) {
     if (rule.id == wanted) {
       return fmt::format("{} {}\n\n{}", rule.id, rule.name, wrapped(rule.page));
     }

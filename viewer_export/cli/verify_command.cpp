@@ -5,7 +5,6 @@
 #include "inputs.hpp"
 #include "output.hpp"
 #include "rule_pages.hpp"
-#include "trace_clock.hpp"
 
 namespace cie::cli {
 namespace {
@@ -80,9 +79,10 @@ int verify_command(const Arguments& arguments) {
   options.reader = reader.value();
   const auto result = analyze_with_progress(traces, options);
   if (format == "text") {
-    const viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
-                                               .spec_sha256 = spec ? spec->sha256() : std::string{},
-                                               .clock_offset_ns = find_clock_offset(traces)};
+    const viewer_export::VerifyContext context{
+        .spec_name = spec ? spec->name() : std::string{},
+        .spec_sha256 = spec ? spec->sha256() : std::string{},
+        .clock_offset_ns = result.report.trace.clock_offset_ns};
     viewer_export::write_verify_text(output.stream(), result.verdicts, result.report, context,
                                      text_style(output));
     output.commit();

@@ -142,14 +142,12 @@ Annotations notes_of(const Publication& p) {
 
 struct PerfettoExport::State {
   explicit State(const PerfettoOptions& options)
-      : clock_offset_ns(options.clock_offset_ns),
-        gzip(options.gzip),
+      : gzip(options.gzip),
         instances(options.records_in_memory, options.spill_directory),
         messages(options.records_in_memory, options.spill_directory),
         publish_packets(options.spill_directory),
         sched(options.spill_directory) {}
 
-  std::optional<std::int64_t> clock_offset_ns;
   bool gzip = false;
   NameTable callbacks;
   NameTable topics;
@@ -180,7 +178,7 @@ void PerfettoExport::State::write_preamble(std::ostream& out, const analysis::Re
   const auto begin = report.trace.begin ? report.trace.begin->ns : kNever;
   const auto time = std::min(std::max<std::int64_t>(begin, 0), first_time);
   const auto known = time == kNever ? 0 : time;
-  packets.preamble(known, clock_offset_ns);
+  packets.preamble(known, report.trace.clock_offset_ns);
   tracks.describe(packets, report, known);
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < callbacks.size(); ++i) {

@@ -5,9 +5,9 @@
 #include "discovery.hpp"
 #include "message_decoder.hpp"
 
+#include <algorithm>
 #include <exception>
 #include <map>
-#include <regex>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,6 +17,25 @@
 
 namespace cie::analysis::bt {
 namespace {
+
+// Drops every ", something-addr=0x…" and control characters.
+std::string without_addresses(std::string_view text) {
+  std::string kept;
+  while (!text.empty()) {
+    const auto comma = std::min(text.find(','), text.size());
+    const auto part = text.substr(0, comma);
+    if (part.find("-addr=0x") == std::string_view::npos) {
+      if (!kept.empty()) kept += ',';
+      kept += part;
+    } else if (const auto colon = part.find(':'); colon != std::string_view::npos) {
+      if (!kept.empty()) kept += ',';
+      kept += part.substr(0, colon);  // "Invalid CTF magic number: msg-it-addr=0x…"
+    }
+    text.remove_prefix(std::min(comma + 1, text.size()));
+  }
+  std::erase_if(kept, [](char c) { return static_cast<unsigned char>(c) < 0x20; });
+  return kept;
+}
 
 // What libbabeltrace2 recorded about the failure on this thread, innermost cause of a component
 // first of all, without its own addresses, which differ from run to run. Clears it; may be empty.
@@ -31,8 +50,7 @@ std::string take_cause() {
     }
   }
   bt_error_release(error);
-  static const std::regex addresses("[,:]? *[a-z-]+-addr=0x[0-9a-f]+|[\\x01-\\x1f]");
-  text = std::regex_replace(text.substr(0, 2000), addresses, "");
+  text = without_addresses(text);
   constexpr std::size_t kMaxLength = 300;
   if (text.size() > kMaxLength) text.resize(kMaxLength);
   return text;

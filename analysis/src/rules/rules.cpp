@@ -1,3 +1,5 @@
+#include <cie/analysis/rule_pages.hpp>
+
 #include "completeness_rules.hpp"
 #include "execution_rules.hpp"
 #include "judgement.hpp"
@@ -126,6 +128,14 @@ const std::vector<Rule>& rules() {
                                      kNoQueueOverflow,
                                      kChainBounds};
   return all;
+}
+
+std::vector<RulePage> rule_pages() {
+  std::vector<RulePage> pages;
+  for (const auto& rule : rules()) {
+    pages.push_back(RulePage{.id = rule.id, .name = rule.name, .page = rule.page});
+  }
+  return pages;
 }
 
 VerdictReport verify(const RuleContext& context) {

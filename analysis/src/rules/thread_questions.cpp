@@ -108,7 +108,7 @@ std::vector<ThreadIndex> IsolatedThreads::sorted(std::vector<ThreadIndex> thread
     const auto& thread = model_.threads[at(index)];
     return std::tuple(thread.announced->time, thread.tid, index);
   });
-  threads.erase(std::ranges::unique(threads).begin(), threads.end());
+  threads.erase(std::unique(threads.begin(), threads.end()), threads.end());
   return threads;
 }
 

@@ -36,6 +36,7 @@ std::vector<Evidence> losses_of(const Model& model, bool only_damage) {
     return std::tie(loss->begin, loss->end, loss->kind, loss->domain, loss->cpu, loss->note);
   });
   std::vector<Evidence> evidences;
+  evidences.reserve(losses.size());
   for (const auto* loss : losses)
     evidences.push_back(evidence_of(*loss));
   return evidences;

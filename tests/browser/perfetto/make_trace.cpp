@@ -13,10 +13,12 @@ int main(int argc, char** argv) {
   }
   using namespace cie;
   viewer_export::PerfettoExport perfetto(
-      {.clock_offset_ns = 1'700'000'000'000'000'000, .records_in_memory = 2});
+      {.records_in_memory = 2});
   test::feed_application(perfetto);
   viewer_export::OutputFile file(argv[1]);
-  const auto counts = perfetto.write(file.stream(), test::application_report());
+  auto report = test::application_report();
+  report.trace.clock_offset_ns = 1'700'000'000'000'000'000;
+  const auto counts = perfetto.write(file.stream(), report);
   file.commit();
   std::cout << "{\"callback_slices\": " << counts.callback_slices << ", \"waits\": " << counts.waits
             << ", \"publications\": " << counts.publications << ", \"flows\": " << counts.flows

@@ -14,6 +14,7 @@ from .application import App
 from .ctf_writer import Layout, Record, Writer
 from .sim_entities import SimCallback, Truth
 from .simulator import Machine, SimThread
+from .spec_writer import spec_text
 
 PASS, FAIL, INCONCLUSIVE, NOT_APPLICABLE, OPEN = (
     "PASS", "FAIL", "INCONCLUSIVE", "NOT_APPLICABLE", "*")
@@ -320,70 +321,6 @@ class Scenario:
                 c.pop(key, None)
         return report
 
-    # -- spec ----------------------------------------------------------------------------------
-
-    def spec(self) -> str:
-        lines, seen = ["callback_groups:"], set()
-        for app in self.apps:
-            for c in app.callbacks:
-                if c.logical_id not in seen:
-                    seen.add(c.logical_id)
-                    lines += self._entry({"id": self.spec_ids.get(c.logical_id, c.logical_id),
-                                          **self._limits(c)})
-        for entry in self.extra_entries:
-            lines += self._entry(entry)
-        lines.append("non_ros_threads:" + (" []" if not self.non_ros else ""))
-        for entry in self.non_ros:
-            lines += self._entry(entry)
-        lines.append("chains:" + (" []" if not self.chains else ""))
-        for name, members in self.chains:
-            paths = self.chain_paths(members)
-            latest = max([p[-1].end - p[0].release for p in paths], default=MS)
-            ages = max([b[-1].end - a[0].start for a, b in zip(paths, paths[1:])], default=MS)
-            bounds = {"path_latency": latest * 2, "reaction_time": ages * 2, "data_age": ages * 2}
-            for key, value in self.chain_changes.items():
-                if key.startswith(f"{name}."):
-                    bounds[key.split(".")[1]] = value
-            lines += self._entry({"name": name, "callbacks": [c.logical_id for c in members],
-                                  **bounds})
-        return "\n".join(lines) + "\n"
-
-    @staticmethod
-    def _entry(entry: dict[str, Any]) -> list[str]:
-        lines = []
-        for key, value in entry.items():
-            text = json.dumps(value, ensure_ascii=False) if not isinstance(value, str) or key in ("id", "name") else value
-            lines.append(("  - " if not lines else "    ") + f"{key}: {text}")
-        return lines
-
-    def _limits(self, c: SimCallback) -> dict[str, Any]:
-        """Limits that this run keeps with room to spare."""
-        same = [r for a in self.apps for r in a.truth if r.callback.logical_id == c.logical_id]
-        done = [r for r in same if r.end is not None]
-        limits: dict[str, Any] = {"policy": c.policy_name, "affinity": list(c.affinity)}
-        if c.policy_name in ("SCHED_FIFO", "SCHED_RR"):
-            limits["priority"] = c.priority
-        elif c.policy_name == "SCHED_DEADLINE":
-            limits.update(zip(("runtime", "deadline", "period"), c.triple))
-        elif c.policy_name != "SCHED_IDLE":
-            limits["nice"] = c.nice
-        if done:
-            oldest = [min(r.release, r.sample.stamp - self.machine.realtime_offset
-                          if r.sample and r.sample.stamp else r.release) for r in done]
-            limits["response_deadline"] = max(r.end - o for r, o in zip(done, oldest)) * 2
-            limits["wcet"] = max(r.end - r.start for r in done) * 2
-        gaps = []
-        for a in self.apps:
-            by_seq = {r.seq: r.release for r in a.truth if r.callback.logical_id == c.logical_id}
-            gaps += [by_seq[s + 1] - by_seq[s] for s in by_seq if s + 1 in by_seq]
-        if gaps:
-            limits["min_inter_arrival"] = min(gaps) * 9 // 10
-            limits["max_inter_arrival"] = max(gaps) * 11 // 10
-        if c.kind == "timer":
-            limits["missed_releases_allowed"] = 0
-        limits.update(self.spec_changes.get(c.logical_id, {}))
-        return {k: v for k, v in limits.items() if v is not None}
-
     # -- verdicts ------------------------------------------------------------------------------
 
     def verify(self) -> dict[str, Any]:
@@ -494,7 +431,7 @@ class Scenario:
                 self.discarded_kernel)
         for damage in self.damage:
             damage(trace)
-        (folder / "spec.yaml").write_text(self.spec(), encoding="utf-8")
+        (folder / "spec.yaml").write_text(spec_text(self), encoding="utf-8")
         (folder / "instances.csv").write_text(self.instances_csv())
         for name, data in (("report", self.report()), ("verify", self.verify()),
                            ("how", {"scenario": self.name, "seed": self.seed,

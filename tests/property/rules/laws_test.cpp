@@ -58,14 +58,21 @@ void showValue(const Scenario& scenario, std::ostream& out);
 
 std::string name_of(int callback) { return "c" + std::to_string(callback); }
 
+// With kernel events each callback has a CPU and a thread of its own, so that switches are
+// coherent.
+bool has_switches(const Scenario& scenario) {
+  return scenario.is_kernel && !scenario.is_pool && scenario.callbacks <= 2;
+}
+
 std::string text_of(const Scenario& scenario) {
+  const bool is_kernel = has_switches(scenario);
   std::ostringstream out;
   out << "process app" << (scenario.has_crashed ? " crash" : "")
       << (scenario.is_attached ? " attached" : "") << "\npublisher out topic=/out\n";
   for (int i = 0; i < scenario.callbacks; ++i) {
     out << "callback " << name_of(i)
         << (i % 2 == 0 ? " timer period=10" : " subscription topic=/out")
-        << (scenario.is_pool ? " pooled" : "")
+        << (scenario.is_pool ? " pooled" : "") << " cpu=" << (is_kernel ? i : 0)
         << (scenario.is_attached ? " next=" + std::to_string(i) : std::string()) << '\n';
     if (scenario.is_pool) out << "thread t" << i << " pool\n";
   }
@@ -85,7 +92,9 @@ std::string text_of(const Scenario& scenario) {
     auto& time = now[c];
     time += step.idle;
     auto thread = thread_of[c];
-    const auto fault = step.fault;
+    const bool is_elsewhere =
+        step.fault == Fault::on_foreign_thread || step.fault == Fault::thread_replaced;
+    const auto fault = is_kernel && is_elsewhere ? Fault::none : step.fault;
     // Threads that are replaced run nothing else, so that nobody runs on one that is gone.
     if (fault == Fault::on_foreign_thread && !has_replacement)
       thread = thread_of[(c + 1) % scenario.callbacks];
@@ -106,6 +115,7 @@ std::string text_of(const Scenario& scenario) {
     if (c % 2 == 1) out << time << " release " << name << '\n';
     const auto release = time - (fault == Fault::released_early ? 15 : 0);
     time += 1 + step.latency;
+    if (is_kernel) out << time++ << " switch " << c << " idle " << thread << '\n';
     out << time << " start " << name << " on=" << thread
         << " release=" << std::max<std::int64_t>(release, 0);
     if (fault == Fault::missed_period) out << " missed=1";
@@ -119,6 +129,7 @@ std::string text_of(const Scenario& scenario) {
       out << time++ << " publish out on=" << thread << '\n';
     }
     if (fault != Fault::never_ends) out << time++ << " end " << name << " on=" << thread << '\n';
+    if (is_kernel) out << time++ << " switch " << c << ' ' << thread << " idle state=1\n";
     if (fault == Fault::ends_twice) out << time++ << " end " << name << " on=" << thread << '\n';
   }
   return out.str();
@@ -188,7 +199,7 @@ TextTrace thinned(const TextTrace& trace, bool keeps_state = false) {
              .as("deleted events");
     victims.insert(chosen.begin(), chosen.end());
   } else if (way == 2) {
-    const auto kind = *rc::gen::inRange<std::size_t>(7, 19).as("deleted kind");
+    const auto kind = *rc::gen::inRange<std::size_t>(7, 26).as("deleted kind");
     const auto every = *rc::gen::inRange<std::size_t>(1, 4).as("every");
     for (std::size_t i = 0; i < total; i += 1) {
       if (trace.events[i].body.index() == kind && i % every == 0) victims.insert(i);

@@ -113,6 +113,8 @@ TEST(RunComplete, ComparesReleases) {
       [](const CallbackRelease& e, const EventHead&) { return e.release_seq == 1; });
   EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
               HasSubstr("fusion released: 2 counted, 1 seen"));
+  EXPECT_EQ(Verified(trace).of("M3", "callback fusion"), Verdict::inconclusive)
+      << "a total that disagrees taints its callback";
 }
 
 TEST(RunComplete, CallsACrashInterruptedAndCanAcceptIt) {

@@ -1,7 +1,7 @@
+#include "support/verdicts.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-
-#include "support/verdicts.hpp"
 
 namespace cie::test {
 namespace {

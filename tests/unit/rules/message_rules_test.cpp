@@ -1,9 +1,9 @@
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "support/verdicts.hpp"
 
 #include <string>
 
-#include "support/verdicts.hpp"
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {

@@ -27,6 +27,19 @@ TEST(NoForeignWork, FailsWhenAnIsolatedThreadStartsAnothersCallback) {
               HasSubstr("30 callback_start started plan (seq 1), which is not its own"));
 }
 
+TEST(NoForeignWork, KnowsOnlyTheCallbackThatTheThreadWasAnnouncedFor) {
+  const Verified verified(R"(
+    group both
+    callback fusion group=both
+    callback plan group=both pooled
+    10 start plan on=fusion
+    12 end plan on=fusion)",
+                          "callback_groups:\n  - id: plan\n    policy: SCHED_IDLE\n");
+  EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::fail) << "of its group, yet not its own";
+  EXPECT_EQ(verified.of("S1", "callback plan"), Verdict::not_applicable)
+      << "no thread was announced for it";
+}
+
 TEST(NoForeignWork, JudgesPoolThreadsNot) {
   EXPECT_EQ(Verified("thread t1 pool\ncallback a pooled\n1 start a on=t1\n2 end a on=t1")["M6"],
             Verdict::not_applicable);

@@ -166,11 +166,14 @@ File decode(const std::string& bytes) {
   return file;
 }
 
-std::string exported(const PerfettoOptions& options, PerfettoCounts* counts = nullptr) {
+std::string exported(const PerfettoOptions& options, PerfettoCounts* counts = nullptr,
+                     std::optional<std::int64_t> clock_offset_ns = {}) {
   PerfettoExport perfetto(options);
   test::feed_application(perfetto);
   std::ostringstream out;
-  const auto result = perfetto.write(out, test::application_report());
+  auto report = test::application_report();
+  report.trace.clock_offset_ns = clock_offset_ns;
+  const auto result = perfetto.write(out, report);
   if (counts != nullptr) {
     *counts = result;
   }
@@ -190,7 +193,7 @@ TEST(Perfetto, CountsWhatItDraws) {
 }
 
 TEST(Perfetto, StartsWithClocksSystemAndDescriptors) {
-  const auto file = decode(exported({.clock_offset_ns = 5'000}));
+  const auto file = decode(exported({}, nullptr, 5'000));
   ASSERT_GE(file.kinds.size(), 9U);
   EXPECT_EQ(file.kinds[0], 6) << "the clock snapshot";
   EXPECT_EQ(file.kinds[1], 45) << "the system, which gives task states their letters";

@@ -20,7 +20,7 @@ enum class InstanceState : std::uint8_t {
 
 // One run of a callback. Times are CLOCK_MONOTONIC of its host.
 struct Instance {
-  std::string_view logical_id;  // valid as long as the analyzer
+  std::string_view logical_id;  // empty: never registered; valid as long as the analyzer
   std::uint32_t callback = 0;   // dense index of the callback in Report::callbacks' creation order
   std::int64_t pid = 0;
   std::int64_t tid = 0;

@@ -32,6 +32,9 @@ struct TraceSummary {
   std::vector<std::string> paths;
   std::optional<Timestamp> begin;  // window, see definitions; empty without packets
   std::optional<Timestamp> end;
+  // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it; empty where the streams' clocks
+  // disagree by more than a second, or have none. Not part of the JSON.
+  std::optional<std::int64_t> clock_offset_ns;
   std::uint64_t events = 0;
   std::uint64_t streams = 0;
   std::vector<std::string> hosts;

@@ -14,8 +14,6 @@
 namespace cie::viewer_export {
 
 struct PerfettoOptions {
-  // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace; lets the viewer show wall-clock time as well.
-  std::optional<std::int64_t> clock_offset_ns{};
   bool gzip = false;                        // the viewer and trace_processor read it as it is
   std::filesystem::path spill_directory{};  // empty: $TMPDIR or /tmp
   std::size_t records_in_memory = 65536;    // of each kind; the rest goes to temporary files

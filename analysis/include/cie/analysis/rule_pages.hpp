@@ -1,0 +1,18 @@
+// The verifier's rules as their documentation.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+namespace cie::analysis {
+
+struct RulePage {
+  std::string_view id;    // "M2"
+  std::string_view name;  // "one-callback-per-thread"
+  std::string_view page;  // what it means, why it matters, what makes it inconclusive, the remedy
+};
+
+// One page per rule, in the contract's order. The views live as long as the program.
+std::vector<RulePage> rule_pages();
+
+}  // namespace cie::analysis
