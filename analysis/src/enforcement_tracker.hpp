@@ -34,6 +34,7 @@ class EnforcementTracker {
   struct OfThread {
     bool is_boosted = false;  // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;
+    std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     Duration busy_before;  // of earlier incarnations of its tid
   };
   struct OfTid {
