@@ -87,12 +87,36 @@ std::string EventCursor::reason() const {
   return text;
 }
 
+bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& id) {
+  const bool is_usable = bits_.at % 8 == 0 && bits_.at < bits_.end &&
+                         bits_.end - bits_.at >= (layout.most_bytes + kLayoutSlack) * 8;
+  if (!is_usable) return false;
+  const auto* begin = bits_.data + bits_.at / 8;
+  std::uint64_t tag = 0;
+  if (layout.tag_register >= 0) {
+    tag = layout.tag.load(begin);
+    frame_->registers[static_cast<std::size_t>(layout.tag_register)] = tag;
+  }
+  const auto* option = layout.choose(tag);
+  if (option == nullptr) return false;
+  id = option->id.load(begin);
+  clock_ = extend_clock(clock_, option->time.load(begin), option->time_bits);
+  bits_.at += option->bytes * 8;
+  return true;
+}
+
+EventCursor::Step EventCursor::find_plan(std::uint64_t id) {
+  plan_ = packet_->stream->find(id);
+  return plan_ != nullptr ? Step::event : fail("an event's id is not in the metadata");
+}
+
 EventCursor::Step EventCursor::next() {
   plan_ = nullptr;
   event_begin_ = position();
   if (event_begin_ >= packet_->content_end) return Step::end;
   const auto& stream = *packet_->stream;
   std::uint64_t id = 0;
+  if (stream.header_layout && read_fixed_header(*stream.header_layout, id)) return find_plan(id);
   if (stream.event_header != nullptr) {
     header_ = {};
     if (!is_good(run_here(*stream.event_header, header_.data()))) return Step::damaged;
@@ -106,12 +130,25 @@ EventCursor::Step EventCursor::next() {
   } else if (bits_.end <= bits_.at && !extend(bits_.at)) {
     return fail("the packet ends within its content");
   }
-  plan_ = stream.find(id);
-  if (plan_ == nullptr) return fail("an event's id is not in the metadata");
-  return Step::event;
+  return find_plan(id);
 }
 
-bool EventCursor::read_body() {
+void EventCursor::read_fixed(const EventPlan::FixedBody& fixed) {
+  const auto* begin = bits_.data + bits_.at / 8;
+  context_[0].kind = Field::Kind::absent;
+  context_[1].kind = Field::Kind::absent;
+  for (const auto& value : fixed.context)
+    value.store(begin, context_.data());
+  for (const auto& value : fixed.values)
+    value.store(begin, fields_.data());
+  for (const auto& text : fixed.texts)
+    text.store(begin, fields_.data());
+  for (const auto absent : fixed.absent)
+    fields_[absent] = {};
+  bits_.at += fixed.bytes * 8;
+}
+
+bool EventCursor::run_body() {
   const auto& stream = *packet_->stream;
   for (auto& field : context_)
     field = {};

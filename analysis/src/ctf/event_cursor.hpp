@@ -23,7 +23,21 @@ class EventCursor {
   // Reads the next event's header. After `event` comes read_body(), which also skips it.
   Step next();
   // Fills the context's slots and those of the event's translation. False: damaged.
-  bool read_body();
+  bool read_body() {
+    if (const auto* fixed = fixed_body()) {
+      read_fixed(*fixed);
+      return true;
+    }
+    return run_body();
+  }
+  // The same without filling anything.
+  bool skip_body() {
+    if (const auto* fixed = fixed_body()) {
+      bits_.at += fixed->bytes * 8;
+      return true;
+    }
+    return run_body();
+  }
 
   const EventPlan& plan() const noexcept { return *plan_; }
   std::uint64_t clock() const noexcept { return clock_; }  // cycles, of the event read last
@@ -35,6 +49,17 @@ class EventCursor {
   std::uint64_t position() const noexcept { return base_ * 8 + bits_.at; }
 
  private:
+  // The event's fixed layout if it can be used here: on a byte, with readable bytes behind it.
+  const EventPlan::FixedBody* fixed_body() const noexcept {
+    const auto& fixed = plan_->fixed;
+    const bool is_usable = fixed && bits_.at % 8 == 0 && bits_.at < bits_.end &&
+                           bits_.end - bits_.at >= (fixed->bytes + kLayoutSlack) * 8;
+    return is_usable ? &*fixed : nullptr;
+  }
+  void read_fixed(const EventPlan::FixedBody& fixed);
+  bool run_body();
+  bool read_fixed_header(const HeaderLayout& layout, std::uint64_t& id);
+  Step find_plan(std::uint64_t id);
   Outcome run_here(const Sequence& program, Field* fields);
   bool extend(std::uint64_t at);
   bool is_good(Outcome outcome);

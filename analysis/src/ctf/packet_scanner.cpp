@@ -137,7 +137,7 @@ bool PacketScanner::has_readable_events(const Packet& packet, std::uint64_t& las
   for (;;) {
     const auto step = probe_.next();
     if (step == EventCursor::Step::end) break;
-    if (step == EventCursor::Step::damaged || !probe_.read_body()) {
+    if (step == EventCursor::Step::damaged || !probe_.skip_body()) {
       reason_ = probe_.reason();
       return false;
     }

@@ -47,6 +47,8 @@ std::uint64_t load(Load how, const std::uint8_t* at) noexcept {
       return widen(static_cast<std::int32_t>(__builtin_bswap32(load_as<std::uint32_t>(at))));
     case Load::u64be:
       return __builtin_bswap64(load_as<std::uint64_t>(at));
+    case Load::text:
+      break;
   }
   return 0;
 }
@@ -81,11 +83,24 @@ void store(Field& field, std::uint64_t value, std::uint64_t bits,
   if (labels != nullptr) field.label = labels->find(value);
 }
 
+// Characters of an array: up to the first NUL.
+void store_text(Field& field, const std::uint8_t* begin, std::uint64_t length) noexcept {
+  const auto* nul = static_cast<const std::uint8_t*>(std::memchr(begin, 0, length));
+  field.kind = Field::Kind::text;
+  field.characters = reinterpret_cast<const char*>(begin);
+  field.length =
+      static_cast<std::uint32_t>(nul != nullptr ? static_cast<std::uint64_t>(nul - begin) : length);
+}
+
 Outcome run_block(const Op& op, Bits& bits, Frame& frame) noexcept {
   assert(bits.at % 8 == 0 && "blocks are built where positions are whole bytes");
   if (bits.end < bits.at || bits.end - bits.at < op.size * 8) return Outcome::cut;
   const auto* begin = bits.data + bits.at / 8;
   for (const auto& extract : op.extracts) {
+    if (extract.load == Load::text) {
+      store_text(frame.fields[extract.slot], begin + extract.offset, extract.length);
+      continue;
+    }
     const auto value = load(extract.load, begin + extract.offset);
     if (extract.reg >= 0) frame.registers[static_cast<std::size_t>(extract.reg)] = value;
     if (extract.slot >= 0) store(frame.fields[extract.slot], value, extract.bits, extract.labels);
@@ -125,12 +140,7 @@ Outcome run_text(const Op& op, Bits& bits, Frame& frame) noexcept {
 void store_packed(const Op& op, std::uint64_t count, const Bits& bits, Frame& frame) {
   auto& field = frame.fields[op.slot];
   if (op.is_text) {
-    const auto* begin = bits.data + bits.at / 8;
-    const auto* nul = static_cast<const std::uint8_t*>(std::memchr(begin, 0, count));
-    field.kind = Field::Kind::text;
-    field.characters = reinterpret_cast<const char*>(begin);
-    field.length = static_cast<std::uint32_t>(
-        nul != nullptr ? static_cast<std::uint64_t>(nul - begin) : count);
+    store_text(field, bits.data + bits.at / 8, count);
     return;
   }
   auto& elements = *frame.elements;

@@ -55,7 +55,8 @@ enum class Load : std::uint8_t {
   i16be,
   u32be,
   i32be,
-  u64be
+  u64be,
+  text  // characters up to a NUL or the array's end
 };
 
 constexpr std::int16_t kNone = -1;
@@ -68,6 +69,7 @@ struct Extract {
   std::int16_t slot = kNone;
   std::int16_t reg = kNone;  // kept for a length or tag that refers to it
   const LabelTable* labels = nullptr;
+  std::uint32_t length = 0;  // of a text
 };
 
 struct Sequence;

@@ -273,11 +273,18 @@ class ScopeBuilder {
       const bool is_text = element.is_text && element.size == 8 && is_whole_byte();
       note_slot(want, element);
       std::uint64_t size = 0;
-      if (want.slot < 0 && op.length < 0 && is_whole_byte() &&
+      if ((want.slot < 0 || is_text) && op.length < 0 && is_whole_byte() &&
           !__builtin_mul_overflow(op.count, element.size, &size) && size % 8 == 0 &&
           size / 8 < kMaxBlock) {
         if (size == 0) return;
-        open_block().size += size / 8;
+        auto& block = open_block();
+        if (want.slot >= 0) {
+          block.extracts.push_back({.offset = static_cast<std::uint32_t>(block.size),
+                                    .load = Load::text,
+                                    .slot = want.slot,
+                                    .length = static_cast<std::uint32_t>(op.count)});
+        }
+        block.size += size / 8;
         advance(size);
         return;
       }

@@ -125,6 +125,7 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) 
   earlier.push_back(&context);
 
   std::size_t events = 0;
+  const auto first_event = events_.size();
   for (const auto& event : metadata.events) {
     if (event.stream != stream.id) continue;
     ++events;
@@ -149,6 +150,47 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) 
   plan.packet_context = program_or_null(packet);
   plan.event_header = program_or_null(header);
   plan.event_context = program_or_null(context);
+  // Now that every reference is known.
+  plan.header_layout = header_layout_of(plan.event_header);
+  for (auto i = first_event; i < events_.size(); ++i)
+    find_layouts(plan, *events_[i]);
+}
+
+void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
+  const auto common = layout_of(stream.event_context);
+  const auto own = layout_of(event.context);
+  const auto fields = layout_of(event.fields);
+  if (!common || !own || !fields) return;
+  EventPlan::FixedBody body;
+  const auto take = [&body](const FixedValue& value, std::vector<FixedValue>& values) {
+    values.push_back(value);
+    values.back().offset += static_cast<std::uint32_t>(body.bytes);
+  };
+  for (const auto& value : common->values)
+    take(value, body.context);
+  body.bytes = common->bytes;
+  for (const auto& value : own->values) {
+    const bool is_pid = static_cast<std::size_t>(value.slot) == slot(ContextSlot::pid);
+    if (is_pid ? event.has_own_pid : event.has_own_tid) take(value, body.context);
+  }
+  body.bytes += own->bytes;
+  for (const auto& value : fields->values)
+    take(value, body.values);
+  for (auto text : fields->texts) {
+    text.offset += static_cast<std::uint32_t>(body.bytes);
+    body.texts.push_back(text);
+  }
+  body.bytes += fields->bytes;
+  const auto slots = event.translation != nullptr ? event.translation->fields.size() : 0;
+  for (std::size_t i = 0; i < slots; ++i) {
+    const auto fills = [i](const auto& value) { return static_cast<std::size_t>(value.slot) == i; };
+    if (std::none_of(body.values.begin(), body.values.end(), fills) &&
+        std::none_of(body.texts.begin(), body.texts.end(), fills)) {
+      body.absent.push_back(static_cast<std::uint8_t>(i));
+    }
+  }
+  // Events of no size must be noticed: the programs do.
+  if (body.bytes > 0 || stream.header_layout) event.fixed = std::move(body);
 }
 
 void TracePlan::add_event(StreamPlan& plan, const EventClass& event,

@@ -4,6 +4,7 @@
 #include <cie/analysis/event.hpp>
 
 #include "../reader/vocabulary.hpp"
+#include "layout.hpp"
 #include "program_builder.hpp"
 #include "types.hpp"
 
@@ -63,6 +64,16 @@ struct EventPlan {
   const Sequence* fields = nullptr;
   bool has_own_pid = false;  // the tracer wrote it into this context, not the common one
   bool has_own_tid = false;
+
+  // What the programs read, if all of it has fixed places: contexts and fields one after the other.
+  struct FixedBody {
+    std::uint64_t bytes = 0;
+    std::vector<FixedValue> context;
+    std::vector<FixedValue> values;
+    std::vector<FixedText> texts;
+    std::vector<std::uint8_t> absent;  // slots that stay empty
+  };
+  std::optional<FixedBody> fixed;
 };
 
 // One class of streams.
@@ -76,6 +87,7 @@ class StreamPlan {
   bool has_event_time = false;
   bool has_packet_times = false;  // begin and end
   ClockPlan clock;
+  std::optional<HeaderLayout> header_layout;
 
   // Null if the metadata has none of that id.
   const EventPlan* find(std::uint64_t event_id) const noexcept {
@@ -114,6 +126,7 @@ class TracePlan {
 
  private:
   void add_stream(const Metadata& metadata, const StreamClass& stream);
+  static void find_layouts(const StreamPlan& stream, EventPlan& event);
   void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
   Scope& new_scope(std::string_view root, RegisterRange& registers, std::vector<Scope*> earlier);
 
@@ -122,7 +135,7 @@ class TracePlan {
   std::vector<std::unique_ptr<RegisterRange>> registers_;
   std::vector<std::unique_ptr<Scope>> scopes_;
   std::map<std::uint64_t, StreamPlan> streams_;
-  std::vector<std::unique_ptr<const EventPlan>> events_;
+  std::vector<std::unique_ptr<EventPlan>> events_;
 };
 
 // "3ec751a9-cc27-…" as bytes; empty if it is none.
