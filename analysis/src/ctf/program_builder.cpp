@@ -299,6 +299,7 @@ class ScopeBuilder {
       return;
     }
     const auto body = std::make_shared<Sequence>();
+    scope_.context_.bodies.push_back(body);
     const auto outer = std::exchange(sequence_, body.get());
     place_ = {};
     is_block_open_ = false;
@@ -335,6 +336,9 @@ class ScopeBuilder {
       place_ = before;
       is_block_open_ = false;
       field(option.name, *option.type, {});
+      // What another option holds is not there when this one is: nobody may refer to it.
+      names.members.back()->name.clear();
+      scope_.context_.bodies.push_back(body);
       after = after ? common(*after, place_) : place_;
       for (const auto& range : tag->type->ranges) {
         if (plain(range.label) != plain(option.name)) continue;

@@ -21,11 +21,12 @@ struct RegisterRange {
   std::int16_t end = 0;
 };
 
-// What all scopes of a trace share: owns the label tables, bounds the whole.
+// What all scopes of a trace share: owns label tables and bodies, bounds the whole.
 struct BuildContext {
   ByteOrder byte_order = ByteOrder::little;
   std::size_t fields = 0;  // laid out so far
   std::vector<std::unique_ptr<const LabelTable>> labels{};
+  std::vector<std::shared_ptr<Sequence>> bodies{};  // of loops and options: names point into them
 };
 
 // A field that a reference can name, and how to keep its value.

@@ -151,6 +151,15 @@ TEST(Metadata, WhatCannotBeIsRefused) {
               HasSubstr("not declared"));
 }
 
+// An option without a label of the tag is never read; what it holds is not there for others.
+TEST(Metadata, OptionsDoNotSeeEachOther) {
+  EXPECT_THAT(error_of(kTrace + std::string("event { fields := struct {\n"
+                                            "enum : integer { size = 8; } { a } tag;\n"
+                                            "variant <tag> { integer { size = 8; } n;\n"
+                                            " string a[n]; } v; }; };")),
+              HasSubstr("\"n\", the length or tag of a field, is no integer before it"));
+}
+
 TEST(Metadata, NestingAndMultiplicationAreBounded) {
   std::string deep;
   for (int i = 0; i < 10'000; ++i)
