@@ -74,8 +74,8 @@ class Walker {
       }
       case Op::Code::packed: {
         std::uint64_t size = 0;
-        if (op.length >= 0 || op.slot >= 0 || __builtin_mul_overflow(op.count, op.size, &size) ||
-            size / 8 > kMaxLayout) {
+        if (op.length >= 0 || op.slot >= 0 || op.stride != op.size ||
+            __builtin_mul_overflow(op.count, op.size, &size) || size / 8 > kMaxLayout) {
           return false;
         }
         bits_ += size;

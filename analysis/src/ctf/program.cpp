@@ -147,7 +147,7 @@ void store_packed(const Op& op, std::uint64_t count, const Bits& bits, Frame& fr
   elements.clear();
   const auto kept = std::min<std::uint64_t>(count, kMaxElements);
   for (std::uint64_t i = 0; i < kept; ++i) {
-    elements.push_back(static_cast<std::uint32_t>(load_bits(bits.data, bits.at + i * op.size,
+    elements.push_back(static_cast<std::uint32_t>(load_bits(bits.data, bits.at + i * op.stride,
                                                             static_cast<unsigned>(op.size),
                                                             op.is_big_endian, op.is_signed)));
   }
@@ -158,10 +158,11 @@ void store_packed(const Op& op, std::uint64_t count, const Bits& bits, Frame& fr
 
 Outcome run_packed(const Op& op, std::uint64_t count, Bits& bits, Frame& frame) noexcept {
   std::uint64_t size = 0;
-  if (__builtin_mul_overflow(count, op.size, &size) || bits.end < bits.at ||
-      bits.end - bits.at < size) {
+  if (count > 0 && (__builtin_mul_overflow(count - 1, op.stride, &size) ||
+                    __builtin_add_overflow(size, op.size, &size))) {
     return Outcome::cut;
   }
+  if (bits.end < bits.at || bits.end - bits.at < size) return Outcome::cut;
   if (op.slot >= 0) store_packed(op, count, bits, frame);
   bits.at += size;
   return Outcome::ok;

@@ -87,7 +87,7 @@ struct Op {
     align,    // to a multiple of `size` bits
     integer,  // of `size` bits, anywhere
     text,     // up to its NUL
-    packed,   // integers of `size` bits without gaps: `count` of them, or as many as `length` says
+    packed,   // integers of `size` bits: `count` of them, or as many as `length` says
     loop,     // `body` that often
     variant   // one of `choices`, by `length`
   };
@@ -99,6 +99,7 @@ struct Op {
   std::int16_t reg = kNone;     // integer: where it is kept
   std::int16_t length = kNone;  // register with a length or tag
   std::uint64_t size = 0;
+  std::uint64_t stride = 0;  // packed: from one to the next, in bits
   std::uint64_t count = 0;
   std::uint64_t bias = 0;  // variant: see Choice
   const LabelTable* labels = nullptr;

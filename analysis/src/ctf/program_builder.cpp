@@ -237,7 +237,7 @@ class ScopeBuilder {
     if (is_whole_byte() && type.size % 8 == 0) {
       open_block().size += type.size / 8;
     } else {
-      emit({.code = Op::Code::packed, .size = type.size, .count = 1});
+      emit({.code = Op::Code::packed, .size = type.size, .stride = type.size, .count = 1});
     }
     advance(type.size);
   }
@@ -257,25 +257,31 @@ class ScopeBuilder {
     frames_.pop_back();
   }
 
-  // Elements follow each other without gaps, so that they can be skipped at once.
-  static bool is_packed(const Type& element) {
-    return (is_number(element) || element.kind == Type::Kind::real) &&
-           element.size % element.align == 0;
+  // Elements of known size and distance, so that they can be skipped at once.
+  static bool is_plain(const Type& element) {
+    return is_number(element) || element.kind == Type::Kind::real;
   }
 
   void array(const Type& type, Want want) {
     const auto& element = *type.element;
     Op op{.count = type.length};
-    if (type.kind == Type::Kind::sequence) op.length = keep(resolve(type.reference));
+    if (type.kind == Type::Kind::sequence) {
+      auto* length = resolve(type.reference);
+      if (length->type->is_signed) {
+        throw MetadataError("the length \"" + type.reference.substr(0, 100) + "\" is signed");
+      }
+      op.length = keep(length);
+    }
     align(element.align);
-    if (is_packed(element)) {
+    if (is_plain(element)) {
+      op.stride = (element.size + element.align - 1) / element.align * element.align;
       if (!is_number(element)) want = {};
       const bool is_text = element.is_text && element.size == 8 && is_whole_byte();
       note_slot(want, element);
       std::uint64_t size = 0;
       if ((want.slot < 0 || is_text) && op.length < 0 && is_whole_byte() &&
-          !__builtin_mul_overflow(op.count, element.size, &size) && size % 8 == 0 &&
-          size / 8 < kMaxBlock) {
+          op.stride == element.size && !__builtin_mul_overflow(op.count, element.size, &size) &&
+          size % 8 == 0 && size / 8 < kMaxBlock) {
         if (size == 0) return;
         auto& block = open_block();
         if (want.slot >= 0) {
@@ -294,8 +300,10 @@ class ScopeBuilder {
       op.is_text = is_text;
       op.slot = want.slot;
       op.size = element.size;
+      const auto stride = op.stride;
       emit(std::move(op));
-      place_ = {.align = std::min<std::uint64_t>(element.align, place_.align), .phase = 0};
+      const auto whole = stride == element.size ? element.align : element.size & -element.size;
+      place_ = {.align = std::min<std::uint64_t>(whole, place_.align), .phase = 0};
       return;
     }
     const auto body = std::make_shared<Sequence>();

@@ -62,13 +62,13 @@ class Bits:
 
 
 class Integer:
-    def __init__(self, rng, order, least, labels=None, whole=None):
+    def __init__(self, rng, order, least, labels=None, whole=None, signed=None):
         whole = rng.random() < 0.6 if whole is None else whole
         if whole:
             self.size = rng.choice([s for s in (8, 16, 32, 64) if s >= least])
         else:
             self.size = rng.randint(least, 64)
-        self.signed = rng.random() < 0.4
+        self.signed = rng.random() < 0.4 if signed is None else signed
         if self.signed and self.size == least:
             self.size = min(64, self.size + (self.size if whole else 1))
         self.align = rng.choice([8, 8, 8, 16, 32, 64] if whole else [1, 1, 1, 2, 4, 8])
@@ -110,7 +110,7 @@ class Filler:
         elif self.kind in ("array", "sequence"):
             self.parts = [Filler(rng, order, depth + 1)]
             self.count = rng.randint(0, 3)
-            self.length = Integer(rng, order, 8, whole=True)
+            self.length = Integer(rng, order, 8, whole=True, signed=False)
         elif self.kind == "variant":
             self.parts = [Filler(rng, order, depth + 1) for _ in range(3)]
             self.tag = Integer(rng, order, 8, labels=["o0", "o1", "o2"], whole=True)
@@ -176,7 +176,7 @@ class Filler:
 
 class Cpus:
     def __init__(self, rng, order):
-        self.length = Integer(rng, order, 8, whole=True)
+        self.length = Integer(rng, order, 8, whole=True, signed=False)
         self.element = Integer(rng, order, 8, whole=True)
 
     def declare(self):
@@ -195,7 +195,7 @@ class Layout:
         self.order = rng.choice(["le", "le", "be"])
         self.uuid = uuid.UUID(int=rng.getrandbits(128))
         self.header = rng.choice(["large", "compact", "plain"])
-        self.context = [Filler(rng, self.order) for _ in range(rng.randint(0, 1))]
+        self.context = [Filler(rng, self.order, 2) for _ in range(rng.randint(0, 1))]  # libbabeltrace2 aborts on more
         self.pid, self.tid = (Integer(rng, self.order, 16, whole=True) for _ in range(2))
         self.events = {}
         for name, fields in EVENTS.items():
@@ -295,14 +295,14 @@ class Layout:
             else:
                 kind.write(bits, values[field])
 
-    def stream(self, cpu, events):
+    def stream(self, cpu, events, window):
         """events: (time, name, tid, values), in order of time."""
         prefix, out = (">" if self.order == "be" else "<"), b""
         number = 0
         while events or number == 0:
             count = self.rng.randint(1, 12)
             part, events = events[:count], events[count:]
-            begin = part[0][0] if part else 1000
+            begin = part[0][0] if number else window[0]
             last = begin
             bits = Bits()
             bits.data += bytes(84)
@@ -313,14 +313,15 @@ class Layout:
             content = bits.at
             size = -(-content // 8) + self.rng.choice([0, 0, 3, 64])
             head = struct.pack(prefix + "I16sIQ", 0xC1FC1FC1, self.uuid.bytes, 0, cpu)
-            head += struct.pack(prefix + "QQQQQQI", begin, last, content, size * 8, number, 0, cpu)
+            end = last if events else window[1]
+            head += struct.pack(prefix + "QQQQQQI", begin, end, content, size * 8, number, 0, cpu)
             out += (head + bytes(bits.data[84:])).ljust(size, b"\0")
             number += 1
         return out
 
 
 def recording(layout, rng):
-    """Streams of events and the instances in them: (logical id, seq, start, end)."""
+    """Streams and the instances in them: (logical id, seq, start, end)."""
     streams, instances = [], []
     for cpu in range(rng.randint(1, 3)):
         callback, tid = cpu, 4002 + cpu
@@ -345,8 +346,10 @@ def recording(layout, rng):
             time += rng.randint(2, 5000)
             events.append((time, "cie:callback_end", tid, {"callback_id": callback, "seq": seq, "status": "ok"}))
             instances.append((name, seq, start, time))
-        streams.append(layout.stream(cpu, events))
-    return streams, instances
+        streams.append(events)
+    # One window for all, so that every instance lies in it.
+    window = 1000, max(events[-1][0] for events in streams) + 1
+    return [layout.stream(cpu, events, window) for cpu, events in enumerate(streams)], instances
 
 
 def output(cie, reader, command, trace):

@@ -168,6 +168,17 @@ TEST(Fields, ASequenceAskedForLast) {
   EXPECT_EQ(layout.decode({0}).integers(0), std::vector<std::uint32_t>{});
 }
 
+TEST(Fields, ElementsWithGapsBetweenThem) {
+  Layout layout("integer { size = 8; align = 32; } s[2]; u8 z;", {"s", "z"});
+  const auto got = layout.decode({5, 0, 0, 0, 6, 7});
+  EXPECT_EQ(got.integers(0), (std::vector<std::uint32_t>{5, 6}));
+  EXPECT_EQ(got.number(1), 7);
+  Layout bits("integer { size = 3; align = 4; } s[3]; integer { size = 5; } z;", {"s", "z"});
+  const auto packed = bits.decode({0x21, 0x8b});  // 1 at 0, 2 at 4, 3 at 8; 0x11 from bit 11 on
+  EXPECT_EQ(packed.integers(0), (std::vector<std::uint32_t>{1, 2, 3}));
+  EXPECT_EQ(packed.number(1), 0x11);
+}
+
 TEST(Fields, ElementsWithLengthsOfTheirOwn) {
   Layout layout("u8 n; struct { u8 m; u8 s[m]; } e[n]; u8 z;", {"z"});
   const auto got = layout.decode({2, 3, 1, 1, 1, 0, 77});
