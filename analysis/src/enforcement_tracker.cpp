@@ -23,7 +23,6 @@ std::int32_t kernel_priority(const ReadBack& read_back) {
       return -1;
     case Policy::other:
     case Policy::batch:
-      return 120 + std::clamp(read_back.nice, -20, 19);
     case Policy::idle:
       return 120 + std::clamp(read_back.nice, -20, 19);
   }

@@ -35,7 +35,7 @@ class EnforcementTracker {
     bool is_boosted = false;  // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
-    Duration busy_before;  // of earlier incarnations of its tid
+    Duration busy_before;                   // of earlier incarnations of its tid
   };
   struct OfTid {
     std::int32_t prio = 120;
