@@ -111,8 +111,7 @@ int run(int argc, char** argv) {
     ::_exit(seen == events ? 0 : 1);
   });
   print("cie: decode and merge", decode, events, reference);
-  print("cie instances", measure_program({cie, "instances", directory}), events,
-        reference);
+  print("cie instances", measure_program({cie, "instances", directory}), events, reference);
   print("cie report", measure_program({cie, "report", "--format", "json", directory}), events,
         reference);
   if (!without_babeltrace2) {

@@ -73,6 +73,8 @@ class Checker {
     } else if (std::holds_alternative<PacketEnd>(event.body)) {
       if (!stream.is_in_packet) std::abort();
       stream.is_in_packet = false;
+      // An end before the last event (some tracers write that) moves nothing.
+      if (!stream.last || *stream.last < event.head.time) stream.last = event.head.time;
     } else if (!std::holds_alternative<Discarded>(event.body) &&
                !std::holds_alternative<DamagedPacket>(event.body)) {
       if (!stream.is_in_packet) std::abort();
