@@ -1,5 +1,6 @@
 #include "program_builder.hpp"
 
+#include "scope_names.hpp"
 #include "tokens.hpp"
 
 #include <algorithm>
@@ -8,25 +9,6 @@
 #include <utility>
 
 namespace cie::analysis::ctf {
-
-// A field, the fields below it, and where its value is read.
-class ScopeNames {
- public:
-  std::string name;
-  const Type* type = nullptr;
-  Sequence* sequence = nullptr;
-  std::size_t op = 0;
-  std::uint32_t offset = 0;  // in a block
-  std::int16_t reg = kNone;
-  std::vector<std::unique_ptr<ScopeNames>> members;
-
-  ScopeNames* find(std::string_view wanted) const {
-    for (auto member = members.rbegin(); member != members.rend(); ++member) {
-      if ((*member)->name == wanted) return member->get();
-    }
-    return nullptr;
-  }
-};
 
 namespace {
 
@@ -62,16 +44,6 @@ bool is_number(const Type& type) {
 // TSDL marks names that its tracer did not choose with an underscore.
 std::string_view plain(std::string_view name) {
   return name.starts_with('_') ? name.substr(1) : name;
-}
-
-// Walks "a.b.c" below a node.
-ScopeNames* walk(ScopeNames* node, std::string_view path) {
-  while (node != nullptr && !path.empty()) {
-    const auto dot = std::min(path.find('.'), path.size());
-    node = node->find(path.substr(0, dot));
-    path.remove_prefix(std::min(dot + 1, path.size()));
-  }
-  return node;
 }
 
 }  // namespace
