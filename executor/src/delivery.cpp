@@ -31,6 +31,11 @@ void Delivery::set_trace(trace::Callback* callback) {
   trace_ = callback;
 }
 
+void Delivery::close() {
+  const std::lock_guard lock{mutex_};
+  is_closed_ = true;
+}
+
 void Delivery::announce() noexcept {
   const std::uint64_t overwritten = count_.on_stored();
   if (trace_ != nullptr) trace_->release(overwritten);

@@ -29,10 +29,14 @@ class Delivery {
   // Whose events are emitted; null before the callback goes.
   void set_trace(trace::Callback* callback);
 
+  // From now on samples are dropped, unseen: the queue can be emptied and counted.
+  void close();
+
   // `store` puts the sample into the queue and says whether it stayed there.
   template <typename Store>
   bool deliver(const void* sample, const Arrival& arrival, Store store) noexcept {
     const std::lock_guard lock{mutex_};
+    if (is_closed_) return true;  // false would make a reliable writer offer it again
     arrivals_.record(sample, arrival);
     const bool is_stored = store();
     if (is_stored) announce();
@@ -53,6 +57,7 @@ class Delivery {
   ReadySink* sink_ = nullptr;
   Callback* callback_ = nullptr;
   trace::Callback* trace_ = nullptr;
+  bool is_closed_ = false;
 };
 
 // A sample cache for dds_create_reader_rhc() that passes every sample through `delivery` and leaves

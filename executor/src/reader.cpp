@@ -83,6 +83,23 @@ bool Reader::take(void* message, MessageInfo& info) {
   }
 }
 
+std::uint64_t Reader::close() {
+  delivery_->close();
+  QueueCount& count = delivery_->count();
+  for (;;) {
+    ddsi_serdata* taken = nullptr;
+    dds_sample_info_t sample{};
+    const std::uint64_t stored = count.begin_take();
+    const bool is_empty = dds_takecdr(reader_.get(), &taken, 1, &sample, DDS_ANY_STATE) <= 0;
+    const SerdataPtr data{taken};
+    count.end_take(is_empty            ? TakeOutcome::empty
+                   : sample.valid_data ? TakeOutcome::sample
+                                       : TakeOutcome::other,
+                   stored);
+    if (is_empty) return count.overwritten();
+  }
+}
+
 std::uint32_t Reader::matched() const {
   dds_subscription_matched_status_t status{};
   dds::check(dds_get_subscription_matched_status(reader_.get(), &status),

@@ -30,6 +30,10 @@ class Reader {
   // known of it. False when there is none.
   bool take(void* message, MessageInfo& info);
 
+  // Ends the queue: what comes is dropped, what is in it is discarded. Returns how many samples
+  // were overwritten in all, exactly.
+  std::uint64_t close();
+
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;
 

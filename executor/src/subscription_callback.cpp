@@ -19,6 +19,7 @@ SubscriptionCallback::SubscriptionCallback(std::shared_ptr<GroupState> group,
 SubscriptionCallback::~SubscriptionCallback() {
   reader_->delivery().set_target(nullptr, nullptr);
   reader_->delivery().set_trace(nullptr);
+  trace().overwritten(reader_->close());
 }
 
 void SubscriptionCallback::serve(ReadySink* sink) {
@@ -57,7 +58,11 @@ void SubscriptionCallback::give_back(Message message) noexcept {
 bool SubscriptionCallback::execute_one() {
   Lent lent{*this};
   MessageInfo info;
-  if (!reader_->take(lent.message.get(), info)) return false;
+  if (!reader_->take(lent.message.get(), info)) {
+    // An empty queue tells exactly what it lost; the arrivals before it may have been too early to.
+    trace().overwritten(reader_->delivery().count().overwritten());
+    return false;
+  }
   const Instance instance{*this,
                           {.kind = ReleaseKind::data,
                            .release_ns = info.arrival_ns,

@@ -45,8 +45,7 @@ Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const std::st
 
 void Writer::publish(const void* message) {
   const std::lock_guard lock{mutex_};
-  const std::int64_t timestamp = trace_->next_source_timestamp();
-  trace_->publish(timestamp);
+  const std::int64_t timestamp = trace_->publish();
   dds::check(dds_write_ts(writer_.get(), message, timestamp), "publishing a message", name_);
 }
 
