@@ -3,6 +3,8 @@
 
 #include "graph.hpp"
 
+#include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -15,8 +17,6 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <cerrno>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -67,6 +67,9 @@ std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
   if (settings.executor == "single") {
     return std::make_unique<cie::SingleThreadedExecutor>(std::move(options));
   }
+  if (settings.executor == "events") {
+    return std::make_unique<cie::EventsExecutor>(std::move(options));
+  }
   if (settings.executor == "multi") {
     return std::make_unique<cie::MultiThreadedExecutor>(std::move(options));
   }
@@ -79,8 +82,7 @@ void wait_for_readers(const Nodes& nodes) {
   using namespace std::chrono_literals;
   const auto bound = std::chrono::steady_clock::now() + 5s;
   for (const auto& node : nodes) {
-    while (!node->is_connected() && !is_asked_to_stop &&
-           std::chrono::steady_clock::now() < bound) {
+    while (!node->is_connected() && !is_asked_to_stop && std::chrono::steady_clock::now() < bound) {
       std::this_thread::sleep_for(5ms);
     }
   }
@@ -183,7 +185,7 @@ int main(int argc, char** argv) {
       "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
   app.name("cie-demo");
   app.add_option("--executor", settings.executor, "Who runs the callbacks")
-      ->check(CLI::IsMember({"isolated", "single", "multi"}))
+      ->check(CLI::IsMember({"isolated", "single", "events", "multi"}))
       ->capture_default_str();
   app.add_option("--duration", settings.duration_s, "Seconds to run")
       ->check(CLI::Range(0.0, 86400.0))

@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 
 struct Settings {
-  std::vector<std::string> executors{"isolated", "single", "multi"};
+  std::vector<std::string> executors{"isolated", "single", "events", "multi"};
   std::vector<std::string> placements{"intra", "inter"};
   std::vector<std::string> phases{"staggered", "aligned"};
   std::vector<unsigned> pairs{1, 8, 24};
@@ -122,8 +122,8 @@ bool measure(const Workload& workload, double seconds) {
   return is_good;
 }
 
-// The number of the system call event stands in tracefs. Where that is not mounted, root may mount it
-// for this process alone.
+// The number of the system call event stands in tracefs. Where that is not mounted, root may mount
+// it for this process alone.
 void make_tracefs_visible() {
   if (access("/sys/kernel/tracing/events", F_OK) == 0 || unshare(CLONE_NEWNS) != 0) return;
   mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
       "callback. System calls need root and tracefs."};
   app.name("cie-bench-executors");
   app.add_option("--executors", settings.executors)
-      ->check(CLI::IsMember({"isolated", "single", "multi"}))
+      ->check(CLI::IsMember({"isolated", "single", "events", "multi"}))
       ->delimiter(',');
   app.add_option("--paths", settings.placements, "intra: one process, inter: two")
       ->check(CLI::IsMember({"intra", "inter"}))
