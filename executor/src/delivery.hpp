@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 struct dds_rhc;
 struct ddsi_serdata;
@@ -28,6 +29,12 @@ class Delivery {
   void set_target(ReadySink* sink, Callback* callback);
   // Whose events are emitted; null before the callback goes.
   void set_trace(trace::Callback* callback);
+
+  // Samples whose service header names somebody else are dropped, unseen. Before the reader exists.
+  void accept_only(std::uint64_t recipient) noexcept { recipient_ = recipient; }
+  std::optional<std::uint64_t> recipient() const noexcept { return recipient_; }
+  // Has the target look again, although nothing arrived.
+  void wake() noexcept;
 
   // From now on samples are dropped, unseen: the queue can be emptied and counted.
   void close();
@@ -58,6 +65,7 @@ class Delivery {
   Callback* callback_ = nullptr;
   trace::Callback* trace_ = nullptr;
   bool is_closed_ = false;
+  std::optional<std::uint64_t> recipient_;
 };
 
 // A sample cache for dds_create_reader_rhc() that passes every sample through `delivery` and leaves

@@ -21,7 +21,7 @@ class ReaderTest : public testing::Test {
  protected:
   template <typename T>
   Reader make(const QoS& qos) {
-    return Reader{context.state(), "/data", qos, MessageTraits<T>::descriptor()};
+    return Reader{context.state(), message_topic("/data"), qos, MessageTraits<T>::descriptor()};
   }
   Context context{test::private_options()};
   Node node{context, "node"};
