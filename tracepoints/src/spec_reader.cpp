@@ -1,26 +1,26 @@
 #include "spec_reader.hpp"
 
+#include "yaml_fields.hpp"
+
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
 #include <map>
-#include <span>
 
 namespace cie {
 namespace {
 
+using yaml::Fields;
+using yaml::Keys;
 using yaml::Value;
 
-constexpr std::int64_t kMaxInteger = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kMinInteger = std::numeric_limits<std::int64_t>::min();
 // Bounds that only a mistake or an attack exceeds; they keep reading linear in the file's size.
 constexpr std::size_t kMaxEntries = 100'000;
 constexpr std::size_t kMaxChainCallbacks = 1'000;
 constexpr std::int64_t kMaxCpu = 1023;              // of cpu_set_t
 constexpr std::int64_t kMinDeadlineRuntime = 1024;  // the kernel's resolution: 2^10 ns
-
-using Keys = std::span<const std::string_view>;
 
 constexpr std::array<std::string_view, 9> kParameterKeys{
     "affinity", "policy", "priority", "nice", "runtime", "deadline", "period", "id", "name"};
@@ -39,59 +39,6 @@ constexpr std::array<std::string_view, 5> kChainKeys{"name", "callbacks", "path_
 constexpr std::array<std::string_view, 3> kForeignSections{"rt_throttling", "kernel_threads",
                                                            "irqs"};
 constexpr std::array<std::string_view, 1> kForeignKeys{"domain_id"};
-
-bool contains(Keys keys, std::string_view key) {
-  return std::ranges::find(keys, key) != keys.end();
-}
-
-std::string join(std::initializer_list<Keys> lists) {
-  std::string text;
-  for (const auto& keys : lists) {
-    for (const auto key : keys)
-      text.append(text.empty() ? "" : ", ").append(key);
-  }
-  return text;
-}
-
-// The fields of a map by name; a null value counts as absent.
-class Fields {
- public:
-  Fields(const Value& map, std::string_view what, Keys known, Keys more = {}, Keys ignored = {})
-      : map_(map) {
-    for (auto& [key, value] : map.fields(what)) {
-      if (contains(known, key) || contains(more, key)) {
-        if (!value.is_null()) fields_.emplace_back(key, value);
-      } else if (!contains(ignored, key)) {
-        value.fail("unknown key \"" + key + "\"; known are " + join({known, more}));
-      }
-    }
-  }
-  const Value* find(std::string_view key) const {
-    const auto field = std::ranges::find(fields_, key, &std::pair<std::string, Value>::first);
-    return field == fields_.end() ? nullptr : &field->second;
-  }
-  std::optional<std::int64_t> integer(std::string_view key, std::int64_t min,
-                                      std::int64_t max = kMaxInteger) const {
-    const Value* value = find(key);
-    if (value == nullptr) return std::nullopt;
-    return value->integer(key, min, max);
-  }
-  std::optional<std::uint64_t> count(std::string_view key) const {
-    const auto value = integer(key, 0);
-    if (!value) return std::nullopt;
-    return static_cast<std::uint64_t>(*value);
-  }
-  void set_entry(std::string_view entry) {
-    map_ = map_.of_entry(entry);
-    for (auto& [key, value] : fields_)
-      value = value.of_entry(entry);
-  }
-  const Value& map() const { return map_; }
-
- private:
-  Value map_;
-  std::vector<std::pair<std::string, Value>> fields_;
-};
 
 std::vector<std::uint32_t> read_cpus(const Value& affinity) {
   std::vector<std::uint32_t> cpus;

@@ -1,0 +1,119 @@
+#include "container.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+namespace cie::container {
+namespace {
+
+Context::Options network(const AppFile& app) {
+  Context::Options options = Context::Options::from_environment();
+  if (app.domain) options.domain = *app.domain;
+  if (app.is_loopback) options.loopback = *app.is_loopback;
+  if (app.discovery_tag) options.tag = *app.discovery_tag;
+  return options;
+}
+
+std::unique_ptr<Executor> make_executor(ExecutorKind kind, ExecutorOptions options) {
+  switch (kind) {
+    case ExecutorKind::single_threaded:
+      return std::make_unique<SingleThreadedExecutor>(std::move(options));
+    case ExecutorKind::multi_threaded:
+      return std::make_unique<MultiThreadedExecutor>(std::move(options));
+    default:
+      return std::make_unique<CallbackIsolatedExecutor>(std::move(options));
+  }
+}
+
+std::string text_of(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "an exception that is no std::exception";
+  }
+}
+
+}  // namespace
+
+Container::Container(const AppFile& app, Say say)
+    : app_(app), say_(std::move(say)), context_(network(app)) {
+  ExecutorOptions options;
+  if (app_.spec) {
+    options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::load(*app_.spec));
+  }
+  options.on_error = app_.on_error;
+  if (app_.on_error == OnError::warn) {
+    options.on_parameter_problem = [this](const ParameterProblem& problem) {
+      say_("warning: " + problem.text());
+    };
+  }
+  options.on_exception = [this](const CallbackFailure& failure) { count_failure(failure); };
+  executor_ = make_executor(app_.executor, std::move(options));
+}
+
+Container::~Container() {
+  while (!members_.empty()) {  // the last one loaded goes first: it may use the others
+    Member member = std::move(members_.back());
+    members_.pop_back();
+    executor_->remove_node(member.component->node());
+  }
+}
+
+std::size_t Container::load_all() {
+  std::size_t loaded = 0;
+  for (const ComponentEntry& entry : app_.components) {
+    try {
+      load(entry);
+      ++loaded;
+    } catch (const std::runtime_error& error) {
+      say_(error.what());
+    }
+  }
+  return loaded;
+}
+
+void Container::load(const ComponentEntry& entry) {
+  const std::string name = entry.qualified_name();
+  try {
+    const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters};
+    Member member{name,
+                  std::make_unique<LoadedComponent>(entry.library, entry.class_name, options)};
+    executor_->add_node(member.component->node());
+    const std::lock_guard lock{mutex_};
+    members_.push_back(std::move(member));
+  } catch (const std::exception& error) {
+    throw std::runtime_error{app_.file + ":" + std::to_string(entry.line) + ": component \"" +
+                             name + "\" (" + entry.class_name + " from " + entry.library +
+                             ") is not loaded: " + error.what()};
+  }
+  say_("loaded \"" + name + "\" (" + entry.class_name + " from " + entry.library + ")");
+}
+
+void Container::run() { executor_->spin(); }
+
+void Container::cancel() noexcept { executor_->cancel(); }
+
+// Says the first one of each callback: a timer that throws would otherwise flood the terminal.
+void Container::count_failure(const CallbackFailure& failure) {
+  const std::string text = text_of(failure.exception);
+  {
+    const std::lock_guard lock{failures_mutex_};
+    if (++failures_[failure.logical_id] > 1) return;
+  }
+  say_("callback \"" + failure.logical_id + "\" threw: " + text +
+       " (it stays in service; further ones are counted)");
+}
+
+std::uint64_t Container::failures() const {
+  const std::lock_guard lock{failures_mutex_};
+  std::uint64_t sum = 0;
+  for (const auto& [logical_id, count] : failures_)
+    sum += count;
+  return sum;
+}
+
+}  // namespace cie::container
