@@ -22,8 +22,8 @@ constexpr std::size_t kMaxParameters = 10'000;  // of one component, items of li
 
 constexpr std::array<std::string_view, 7> kKeys{
     "components", "executor", "spec", "on_error", "domain", "loopback", "discovery_tag"};
-constexpr std::array<std::string_view, 5> kComponentKeys{"library", "class", "name", "namespace",
-                                                         "parameters"};
+constexpr std::array<std::string_view, 6> kComponentKeys{"library",   "class",      "name",
+                                                         "namespace", "parameters", "remaps"};
 
 constexpr std::array<std::pair<std::string_view, ExecutorKind>, 3> kExecutors{
     {{"isolated", ExecutorKind::isolated},
@@ -92,6 +92,10 @@ ComponentEntry read_component(const Value& item, const std::filesystem::path& fo
   }
   if (const Value* const value = fields.find("parameters")) {
     entry.parameters = read_parameters(*value);
+  }
+  if (const Value* const value = fields.find("remaps")) {
+    for (const auto& [from, to] : value->fields("remaps"))
+      entry.remaps.emplace(from, to.text(from));
   }
   return entry;
 }

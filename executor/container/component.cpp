@@ -50,11 +50,15 @@ void convert(std::string_view name, const ParameterText& parameter, std::vector<
 }  // namespace
 
 ComponentOptions::ComponentOptions(const Context& context, std::string name, std::string name_space,
-                                   Parameters parameters)
+                                   Parameters parameters, TopicRemaps remaps)
     : context_(&context),
       name_(std::move(name)),
       name_space_(std::move(name_space)),
-      parameters_(std::move(parameters)) {}
+      parameters_(std::move(parameters)),
+      remaps_(std::move(remaps)) {}
+
+Node::Node(const ComponentOptions& options)
+    : Node(options.context(), options.name(), options.name_space(), options.remaps()) {}
 
 const ParameterText* ComponentOptions::find(std::string_view name) const {
   read_.emplace(name);

@@ -79,7 +79,8 @@ std::size_t Container::load_all() {
 void Container::load(const ComponentEntry& entry) {
   const std::string name = entry.qualified_name();
   try {
-    const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters};
+    const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters,
+                                   entry.remaps};
     Member member{name,
                   std::make_unique<LoadedComponent>(entry.library, entry.class_name, options)};
     executor_->add_node(member.component->node());

@@ -11,8 +11,7 @@ namespace example {
 
 class Listener {
  public:
-  explicit Listener(const cie::ComponentOptions& options)
-      : node_(options.context(), options.name(), options.name_space()) {
+  explicit Listener(const cie::ComponentOptions& options) : node_(options) {
     node_.create_subscription<cie_msgs::Sample>("greetings", 10,
                                                 [this](const cie_msgs::Sample& message) {
                                                   if (heard_ > 0 && message.seq != last_ + 1)

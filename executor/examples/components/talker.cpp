@@ -14,7 +14,7 @@ namespace example {
 class Talker {
  public:
   explicit Talker(const cie::ComponentOptions& options)
-      : node_(options.context(), options.name(), options.name_space()),
+      : node_(options),
         publisher_(node_.create_publisher<cie_msgs::Sample>("greetings", 10)),
         message_(cie::make_message<cie_msgs::Sample>()) {
     const std::chrono::milliseconds period{options.parameter<std::int64_t>("period_ms", 100)};

@@ -16,8 +16,7 @@ class OddError : public std::runtime_error {
 
 class Good {
  public:
-  explicit Good(const cie::ComponentOptions& options)
-      : node_(options.context(), options.name(), options.name_space()) {
+  explicit Good(const cie::ComponentOptions& options) : node_(options) {
     node_.create_wall_timer(std::chrono::milliseconds{50}, [] {});
   }
   cie::Node& node() { return node_; }
@@ -28,8 +27,7 @@ class Good {
 
 class ThrowsInConstructor {
  public:
-  explicit ThrowsInConstructor(const cie::ComponentOptions& options)
-      : node_(options.context(), options.name(), options.name_space()) {
+  explicit ThrowsInConstructor(const cie::ComponentOptions& options) : node_(options) {
     throw OddError{"no lidar is connected"};
   }
   cie::Node& node() { return node_; }
@@ -40,8 +38,7 @@ class ThrowsInConstructor {
 
 class ThrowsInCallback {
  public:
-  explicit ThrowsInCallback(const cie::ComponentOptions& options)
-      : node_(options.context(), options.name(), options.name_space()) {
+  explicit ThrowsInCallback(const cie::ComponentOptions& options) : node_(options) {
     node_.create_wall_timer(std::chrono::milliseconds{10}, [] { throw OddError{"odd"}; });
   }
   cie::Node& node() { return node_; }

@@ -13,6 +13,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Pair;
 
 AppFile parse(std::string_view text) { return AppFile::parse(text, "app.yaml", "/opt/car"); }
 
@@ -42,6 +43,7 @@ components:
       rate: 10
       frames: [front, "rear"]
       unused: ~
+    remaps: {points: /front/points, ~/status: status}
   - {library: libcar.so, class: car::Planner, name: planner}
 )");
   EXPECT_EQ(app.executor, ExecutorKind::multi_threaded);
@@ -61,6 +63,8 @@ components:
   EXPECT_FALSE(lidar.parameters.at("rate").is_list);
   EXPECT_THAT(lidar.parameters.at("frames").texts, ElementsAre("front", "rear"));
   EXPECT_TRUE(lidar.parameters.at("frames").is_list);
+  EXPECT_THAT(lidar.remaps,
+              ElementsAre(Pair("points", "/front/points"), Pair("~/status", "status")));
   EXPECT_EQ(app.components[1].library, "libcar.so");  // the dynamic linker's to find
   EXPECT_EQ(app.components[1].qualified_name(), "/planner");
 }
@@ -97,6 +101,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{std::string{kGood} + "domain: 231\n", "from 0 to 230"},
         BadFile{std::string{kGood} + "    period: 5\n",
                 "app.yaml:5: entry \"a\": unknown key \"period\""},
+        BadFile{std::string{kGood} + "    remaps: {a: [b]}\n", "entry \"a\": \"a\" is a list"},
         BadFile{std::string{kGood} + "    parameters: [1]\n", "entry \"a\": \"parameters\" is"},
         BadFile{std::string{kGood} + "    parameters: {p: {q: 1}}\n", "\"p\" is a map"},
         BadFile{"components:\n  - class: A\n    name: a\n",

@@ -3,7 +3,7 @@
 //   class Talker {
 //    public:
 //     explicit Talker(const cie::ComponentOptions& options)
-//         : node_(options.context(), options.name(), options.name_space()) { … }
+//         : node_(options) { … }
 //     cie::Node& node() { return node_; }
 //    …
 //   };
@@ -46,11 +46,12 @@ class ComponentOptions {
   using Parameters = std::map<std::string, ParameterText, std::less<>>;
 
   ComponentOptions(const Context& context, std::string name, std::string name_space,
-                   Parameters parameters);
+                   Parameters parameters, TopicRemaps remaps = {});
 
   const Context& context() const noexcept { return *context_; }
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
+  const TopicRemaps& remaps() const noexcept { return remaps_; }
 
   // The parameter's value, or `absent` if the file does not give it. Throws std::invalid_argument
   // naming the parameter when its text is no T (bool: true or false; numbers: decimal).
@@ -67,6 +68,7 @@ class ComponentOptions {
   std::string name_;
   std::string name_space_;
   Parameters parameters_;
+  TopicRemaps remaps_;
   mutable std::set<std::string, std::less<>> read_;
 };
 

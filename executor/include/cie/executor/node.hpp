@@ -13,6 +13,7 @@
 #include <chrono>
 #include <concepts>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,6 +22,12 @@
 #include <utility>
 
 namespace cie {
+
+class ComponentOptions;
+
+// Topics under another name: what the node's code says, and what is meant. Both are names as the
+// node would write them ("scan", "/scan", "~/scan").
+using TopicRemaps = std::map<std::string, std::string, std::less<>>;
 
 namespace executor {
 class NodeState;
@@ -44,7 +51,10 @@ std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, c
 // not fit throws std::invalid_argument.
 class Node {
  public:
-  Node(const Context& context, std::string_view name, std::string_view name_space = "/");
+  Node(const Context& context, std::string_view name, std::string_view name_space = "/",
+       const TopicRemaps& remaps = {});
+  // As the application's file says (component.hpp).
+  explicit Node(const ComponentOptions& options);
   ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
