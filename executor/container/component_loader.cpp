@@ -1,5 +1,7 @@
 #include "component_loader.hpp"
 
+#include "mapped.hpp"
+
 #include <algorithm>
 #include <exception>
 #include <functional>
@@ -115,6 +117,13 @@ LoadedComponent::LoadedComponent(const std::string& library, const std::string& 
 }
 
 LoadedComponent::~LoadedComponent() { destroy(); }
+
+std::string LoadedComponent::unload() {
+  destroy();
+  const std::string name = library_->name();
+  library_.reset();
+  return why_still_mapped(name);
+}
 
 void LoadedComponent::destroy() noexcept {
   if (component_ == nullptr) return;

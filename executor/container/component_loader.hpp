@@ -39,6 +39,9 @@ class LoadedComponent {
   LoadedComponent& operator=(const LoadedComponent&) = delete;
   ~LoadedComponent();
 
+  // Destroys the component and closes its library. Empty if the library was unmapped, else why not.
+  std::string unload();
+
   Node& node() const { return class_->node(component_); }
   const std::string& library() const noexcept { return library_->name(); }
   const std::string& class_name() const noexcept { return class_name_; }

@@ -64,34 +64,94 @@ Container::~Container() {
 }
 
 std::size_t Container::load_all() {
-  std::size_t loaded = 0;
+  const std::lock_guard lock{mutex_};
   for (const ComponentEntry& entry : app_.components) {
     try {
-      load(entry);
-      ++loaded;
+      say_(load(entry, app_.file));
     } catch (const std::runtime_error& error) {
       say_(error.what());
     }
   }
-  return loaded;
+  return members_.size();
 }
 
-void Container::load(const ComponentEntry& entry) {
+bool Container::is_loaded(const std::string& name) const {
+  return std::ranges::find(members_, name, &Member::name) != members_.end();
+}
+
+std::string Container::load(const ComponentEntry& entry, const std::string& file) {
   const std::string name = entry.qualified_name();
+  const std::string what = "\"" + name + "\" (" + entry.class_name + " from " + entry.library + ")";
   try {
+    if (is_loaded(name)) throw std::runtime_error{"a component of this name is loaded already"};
     const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters,
                                    entry.remaps};
     Member member{name,
                   std::make_unique<LoadedComponent>(entry.library, entry.class_name, options)};
     executor_->add_node(member.component->node());
-    const std::lock_guard lock{mutex_};
     members_.push_back(std::move(member));
   } catch (const std::exception& error) {
-    throw std::runtime_error{app_.file + ":" + std::to_string(entry.line) + ": component \"" +
-                             name + "\" (" + entry.class_name + " from " + entry.library +
-                             ") is not loaded: " + error.what()};
+    throw std::runtime_error{file + ":" + std::to_string(entry.line) + ": component " + what +
+                             " is not loaded: " + error.what()};
   }
-  say_("loaded \"" + name + "\" (" + entry.class_name + " from " + entry.library + ")");
+  return "loaded " + what;
+}
+
+std::string Container::load_more(const AppFile& app, const std::vector<std::string>& names) {
+  const std::lock_guard lock{mutex_};
+  for (const std::string& name : names) {
+    if (std::ranges::find(app.components, name, &ComponentEntry::qualified_name) ==
+        app.components.end()) {
+      throw std::runtime_error{app.file + ": no component \"" + name + "\""};
+    }
+  }
+  std::string told;
+  bool is_failed = false;
+  for (const ComponentEntry& entry : app.components) {
+    const std::string name = entry.qualified_name();
+    if (names.empty() ? is_loaded(name) : std::ranges::find(names, name) == names.end()) {
+      continue;
+    }
+    std::string line;
+    try {
+      line = load(entry, app.file);
+    } catch (const std::runtime_error& error) {
+      line = error.what();
+      is_failed = true;
+    }
+    say_(line);
+    told += line + "\n";
+  }
+  if (is_failed) throw std::runtime_error{told};
+  return told.empty() ? "nothing to load: all its components are loaded\n" : told;
+}
+
+std::string Container::unload(const std::string& name) {
+  const std::lock_guard lock{mutex_};
+  const auto found = std::ranges::find(members_, name, &Member::name);
+  if (found == members_.end()) throw std::runtime_error{"no component \"" + name + "\" is loaded"};
+  Member member = std::move(*found);
+  members_.erase(found);
+  executor_->remove_node(member.component->node());
+  const std::string library = member.component->library();
+  std::string reason = member.component->unload();
+  const auto user = std::ranges::find_if(
+      members_, [&library](const Member& other) { return other.component->library() == library; });
+  if (user != members_.end()) reason = "\"" + user->name + "\" is from it too";
+  const std::string line = "unloaded \"" + name + "\"; " + library +
+                           (reason.empty() ? " is unmapped" : " stays mapped: " + reason);
+  say_(line);
+  return line + "\n";
+}
+
+std::string Container::list() {
+  const std::lock_guard lock{mutex_};
+  std::string text;
+  for (const Member& member : members_) {
+    text += member.name + " " + member.component->class_name() + " " + member.component->library() +
+            "\n";
+  }
+  return text;
 }
 
 void Container::run() { executor_->spin(); }

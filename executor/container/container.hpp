@@ -17,7 +17,7 @@
 
 namespace cie::container {
 
-// Thread-safe but for run().
+// Thread-safe; callbacks must not call it.
 class Container {
  public:
   // Told one line at a time, from any thread: what was loaded, what could not be, what went wrong.
@@ -32,6 +32,16 @@ class Container {
 
   // Loads what the file names and says of each whether it could be. Returns how many are there.
   std::size_t load_all();
+  // What an application file names, served at once while run() does. With names ("/ns/name"), only
+  // these; without, all that are not loaded yet. Of the file, nothing else counts. Returns what to
+  // tell the user. Throws std::runtime_error with that when one of them could not be loaded; the
+  // others are, then.
+  std::string load_more(const AppFile& app, const std::vector<std::string>& names);
+  // Waits for the component's running callbacks, destroys it and closes its library. Says what came
+  // of the library. Throws std::runtime_error if there is no such component.
+  std::string unload(const std::string& name);
+  // A line for each component: name, class, library.
+  std::string list();
   // Serves the components until cancel(). Throws ParametersRefused when the spec cannot be applied.
   void run();
   void cancel() noexcept;  // async-signal-safe
@@ -45,8 +55,9 @@ class Container {
     std::unique_ptr<LoadedComponent> component;
   };
 
-  // Throws std::runtime_error saying which component and why.
-  void load(const ComponentEntry& entry);
+  // With mutex_ held. Returns what to tell; throws std::runtime_error saying which and why not.
+  std::string load(const ComponentEntry& entry, const std::string& file);
+  bool is_loaded(const std::string& name) const;
   void count_failure(const CallbackFailure& failure);
 
   const AppFile app_;

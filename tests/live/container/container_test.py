@@ -7,6 +7,7 @@ import json
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -25,6 +26,7 @@ def isolate():
     home = scratch / "home"
     home.mkdir()
     os.environ["LTTNG_HOME"] = str(home)
+    os.environ["XDG_RUNTIME_DIR"] = str(home)  # orders reach the containers of this test only
     os.environ["CIE_LOOPBACK"] = "1"
     os.environ["CIE_DISCOVERY_TAG"] = f"container{os.getpid()}"
     if not options.record or os.geteuid() != 0 or os.environ.get("CIE_TEST_NAMESPACE") == "1":
@@ -46,18 +48,23 @@ def app_file(*components, head=""):
     return file
 
 
+def wait_for(condition):
+    """What a busy machine does late is waited for; what never comes fails at the assertion."""
+    bound = time.monotonic() + 20
+    while not condition() and time.monotonic() < bound:
+        time.sleep(0.01)
+
+
 class Running:
-    """cie-run, until it says that it runs; ended by `signal_number`."""
+    """cie-run, once it says that it runs (or has ended)."""
 
     def __init__(self, file, *arguments):
-        self.process = subprocess.Popen(
-            [options.programs / "cie-run", file, *arguments], stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True)
-        self.said = []
-        for line in self.process.stderr:
-            self.said.append(line.rstrip())
-            if "under the executor" in line:
-                break
+        self.log = scratch / f"log{len(list(scratch.iterdir()))}"
+        with self.log.open("w") as log:
+            self.process = subprocess.Popen(
+                [options.programs / "cie-run", file, *arguments], stdout=subprocess.PIPE,
+                stderr=log, text=True)
+        wait_for(lambda: "under the executor" in self.text() or self.process.poll() is not None)
 
     def __enter__(self):
         return self
@@ -69,12 +76,11 @@ class Running:
 
     def end(self, signal_number=signal.SIGTERM):
         self.process.send_signal(signal_number)
-        out, err = self.process.communicate(timeout=30)
-        self.said += err.splitlines()
+        out, _ = self.process.communicate(timeout=30)
         return self.process.returncode, out
 
     def text(self):
-        return "\n".join(self.said)
+        return self.log.read_text()
 
 
 def run_and_end(file, *arguments, seconds=0.3):
@@ -184,6 +190,134 @@ class BadComponents(unittest.TestCase):
         self.assertRegex(said, r"ended by an exception \d+ time")
 
 
+def order(*words, pid=None):
+    """Exit code, standard output and error of `cie-run --control WORDS`."""
+    choice = ["--pid", str(pid)] if pid else []
+    done = subprocess.run([options.programs / "cie-run", *choice, "--control", *words],
+                          capture_output=True, text=True, timeout=60, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+class Orders(unittest.TestCase):
+    """Load, unload and list from another process."""
+
+    def mapped(self, running, library):
+        """The kernel's word, not the program's."""
+        maps = Path(f"/proc/{running.process.pid}/maps").read_text()
+        return str(options.libraries / library) in maps
+
+    def test_unload_and_load_again_under_every_executor(self):
+        for executor in ("isolated", "single", "multi"):
+            file = app_file(component("kept", library="libnodelete.so"), component("moved"))
+            with self.subTest(executor=executor), Running(file, "--executor", executor) as running:
+                for _ in range(3):
+                    self.assertTrue(self.mapped(running, "libodd.so"))
+                    code, out, err = order("unload", "/moved")
+                    self.assertEqual((code, err), (ENDED_WELL, ""))
+                    self.assertIn("is unmapped", out)
+                    self.assertFalse(self.mapped(running, "libodd.so"))
+                    code, out, _ = order("list")
+                    self.assertEqual((code, len(out.splitlines())), (ENDED_WELL, 1))
+                    self.assertTrue(out.startswith("/kept odd::Good "), out)
+                    code, out, err = order("load", file)
+                    self.assertEqual((code, err), (ENDED_WELL, ""))
+                    self.assertIn('loaded "/moved"', out)
+                    self.assertNotIn("/kept", out)
+                self.assertEqual(running.end()[0], ENDED_WELL, running.text())
+
+    def test_threads_come_and_go_with_a_component(self):
+        def threads(running):
+            names = (Path(task, "comm").read_text().strip()
+                     for task in Path(f"/proc/{running.process.pid}/task").iterdir())
+            return sorted(names)
+        with Running(app_file(component("kept"), component("moved"))) as running:
+            wait_for(lambda: {"kept:50ms", "moved:50ms"} <= set(threads(running)))
+            before = threads(running)
+            self.assertEqual(order("unload", "/moved")[0], ENDED_WELL)
+            self.assertEqual([name for name in before if name != "moved:50ms"], threads(running))
+            self.assertEqual(order("load", running.process.args[1])[0], ENDED_WELL)
+            wait_for(lambda: before == threads(running))  # a thread names itself
+            self.assertEqual(before, threads(running))
+
+    def test_a_library_that_stays_says_why(self):
+        stays = [("libnodelete.so", "-z nodelete")]
+        if options.compiler == "GNU":
+            stays.append(("libunique.so", "-fno-gnu-unique"))
+        for library, reason in stays:
+            with self.subTest(library=library):
+                file = app_file(component("kept"), component("moved", library=library))
+                with Running(file) as running:
+                    code, out, _ = order("unload", "/moved")
+                    self.assertEqual(code, ENDED_WELL)
+                    self.assertIn("stays mapped: ", out)
+                    self.assertIn(reason, out)
+                    self.assertTrue(self.mapped(running, library))
+
+    def test_a_library_of_two_components_stays_for_the_other(self):
+        with Running(app_file(component("kept"), component("moved"))) as running:
+            self.assertIn('stays mapped: "/kept" is from it too', order("unload", "/moved")[1])
+            self.assertIn("is unmapped", order("unload", "/kept")[1])
+            self.assertFalse(self.mapped(running, "libodd.so"))
+
+    def test_orders_that_cannot_be_followed(self):
+        file = app_file(component("kept"), component("bad", of="Absent"))
+        with Running(file):
+            self.assertEqual(order("unload", "/absent"),
+                             (FAILED, "", 'no component "/absent" is loaded\n'))
+            code, _, err = order("load", file)
+            self.assertEqual(code, FAILED)
+            self.assertIn('no class "odd::Absent"', err)
+            code, _, err = order("load", file, "/absent")
+            self.assertEqual(code, FAILED)
+            self.assertIn('no component "/absent"', err)
+            code, _, err = order("load", file, "/kept")
+            self.assertEqual(code, FAILED)
+            self.assertIn("is loaded already", err)
+            code, _, err = order("load", scratch / "absent.yaml")
+            self.assertEqual(code, UNUSABLE)
+            self.assertIn("absent.yaml: cannot read it", err)
+            for words in (["dance"], ["list", "more"], ["unload"], ["load"]):
+                self.assertEqual(order(*words)[0], UNUSABLE, words)
+            self.assertEqual(len(order("list")[1].splitlines()), 1)
+
+    def test_reaches_the_container_that_is_meant(self):
+        self.assertEqual(order("list")[0], UNUSABLE)
+        with Running(app_file(component("first"))) as first:
+            with Running(app_file(component("second"))) as second:
+                code, _, err = order("list")
+                self.assertEqual(code, UNUSABLE)
+                self.assertIn(str(first.process.pid), err)
+                self.assertIn("/second ", order("list", pid=second.process.pid)[1])
+                second.process.kill()  # its socket stays behind
+                second.process.wait()
+            self.assertIn("/first ", order("list")[1])
+            sockets = Path(os.environ["XDG_RUNTIME_DIR"], "cie-run")
+            self.assertEqual(sockets.stat().st_mode & 0o777, 0o700)
+            mine = sockets / f"{first.process.pid}.sock"
+            self.assertEqual(mine.stat().st_mode & 0o777, 0o600)
+            first.end()
+            self.assertFalse(mine.exists())
+
+    def test_a_silent_client_does_not_stop_the_end(self):
+        with Running(app_file(component("first"))) as running:
+            client = socket.socket(socket.AF_UNIX)
+            client.connect(str(Path(os.environ["XDG_RUNTIME_DIR"], "cie-run",
+                                    f"{running.process.pid}.sock")))
+            self.assertEqual(running.end()[0], ENDED_WELL)
+            client.close()
+
+    def test_a_folder_of_others_is_not_used(self):
+        folder = Path(os.environ["XDG_RUNTIME_DIR"], "cie-run")
+        folder.mkdir(mode=0o700, exist_ok=True)
+        folder.chmod(0o770)
+        try:
+            with Running(app_file(component("first"))) as running:
+                self.assertIn("no orders are taken", running.text())
+                self.assertEqual(running.end()[0], ENDED_WELL)
+        finally:
+            folder.chmod(0o700)
+
+
 class BadFiles(unittest.TestCase):
 
     def assert_unusable(self, file, *parts, arguments=()):
@@ -231,6 +365,7 @@ def main():
     parser.add_argument("--programs", type=Path, required=True)
     parser.add_argument("--libraries", type=Path, required=True)
     parser.add_argument("--record", action="store_true")
+    parser.add_argument("--compiler", default="GNU")
     options, rest = parser.parse_known_args()
     options.programs = options.programs.resolve()
     options.libraries = options.libraries.resolve()
