@@ -465,7 +465,7 @@ struct Model {
   std::vector<ChainFacts> chains{};
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
-  bool clocks_unrelated = false;     // streams of one host disagree about the boot
+  bool clocks_unrelated = false;  // streams of one host disagree about the boot
   // What all user channels cover (all channels, if there is no user channel); their hull where they
   // have nothing in common.
   std::optional<Timestamp> begin{};

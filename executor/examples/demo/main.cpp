@@ -3,6 +3,8 @@
 
 #include "graph.hpp"
 
+#include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -15,8 +17,6 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
-#include <cerrno>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -79,8 +79,7 @@ void wait_for_readers(const Nodes& nodes) {
   using namespace std::chrono_literals;
   const auto bound = std::chrono::steady_clock::now() + 5s;
   for (const auto& node : nodes) {
-    while (!node->is_connected() && !is_asked_to_stop &&
-           std::chrono::steady_clock::now() < bound) {
+    while (!node->is_connected() && !is_asked_to_stop && std::chrono::steady_clock::now() < bound) {
       std::this_thread::sleep_for(5ms);
     }
   }

@@ -122,8 +122,8 @@ bool measure(const Workload& workload, double seconds) {
   return is_good;
 }
 
-// The number of the system call event stands in tracefs. Where that is not mounted, root may mount it
-// for this process alone.
+// The number of the system call event stands in tracefs. Where that is not mounted, root may mount
+// it for this process alone.
 void make_tracefs_visible() {
   if (access("/sys/kernel/tracing/events", F_OK) == 0 || unshare(CLONE_NEWNS) != 0) return;
   mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
