@@ -43,7 +43,10 @@ Container::Container(const AppFile& app, Say say)
     : app_(app), say_(std::move(say)), context_(network(app)) {
   ExecutorOptions options;
   if (app_.spec) {
-    options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::load(*app_.spec));
+    const auto spec = std::make_shared<SchedulingSpec>(
+        SchedulingSpec::load(*app_.spec, context_.options().domain));
+    check_machine(*spec);
+    options.spec = spec;
   }
   options.on_error = app_.on_error;
   if (app_.on_error == OnError::warn) {
@@ -60,6 +63,15 @@ Container::~Container() {
     Member member = std::move(members_.back());
     members_.pop_back();
     executor_->remove_node(member.component->node());
+  }
+}
+
+void Container::check_machine(const SchedulingSpec& spec) const {
+  try {
+    check_hardware_info(spec);
+  } catch (const SpecError& error) {
+    if (app_.on_error == OnError::refuse) throw;
+    say_("warning: " + std::string{error.what()});
   }
 }
 

@@ -55,6 +55,7 @@ class Container {
     std::unique_ptr<LoadedComponent> component;
   };
 
+  void check_machine(const SchedulingSpec& spec) const;
   // With mutex_ held. Returns what to tell; throws std::runtime_error saying which and why not.
   std::string load(const ComponentEntry& entry, const std::string& file);
   bool is_loaded(const std::string& name) const;

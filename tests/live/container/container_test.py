@@ -343,6 +343,36 @@ class BadFiles(unittest.TestCase):
         self.assert_unusable(app_file(component("a"), head="spec: bad_spec.yaml\n"),
                              f'{spec}:3: entry "/a@Timer(50000000)": unknown policy')
 
+    def test_spec_of_another_machine(self):
+        spec = scratch / "abacus.yaml"
+        spec.write_text("callback_groups: []\nhardware_info: {model_name: abacus}\n")
+        said = f'{spec}:2: entry "hardware_info": "model_name" should be "abacus"'
+        self.assert_unusable(app_file(component("a"), head="spec: abacus.yaml\n"), said)
+        code, _, told = run_and_end(app_file(component("a"),
+                                             head="spec: abacus.yaml\non_error: warn\n"))
+        self.assertEqual(code, ENDED_WELL)
+        self.assertIn("warning: " + said, told)
+
+    @unittest.skipIf(os.nice(0) > 3, "runs at a nice value that an ordinary user cannot lower")
+    def test_spec_of_the_domain(self):
+        spec = scratch / "domains.yaml"
+        spec.write_text("callback_groups:\n"
+                        "  - {id: /a@Timer(50000000), domain_id: 3, policy: SCHED_OTHER, nice: 3}\n"
+                        "  - {id: /a@Timer(50000000), domain_id: 4, policy: SCHED_OTHER, nice: 4}\n"
+                        "dds_threads: [{name: dq.*, policy: SCHED_OTHER, nice: 7}]\n")
+        file = app_file(component("a"), head="spec: domains.yaml\ndomain: 4\n")
+        with Running(file) as running:
+            def nice_of(name):
+                for task in Path(f"/proc/{running.process.pid}/task").iterdir():
+                    if (task / "comm").read_text().strip() == name:
+                        # The 19th field; the second may hold spaces, but ends with the last ")".
+                        return int((task / "stat").read_text().rsplit(")", 1)[1].split()[16])
+                return None
+            wait_for(lambda: nice_of("a:50ms") == 4)
+            self.assertEqual({name: nice_of(name) for name in ("a:50ms", "dq.user", "dq.builtins",
+                                                               "gc")},
+                             {"a:50ms": 4, "dq.user": 7, "dq.builtins": 7, "gc": os.nice(0)})
+
     def test_unknown_executor(self):
         self.assert_unusable(app_file(component("a")), "--executor",
                              arguments=["--executor", "magic"])
