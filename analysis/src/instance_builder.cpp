@@ -35,9 +35,8 @@ void InstanceBuilder::apply(const EventHead& head, const ThreadWakeup& /*event*/
 }
 
 void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
-  const auto process = registry_.process_of(head);
+  const auto process = registry_.speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   auto live = std::make_unique<LiveInstance>();
   live->callback = registry_.callback(*process, event.callback);
   live->thread = registry_.thread_of(head);
@@ -284,9 +283,8 @@ void InstanceBuilder::advance(Timestamp now) {
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Publish& event) {
-  const auto process = registry_.process_of(head);
+  const auto process = registry_.speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   const auto index = registry_.publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
   registry_.published(index).observe(event.seq, ref(head), facts.published);

@@ -1,11 +1,11 @@
 #include "tracing_session.hpp"
 
 #include "error.hpp"
+#include "processes.hpp"
 
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
 #include <map>
 #include <string_view>
 #include <thread>
@@ -67,13 +67,6 @@ void copy_name(char (&to)[Size], const std::string& from) {
     throw RecordError("the name " + in_quotes(from) + " is too long for LTTng");
   }
   std::memcpy(to, from.c_str(), from.size() + 1);
-}
-
-std::string process_name(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/comm");
-  std::string name;
-  std::getline(file, name);
-  return name;
 }
 
 }  // namespace
