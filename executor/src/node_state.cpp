@@ -1,7 +1,10 @@
 #include "node_state.hpp"
 
+#include "client_callback.hpp"
 #include "executor_core.hpp"
 #include "names.hpp"
+#include "replier.hpp"
+#include "service_endpoint.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
 #include "writer.hpp"
@@ -14,8 +17,21 @@ namespace cie {
 namespace executor {
 
 NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-                     std::string_view name_space)
-    : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {}
+                     std::string_view name_space, const TopicRemaps& remaps)
+    : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {
+  for (const auto& [from, to] : remaps) {
+    if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
+      throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of topic \"" +
+                                  qualified_topic(from, name_) + "\": remove one"};
+    }
+  }
+}
+
+std::string NodeState::topic(std::string_view name) const {
+  const std::string absolute = qualified_topic(name, name_);
+  const auto remap = remaps_.find(absolute);
+  return remap == remaps_.end() ? absolute : remap->second;
+}
 
 std::shared_ptr<GroupState> NodeState::new_group(GroupType type) {
   auto group = std::make_shared<GroupState>(id(), type);
@@ -120,9 +136,9 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanose
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
-  const std::string name = qualified_topic(topic, node.name());
+  const std::string name = node.topic(topic);
   auto group = node.group_or_new(options.group);
-  auto reader = std::make_unique<Reader>(node.context(), name, qos, type);
+  auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type);
   auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
@@ -132,16 +148,73 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
   return subscription;
 }
 
+std::shared_ptr<SubscriptionCallback> create_service(
+    NodeState& node, std::string_view service, const QoS& qos,
+    const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
+    ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol) {
+  const std::string name = qualified_topic(service, node.name());
+  auto group = node.group_or_new(options.group);
+  const std::string identity = EndpointId{}.user_data("serviceid");
+  // The writer first: a client that sees the reader can be answered.
+  auto replier = std::make_shared<Replier>(
+      std::make_unique<Writer>(node.context(), node.id(), reply_topic(name), qos, response_type,
+                               identity),
+      response_type, std::move(function));
+  auto reader =
+      std::make_unique<Reader>(node.context(), request_topic(name), qos, request_type, identity);
+  auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
+  info.source = name;
+  info.queue_depth = qos.depth();
+  auto callback = std::make_shared<SubscriptionCallback>(
+      std::move(group), std::move(info), std::move(reader), request_type,
+      [replier](const std::shared_ptr<const void>& request, const MessageInfo&) {
+        replier->answer(request.get());
+      });
+  node.add(callback);
+  return callback;
+}
+
+std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view service,
+                                              const QoS& qos,
+                                              const dds_topic_descriptor& request_type,
+                                              const dds_topic_descriptor& response_type,
+                                              const ClientOptions& options,
+                                              const std::type_info& symbol) {
+  const std::string name = qualified_topic(service, node.name());
+  if (options.timeout.count() < 0) {
+    throw std::invalid_argument{"the timeout of a client of \"" + name + "\" is negative"};
+  }
+  auto group = node.group_or_new(options.group);
+  const EndpointId identity;
+  const std::string user_data = identity.user_data("clientid");
+  // The reader first: a service that sees the writer can answer.
+  ClientCallback::Ends ends;
+  ends.guid = identity.guid();
+  ends.responses = std::make_unique<Reader>(node.context(), reply_topic(name), qos, response_type,
+                                            user_data, Reader::Reply{.recipient = ends.guid});
+  ends.requests = std::make_unique<Writer>(node.context(), node.id(), request_topic(name), qos,
+                                           request_type, user_data);
+  auto info = describe(node, *group, CallbackKind::client, name,
+                       {.name = options.name, .deadline = options.deadline}, symbol);
+  info.source = name;
+  info.queue_depth = qos.depth();
+  auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(ends),
+                                                 response_type, options.timeout.count());
+  node.add(client);
+  return client;
+}
+
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
                                       const dds_topic_descriptor& type) {
-  return std::make_shared<Writer>(node.context(), node.id(), qualified_topic(topic, node.name()),
-                                  qos, type);
+  return std::make_shared<Writer>(node.context(), node.id(), message_topic(node.topic(topic)), qos,
+                                  type);
 }
 
 }  // namespace executor
 
-Node::Node(const Context& context, std::string_view name, std::string_view name_space)
-    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space)) {}
+Node::Node(const Context& context, std::string_view name, std::string_view name_space,
+           const TopicRemaps& remaps)
+    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space, remaps)) {}
 
 Node::~Node() {
   if (const auto executor = state_->executor()) executor->remove_node(*state_);

@@ -35,6 +35,7 @@ struct SchedReadBack {
   std::uint64_t deadline_ns = 0;
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;  // ascending
+  std::uint64_t slice_ns = 0;  // SCHED_OTHER: the time slice, 0 before Linux 6.12; not in the trace
 };
 
 // Reads the parameters of a thread of this process (0: the caller) with sched_getattr and
@@ -119,6 +120,10 @@ class Callback {
   // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
   // so far. Thread-safe (one atomic increment).
   void release(std::uint64_t overwritten) noexcept;
+  // Samples overwritten in its queue so far, when that is learnt without a release: after the last
+  // one, or as the queue goes. Never lowers what is known; emits nothing, but callback_fini and
+  // later announcements carry it. Thread-safe.
+  void overwritten(std::uint64_t total) noexcept;
   // Number the next start() will carry.
   std::uint64_t next_seq() const noexcept;
 
