@@ -19,6 +19,10 @@ struct Counter {
     const auto difference = value - earlier;
     return bits >= 64 ? difference : difference & ((std::uint64_t{1} << bits) - 1);
   }
+  // A step of half its range or more is one backwards.
+  bool is_behind(std::uint64_t earlier) const noexcept {
+    return since(earlier) >> (bits >= 64 ? 63U : bits - 1) != 0;
+  }
 };
 
 struct Packet {

@@ -127,10 +127,13 @@ void StreamReader::load_packet() {
 
 void StreamReader::count_losses() {
   if (const auto& discarded = packet_->discarded) {
-    // Tracers count from 0: what the first packet has was lost before or in it.
-    const auto lost = discarded->since(last_discarded_.value_or(0));
-    if (lost > 0) gap_.discarded_events = lost;
-    last_discarded_ = discarded->value;
+    // Tracers count from 0: what the first packet has was lost before or in it. LTTng may note a
+    // packet's count after a later one's: then nothing new was lost.
+    const auto last = last_discarded_.value_or(0);
+    if (!last_discarded_ || !discarded->is_behind(last)) {
+      if (const auto lost = discarded->since(last); lost > 0) gap_.discarded_events = lost;
+      last_discarded_ = discarded->value;
+    }
   }
   if (const auto& sequence = packet_->sequence) {
     const auto step = last_sequence_ ? sequence->since(*last_sequence_) : 1;

@@ -78,6 +78,16 @@ TEST(Packets, DiscardedCounterWraps) {
   EXPECT_EQ(lines.at(3), "190 lost 2 events until 290");
 }
 
+TEST(Packets, ADiscardedCountBelowTheOneBeforeIsNoWrap) {
+  auto packets = three();
+  packets[0].discarded = 5;
+  packets[1].discarded = 3;
+  packets[2].discarded = 6;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("100 lost 5 events until 190", "110 tick on 0", "120 tick on 0",
+                          "210 tick on 0", "290 lost 1 events until 390", "310 tick on 0"));
+}
+
 TEST(Packets, MissingNumbersAreLostPackets) {
   auto packets = three();
   packets[2].sequence = 4;
