@@ -1,5 +1,7 @@
 #include "report_tables.hpp"
 
+#include <cie/tracepoints/schema.hpp>
+
 #include "text_layout.hpp"
 
 #include <algorithm>
@@ -22,6 +24,14 @@ using Align = TextTable::Align;
 
 // Beyond this many chains only the slowest are printed; the JSON has all.
 constexpr std::size_t kChainsShown = 20;
+
+// The roles of the contract in full; a trace may name others, of any length.
+constexpr std::size_t kRoleWidth = [] {
+  std::size_t width = 0;
+  for (const auto role : Labels<ThreadRole>::kValues)
+    width = std::max(width, role.size());
+  return width;
+}();
 
 Cell not_measured() { return {"-", Look::faint}; }
 
@@ -82,7 +92,7 @@ std::vector<Cell> thread_row(const ThreadReport& t) {
   const bool is_refused = t.sched && t.sched->error != 0;
   return {{elide(printable(t.name.empty() ? std::string_view("(unnamed)") : t.name), 24)},
           {fmt::format("{}", t.tid)},
-          t.role ? Cell{elide(printable(*t.role), 9)} : not_measured(),
+          t.role ? Cell{elide(printable(*t.role), kRoleWidth)} : not_measured(),
           t.sched ? Cell{policy_text(*t.sched) + (is_refused ? " (refused)" : ""),
                          is_refused ? Look::bad : Look::plain}
                   : not_measured(),

@@ -203,7 +203,7 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
       result[i] = std::max(result[i], display_width(row[i].text));
     }
   }
-  // The names get what is left, but never less than a third of the line.
+  // The names get what is left, but never less than a fifth of the line.
   const std::size_t others =
       std::accumulate(result.begin() + 1, result.end(), kIndent + 2 * (result.size() - 1));
   const std::size_t left = columns > others ? columns - others : 0;

@@ -139,7 +139,7 @@ std::string summary(const analysis::Report& report, const VerifyContext& context
     incomplete += callback.incomplete;
   }
   std::string text =
-      fmt::format("{} of {} in {} checked; {} cut by an edge or never ended\n",
+      fmt::format("{} of {} in {} checked; {} cut by an edge of the trace or never ended\n",
                   counted(instances, "instance"), counted(report.callbacks.size(), "callback"),
                   counted(report.processes.size(), "process"), incomplete);
   for (const auto& defect : report.defects) {

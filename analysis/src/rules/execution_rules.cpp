@@ -53,7 +53,7 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
           } else {
             judgement.fail(evidence(
                 "callback_end", callback.max_end_at.value_or(EventRef{}),
-                std::to_string(callback.second_ends) + " ends of instances that had ended before"));
+                counted(callback.second_ends, "end") + " of instances that had ended before"));
           }
         }
         if (fini && callback.max_end_seq && *callback.max_end_seq >= fini->started) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::analysis {
@@ -19,6 +20,9 @@ inline EventRef moment(Timestamp time, std::optional<std::int64_t> tid = std::nu
 }
 
 Evidence evidence(std::string event, const EventRef& where, std::string note);
+
+// "1 sample", "2 samples".
+std::string counted(std::uint64_t count, std::string_view noun);
 
 class Judgement {
  public:

@@ -36,8 +36,8 @@ std::vector<CallbackOnThread> in_order(const Model& model, std::vector<CallbackO
 Evidence started_here(const Model& model, const CallbackOnThread& pair) {
   return evidence("callback_start", pair.first_start,
                   model.callbacks[at(pair.callback)].logical_id + " started here (seq " +
-                      std::to_string(pair.first_seq) + "), " + std::to_string(pair.starts) +
-                      " times on this thread");
+                      std::to_string(pair.first_seq) + "), " + counted(pair.starts, "time") +
+                      " on this thread");
 }
 
 // An event class or context that is missing altogether leaves a rule without subjects.
@@ -130,7 +130,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
         if (callback.starts_without_tid != 0) {
           judgement.doubt(evidence(
               "vtid", callback.starts.first_at,
-              std::to_string(callback.starts_without_tid) + " starts without the context vtid"));
+              counted(callback.starts_without_tid, "start") + " without the context vtid"));
         }
       });
 }

@@ -26,15 +26,15 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
     return running ? *running : callback.fini->at;
   };
   if (lost > 0) {
-    judgement.fail(evidence(callback.lost_at ? "sample_lost" : "callback_fini",
-                            where(callback.lost_at),
-                            std::to_string(lost) + " samples were lost before the queue"));
+    judgement.fail(evidence(
+        callback.lost_at ? "sample_lost" : "callback_fini", where(callback.lost_at),
+        counted(lost, "sample") + (lost == 1 ? " was" : " were") + " lost before the queue"));
   }
   if (overwritten > allowed) {
     judgement.fail(evidence(callback.overwritten_at ? "callback_release" : "callback_fini",
                             where(callback.overwritten_at),
-                            std::to_string(overwritten) +
-                                " samples were overwritten in the queue before they were taken; " +
+                            counted(overwritten, "sample") + (overwritten == 1 ? " was" : " were") +
+                                " overwritten in the queue before being taken; " +
                                 std::to_string(allowed) + " are allowed"));
   }
   const bool has_totals = callback.fini || (is_attached && callback.releases > 0);

@@ -160,10 +160,10 @@ void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIn
   if (proof.may_hide_read_back(index, std::nullopt, match->n)) {
     judgement.overrule(proof.loss(index));
   }
-  judgement.fail(evidence("callback_start", starts.first_at,
-                          callback.logical_id + " started (seq 0) unconfigured; " +
-                              std::to_string(std::max<std::uint64_t>(match->starts_before, 1)) +
-                              " instances did"));
+  judgement.fail(
+      evidence("callback_start", starts.first_at,
+               callback.logical_id + " started (seq 0) unconfigured; " +
+                   counted(std::max<std::uint64_t>(match->starts_before, 1), "instance") + " did"));
   judgement.fail(evidence("thread_sched", match->at,
                           "only now the thread runs as specified: " + describe(*match)));
 }

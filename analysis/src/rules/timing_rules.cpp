@@ -96,11 +96,12 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
         if (callback.missed > allowed) {
           if (callback.first_missed) {
             judgement.fail(start_of(*callback.first_missed,
-                                    ": " + std::to_string(callback.first_missed->value) +
-                                        " periods were skipped before this release"));
+                                    ": " + counted(callback.first_missed->value, "period") +
+                                        (callback.first_missed->value == 1 ? " was" : " were") +
+                                        " skipped before this release"));
           }
           judgement.fail(evidence("callback_start", callback.starts.last_at,
-                                  std::to_string(callback.missed) + " periods skipped in all, " +
+                                  counted(callback.missed, "period") + " skipped in all, " +
                                       std::to_string(allowed) + " allowed"));
         }
         judgement.doubt(inexact_releases(callback));

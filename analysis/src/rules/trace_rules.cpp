@@ -95,7 +95,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
     if (without == 0) {
       judgement.check();
     } else {
-      missing(name, std::to_string(without) + " events without " + std::string(name) +
+      missing(name, counted(without, "event") + " without " + std::string(name) +
                         "; add it: lttng add-context --userspace --type=" + std::string(name));
     }
   }
@@ -110,9 +110,9 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   if (regressions.first) {
     judgement.fail(evidence("time_regression", moment(regressions.first_previous),
                             "the stream had come to this time"));
-    judgement.fail(evidence(
-        "time_regression", *regressions.first,
-        "and went back to this one; " + std::to_string(regressions.count) + " times in all"));
+    judgement.fail(
+        evidence("time_regression", *regressions.first,
+                 "and went back to this one; " + counted(regressions.count, "time") + " in all"));
   }
   if (model.clocks_unrelated) {
     judgement.doubt(evidence("clock", begin_of(model),

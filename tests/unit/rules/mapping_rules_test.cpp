@@ -29,9 +29,10 @@ constexpr const char* kPool = R"(
 TEST(OneCallbackPerThread, FailsWithTheFirstStartOfEach) {
   const Verified verified(kPool);
   EXPECT_EQ(verified.of("M2", "thread 101"), Verdict::fail);
-  EXPECT_THAT(verified.evidence("M2", "thread 101"),
-              AllOf(HasSubstr("10 callback_start fusion started here (seq 0)"),
-                    HasSubstr("20 callback_start plan started here (seq 0)")));
+  EXPECT_THAT(
+      verified.evidence("M2", "thread 101"),
+      AllOf(HasSubstr("10 callback_start fusion started here (seq 0), 1 time on this thread"),
+            HasSubstr("20 callback_start plan started here (seq 0), 2 times on this thread")));
   EXPECT_EQ(verified.of("M2", "thread 102"), Verdict::pass);
   EXPECT_EQ(verified.of("M2", "thread 103"), Verdict::not_applicable);
   EXPECT_EQ(verified.on("M2", "thread 101").checked, 3U);

@@ -22,7 +22,11 @@ TEST(NoQueueOverflow, FailsForLostAndOverwrittenSamples) {
   EXPECT_EQ(Verified(kQueue).of("Q1", "callback fusion"), Verdict::pass);
   const Verified lost(std::string(kQueue) + "\n15 lost fusion count=3");
   EXPECT_EQ(lost.of("Q1", "callback fusion"), Verdict::fail);
-  EXPECT_THAT(lost.evidence("Q1", "callback fusion"), HasSubstr("15 sample_lost 3 samples"));
+  EXPECT_THAT(lost.evidence("Q1", "callback fusion"),
+              HasSubstr("15 sample_lost 3 samples were lost"));
+  EXPECT_THAT(
+      Verified(std::string(kQueue) + "\n15 lost fusion count=1").evidence("Q1", "callback fusion"),
+      HasSubstr("15 sample_lost 1 sample was lost"));
 
   const auto overwriting = std::string(kQueue) + "\n15 release fusion overwritten=2";
   const Verified verified(overwriting);

@@ -112,9 +112,10 @@ TEST(ParametersAsSpecifiedEvidence, TakesTheFirstAuditOfAnAttachedProcess) {
 TEST(ParametersBeforeFirstCallback, FailsAndCountsWhatRanUnconfigured) {
   const Verified late(run_with("15 applied fusion policy=fifo priority=80 cpus=1"), kFifo80);
   EXPECT_EQ(late.of("S2", "callback fusion"), Verdict::fail);
-  EXPECT_THAT(late.evidence("S2", "callback fusion"),
-              AllOf(HasSubstr("10 callback_start fusion started (seq 0) unconfigured; 1 "),
-                    HasSubstr("15 thread_sched")));
+  EXPECT_THAT(
+      late.evidence("S2", "callback fusion"),
+      AllOf(HasSubstr("10 callback_start fusion started (seq 0) unconfigured; 1 instance did"),
+            HasSubstr("15 thread_sched")));
   EXPECT_THAT(Verified(run_with("30 applied fusion policy=fifo priority=80 cpus=1"), kFifo80)
                   .evidence("S2", "callback fusion"),
               HasSubstr("unconfigured; 2 instances did"));

@@ -1,3 +1,4 @@
+#include <cie/tracepoints/schema.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 
 #include "sample_report.hpp"
@@ -65,6 +66,22 @@ TEST(ReportText, SaysResponseTimeAndNeverLatencyForIt) {
   const auto text = text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("response time"));
   EXPECT_THAT(text, Not(HasSubstr("response latency")));
+}
+
+TEST(ReportText, PrintsEveryRoleInFullWithinAHundredColumns) {
+  auto report = test::sample_report();
+  auto& thread = report.threads[0];
+  thread.name = std::string(15, 'n');  // as long as the kernel allows
+  thread.sched->policy_name = "SCHED_DEADLINE";
+  thread.sched->runtime_ns = 2'000'000;
+  thread.sched->period_ns = 10'000'000;
+  for (const auto role : Labels<ThreadRole>::kValues) {
+    thread.role = std::string(role);
+    const auto text = text_of(report);
+    EXPECT_THAT(text, HasSubstr("4005  " + std::string(role) + "  "));
+    EXPECT_THAT(text, HasSubstr(thread.name));
+    expect_within(text, 100);
+  }
 }
 
 TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {

@@ -52,7 +52,8 @@ TEST(VerifyText, SaysVerdictFindingsEvidenceAndSummary) {
       "    babeltrace2 --clock-seconds --begin 1700000983.252456789 --end "
       "1700000983.254456789 'recordings/run 1'\n"
       "\n"
-      "14 instances of 3 callbacks in 1 process checked; 1 cut by an edge or never ended\n"
+      "14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never "
+      "ended\n"
       "spec app.yaml sha256 abc123\n"
       "cie 0.1.0; cie verify --explain ID tells what a rule means\n");
 }
