@@ -268,6 +268,18 @@ std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
                   "seq " + std::to_string(open->seq) + " starts, whose end was not seen");
 }
 
+namespace {
+
+// What a subject's totals count from: the number its first registration promised, or the first one
+// seen where the registration is an announcement that came later.
+std::uint64_t first_number(const SequenceFacts& numbers, const std::optional<EventRef>& registered,
+                           std::uint64_t promised) {
+  if (!registered) return numbers.first.value_or(promised);
+  return std::min(numbers.first.value_or(promised), promised);
+}
+
+}  // namespace
+
 void Proof::prove(CallbackIndex index) {
   const auto& facts = model_.callbacks[at(index)];
   auto& process = processes_[at(facts.process)];
@@ -280,7 +292,7 @@ void Proof::prove(CallbackIndex index) {
     loss = evidence("callback_init", facts.starts.first_at,
                     "the callback of this id was never registered");
   }
-  const auto first = facts.starts.first.value_or(facts.first_next_seq);
+  const auto first = first_number(facts.starts, facts.registered, facts.first_next_seq);
   const auto& name = facts.logical_id;
   if (facts.fini) {
     const auto total = [&](const char* what) {
@@ -342,7 +354,8 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
     return evidence("publisher_init", publisher.published.first_at,
                     "a publisher that was never registered: its topic is unknown");
   }
-  const auto first = publisher.published.first.value_or(publisher.first_next_seq);
+  const auto first =
+      first_number(publisher.published, publisher.registered, publisher.first_next_seq);
   const auto seen = first + publisher.published.count;
   if (publisher.fini && publisher.fini->second != seen) {
     return evidence("publisher_fini", publisher.fini->first,
