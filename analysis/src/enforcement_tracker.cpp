@@ -23,7 +23,6 @@ std::int32_t kernel_priority(const ReadBack& read_back) {
       return -1;
     case Policy::other:
     case Policy::batch:
-      return 120 + std::clamp(read_back.nice, -20, 19);
     case Policy::idle:
       return 120 + std::clamp(read_back.nice, -20, 19);
   }
@@ -112,6 +111,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
       const bool is_configured = !thread.applied.empty() || thread.first_audit;
       if (!state.first_wait && thread.announced && is_configured && !thread.fini) {
         state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
+        state.inside_before = instances_.inside_execution(*index, host, head.time);
         thread.first_wait = head.time;
       }
       if (thread.fini) {  // its last switch-out, unless another follows
@@ -181,9 +181,9 @@ void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, T
   const auto parts =
       ThreadTimeline::between(*state.first_wait, timeline_.mark(host, thread.tid, end));
   const auto inside = instances_.inside_execution(index, host, end);
-  if (!parts || !inside) return;
+  if (!parts || !inside || !state.inside_before) return;
   if (timeline_.overlaps_hole(host, state.first_wait->time, end)) return;
-  thread.foreign_ns = (parts->execution - *inside).ns;
+  thread.foreign_ns = (parts->execution - (*inside - *state.inside_before)).ns;
   thread.foreign_span_ns = (end - state.first_wait->time).ns;
 }
 

@@ -34,7 +34,8 @@ class EnforcementTracker {
   struct OfThread {
     bool is_boosted = false;  // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;
-    Duration busy_before;  // of earlier incarnations of its tid
+    std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
+    Duration busy_before;                   // of earlier incarnations of its tid
   };
   struct OfTid {
     std::int32_t prio = 120;

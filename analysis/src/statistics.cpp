@@ -21,7 +21,7 @@ std::size_t bucket_of(std::uint64_t value) noexcept {
   if (value < kExact) return value;
   const auto octave = static_cast<unsigned>(std::bit_width(value)) - 1;  // >= 7
   const auto sub = (value >> (octave - kSubBucketBits)) & 63U;
-  return kExact + (octave - 7) * 64 + sub;
+  return kExact + std::size_t{64} * (octave - 7) + sub;
 }
 
 // Midpoint of a bucket; the bucket's own value where it holds one.

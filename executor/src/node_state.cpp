@@ -18,8 +18,21 @@ namespace cie {
 namespace executor {
 
 NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-                     std::string_view name_space)
-    : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {}
+                     std::string_view name_space, const TopicRemaps& remaps)
+    : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {
+  for (const auto& [from, to] : remaps) {
+    if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
+      throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of topic \"" +
+                                  qualified_topic(from, name_) + "\": remove one"};
+    }
+  }
+}
+
+std::string NodeState::topic(std::string_view name) const {
+  const std::string absolute = qualified_topic(name, name_);
+  const auto remap = remaps_.find(absolute);
+  return remap == remaps_.end() ? absolute : remap->second;
+}
 
 std::shared_ptr<GroupState> NodeState::new_group(GroupType type) {
   auto group = std::make_shared<GroupState>(id(), type);
@@ -163,7 +176,7 @@ std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_v
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
-  const std::string name = qualified_topic(topic, node.name());
+  const std::string name = node.topic(topic);
   auto group = node.group_or_new(options.group);
   auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type);
   auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
@@ -233,14 +246,15 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
                                       const dds_topic_descriptor& type) {
-  return std::make_shared<Writer>(node.context(), node.id(),
-                                  message_topic(qualified_topic(topic, node.name())), qos, type);
+  return std::make_shared<Writer>(node.context(), node.id(), message_topic(node.topic(topic)), qos,
+                                  type);
 }
 
 }  // namespace executor
 
-Node::Node(const Context& context, std::string_view name, std::string_view name_space)
-    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space)) {}
+Node::Node(const Context& context, std::string_view name, std::string_view name_space,
+           const TopicRemaps& remaps)
+    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space, remaps)) {}
 
 Node::~Node() {
   if (const auto executor = state_->executor()) executor->remove_node(*state_);

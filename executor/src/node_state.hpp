@@ -7,6 +7,7 @@
 #include "callback.hpp"
 #include "context_state.hpp"
 
+#include <map>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -21,11 +22,15 @@ class ExecutorCore;
 class NodeState {
  public:
   NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-            std::string_view name_space);
+            std::string_view name_space, const TopicRemaps& remaps);
 
   const std::string& name() const noexcept { return name_; }
   NodeId id() const noexcept { return trace_.id(); }
   const std::shared_ptr<ContextState>& context() const noexcept { return context_; }
+
+  // The absolute name of a topic as this node means it, remaps applied. Throws
+  // std::invalid_argument.
+  std::string topic(std::string_view name) const;
 
   // The group for a new callback: the given one, or a fresh one. Throws std::logic_error if the
   // given one belongs to another node.
@@ -45,6 +50,7 @@ class NodeState {
  private:
   std::shared_ptr<ContextState> context_;
   std::string name_;
+  std::map<std::string, std::string> remaps_;  // absolute names
   trace::Node trace_;
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<GroupState>> groups_;

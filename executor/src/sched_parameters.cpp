@@ -52,6 +52,7 @@ std::string describe_policy(const ThreadParameters& parameters) {
   std::string text{policy_name(policy)};
   if (has_priority(policy)) text += " " + std::to_string(parameters.priority);
   if (has_nice(policy)) text += " nice " + std::to_string(parameters.nice);
+  if (parameters.slice_ns) text += " slice " + std::to_string(*parameters.slice_ns) + " ns";
   if (policy == Policy::deadline) {
     text += " " + std::to_string(parameters.runtime_ns) + "/" +
             std::to_string(parameters.deadline_ns) + "/" + std::to_string(parameters.period_ns) +
@@ -131,6 +132,7 @@ int set_policy(std::uint32_t tid, const ThreadParameters& parameters) noexcept {
   if (is_real_time(policy)) attributes.flags = kFlagResetOnFork;
   if (has_nice(policy)) attributes.nice = parameters.nice;
   if (has_priority(policy)) attributes.priority = parameters.priority;
+  if (parameters.slice_ns) attributes.runtime = *parameters.slice_ns;
   if (policy == Policy::deadline) {
     attributes.runtime = parameters.runtime_ns;
     attributes.deadline = parameters.deadline_ns;
@@ -179,6 +181,10 @@ std::vector<std::string> differences(const ThreadParameters& asked,
                       " instead of " + std::string{policy_name(policy)});
     }
     if (has_nice(policy)) compare("nice", asked.nice, reported.nice);
+    if (asked.slice_ns) {
+      compare("slice", *asked.slice_ns, reported.slice_ns);
+      if (reported.slice_ns == 0 && !found.empty()) found.back() += " (it needs Linux 6.12)";
+    }
     if (has_priority(policy)) compare("priority", asked.priority, reported.priority);
     if (policy == Policy::deadline) {
       compare("runtime", asked.runtime_ns, reported.runtime_ns);

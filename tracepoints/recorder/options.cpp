@@ -71,8 +71,10 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       "with\n"
       "it. Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed\n"
       "and stands in DIR/manifest.json.\n\n"
-      "As an ordinary user CMD gets a session daemon of its own. Root has one per machine, which\n"
-      "records every traced process; so does --daemon=shared.");
+      "CMD gets a session daemon of its own, so that nothing else is recorded (as root in a mount\n"
+      "namespace with a /run/lttng of its own, where the kernel allows that). --daemon=shared "
+      "uses\n"
+      "the machine's, which records every traced process.");
   std::string directory;
   bool is_attach = false;
   bool is_snapshot = false;
@@ -138,12 +140,15 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
   require_power_of_two(options.subbuf_size, 4096, "--subbuf-size");
   require_power_of_two(options.num_subbuf, 2, "--num-subbuf");
-  const bool can_have_own = !is_root && !is_attach;
-  if (daemon == "own" && !can_have_own) {
-    throw UsageError(is_attach ? "--daemon=own: running applications know the shared daemon only"
-                               : "--daemon=own: LTTng gives root one session daemon per machine");
+  if (daemon == "own" && is_attach) {
+    throw UsageError("--daemon=own: running applications know the shared daemon only");
   }
-  options.daemon = can_have_own && daemon != "shared" ? DaemonChoice::own : DaemonChoice::shared;
+  if (is_attach || daemon == "shared") {
+    options.daemon = DaemonChoice::shared;
+  } else {
+    options.daemon =
+        is_root && daemon == "auto" ? DaemonChoice::own_if_possible : DaemonChoice::own;
+  }
   options.events.insert(options.events.end(), more_events.begin(), more_events.end());
   options.flush_interval = std::chrono::milliseconds(flush_ms);
   options.registration_timeout =

@@ -20,7 +20,8 @@ class UsageError : public std::runtime_error {
 // Which session daemon records.
 //   own:    one of this recording's, which only the command and its children register with
 //   shared: the user's (root: the machine's), started when none runs
-enum class DaemonChoice { own, shared };
+// Own as root takes a mount namespace, which a container may forbid: own_if_possible then shares.
+enum class DaemonChoice { own, own_if_possible, shared };
 
 struct Options {
   std::filesystem::path directory;   // absolute; holds the recording

@@ -1,6 +1,7 @@
 #include "session_daemon.hpp"
 
 #include "error.hpp"
+#include "processes.hpp"
 
 #include <cerrno>
 #include <chrono>
@@ -11,6 +12,8 @@
 
 #include <fcntl.h>
 #include <lttng/lttng.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 
 namespace cie::record {
@@ -63,11 +66,7 @@ void wait_for_end(pid_t pid, std::optional<ChildProcess>& child) {
 }
 
 // The pid comes from a file, so it may be another process's by now.
-bool is_session_daemon(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/comm");
-  std::string name;
-  return std::getline(file, name) && name == "lttng-sessiond";
-}
+bool is_session_daemon(pid_t pid) { return process_name(pid) == "lttng-sessiond"; }
 
 // Locks of one byte each that belong to the open file: released when it is closed.
 constexpr off_t kDecision = 0;
@@ -94,6 +93,17 @@ bool try_lock(int file, off_t byte, short type) noexcept {
   return change_lock(file, byte, type, F_OFD_SETLK);
 }
 
+// Hides the machine's /run/lttng from this process and its children. Mounts that others make later
+// still appear here; ours never appear there. Returns an errno, 0 if done.
+int make_run_directory_private() noexcept {
+  constexpr const char* kRun = "/run/lttng";
+  if (unshare(CLONE_NEWNS) != 0) return errno;
+  if (mount(nullptr, "/", nullptr, MS_REC | MS_SLAVE, nullptr) != 0) return errno;
+  if (mkdir(kRun, 0755) != 0 && errno != EEXIST) return errno;
+  if (mount("tmpfs", kRun, "tmpfs", MS_NOSUID | MS_NODEV, "mode=0755") != 0) return errno;
+  return 0;
+}
+
 bool has_sessions() {
   lttng_session* sessions = nullptr;
   const int count = lttng_list_sessions(&sessions);
@@ -104,7 +114,16 @@ bool has_sessions() {
 }  // namespace
 
 SessionDaemon::SessionDaemon(DaemonChoice choice) : choice_(choice) {
-  if (choice == DaemonChoice::own) {
+  if (choice != DaemonChoice::shared && geteuid() == 0) {
+    const auto error = make_run_directory_private();
+    if (error && choice == DaemonChoice::own) {
+      throw system_error("cannot give root a session daemon of its own (a mount namespace)", error);
+    }
+    choice_ = error ? DaemonChoice::shared : DaemonChoice::own;
+  } else if (choice == DaemonChoice::own_if_possible) {
+    choice_ = DaemonChoice::own;
+  }
+  if (choice_ == DaemonChoice::own) {
     start_own();
   } else {
     find_or_start_shared();

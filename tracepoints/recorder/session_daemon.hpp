@@ -15,7 +15,9 @@ namespace cie::record {
 class SessionDaemon {
  public:
   // Own: starts a daemon with a run-time directory of its own, which the environment of this
-  // process (LTTNG_HOME) then names, for liblttng-ctl and the command.
+  // process (LTTNG_HOME) then names, for liblttng-ctl and the command. LTTng has one fixed
+  // directory for root: this process and the command then get a mount namespace in which that is
+  // private. own_if_possible falls back to shared where the kernel forbids it.
   // Shared: uses the one that runs, or starts one. Several recorders may share it: the last one
   // stops it, if a recorder started it and nobody else has a session there.
   // Throws RecordError.

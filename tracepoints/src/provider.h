@@ -293,9 +293,9 @@ LTTNG_UST_TRACEPOINT_EVENT(cie, clock_sync,
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
 
-#include <cstdint>
-
 #include "payload.hpp"
+
+#include <cstdint>
 
 // Each function emits one event, if some session records it.
 namespace cie::trace::emit {
@@ -309,8 +309,7 @@ inline void run_end(const RunEndEvent& event) noexcept {
 inline void node_init(NodeId node, const char* name) noexcept {
   lttng_ust_tracepoint(cie, node_init, to_number(node), name);
 }
-inline void group_init(GroupId group, NodeId node,
-                       GroupType type) noexcept {
+inline void group_init(GroupId group, NodeId node, GroupType type) noexcept {
   lttng_ust_tracepoint(cie, group_init, to_number(group), to_number(node),
                        static_cast<std::uint8_t>(type));
 }
@@ -320,40 +319,33 @@ inline void callback_init(const CallbackInitEvent& event) noexcept {
 inline void callback_fini(const CallbackFiniEvent& event) noexcept {
   lttng_ust_tracepoint(cie, callback_fini, &event);
 }
-inline void publisher_init(PublisherId publisher, NodeId node,
-                           const char* topic,
-                           std::uint64_t writer_gid,
-                           std::uint64_t next_seq) noexcept {
+inline void publisher_init(PublisherId publisher, NodeId node, const char* topic,
+                           std::uint64_t writer_gid, std::uint64_t next_seq) noexcept {
   lttng_ust_tracepoint(cie, publisher_init, to_number(publisher), to_number(node), topic,
                        writer_gid, next_seq);
 }
-inline void publisher_fini(PublisherId publisher,
-                           std::uint64_t published) noexcept {
+inline void publisher_fini(PublisherId publisher, std::uint64_t published) noexcept {
   lttng_ust_tracepoint(cie, publisher_fini, to_number(publisher), published);
 }
 inline void thread_init(const ThreadInitEvent& event) noexcept {
   lttng_ust_tracepoint(cie, thread_init, &event);
 }
-inline void thread_fini(std::uint32_t tid,
-                        std::uint32_t read_backs) noexcept {
+inline void thread_fini(std::uint32_t tid, std::uint32_t read_backs) noexcept {
   lttng_ust_tracepoint(cie, thread_fini, tid, read_backs);
 }
 inline void thread_sched(const ThreadSchedEvent& event) noexcept {
   lttng_ust_tracepoint(cie, thread_sched, &event);
 }
-inline void clock_sync(std::int64_t monotonic_ns,
-                       std::int64_t realtime_ns) noexcept {
+inline void clock_sync(std::int64_t monotonic_ns, std::int64_t realtime_ns) noexcept {
   lttng_ust_tracepoint(cie, clock_sync, monotonic_ns, realtime_ns);
 }
 
 // The hot ones.
-inline void callback_release(CallbackId callback,
-                             std::uint64_t release_seq,
+inline void callback_release(CallbackId callback, std::uint64_t release_seq,
                              std::uint64_t overwritten) noexcept {
   lttng_ust_tracepoint(cie, callback_release, to_number(callback), release_seq, overwritten);
 }
-inline void thread_wakeup(CallbackId callback,
-                          WakeupReason reason) noexcept {
+inline void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept {
   lttng_ust_tracepoint(cie, thread_wakeup, to_number(callback), static_cast<std::uint8_t>(reason));
 }
 inline void callback_start(CallbackId callback, std::uint64_t seq,
@@ -362,8 +354,7 @@ inline void callback_start(CallbackId callback, std::uint64_t seq,
                        static_cast<std::uint8_t>(release.kind), release.release_ns, release.missed,
                        release.source_timestamp_realtime_ns, release.writer_gid);
 }
-inline void callback_end(CallbackId callback, std::uint64_t seq,
-                         CallbackStatus status) noexcept {
+inline void callback_end(CallbackId callback, std::uint64_t seq, CallbackStatus status) noexcept {
   lttng_ust_tracepoint(cie, callback_end, to_number(callback), seq,
                        static_cast<std::uint8_t>(status));
 }
@@ -371,8 +362,7 @@ inline void publish(PublisherId publisher, std::uint64_t seq,
                     std::int64_t source_timestamp_realtime_ns) noexcept {
   lttng_ust_tracepoint(cie, publish, to_number(publisher), seq, source_timestamp_realtime_ns);
 }
-inline void sample_lost(CallbackId callback, std::uint32_t count,
-                        std::uint64_t total) noexcept {
+inline void sample_lost(CallbackId callback, std::uint32_t count, std::uint64_t total) noexcept {
   lttng_ust_tracepoint(cie, sample_lost, to_number(callback), count, total);
 }
 
@@ -384,8 +374,8 @@ namespace cie::trace {
 std::uint32_t enabled_events() noexcept;
 
 // Calls `on_start` whenever a tracing session starts on this process or its state is asked for anew
-// (`lttng regenerate statedump`), from a thread of LTTng's: it may only set a flag and wake someone.
-// False if this LTTng does not tell.
+// (`lttng regenerate statedump`), from a thread of LTTng's: it may only set a flag and wake
+// someone. False if this LTTng does not tell.
 bool watch_session_starts(void (*on_start)() noexcept) noexcept;
 
 // What is called at process exit, after the program's own destructors and before LTTng's.

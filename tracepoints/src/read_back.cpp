@@ -64,7 +64,7 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid) {
   if (!cpus) {
     return std::nullopt;
   }
-  // For other policies the kernel reports its own time slice there.
+  // For SCHED_OTHER the kernel reports the time slice there.
   const bool is_deadline = attr.policy == kDeadlinePolicy;
   return SchedReadBack{
       .policy = static_cast<std::int32_t>(attr.policy & ~std::uint32_t{SCHED_RESET_ON_FORK}),
@@ -74,7 +74,8 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid) {
       .runtime_ns = is_deadline ? attr.runtime : 0,
       .deadline_ns = is_deadline ? attr.deadline : 0,
       .period_ns = is_deadline ? attr.period : 0,
-      .cpus = std::move(*cpus)};
+      .cpus = std::move(*cpus),
+      .slice_ns = attr.policy == SCHED_OTHER ? attr.runtime : 0};
 }
 
 }  // namespace cie::trace

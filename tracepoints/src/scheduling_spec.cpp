@@ -42,9 +42,10 @@ std::optional<Policy> policy_from_name(std::string_view name) noexcept {
 
 bool SpecEntry::is_wildcard() const noexcept { return id.ends_with(kWildcard); }
 
-SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view name) {
+SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view name,
+                                     std::optional<std::uint32_t> domain) {
   const auto document = yaml::parse(text, name);
-  auto sections = read_spec(yaml::Value(*document, name));
+  auto sections = read_spec(yaml::Value(*document, name), domain);
   SchedulingSpec spec;
   spec.name_ = name;
   spec.sha256_ = sha256_hex(text);
@@ -52,6 +53,7 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
   spec.threads_ = std::move(sections.threads);
   spec.chains_ = std::move(sections.chains);
   spec.hardware_info_ = std::move(sections.hardware_info);
+  spec.hardware_info_lines_ = std::move(sections.hardware_info_lines);
   for (std::size_t i = 0; i < spec.callbacks_.size(); ++i) {
     const SpecEntry& entry = spec.callbacks_[i];
     if (entry.is_wildcard()) {
@@ -61,12 +63,15 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
     }
   }
   for (std::size_t i = 0; i < spec.threads_.size(); ++i) {
-    spec.thread_index_.emplace(spec.threads_[i].id, i);
+    const std::string& id = spec.threads_[i].id;
+    spec.thread_index_.emplace(id, i);
+    if (id == kDdsQueues) spec.thread_families_.emplace(id.substr(0, id.size() - 1), i);
   }
   return spec;
 }
 
-SchedulingSpec SchedulingSpec::load(const std::filesystem::path& file) {
+SchedulingSpec SchedulingSpec::load(const std::filesystem::path& file,
+                                    std::optional<std::uint32_t> domain) {
   constexpr std::size_t kMaxBytes = (std::size_t{4} << 20U) + 1;  // parse() refuses the last one
   const auto fail = [&file](int error) {
     throw SpecError(file.string() + ": cannot read it: " + std::generic_category().message(error));
@@ -79,7 +84,7 @@ SchedulingSpec SchedulingSpec::load(const std::filesystem::path& file) {
   std::string text(kMaxBytes, '\0');
   text.resize(std::fread(text.data(), 1, text.size(), stream.get()));
   if (std::ferror(stream.get()) != 0) fail(errno);
-  return parse(text, file.string());
+  return parse(text, file.string(), domain);
 }
 
 const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id) const noexcept {
@@ -93,7 +98,9 @@ const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id) cons
 
 const SpecEntry* SchedulingSpec::find_thread(std::string_view name) const noexcept {
   const auto entry = thread_index_.find(name);
-  return entry == thread_index_.end() ? nullptr : &threads_[entry->second];
+  if (entry != thread_index_.end()) return &threads_[entry->second];
+  const auto family = thread_families_.find(name.substr(0, name.find('.') + 1));
+  return family == thread_families_.end() ? nullptr : &threads_[family->second];
 }
 
 }  // namespace cie

@@ -1,97 +1,50 @@
 #include "spec_reader.hpp"
 
+#include "yaml_fields.hpp"
+
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
 #include <map>
-#include <span>
 
 namespace cie {
 namespace {
 
+using yaml::Fields;
+using yaml::Keys;
 using yaml::Value;
 
-constexpr std::int64_t kMaxInteger = std::numeric_limits<std::int64_t>::max();
 constexpr std::int64_t kMinInteger = std::numeric_limits<std::int64_t>::min();
 // Bounds that only a mistake or an attack exceeds; they keep reading linear in the file's size.
 constexpr std::size_t kMaxEntries = 100'000;
 constexpr std::size_t kMaxChainCallbacks = 1'000;
 constexpr std::int64_t kMaxCpu = 1023;              // of cpu_set_t
 constexpr std::int64_t kMinDeadlineRuntime = 1024;  // the kernel's resolution: 2^10 ns
+constexpr std::int64_t kMinSlice = 100'000;         // beyond these the kernel would clamp it
+constexpr std::int64_t kMaxSlice = 100'000'000;
+constexpr std::int64_t kMaxDomain = 232;
 
-using Keys = std::span<const std::string_view>;
-
-constexpr std::array<std::string_view, 9> kParameterKeys{
-    "affinity", "policy", "priority", "nice", "runtime", "deadline", "period", "id", "name"};
+constexpr std::array<std::string_view, 11> kParameterKeys{
+    "affinity", "policy", "priority", "nice",      "runtime", "deadline",
+    "period",   "id",     "name",     "domain_id", "slice"};
 constexpr std::array<std::string_view, 7> kBoundKeys{
     "response_deadline",       "wcet",
     "min_inter_arrival",       "max_inter_arrival",
     "missed_releases_allowed", "overwrites_allowed",
     "foreign_work_budget"};
 constexpr std::array<std::string_view, 1> kThreadBoundKeys{"foreign_work_budget"};
-constexpr std::array<std::string_view, 4> kSections{"callback_groups", "non_ros_threads",
-                                                    "hardware_info", "chains"};
+constexpr std::array<std::string_view, 5> kSections{"callback_groups", "non_ros_threads",
+                                                    "dds_threads", "hardware_info", "chains"};
+// As Cyclone DDS 0.10 names its threads.
+constexpr std::array<std::string_view, 8> kDdsThreads{
+    "recvUC", "recv", "recvMC", "tev", "gc", "dq.builtins", "dq.user", kDdsQueues};
 constexpr std::array<std::string_view, 5> kChainKeys{"name", "callbacks", "path_latency",
                                                      "reaction_time", "data_age"};
 // Sections and keys of the existing configurators that concern neither threads' parameters nor
 // their verification: accepted, not read.
 constexpr std::array<std::string_view, 3> kForeignSections{"rt_throttling", "kernel_threads",
                                                            "irqs"};
-constexpr std::array<std::string_view, 1> kForeignKeys{"domain_id"};
-
-bool contains(Keys keys, std::string_view key) {
-  return std::ranges::find(keys, key) != keys.end();
-}
-
-std::string join(std::initializer_list<Keys> lists) {
-  std::string text;
-  for (const auto& keys : lists) {
-    for (const auto key : keys)
-      text.append(text.empty() ? "" : ", ").append(key);
-  }
-  return text;
-}
-
-// The fields of a map by name; a null value counts as absent.
-class Fields {
- public:
-  Fields(const Value& map, std::string_view what, Keys known, Keys more = {}, Keys ignored = {})
-      : map_(map) {
-    for (auto& [key, value] : map.fields(what)) {
-      if (contains(known, key) || contains(more, key)) {
-        if (!value.is_null()) fields_.emplace_back(key, value);
-      } else if (!contains(ignored, key)) {
-        value.fail("unknown key \"" + key + "\"; known are " + join({known, more}));
-      }
-    }
-  }
-  const Value* find(std::string_view key) const {
-    const auto field = std::ranges::find(fields_, key, &std::pair<std::string, Value>::first);
-    return field == fields_.end() ? nullptr : &field->second;
-  }
-  std::optional<std::int64_t> integer(std::string_view key, std::int64_t min,
-                                      std::int64_t max = kMaxInteger) const {
-    const Value* value = find(key);
-    if (value == nullptr) return std::nullopt;
-    return value->integer(key, min, max);
-  }
-  std::optional<std::uint64_t> count(std::string_view key) const {
-    const auto value = integer(key, 0);
-    if (!value) return std::nullopt;
-    return static_cast<std::uint64_t>(*value);
-  }
-  void set_entry(std::string_view entry) {
-    map_ = map_.of_entry(entry);
-    for (auto& [key, value] : fields_)
-      value = value.of_entry(entry);
-  }
-  const Value& map() const { return map_; }
-
- private:
-  Value map_;
-  std::vector<std::pair<std::string, Value>> fields_;
-};
 
 std::vector<std::uint32_t> read_cpus(const Value& affinity) {
   std::vector<std::uint32_t> cpus;
@@ -198,6 +151,7 @@ ThreadParameters read_parameters(const Fields& fields) {
   if (policy == nullptr || policy->is_empty_sequence()) {
     reject_deadline_keys(fields, "an entry without \"policy\"");
     reject_priorities(fields, "an entry without \"policy\"");
+    reject(fields, "slice", "an entry without \"policy\"", "write SCHED_OTHER as \"policy\"");
     return parameters;
   }
   const std::string& name = policy->text("policy");
@@ -208,6 +162,13 @@ ThreadParameters read_parameters(const Fields& fields) {
                  "SCHED_DEADLINE");
   }
   if (*parameters.policy != Policy::deadline) reject_deadline_keys(fields, name);
+  if (*parameters.policy == Policy::other) {
+    if (const auto slice = fields.integer("slice", kMinSlice, kMaxSlice)) {
+      parameters.slice_ns = static_cast<std::uint64_t>(*slice);
+    }
+  } else {
+    reject(fields, "slice", name, "remove it or write SCHED_OTHER as \"policy\"");
+  }
   switch (*parameters.policy) {
     case Policy::other:
     case Policy::batch:
@@ -293,37 +254,67 @@ bool asks_the_same(const SpecEntry& a, const SpecEntry& b) {
 
 using Index = std::map<std::string, std::size_t, std::less<>>;
 
-// The same id in two domains is two entries there and one here: traces do not carry the domain.
-void add_entry(const Value& item, SpecEntry entry, bool has_domain, std::vector<SpecEntry>& entries,
-               Index& index) {
-  const auto [position, is_new] = index.try_emplace(entry.id, entries.size());
+enum class Section : std::uint8_t { callbacks, non_ros_threads, dds_threads };
+
+std::string_view section_name(Section section) {
+  switch (section) {
+    case Section::callbacks:
+      return "callback_groups";
+    case Section::non_ros_threads:
+      return "non_ros_threads";
+    case Section::dds_threads:
+      return "dds_threads";
+  }
+  return {};
+}
+
+// Entries in the order of the file, and where each id stands.
+struct Entries {
+  std::vector<SpecEntry> list;
+  Index index;
+};
+
+// The same id in two domains is two entries there and one here, if no domain is chosen: traces do
+// not carry it.
+void add_entry(const Value& item, SpecEntry entry, bool has_domain, Entries& entries) {
+  const auto [position, is_new] = entries.index.try_emplace(entry.id, entries.list.size());
   if (is_new) {
-    entries.push_back(std::move(entry));
+    entries.list.push_back(std::move(entry));
     return;
   }
-  const SpecEntry& first = entries[position->second];
+  const SpecEntry& first = entries.list[position->second];
   if (has_domain && asks_the_same(first, entry)) return;
   item.of_entry(entry.id).fail("the id has an entry already at line " + std::to_string(first.line) +
                                "; remove one");
 }
 
-std::vector<SpecEntry> read_entries(const Value& section, bool is_callback) {
-  std::vector<SpecEntry> entries;
-  Index index;
-  const std::string_view what = is_callback ? "callback_groups" : "non_ros_threads";
-  for (const auto& item : read_section(section, what)) {
-    const Keys bounds = is_callback ? Keys(kBoundKeys) : Keys(kThreadBoundKeys);
-    Fields fields(item, what, kParameterKeys, bounds, kForeignKeys);
+void check_dds_thread(const Fields& fields, std::string_view name) {
+  if (std::ranges::find(kDdsThreads, name) != kDdsThreads.end()) return;
+  std::string known;
+  for (const auto each : kDdsThreads)
+    known.append(known.empty() ? "" : ", ").append(each);
+  fields.map().fail("Cyclone DDS has no thread of this name; known are " + known +
+                    "; others belong to non_ros_threads");
+}
+
+void read_entries(const Fields& sections, Section section, std::optional<std::uint32_t> domain,
+                  Entries& entries) {
+  const std::string_view what = section_name(section);
+  const bool is_callback = section == Section::callbacks;
+  const Value* const value = sections.find(what);
+  if (value == nullptr) return;
+  for (const auto& item : read_section(*value, what)) {
+    Fields fields(item, what, kParameterKeys, is_callback ? Keys(kBoundKeys) : kThreadBoundKeys);
     SpecEntry entry;
     entry.id = read_id(fields, is_callback);
+    if (section == Section::dds_threads) check_dds_thread(fields, entry.id);
     entry.line = item.line();
     entry.parameters = read_parameters(fields);
     read_bounds(fields, entry);
-    const bool has_domain = std::ranges::any_of(
-        item.fields(what), [](const auto& field) { return field.first == "domain_id"; });
-    add_entry(item, std::move(entry), has_domain, entries, index);
+    const auto entry_domain = fields.integer("domain_id", 0, kMaxDomain);
+    if (domain && entry_domain && *entry_domain != *domain) continue;
+    add_entry(item, std::move(entry), entry_domain.has_value(), entries);
   }
-  return entries;
 }
 
 SpecChain read_chain(const Value& item) {
@@ -372,22 +363,23 @@ std::vector<SpecChain> read_chains(const Value& section) {
   return chains;
 }
 
-std::vector<SpecEntry> read_entry_section(const Fields& sections, bool is_callback) {
-  const Value* section = sections.find(is_callback ? "callback_groups" : "non_ros_threads");
-  return section == nullptr ? std::vector<SpecEntry>{} : read_entries(*section, is_callback);
-}
-
 }  // namespace
 
-SpecSections read_spec(const yaml::Value& document) {
+SpecSections read_spec(const yaml::Value& document, std::optional<std::uint32_t> domain) {
   const Fields fields(document, "the file", kSections, {}, kForeignSections);
   SpecSections sections;
-  sections.callbacks = read_entry_section(fields, true);
-  sections.threads = read_entry_section(fields, false);
+  Entries callbacks;
+  read_entries(fields, Section::callbacks, domain, callbacks);
+  Entries threads;  // of both sections: a thread has one entry
+  read_entries(fields, Section::non_ros_threads, domain, threads);
+  read_entries(fields, Section::dds_threads, domain, threads);
+  sections.callbacks = std::move(callbacks.list);
+  sections.threads = std::move(threads.list);
   if (const Value* section = fields.find("chains")) sections.chains = read_chains(*section);
   if (const Value* section = fields.find("hardware_info")) {
     for (const auto& [key, value] : section->fields("hardware_info")) {
       sections.hardware_info.emplace_back(key, value.is_null() ? std::string() : value.text(key));
+      sections.hardware_info_lines.push_back(value.line());
     }
   }
   return sections;

@@ -115,7 +115,7 @@ bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x
 
 void check_is_text(std::string_view text, std::string_view file) {
   if (text.size() > kMaxBytes) {
-    fail_at(file, 1, "larger than 4 MiB; a scheduling spec is a small YAML file");
+    fail_at(file, 1, "larger than 4 MiB; it is meant to be a small YAML file");
   }
   int line = 1;
   for (std::size_t i = 0; i < text.size();) {
@@ -123,7 +123,7 @@ void check_is_text(std::string_view text, std::string_view file) {
     const char c = text[i];
     if (length == 0) fail_at(file, line, "not UTF-8; save the file in that encoding");
     if (is_control(c) && c != '\n' && c != '\r' && c != '\t') {
-      fail_at(file, line, "holds a control character; a scheduling spec is YAML text");
+      fail_at(file, line, "holds a control character; write plain YAML text");
     }
     if (c == '\n') ++line;
     i += length;
@@ -228,7 +228,8 @@ std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view fi
   try {
     YAML::Parser parser(stream);
     TreeBuilder first(file);
-    if (!parser.HandleNextDocument(first)) fail_at(file, 1, "empty; write callback_groups: []");
+    if (!parser.HandleNextDocument(first))
+      fail_at(file, 1, "empty; write at least one section, as in callback_groups: []");
     TreeBuilder second(file);
     if (parser.HandleNextDocument(second)) {
       fail_at(file, second.take_root()->line, "a second document begins; keep one per file");

@@ -30,9 +30,9 @@ class Value {
 
   int line() const noexcept { return node_->line; }
   bool is_null() const noexcept { return node_->kind == TreeNode::Kind::null; }
-  bool is_empty_sequence() const noexcept {
-    return node_->kind == TreeNode::Kind::sequence && node_->items.empty();
-  }
+  bool is_scalar() const noexcept { return node_->kind == TreeNode::Kind::scalar; }
+  bool is_sequence() const noexcept { return node_->kind == TreeNode::Kind::sequence; }
+  bool is_empty_sequence() const noexcept { return is_sequence() && node_->items.empty(); }
 
   // `what` names the value in messages: "affinity".
   const std::string& text(std::string_view what) const;

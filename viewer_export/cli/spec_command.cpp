@@ -2,7 +2,9 @@
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "inputs.hpp"
 #include "output.hpp"
+#include "spec_template.hpp"
 #include "text_layout.hpp"
 
 #include <fmt/format.h>
@@ -12,41 +14,62 @@ namespace {
 
 constexpr const char* kDescription =
     "Works on scheduling specs: what each callback's thread is meant to run as.\n"
-    "ACTION is check: reads FILE as cie run and cie verify do, and says what it holds or where it\n"
-    "is wrong. (template, which writes a spec from a trace, is not available in this version.)";
+    "ACTION is check: reads the spec FILE as cie run and cie verify do, and says what it holds or\n"
+    "where it is wrong; or template: writes a spec from what the trace FILE shows, with what was\n"
+    "observed of each callback as comments.";
 
 constexpr const char* kFooter =
-    "Example:\n"
+    "Examples:\n"
     "  cie spec check app.yaml\n"
+    "  cie spec template recordings/latest -o app.yaml\n"
     "\n"
-    "Exit codes: 0 the spec can be used, 2 it cannot or wrong usage, 4 result not writable.\n";
+    "Exit codes: 0 done, 2 the spec cannot be used or wrong usage, 4 trace unreadable or result\n"
+    "not writable.\n";
 
-}  // namespace
-
-int spec_command(const Arguments& arguments) {
-  std::string action;
-  std::string file;
-  CommandLine line({"cie spec check FILE", kDescription, kFooter});
-  line.argument("ACTION", action, "check");
-  line.argument("FILE", file, "Scheduling spec (YAML)");
-  if (!line.parse(arguments)) {
-    return ok;
-  }
-  if (action.empty()) {
-    throw UsageError("no ACTION was given; available: check");
-  }
-  check_choice("spec", action, {"check"}, {"template"});
-  if (file.empty()) {
-    throw UsageError("no FILE was given: name the spec to check");
-  }
+void check_spec(const std::string& file, const std::string& target) {
   const auto spec = SchedulingSpec::load(file);
-  auto output = open_output("-");
+  auto output = open_output(target);
   output.stream() << fmt::format(
       "{}: good: {}, {}, {}; sha256 {}\n", viewer_export::printable(spec.name()),
       viewer_export::counted(spec.callbacks().size(), "callback"),
       viewer_export::counted(spec.threads().size(), "thread"),
       viewer_export::counted(spec.chains().size(), "chain"), spec.sha256());
   output.commit();
+}
+
+void write_template(const std::string& trace, const std::string& target) {
+  auto output = open_output(target);
+  const auto result = analyze_with_progress({trace}, {});
+  write_spec_template(output.stream(), result.report);
+  output.commit();
+}
+
+}  // namespace
+
+int spec_command(const Arguments& arguments) {
+  std::string action;
+  std::string file;
+  std::string target = "-";
+  CommandLine line({"cie spec check FILE | template TRACE [-o FILE]", kDescription, kFooter});
+  line.argument("ACTION", action, "check or template");
+  line.argument("FILE", file, "Scheduling spec (YAML) to check, or trace to write one from");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  if (!line.parse(arguments)) {
+    return ok;
+  }
+  if (action.empty()) {
+    throw UsageError("no ACTION was given; available: check, template");
+  }
+  check_choice("spec", action, {"check", "template"});
+  if (action == "check") {
+    if (file.empty()) throw UsageError("no FILE was given: name the spec to check");
+    check_spec(file, target);
+  } else {
+    if (file.empty()) {
+      throw UsageError("no TRACE was given: name the directory that a recording is in");
+    }
+    write_template(file, target);
+  }
   return ok;
 }
 

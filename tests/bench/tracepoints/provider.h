@@ -15,8 +15,9 @@
 #define LTTNG_UST_TRACEPOINT_PROVIDER_HIDDEN_DEFINITION
 #endif
 
-#include <lttng/tracepoint.h>
 #include <cstdint>
+
+#include <lttng/tracepoint.h>
 
 // clang-format off
 LTTNG_UST_TRACEPOINT_EVENT(cie_bare, callback_release,

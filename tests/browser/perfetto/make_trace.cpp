@@ -12,8 +12,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   using namespace cie;
-  viewer_export::PerfettoExport perfetto(
-      {.records_in_memory = 2});
+  viewer_export::PerfettoExport perfetto({.records_in_memory = 2});
   test::feed_application(perfetto);
   viewer_export::OutputFile file(argv[1]);
   auto report = test::application_report();

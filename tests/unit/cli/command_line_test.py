@@ -113,6 +113,8 @@ class Usage(unittest.TestCase):
             self.assert_usage_error((command,), "no TRACE was given: name the directory that a recording is in")
         self.assert_usage_error(("export", TRACE), "--to is missing: name the viewer, for instance --to perfetto")
         self.assert_usage_error(("spec", "check"), "no FILE was given: name the spec to check")
+        self.assert_usage_error(("spec", "template"),
+                                "no TRACE was given: name the directory that a recording is in")
         for arguments in (("report", TRACE, "--spec"), ("report", TRACE, "-o"), ("report", TRACE, "-f", "a", "-f", "b")):
             self.assertEqual(cie(*arguments).returncode, 2, arguments)
 
@@ -126,8 +128,6 @@ class Usage(unittest.TestCase):
                                 "--to chrome is not available in this version; available: perfetto")
         self.assert_usage_error(("diff", "a", "b"), '"cie diff" is not available in this version')
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
-        self.assert_usage_error(("spec", "template", TRACE),
-                                "spec template is not available in this version; available: check")
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),

@@ -1,5 +1,7 @@
 #include "sched_parameters.hpp"
 
+#include <thread>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -61,6 +63,31 @@ TEST(Differences, NameAPolicyThatHasNoName) {
   asked.policy = Policy::other;
   EXPECT_THAT(differences(asked, reported(Policy{7})),
               ElementsAre("policy is 7 instead of SCHED_OTHER"));
+}
+
+TEST(Differences, CompareTheSliceIfOneIsAsked) {
+  ThreadParameters asked;
+  asked.policy = Policy::other;
+  auto read_back = reported(Policy::other);
+  read_back.slice_ns = 2'800'000;
+  EXPECT_THAT(differences(asked, read_back), IsEmpty());
+  asked.slice_ns = 100'000;
+  EXPECT_THAT(differences(asked, read_back), ElementsAre("slice is 2800000 instead of 100000"));
+  read_back.slice_ns = 0;
+  EXPECT_THAT(differences(asked, read_back),
+              ElementsAre("slice is 0 instead of 100000 (it needs Linux 6.12)"));
+}
+
+// Needs no privilege. Other threads and later tests keep theirs.
+TEST(Request, OfASliceIsReadBack) {
+  std::thread{[] {
+    if (trace::read_back(0)->slice_ns == 0) GTEST_SKIP() << "this kernel has no time slices";
+    ThreadParameters asked;
+    asked.policy = Policy::other;
+    asked.slice_ns = 300'000;
+    EXPECT_EQ(request(0, asked).error, 0);
+    EXPECT_EQ(trace::read_back(0)->slice_ns, 300'000U);
+  }}.join();
 }
 
 TEST(Request, OfACpuThatIsNotThereIsRefusedInWords) {

@@ -76,6 +76,12 @@ TEST(NoForeignWork, ComparesTimeOutsideCallbacksWithTheBudgetExactly) {
   EXPECT_EQ(Verified(kForeignTime).of("M6", "thread 101"), Verdict::pass) << "no budget";
 }
 
+TEST(NoForeignWork, CountsNothingOfInstancesBeforeTheFirstWait) {
+  const auto trace = std::string(kForeignTime) + "\n-50 start fusion\n-40 end fusion";
+  EXPECT_EQ(Verified(trace, budget(229'999'999)).of("M6", "thread 101"), Verdict::fail);
+  EXPECT_EQ(Verified(trace, budget(230'000'000)).of("M6", "thread 101"), Verdict::pass);
+}
+
 TEST(NoForeignWork, IsInconclusiveWithoutKernelEventsForABudget) {
   const Verified verified(kTwo, budget(1'000'000'000));
   EXPECT_EQ(verified.of("M6", "thread 101"), Verdict::inconclusive);

@@ -29,12 +29,12 @@ TEST(RecorderOptions, MakesTheDirectoryAbsolute) {
   EXPECT_TRUE(parse({"--", "a"}).directory.filename().string().starts_with("cie-recording-"));
 }
 
-TEST(RecorderOptions, GivesACommandADaemonOfItsOwnUnlessRoot) {
+TEST(RecorderOptions, GivesACommandADaemonOfItsOwn) {
   EXPECT_EQ(parse({"--", "a"}).daemon, DaemonChoice::own);
   EXPECT_EQ(parse({"--daemon=shared", "--", "a"}).daemon, DaemonChoice::shared);
-  EXPECT_EQ(parse({"--", "a"}, true).daemon, DaemonChoice::shared);
+  EXPECT_EQ(parse({"--", "a"}, true).daemon, DaemonChoice::own_if_possible);
   EXPECT_EQ(parse({"--attach"}).daemon, DaemonChoice::shared);
-  EXPECT_THROW(parse({"--daemon=own", "--", "a"}, true), UsageError);
+  EXPECT_EQ(parse({"--daemon=own", "--", "a"}, true).daemon, DaemonChoice::own);
   EXPECT_THROW(parse({"--daemon=own", "--attach"}), UsageError);
 }
 

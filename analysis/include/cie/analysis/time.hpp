@@ -9,12 +9,15 @@ namespace cie::analysis {
 
 struct Duration {
   std::int64_t ns = 0;
+  // clang-tidy 14 sees a null pointer in the comparison with 0 that the compiler writes here.
+  // NOLINTNEXTLINE(modernize-use-nullptr)
   friend constexpr auto operator<=>(const Duration&, const Duration&) = default;
 };
 
 // A point on a host's CLOCK_MONOTONIC.
 struct Timestamp {
   std::int64_t ns = 0;
+  // NOLINTNEXTLINE(modernize-use-nullptr)
   friend constexpr auto operator<=>(const Timestamp&, const Timestamp&) = default;
 };
 

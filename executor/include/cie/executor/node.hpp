@@ -16,6 +16,7 @@
 #include <chrono>
 #include <concepts>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -24,6 +25,12 @@
 #include <utility>
 
 namespace cie {
+
+class ComponentOptions;
+
+// Topics under another name: what the node's code says, and what is meant. Both are names as the
+// node would write them ("scan", "/scan", "~/scan").
+using TopicRemaps = std::map<std::string, std::string, std::less<>>;
 
 namespace executor {
 class NodeState;
@@ -66,7 +73,10 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 // not fit throws std::invalid_argument.
 class Node {
  public:
-  Node(const Context& context, std::string_view name, std::string_view name_space = "/");
+  Node(const Context& context, std::string_view name, std::string_view name_space = "/",
+       const TopicRemaps& remaps = {});
+  // As the application's file says (component.hpp).
+  explicit Node(const ComponentOptions& options);
   ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;

@@ -1,6 +1,7 @@
 // Feeds the analyzer two instances by hand and prints its report.
 #include <cie/analysis/analyzer.hpp>
 #include <cie/viewer_export/report_writers.hpp>
+
 #include <iostream>
 #include <sstream>
 

@@ -1,12 +1,13 @@
 // A timer's callback publishes, a subscription's callback counts; each on a thread of its own.
-#include <unistd.h>
+#include <cie/executor/executor.hpp>
+#include <cie/executor/node.hpp>
 
 #include <atomic>
 #include <chrono>
-#include <cie/executor/executor.hpp>
-#include <cie/executor/node.hpp>
 #include <cstdio>
+
 #include <outside_messages.hpp>
+#include <unistd.h>
 
 int main() {
   cie::Context context;
@@ -17,8 +18,8 @@ int main() {
   std::atomic<pid_t> receiving{0};
 
   const auto publisher = node.create_publisher<outside_msgs::Ping>("ping", cie::QoS(10));
-  const auto subscription =
-      node.create_subscription<outside_msgs::Ping>("ping", cie::QoS(10), [&](const outside_msgs::Ping&) {
+  const auto subscription = node.create_subscription<outside_msgs::Ping>(
+      "ping", cie::QoS(10), [&](const outside_msgs::Ping&) {
         receiving = gettid();
         if (++received == 5) executor.cancel();
       });
@@ -31,6 +32,7 @@ int main() {
 
   std::printf("%d pings from thread %d to thread %d\n", received.load(), publishing.load(),
               receiving.load());
-  const bool is_isolated = publishing != receiving && publishing != getpid() && receiving != getpid();
+  const bool is_isolated =
+      publishing != receiving && publishing != getpid() && receiving != getpid();
   return received >= 5 && is_isolated ? 0 : 1;
 }

@@ -34,17 +34,19 @@ std::optional<Policy> policy_from_name(std::string_view name) noexcept;
 // What a thread is asked to run as. An absent policy or affinity is neither applied nor judged.
 struct ThreadParameters {
   std::optional<Policy> policy;
-  std::int32_t nice = 0;                           // SCHED_OTHER and SCHED_BATCH, -20..19
-  std::uint32_t priority = 0;                      // SCHED_FIFO and SCHED_RR, 1..99
-  std::uint64_t runtime_ns = 0;                    // SCHED_DEADLINE
-  std::uint64_t deadline_ns = 0;                   // SCHED_DEADLINE
-  std::uint64_t period_ns = 0;                     // SCHED_DEADLINE
+  std::int32_t nice = 0;                  // SCHED_OTHER and SCHED_BATCH, -20..19
+  std::uint32_t priority = 0;             // SCHED_FIFO and SCHED_RR, 1..99
+  std::uint64_t runtime_ns = 0;           // SCHED_DEADLINE
+  std::uint64_t deadline_ns = 0;          // SCHED_DEADLINE
+  std::uint64_t period_ns = 0;            // SCHED_DEADLINE
+  std::optional<std::uint64_t> slice_ns;  // SCHED_OTHER, 100 us to 100 ms; absent: kernel's
   std::optional<std::vector<std::uint32_t>> cpus;  // ascending, without repetition
   friend bool operator==(const ThreadParameters&, const ThreadParameters&) = default;
 };
 
-// One entry of `callback_groups` (id: a callback's logical id, exact or "<node>/*") or of
-// `non_ros_threads` (id: a thread's name). Times are nanoseconds; an absent bound is not judged.
+// One entry of `callback_groups` (id: a callback's logical id, exact or "<node>/*"), of
+// `non_ros_threads` (id: a thread's name) or of `dds_threads` (id: the name of a thread of Cyclone
+// DDS, or "dq.*"). Times are nanoseconds; an absent bound is not judged.
 struct SpecEntry {
   std::string id;
   int line = 0;  // 1-based line in the file, for messages
@@ -81,14 +83,19 @@ class SpecError : public std::runtime_error {
 // An immutable, validated spec. Safe to read from several threads.
 class SchedulingSpec {
  public:
-  // Reads and validates a file. Throws SpecError; nothing is clamped, unknown keys are errors.
-  static SchedulingSpec load(const std::filesystem::path& file);
+  // Reads and validates a file. Throws SpecError; nothing is clamped, unknown keys are errors. With
+  // a DDS domain, entries whose `domain_id` is another one are left out; without, entries of
+  // several domains must ask the same of an id.
+  static SchedulingSpec load(const std::filesystem::path& file,
+                             std::optional<std::uint32_t> domain = std::nullopt);
   // The same over text; `name` stands in messages where the file's name would.
-  static SchedulingSpec parse(std::string_view text, std::string_view name);
+  static SchedulingSpec parse(std::string_view text, std::string_view name,
+                              std::optional<std::uint32_t> domain = std::nullopt);
 
   // The entry for a callback: an exact id wins over the wildcard of its node. Null if none.
   const SpecEntry* find_callback(std::string_view logical_id) const noexcept;
-  // The entry for a thread that is not a callback's, by its name. Null if none.
+  // The entry for a thread that is not a callback's, by its name; a whole name wins over "dq.*".
+  // Null if none.
   const SpecEntry* find_thread(std::string_view name) const noexcept;
 
   const std::vector<SpecEntry>& callbacks() const noexcept { return callbacks_; }
@@ -98,6 +105,8 @@ class SchedulingSpec {
   const std::vector<std::pair<std::string, std::string>>& hardware_info() const noexcept {
     return hardware_info_;
   }
+  // The line of each of them.
+  const std::vector<int>& hardware_info_lines() const noexcept { return hardware_info_lines_; }
   const std::string& name() const noexcept { return name_; }      // file name, for messages
   const std::string& sha256() const noexcept { return sha256_; }  // of the bytes, lower-case hex
 
@@ -108,10 +117,21 @@ class SchedulingSpec {
   std::vector<SpecEntry> threads_;
   std::vector<SpecChain> chains_;
   std::vector<std::pair<std::string, std::string>> hardware_info_;
+  std::vector<int> hardware_info_lines_;
   using Index = std::map<std::string, std::size_t, std::less<>>;  // into the vectors above
   Index callback_index_;                                          // exact ids
   Index nodes_;                                                   // nodes that have a wildcard
   Index thread_index_;
+  Index thread_families_;  // what stands before the star: "dq."
 };
+
+// Holds this machine against the spec's `hardware_info`: what lscpu reports in the C locale, its
+// names in lower case with underscores ("Thread(s) per core": threads_per_core); numbers are
+// compared as numbers, empty values not at all. Throws SpecError naming each field that differs,
+// what was expected and what was found, or saying that lscpu cannot be run. Asks nothing if the
+// spec has none.
+void check_hardware_info(const SchedulingSpec& spec);
+// The same against a text of lscpu.
+void check_hardware_info(const SchedulingSpec& spec, std::string_view lscpu);
 
 }  // namespace cie

@@ -1,4 +1,5 @@
-// SHA-256 of bytes and files, as lower-case hex: identifies a spec and seals a recording's manifest.
+// SHA-256 of bytes and files, as lower-case hex: identifies a spec and seals a recording's
+// manifest.
 #pragma once
 
 #include <filesystem>

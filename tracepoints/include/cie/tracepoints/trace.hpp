@@ -35,6 +35,7 @@ struct SchedReadBack {
   std::uint64_t deadline_ns = 0;
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;  // ascending
+  std::uint64_t slice_ns = 0;  // SCHED_OTHER: the time slice, 0 before Linux 6.12; not in the trace
 };
 
 // Reads the parameters of a thread of this process (0: the caller) with sched_getattr and

@@ -1,0 +1,204 @@
+#include "app_file.hpp"
+
+#include "yaml_fields.hpp"
+
+#include <array>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <system_error>
+#include <utility>
+
+namespace cie::container {
+namespace {
+
+using yaml::Fields;
+using yaml::Value;
+
+constexpr std::int64_t kMostDomain = 230;
+constexpr std::size_t kMaxComponents = 1'000;
+constexpr std::size_t kMaxParameters = 10'000;  // of one component, items of lists included
+
+constexpr std::array<std::string_view, 7> kKeys{
+    "components", "executor", "spec", "on_error", "domain", "loopback", "discovery_tag"};
+constexpr std::array<std::string_view, 6> kComponentKeys{"library",   "class",      "name",
+                                                         "namespace", "parameters", "remaps"};
+
+constexpr std::array<std::pair<std::string_view, ExecutorKind>, 3> kExecutors{
+    {{"isolated", ExecutorKind::isolated},
+     {"single", ExecutorKind::single_threaded},
+     {"multi", ExecutorKind::multi_threaded}}};
+
+std::string needed_text(const Fields& fields, std::string_view key, std::string_view remedy) {
+  const Value* const value = fields.find(key);
+  if (value == nullptr) {
+    fields.map().fail("a component needs \"" + std::string{key} + "\"; " + std::string{remedy});
+  }
+  const std::string& text = value->text(key);
+  if (text.empty()) value->fail("\"" + std::string{key} + "\" is empty; " + std::string{remedy});
+  return text;
+}
+
+bool read_bool(const Value& value, std::string_view key) {
+  const std::string& text = value.text(key);
+  if (text != "true" && text != "false") {
+    value.fail("\"" + std::string{key} + "\" is \"" + text + "\"; write true or false");
+  }
+  return text == "true";
+}
+
+ComponentOptions::Parameters read_parameters(const Value& map) {
+  ComponentOptions::Parameters parameters;
+  std::size_t count = 0;
+  for (const auto& [name, value] : map.fields("parameters")) {
+    if (value.is_null()) continue;
+    ParameterText& parameter = parameters[name];
+    parameter.is_list = value.is_sequence();
+    if (parameter.is_list) {
+      for (const Value& item : value.items(name)) {
+        if (++count > kMaxParameters) item.fail("more than 10000 parameters; read a file of them");
+        parameter.texts.push_back(item.text(name));
+      }
+    } else {
+      if (++count > kMaxParameters) value.fail("more than 10000 parameters; read a file of them");
+      parameter.texts.push_back(value.text(name));
+    }
+  }
+  return parameters;
+}
+
+// A library beside the application's file is meant before one that the dynamic linker would find.
+std::string resolve_library(const std::string& library, const std::filesystem::path& folder) {
+  const auto beside = folder / library;
+  std::error_code error;
+  const bool is_path = library.find('/') != std::string::npos;
+  return is_path || std::filesystem::exists(beside, error)
+             ? std::filesystem::absolute(beside).lexically_normal().string()
+             : library;
+}
+
+ComponentEntry read_component(const Value& item, const std::filesystem::path& folder) {
+  Fields fields{item, "components", kComponentKeys};
+  ComponentEntry entry;
+  entry.line = item.line();
+  entry.name = needed_text(fields, "name", "it becomes the node's");
+  fields.set_entry(entry.name);
+  entry.library =
+      resolve_library(needed_text(fields, "library", "write the shared object it is in"), folder);
+  entry.class_name = needed_text(fields, "class", "write the name the library gives it");
+  if (const Value* const value = fields.find("namespace")) {
+    entry.name_space = value->text("namespace");
+  }
+  if (const Value* const value = fields.find("parameters")) {
+    entry.parameters = read_parameters(*value);
+  }
+  if (const Value* const value = fields.find("remaps")) {
+    for (const auto& [from, to] : value->fields("remaps"))
+      entry.remaps.emplace(from, to.text(from));
+  }
+  return entry;
+}
+
+std::vector<ComponentEntry> read_components(const Value& section,
+                                            const std::filesystem::path& folder) {
+  std::vector<ComponentEntry> components;
+  std::map<std::string, int> lines;
+  const auto items = section.items("components");
+  if (items.empty()) section.fail("\"components\" is empty; list at least one");
+  if (items.size() > kMaxComponents) section.fail("more than 1000 components; split the file");
+  for (const Value& item : items) {
+    components.push_back(read_component(item, folder));
+    const auto [first, is_new] =
+        lines.emplace(components.back().qualified_name(), components.back().line);
+    if (!is_new) {
+      item.of_entry(components.back().name)
+          .fail("a component \"" + first->first + "\" stands already at line " +
+                std::to_string(first->second) + "; rename one");
+    }
+  }
+  return components;
+}
+
+void read_network(const Fields& fields, AppFile& app) {
+  if (const auto domain = fields.integer("domain", 0, kMostDomain)) {
+    app.domain = static_cast<std::uint32_t>(*domain);
+  }
+  if (const Value* const value = fields.find("loopback")) {
+    app.is_loopback = read_bool(*value, "loopback");
+  }
+  if (const Value* const value = fields.find("discovery_tag")) {
+    app.discovery_tag = value->text("discovery_tag");
+  }
+}
+
+void read_execution(const Fields& fields, AppFile& app, const std::filesystem::path& folder) {
+  if (const Value* const value = fields.find("executor")) {
+    const std::string& name = value->text("executor");
+    const auto kind = executor_from_name(name);
+    if (!kind) value->fail("unknown executor \"" + name + "\"; write isolated, single or multi");
+    app.executor = *kind;
+  }
+  if (const Value* const value = fields.find("spec")) app.spec = folder / value->text("spec");
+  if (const Value* const value = fields.find("on_error")) {
+    const std::string& name = value->text("on_error");
+    if (name != "refuse" && name != "warn") {
+      value->fail("\"on_error\" is \"" + name + "\"; write refuse or warn");
+    }
+    app.on_error = name == "warn" ? OnError::warn : OnError::refuse;
+  }
+}
+
+}  // namespace
+
+std::string ComponentEntry::qualified_name() const {
+  std::string full = name_space.starts_with('/') ? name_space : "/" + name_space;
+  if (!full.ends_with('/')) full += '/';
+  return full + name;
+}
+
+std::optional<ExecutorKind> executor_from_name(std::string_view name) noexcept {
+  for (const auto& [known, kind] : kExecutors) {
+    if (known == name) return kind;
+  }
+  return std::nullopt;
+}
+
+std::string_view executor_name(ExecutorKind kind) noexcept {
+  for (const auto& [name, known] : kExecutors) {
+    if (known == kind) return name;
+  }
+  return {};
+}
+
+AppFile AppFile::parse(std::string_view text, std::string_view name,
+                       const std::filesystem::path& folder) {
+  const auto document = yaml::parse(text, name);
+  const Fields fields{Value{*document, name}, "the file", kKeys};
+  AppFile app;
+  app.file = name;
+  read_execution(fields, app, folder);
+  read_network(fields, app);
+  const Value* const components = fields.find("components");
+  if (components == nullptr) {
+    fields.map().fail("no \"components\"; list what is to run");
+  }
+  app.components = read_components(*components, folder);
+  return app;
+}
+
+AppFile AppFile::load(const std::filesystem::path& file) {
+  std::ifstream stream{file, std::ios::binary};
+  std::string text;
+  constexpr std::size_t kMaxBytes = (std::size_t{4} << 20U) + 1;  // parse() refuses the last one
+  text.resize(kMaxBytes);
+  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (stream.gcount() == 0 && (!stream.is_open() || stream.bad())) {
+    throw SpecError{file.string() + ": cannot read it: " +
+                    std::generic_category().message(errno == 0 ? EIO : errno)};
+  }
+  text.resize(static_cast<std::size_t>(stream.gcount()));
+  return parse(text, file.string(), file.parent_path());
+}
+
+}  // namespace cie::container

@@ -1,0 +1,134 @@
+#include "component_loader.hpp"
+
+#include "mapped.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <functional>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+#include <thread>
+
+#include <dlfcn.h>
+
+namespace cie::container {
+namespace {
+
+constexpr const char* kEntryPoint = "cie_component_library";
+constexpr std::size_t kMaxClasses = 10'000;
+
+std::string linker_reason() {
+  const char* const reason = dlerror();
+  return reason == nullptr ? "the dynamic linker gives no reason" : reason;
+}
+
+// Runs `function` on a thread of its own. Returns the text of the exception that ended it, or
+// nothing.
+std::string run_elsewhere(const std::function<void()>& function) {
+  std::string failure;
+  std::thread{[&failure, &function] {
+    try {
+      function();
+    } catch (const std::exception& error) {
+      failure = error.what();
+      if (failure.empty()) failure = "an exception without a text";
+    } catch (...) {
+      failure = "an exception that is no std::exception";
+    }
+  }}.join();
+  return failure;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names)
+    text.append(text.empty() ? "" : ", ").append(name);
+  return text;
+}
+
+// What only the component's own constructor can get wrong.
+void check_use_of_options(Node& node, const ComponentOptions& options) {
+  const auto unread = options.unread_parameters();
+  if (!unread.empty()) {
+    throw std::runtime_error{"it has no parameter " + joined(unread) +
+                             "; correct the name or remove it"};
+  }
+  const std::string& name = node.fully_qualified_name();
+  if (!name.ends_with("/" + options.name())) {
+    throw std::runtime_error{"its node is called \"" + name + "\" instead of \"" + options.name() +
+                             "\"; make the node from the options"};
+  }
+}
+
+}  // namespace
+
+Library::Library(const std::string& name)
+    : name_(name), handle_(dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL)) {
+  if (handle_ == nullptr) throw std::runtime_error{linker_reason()};
+}
+
+Library::~Library() { dlclose(handle_); }
+
+const ComponentClass& Library::find_class(const std::string& class_name) const {
+  void* const symbol = dlsym(handle_, kEntryPoint);
+  if (symbol == nullptr) {
+    throw std::runtime_error{"it is no component library: it has no function " +
+                             std::string{kEntryPoint} + "()"};
+  }
+  const auto entry_point = reinterpret_cast<const ComponentLibrary* (*)()>(symbol);
+  const ComponentLibrary* const library = entry_point();
+  if (library == nullptr) {
+    throw std::runtime_error{std::string{kEntryPoint} + "() returned null"};
+  }
+  if (library->abi != kComponentAbi) {
+    throw std::runtime_error{"it was built for version " + std::to_string(library->abi) +
+                             " of the component interface, this program has version " +
+                             std::to_string(kComponentAbi) + ": rebuild it"};
+  }
+  const std::span classes{library->classes,
+                          library->classes == nullptr ? 0 : std::min(library->count, kMaxClasses)};
+  std::vector<std::string> known;
+  for (const ComponentClass& each : classes) {
+    if (each.name == nullptr || each.create == nullptr || each.node == nullptr ||
+        each.destroy == nullptr) {
+      continue;
+    }
+    if (each.name == class_name) return each;
+    known.emplace_back(each.name);
+  }
+  throw std::runtime_error{"it has no class \"" + class_name + "\"" +
+                           (known.empty() ? "" : "; it has " + joined(known))};
+}
+
+LoadedComponent::LoadedComponent(const std::string& library, const std::string& class_name,
+                                 const ComponentOptions& options)
+    : class_name_(class_name) {
+  std::string failure = run_elsewhere([&] {
+    library_ = std::make_unique<Library>(library);
+    class_ = &library_->find_class(class_name);
+    component_ = class_->create(options);
+    check_use_of_options(node(), options);
+  });
+  if (failure.empty()) return;
+  destroy();
+  library_.reset();
+  throw std::runtime_error{failure};
+}
+
+LoadedComponent::~LoadedComponent() { destroy(); }
+
+std::string LoadedComponent::unload() {
+  destroy();
+  const std::string name = library_->name();
+  library_.reset();
+  return why_still_mapped(name);
+}
+
+void LoadedComponent::destroy() noexcept {
+  if (component_ == nullptr) return;
+  run_elsewhere([this] { class_->destroy(component_); });
+  component_ = nullptr;
+}
+
+}  // namespace cie::container

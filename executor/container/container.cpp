@@ -1,0 +1,192 @@
+#include "container.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+namespace cie::container {
+namespace {
+
+Context::Options network(const AppFile& app) {
+  Context::Options options = Context::Options::from_environment();
+  if (app.domain) options.domain = *app.domain;
+  if (app.is_loopback) options.loopback = *app.is_loopback;
+  if (app.discovery_tag) options.tag = *app.discovery_tag;
+  return options;
+}
+
+std::unique_ptr<Executor> make_executor(ExecutorKind kind, ExecutorOptions options) {
+  switch (kind) {
+    case ExecutorKind::single_threaded:
+      return std::make_unique<SingleThreadedExecutor>(std::move(options));
+    case ExecutorKind::multi_threaded:
+      return std::make_unique<MultiThreadedExecutor>(std::move(options));
+    default:
+      return std::make_unique<CallbackIsolatedExecutor>(std::move(options));
+  }
+}
+
+std::string text_of(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const std::exception& error) {
+    return error.what();
+  } catch (...) {
+    return "an exception that is no std::exception";
+  }
+}
+
+}  // namespace
+
+Container::Container(const AppFile& app, Say say)
+    : app_(app), say_(std::move(say)), context_(network(app)) {
+  ExecutorOptions options;
+  if (app_.spec) {
+    const auto spec = std::make_shared<SchedulingSpec>(
+        SchedulingSpec::load(*app_.spec, context_.options().domain));
+    check_machine(*spec);
+    options.spec = spec;
+  }
+  options.on_error = app_.on_error;
+  if (app_.on_error == OnError::warn) {
+    options.on_parameter_problem = [this](const ParameterProblem& problem) {
+      say_("warning: " + problem.text());
+    };
+  }
+  options.on_exception = [this](const CallbackFailure& failure) { count_failure(failure); };
+  executor_ = make_executor(app_.executor, std::move(options));
+}
+
+Container::~Container() {
+  while (!members_.empty()) {  // the last one loaded goes first: it may use the others
+    Member member = std::move(members_.back());
+    members_.pop_back();
+    executor_->remove_node(member.component->node());
+  }
+}
+
+void Container::check_machine(const SchedulingSpec& spec) const {
+  try {
+    check_hardware_info(spec);
+  } catch (const SpecError& error) {
+    if (app_.on_error == OnError::refuse) throw;
+    say_("warning: " + std::string{error.what()});
+  }
+}
+
+std::size_t Container::load_all() {
+  const std::lock_guard lock{mutex_};
+  for (const ComponentEntry& entry : app_.components) {
+    try {
+      say_(load(entry, app_.file));
+    } catch (const std::runtime_error& error) {
+      say_(error.what());
+    }
+  }
+  return members_.size();
+}
+
+bool Container::is_loaded(const std::string& name) const {
+  return std::ranges::find(members_, name, &Member::name) != members_.end();
+}
+
+std::string Container::load(const ComponentEntry& entry, const std::string& file) {
+  const std::string name = entry.qualified_name();
+  const std::string what = "\"" + name + "\" (" + entry.class_name + " from " + entry.library + ")";
+  try {
+    if (is_loaded(name)) throw std::runtime_error{"a component of this name is loaded already"};
+    const ComponentOptions options{context_, entry.name, entry.name_space, entry.parameters,
+                                   entry.remaps};
+    Member member{name,
+                  std::make_unique<LoadedComponent>(entry.library, entry.class_name, options)};
+    executor_->add_node(member.component->node());
+    members_.push_back(std::move(member));
+  } catch (const std::exception& error) {
+    throw std::runtime_error{file + ":" + std::to_string(entry.line) + ": component " + what +
+                             " is not loaded: " + error.what()};
+  }
+  return "loaded " + what;
+}
+
+std::string Container::load_more(const AppFile& app, const std::vector<std::string>& names) {
+  const std::lock_guard lock{mutex_};
+  for (const std::string& name : names) {
+    if (std::ranges::find(app.components, name, &ComponentEntry::qualified_name) ==
+        app.components.end()) {
+      throw std::runtime_error{app.file + ": no component \"" + name + "\""};
+    }
+  }
+  std::string told;
+  bool is_failed = false;
+  for (const ComponentEntry& entry : app.components) {
+    const std::string name = entry.qualified_name();
+    if (names.empty() ? is_loaded(name) : std::ranges::find(names, name) == names.end()) {
+      continue;
+    }
+    std::string line;
+    try {
+      line = load(entry, app.file);
+    } catch (const std::runtime_error& error) {
+      line = error.what();
+      is_failed = true;
+    }
+    say_(line);
+    told += line + "\n";
+  }
+  if (is_failed) throw std::runtime_error{told};
+  return told.empty() ? "nothing to load: all its components are loaded\n" : told;
+}
+
+std::string Container::unload(const std::string& name) {
+  const std::lock_guard lock{mutex_};
+  const auto found = std::ranges::find(members_, name, &Member::name);
+  if (found == members_.end()) throw std::runtime_error{"no component \"" + name + "\" is loaded"};
+  Member member = std::move(*found);
+  members_.erase(found);
+  executor_->remove_node(member.component->node());
+  const std::string library = member.component->library();
+  std::string reason = member.component->unload();
+  const auto user = std::ranges::find_if(
+      members_, [&library](const Member& other) { return other.component->library() == library; });
+  if (user != members_.end()) reason = "\"" + user->name + "\" is from it too";
+  const std::string line = "unloaded \"" + name + "\"; " + library +
+                           (reason.empty() ? " is unmapped" : " stays mapped: " + reason);
+  say_(line);
+  return line + "\n";
+}
+
+std::string Container::list() {
+  const std::lock_guard lock{mutex_};
+  std::string text;
+  for (const Member& member : members_) {
+    text += member.name + " " + member.component->class_name() + " " + member.component->library() +
+            "\n";
+  }
+  return text;
+}
+
+void Container::run() { executor_->spin(); }
+
+void Container::cancel() noexcept { executor_->cancel(); }
+
+// Says the first one of each callback: a timer that throws would otherwise flood the terminal.
+void Container::count_failure(const CallbackFailure& failure) {
+  const std::string text = text_of(failure.exception);
+  {
+    const std::lock_guard lock{failures_mutex_};
+    if (++failures_[failure.logical_id] > 1) return;
+  }
+  say_("callback \"" + failure.logical_id + "\" threw: " + text +
+       " (it stays in service; further ones are counted)");
+}
+
+std::uint64_t Container::failures() const {
+  const std::lock_guard lock{failures_mutex_};
+  std::uint64_t sum = 0;
+  for (const auto& [logical_id, count] : failures_)
+    sum += count;
+  return sum;
+}
+
+}  // namespace cie::container

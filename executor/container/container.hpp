@@ -1,0 +1,74 @@
+// The components of one process, and the executor that serves them.
+#pragma once
+
+#include <cie/executor/context.hpp>
+#include <cie/executor/executor.hpp>
+
+#include "app_file.hpp"
+#include "component_loader.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace cie::container {
+
+// Thread-safe; callbacks must not call it.
+class Container {
+ public:
+  // Told one line at a time, from any thread: what was loaded, what could not be, what went wrong.
+  using Say = std::function<void(const std::string& line)>;
+
+  // Throws SpecError, std::runtime_error or std::invalid_argument for what the whole process needs:
+  // spec, network.
+  Container(const AppFile& app, Say say);
+  ~Container();
+  Container(const Container&) = delete;
+  Container& operator=(const Container&) = delete;
+
+  // Loads what the file names and says of each whether it could be. Returns how many are there.
+  std::size_t load_all();
+  // What an application file names, served at once while run() does. With names ("/ns/name"), only
+  // these; without, all that are not loaded yet. Of the file, nothing else counts. Returns what to
+  // tell the user. Throws std::runtime_error with that when one of them could not be loaded; the
+  // others are, then.
+  std::string load_more(const AppFile& app, const std::vector<std::string>& names);
+  // Waits for the component's running callbacks, destroys it and closes its library. Says what came
+  // of the library. Throws std::runtime_error if there is no such component.
+  std::string unload(const std::string& name);
+  // A line for each component: name, class, library.
+  std::string list();
+  // Serves the components until cancel(). Throws ParametersRefused when the spec cannot be applied.
+  void run();
+  void cancel() noexcept;  // async-signal-safe
+
+  // Instances that ended by an exception.
+  std::uint64_t failures() const;
+
+ private:
+  struct Member {
+    std::string name;  // "/ns/name"
+    std::unique_ptr<LoadedComponent> component;
+  };
+
+  void check_machine(const SchedulingSpec& spec) const;
+  // With mutex_ held. Returns what to tell; throws std::runtime_error saying which and why not.
+  std::string load(const ComponentEntry& entry, const std::string& file);
+  bool is_loaded(const std::string& name) const;
+  void count_failure(const CallbackFailure& failure);
+
+  const AppFile app_;
+  const Say say_;
+  Context context_;
+  mutable std::mutex failures_mutex_;
+  std::map<std::string, std::uint64_t> failures_;  // by logical id
+  std::unique_ptr<Executor> executor_;
+  std::mutex mutex_;  // of the members
+  std::vector<Member> members_;
+};
+
+}  // namespace cie::container

@@ -1,0 +1,224 @@
+#include "control.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+#include <system_error>
+#include <utility>
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+namespace cie::container {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaxRequest = 65'536;
+constexpr std::size_t kMaxAnswer = std::size_t{4} << 20U;
+constexpr int kPatience_s = 5;  // for a client that connects and says nothing
+constexpr std::string_view kSuffix = ".sock";
+
+[[noreturn]] void fail(const std::string& what) {
+  throw std::runtime_error{what + ": " + std::generic_category().message(errno)};
+}
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) close(number_);
+  }
+  int get() const noexcept { return number_; }
+
+ private:
+  int number_;
+};
+
+// $XDG_RUNTIME_DIR/cie-run, else /tmp/cie-run-<user id>: ours, and nobody else's to enter.
+fs::path folder() {
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  const fs::path path = runtime != nullptr && *runtime == '/'
+                            ? fs::path{runtime} / "cie-run"
+                            : fs::path{"/tmp/cie-run-" + std::to_string(geteuid())};
+  if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) fail("cannot make " + path.string());
+  struct stat status {};
+  if (lstat(path.c_str(), &status) != 0) fail("cannot use " + path.string());
+  if (!S_ISDIR(status.st_mode) || status.st_uid != geteuid() || (status.st_mode & 0077U) != 0) {
+    throw std::runtime_error{path.string() +
+                             " is not a folder of this user alone: remove it, or set its mode to "
+                             "0700"};
+  }
+  return path;
+}
+
+sockaddr_un address_of(const fs::path& path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  const std::string text = path.string();
+  if (text.size() >= sizeof address.sun_path) {
+    throw std::runtime_error{text +
+                             " is too long for a socket: set XDG_RUNTIME_DIR to a shorter "
+                             "path"};
+  }
+  std::memcpy(address.sun_path, text.c_str(), text.size() + 1);
+  return address;
+}
+
+const sockaddr* generic(const sockaddr_un& address) {
+  return reinterpret_cast<const sockaddr*>(&address);  // as the sockets interface wants it
+}
+
+void set_patience(int connection) {
+  const timeval patience{.tv_sec = kPatience_s, .tv_usec = 0};
+  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+  setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
+}
+
+// Up to the end of what is sent; false if it is more than `most` or does not come.
+bool receive_all(int connection, std::string& text, std::size_t most) {
+  char buffer[4096];
+  for (;;) {
+    const ssize_t size = recv(connection, buffer, sizeof buffer, 0);
+    if (size == 0) return true;
+    if (size < 0 && errno == EINTR) continue;
+    if (size < 0 || text.size() + static_cast<std::size_t>(size) > most) return false;
+    text.append(buffer, static_cast<std::size_t>(size));
+  }
+}
+
+bool send_all(int connection, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t size = send(connection, text.data(), text.size(), MSG_NOSIGNAL);
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(size));
+  }
+  return true;
+}
+
+std::vector<std::string> split(const std::string& request) {
+  std::vector<std::string> words;
+  for (std::size_t begin = 0; begin < request.size();) {
+    const std::size_t end = std::min(request.find('\0', begin), request.size());
+    words.push_back(request.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return words;
+}
+
+bool is_running(int pid) { return kill(pid, 0) == 0 || errno == EPERM; }
+
+// The process ids of containers that can be reached.
+std::vector<int> running_containers(const fs::path& in) {
+  std::vector<int> pids;
+  for (const auto& entry : fs::directory_iterator{in}) {
+    const std::string name = entry.path().filename();
+    int pid = 0;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), pid);
+    const bool is_socket = error == std::errc{} && std::string_view{end} == kSuffix;
+    if (is_socket && pid > 0 && is_running(pid)) pids.push_back(pid);
+  }
+  std::ranges::sort(pids);
+  return pids;
+}
+
+int only_one(const std::vector<int>& pids) {
+  if (pids.empty()) throw std::invalid_argument{"no container of this user is running"};
+  if (pids.size() == 1) return pids.front();
+  std::string text;
+  for (const int pid : pids)
+    text += " " + std::to_string(pid);
+  throw std::invalid_argument{"several containers are running: choose one with --pid:" + text};
+}
+
+fs::path socket_of(const fs::path& in, int pid) {
+  return in / (std::to_string(pid) + std::string{kSuffix});
+}
+
+}  // namespace
+
+ControlServer::ControlServer(Handler handler) : handler_(std::move(handler)) {
+  path_ = socket_of(folder(), getpid());
+  const sockaddr_un address = address_of(path_);
+  unlink(path_.c_str());  // of a process that had this id before
+  socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  stop_ = eventfd(0, EFD_CLOEXEC);
+  constexpr int kBacklog = 8;
+  if (socket_ < 0 || stop_ < 0 || fchmod(socket_, 0600) != 0 ||
+      bind(socket_, generic(address), sizeof address) != 0 || ::listen(socket_, kBacklog) != 0) {
+    const int error = errno;
+    close(socket_);
+    close(stop_);
+    errno = error;
+    fail("cannot listen on " + path_.string());
+  }
+  thread_ = std::thread{[this] { listen(); }};
+}
+
+ControlServer::~ControlServer() {
+  unlink(path_.c_str());
+  eventfd_write(stop_, 1);
+  thread_.join();
+  close(socket_);
+  close(stop_);
+}
+
+void ControlServer::listen() {
+  pthread_setname_np(pthread_self(), "cie-control");
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  for (;;) {
+    pollfd wanted[2] = {{.fd = stop_, .events = POLLIN, .revents = 0},
+                        {.fd = socket_, .events = POLLIN, .revents = 0}};
+    if (poll(wanted, 2, -1) < 0) continue;  // EINTR
+    if (wanted[0].revents != 0) return;
+    const Descriptor connection{accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC)};
+    if (connection.get() >= 0) answer(connection.get());
+  }
+}
+
+void ControlServer::answer(int connection) const {
+  set_patience(connection);
+  std::string request;
+  if (!receive_all(connection, request, kMaxRequest)) return;
+  const Answer answer = handler_(split(request));
+  send_all(connection, std::to_string(answer.exit_code) + answer.text);
+}
+
+Answer send_order(int pid, const std::vector<std::string>& words) {
+  const fs::path in = folder();
+  const fs::path path = socket_of(in, pid > 0 ? pid : only_one(running_containers(in)));
+  const sockaddr_un address = address_of(path);
+  const Descriptor connection{socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  if (connection.get() < 0 || connect(connection.get(), generic(address), sizeof address) != 0) {
+    fail("cannot reach a container at " + path.string());
+  }
+  std::string request;
+  for (const std::string& word : words) {
+    request += word;
+    request += '\0';
+  }
+  std::string text;
+  if (!send_all(connection.get(), request) || shutdown(connection.get(), SHUT_WR) != 0 ||
+      !receive_all(connection.get(), text, kMaxAnswer) || text.empty()) {
+    throw std::runtime_error{"the container at " + path.string() + " gave no answer"};
+  }
+  return {.exit_code = text.front() - '0', .text = text.substr(1)};
+}
+
+}  // namespace cie::container

@@ -1,0 +1,198 @@
+// cie-run: the component container. `cie run` starts it.
+#include "app_file.hpp"
+#include "container.hpp"
+#include "control.hpp"
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+namespace cie::container {
+namespace {
+
+enum ExitCode : int { kEndedWell = 0, kUnusable = 2, kFailed = 4 };
+
+constexpr const char* kDescription =
+    "Runs the components that APP.yaml names, by default every callback on a thread of its own,\n"
+    "until SIGINT or SIGTERM. With --control, gives an order to a container that runs:\n"
+    "  list                   its components: name, class, library\n"
+    "  load APP.yaml [NAME…]  the components of that file that are not loaded, or those named\n"
+    "  unload NAME            a component, as list names it";
+constexpr const char* kFooter =
+    "\nExample:\n"
+    "  cie run app.yaml --executor single\n"
+    "  cie record -o out -- cie run app.yaml\n"
+    "  cie run --control unload /demo/talker\n"
+    "\n"
+    "Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 "
+    "nothing\n"
+    "could be loaded, the spec could not be applied, a callback threw, or an order was not "
+    "followed.";
+
+// For the signal handler. A signal that comes before the container is there is remembered.
+std::atomic<Container*> running{nullptr};
+std::atomic<bool> is_asked_to_stop{false};
+
+void on_signal(int) {
+  is_asked_to_stop = true;
+  if (Container* const container = running; container != nullptr) container->cancel();
+}
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  for (const int signal : {SIGINT, SIGTERM})
+    sigaction(signal, &action, nullptr);
+}
+
+void say(const std::string& line) {
+  static std::mutex mutex;
+  const std::lock_guard lock{mutex};
+  std::fprintf(stderr, "cie-run: %s\n", line.c_str());
+}
+
+std::string counted(std::size_t count, const std::string& what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+// The container is there while it is the signal handler's.
+class Registration {
+ public:
+  explicit Registration(Container& container) {
+    running = &container;
+    if (is_asked_to_stop) container.cancel();
+  }
+  Registration(const Registration&) = delete;
+  Registration& operator=(const Registration&) = delete;
+  ~Registration() { running = nullptr; }
+};
+
+Answer unusable(const std::string& text) { return {.exit_code = kUnusable, .text = text + "\n"}; }
+
+// What an order of another terminal comes to.
+Answer follow(Container& container, const std::vector<std::string>& words) noexcept {
+  try {
+    const std::string order = words.empty() ? "" : words.front();
+    if (order == "list" && words.size() == 1) return {.text = container.list()};
+    if (order == "unload" && words.size() == 2) return {.text = container.unload(words[1])};
+    if (order == "load" && words.size() >= 2) {
+      const AppFile app = AppFile::load(words[1]);
+      return {.text = container.load_more(app, {words.begin() + 2, words.end()})};
+    }
+    return unusable("no such order: list, load APP.yaml [NAME…] and unload NAME are known");
+  } catch (const SpecError& error) {
+    return unusable(error.what());
+  } catch (const std::exception& error) {
+    std::string text = error.what();
+    if (!text.ends_with('\n')) text += '\n';
+    return {.exit_code = kFailed, .text = text};
+  }
+}
+
+int give_order(int pid, std::vector<std::string> words) {
+  try {
+    // The container has a working directory of its own.
+    if (words.size() > 1 && words[0] == "load") words[1] = std::filesystem::absolute(words[1]);
+    const Answer answer = send_order(pid, words);
+    std::fputs(answer.text.c_str(), answer.exit_code == 0 ? stdout : stderr);
+    return answer.exit_code;
+  } catch (const std::invalid_argument& error) {
+    say(error.what());
+    return kUnusable;
+  } catch (const std::exception& error) {
+    say(error.what());
+    return kFailed;
+  }
+}
+
+// Null if it cannot be; the components run all the same.
+std::unique_ptr<ControlServer> listen_for_orders(Container& container) {
+  try {
+    return std::make_unique<ControlServer>(
+        [&container](const auto& words) { return follow(container, words); });
+  } catch (const std::exception& error) {
+    say("no orders are taken: " + std::string{error.what()});
+    return nullptr;
+  }
+}
+
+int serve(Container& container, const AppFile& app) {
+  const std::size_t loaded = container.load_all();
+  if (loaded == 0) {
+    say("none of the components could be loaded");
+    return kFailed;
+  }
+  try {
+    const Registration registration{container};
+    const auto control = listen_for_orders(container);
+    const std::size_t missing = app.components.size() - loaded;
+    say(counted(loaded, "component") + " under the executor \"" +
+        std::string{executor_name(app.executor)} + "\"" +
+        (missing == 0 ? "" : ", " + std::to_string(missing) + " could not be loaded"));
+    container.run();
+  } catch (const std::exception& error) {
+    say(error.what());
+    return kFailed;
+  }
+  const std::uint64_t failures = container.failures();
+  if (failures == 0) return kEndedWell;
+  say("callbacks ended by an exception " + counted(failures, "time"));
+  return kFailed;
+}
+
+int run(const std::string& file, const std::string& executor) {
+  catch_signals();
+  try {
+    AppFile app = AppFile::load(file);
+    if (!executor.empty()) app.executor = *executor_from_name(executor);
+    Container container{app, say};
+    return serve(container, app);
+  } catch (const SpecError& error) {
+    say(error.what());
+    return kUnusable;
+  } catch (const std::invalid_argument& error) {
+    say(error.what());
+    return kUnusable;
+  } catch (const std::exception& error) {
+    say(error.what());
+    return kFailed;
+  }
+}
+
+}  // namespace
+}  // namespace cie::container
+
+int main(int argc, char** argv) {
+  std::string file;
+  std::string executor;
+  CLI::App app{cie::container::kDescription};
+  app.name("cie-run");
+  app.footer(cie::container::kFooter);
+  std::vector<std::string> order;
+  int pid = 0;
+  auto* const application = app.add_option("APP", file, "Application file (YAML)");
+  auto* const control =
+      app.add_option("--control", order, "Give an order to a running container")->expected(1, -1);
+  control->excludes(application);
+  app.add_option("--pid", pid, "With --control: the container's process id, if several run")
+      ->check(CLI::PositiveNumber)
+      ->needs(control);
+  app.add_option("--executor", executor, "Instead of the file's: isolated, single, multi")
+      ->check(CLI::IsMember({"isolated", "single", "multi"}));
+  try {
+    app.parse(argc, argv);
+    if (file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : cie::container::kUnusable;
+  }
+  if (!order.empty()) return cie::container::give_order(pid, order);
+  return cie::container::run(file, executor);
+}

@@ -1,0 +1,151 @@
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "spec_template.hpp"
+
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::cli {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::Report;
+using analysis::ThreadReport;
+using analysis::ThreadSchedReport;
+using testing::HasSubstr;
+using testing::Not;
+
+// A report in which each callback ran on the thread `tid`.
+class Template : public testing::Test {
+ protected:
+  CallbackReport& callback(const std::string& id, std::int64_t tid, std::int64_t pid = 1) {
+    CallbackReport callback;
+    callback.logical_id = id;
+    callback.pid = pid;
+    if (tid != 0) callback.threads.push_back({.tid = tid, .name = {}, .instances = 1});
+    report_.callbacks.push_back(callback);
+    for (ThreadReport& thread : report_.threads) {
+      if (thread.tid == tid && thread.pid == pid) thread.callbacks.push_back(id);
+    }
+    return report_.callbacks.back();
+  }
+  void thread(std::int64_t tid, const std::optional<ThreadSchedReport>& sched,
+              const std::string& name = "t", const char* role = "callback", std::int64_t pid = 1) {
+    ThreadReport thread;
+    thread.pid = pid;
+    thread.tid = tid;
+    thread.name = name;
+    thread.role = role;
+    thread.sched = sched;
+    report_.threads.push_back(thread);
+  }
+  static ThreadSchedReport sched(Policy policy) {
+    ThreadSchedReport sched;
+    sched.policy = static_cast<std::int32_t>(policy);
+    sched.cpus = {0, 1};
+    return sched;
+  }
+  std::string text() const {
+    std::ostringstream stream;
+    write_spec_template(stream, report_);
+    return stream.str();
+  }
+  // As the executor and the verifier would read it.
+  SchedulingSpec spec() const { return SchedulingSpec::parse(text(), "template.yaml"); }
+
+  Report report_;
+};
+
+TEST_F(Template, OfNothingIsASpec) { EXPECT_TRUE(spec().callbacks().empty()); }
+
+TEST_F(Template, AsksForWhatWasReadBack) {
+  auto fifo = sched(Policy::fifo);
+  fifo.priority = 80;
+  auto other = sched(Policy::other);
+  other.nice = -7;
+  auto deadline = sched(Policy::deadline);
+  deadline.runtime_ns = 2000;
+  deadline.deadline_ns = 3000;
+  deadline.period_ns = 4000;
+  thread(1, fifo);
+  thread(2, other);
+  thread(3, deadline);
+  thread(4, sched(Policy::idle));
+  for (const std::int64_t tid : {1, 2, 3, 4})
+    callback("/n@Timer(" + std::to_string(tid) + ")", tid);
+  const auto read = spec();
+  const auto parameters = [&read](const char* id) { return read.find_callback(id)->parameters; };
+  EXPECT_EQ(parameters("/n@Timer(1)").policy, Policy::fifo);
+  EXPECT_EQ(parameters("/n@Timer(1)").priority, 80U);
+  EXPECT_EQ(*parameters("/n@Timer(1)").cpus, (std::vector<std::uint32_t>{0, 1}));
+  EXPECT_EQ(parameters("/n@Timer(2)").nice, -7);
+  EXPECT_EQ(parameters("/n@Timer(3)").runtime_ns, 2000U);
+  EXPECT_EQ(parameters("/n@Timer(3)").period_ns, 4000U);
+  EXPECT_EQ(parameters("/n@Timer(4)").policy, Policy::idle);
+}
+
+TEST_F(Template, AsksForNothingThatItDidNotSee) {
+  thread(1, std::nullopt);
+  thread(2, sched(Policy::other));
+  thread(3, sched(Policy{7}));
+  thread(4, sched(Policy::deadline));  // of all zeros
+  callback("/unread@Timer(1)", 1);
+  callback("/shared@Timer(1)", 2);
+  callback("/shared@Timer(2)", 2);
+  callback("/odd@Timer(1)", 3);
+  callback("/zero@Timer(1)", 4);
+  callback("/idle@Timer(1)", 0);
+  const auto read = spec();
+  EXPECT_EQ(read.callbacks().size(), 6U);
+  for (const SpecEntry& entry : read.callbacks()) {
+    EXPECT_FALSE(entry.parameters.policy || entry.parameters.cpus) << entry.id;
+  }
+  EXPECT_THAT(text(), HasSubstr("# it shared a thread with other callbacks"));
+}
+
+TEST_F(Template, JoinsWhatRanInSeveralProcesses) {
+  auto nice = sched(Policy::other);
+  nice.nice = 3;
+  thread(1, sched(Policy::other), "t", "callback", 1);
+  thread(1, sched(Policy::other), "t", "callback", 2);
+  callback("/same@Timer(1)", 1, 1).missed_releases = 2;
+  callback("/same@Timer(1)", 1, 2).missed_releases = 5;
+  thread(2, sched(Policy::other), "t", "callback", 1);
+  thread(2, nice, "t", "callback", 2);
+  callback("/apart@Timer(1)", 2, 1);
+  callback("/apart@Timer(1)", 2, 2);
+  const auto read = spec();
+  EXPECT_EQ(read.callbacks().size(), 2U);
+  EXPECT_EQ(read.find_callback("/same@Timer(1)")->parameters.policy, Policy::other);
+  EXPECT_EQ(read.find_callback("/same@Timer(1)")->missed_releases_allowed, 5U);
+  EXPECT_FALSE(read.find_callback("/apart@Timer(1)")->parameters.policy);
+}
+
+TEST_F(Template, NamesWorkersInTheirSections) {
+  thread(1, sched(Policy::other), "recvUC", "worker");
+  thread(2, sched(Policy::batch), "logger", "worker");
+  thread(3, sched(Policy::other), "main", "dispatcher");
+  EXPECT_THAT(text(), HasSubstr("dds_threads:\n  - name: \"recvUC\"\n"));
+  EXPECT_THAT(text(), HasSubstr("non_ros_threads:\n  - name: \"logger\"\n"));
+  EXPECT_EQ(spec().threads().size(), 2U);
+}
+
+TEST_F(Template, SurvivesHostileNames) {
+  thread(1, sched(Policy::other));
+  callback("/a@Timer(1)\n  - id: evil", 1);
+  callback("\xff\xfe", 0);
+  callback("/b/*", 0);
+  callback("", 0);
+  callback("/c@Timer(\"x\\y\")", 0);
+  const auto read = spec();
+  ASSERT_EQ(read.callbacks().size(), 1U);
+  EXPECT_EQ(read.callbacks()[0].id, "/c@Timer(\"x\\y\")");
+  EXPECT_THAT(text(), Not(HasSubstr("\n  - id: evil")));
+  EXPECT_THAT(text(), HasSubstr("a spec cannot name"));
+}
+
+}  // namespace
+}  // namespace cie::cli

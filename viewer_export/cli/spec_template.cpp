@@ -1,0 +1,220 @@
+#include "spec_template.hpp"
+
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace cie::cli {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::Report;
+using analysis::Summary;
+using analysis::ThreadReport;
+using analysis::ThreadSchedReport;
+
+constexpr std::uint32_t kMaxCpu = 1023;  // of the spec
+constexpr std::array<std::string_view, 7> kDdsThreads{"recvUC", "recv",        "recvMC", "tev",
+                                                      "gc",     "dq.builtins", "dq.user"};
+
+// The lines of one entry below its id, or why there are none.
+struct Parameters {
+  std::string lines;
+  std::string remark;
+  friend bool operator==(const Parameters&, const Parameters&) = default;
+};
+
+Parameters unknown(std::string remark) {
+  return {.lines = "    policy: ~\n    affinity: ~\n", .remark = std::move(remark)};
+}
+
+// The policy with its values; empty if the spec has no words for it.
+std::string policy_lines(const ThreadSchedReport& sched) {
+  const auto policy = static_cast<Policy>(sched.policy);
+  std::string text = fmt::format("    policy: {}\n", policy_name(policy));
+  switch (policy) {
+    case Policy::other:
+    case Policy::batch:
+      if (sched.nice < -20 || sched.nice > 19) return {};
+      return text + fmt::format("    nice: {}\n", sched.nice);
+    case Policy::idle:
+      return text;
+    case Policy::fifo:
+    case Policy::round_robin:
+      if (sched.priority < 1 || sched.priority > 99) return {};
+      return text + fmt::format("    priority: {}\n", sched.priority);
+    case Policy::deadline: {
+      constexpr std::uint64_t kMinRuntime = 1024;
+      constexpr std::uint64_t kMaxPeriod = std::uint64_t{1} << 62U;
+      const bool is_usable = kMinRuntime <= sched.runtime_ns &&
+                             sched.runtime_ns <= sched.deadline_ns &&
+                             sched.deadline_ns <= sched.period_ns && sched.period_ns <= kMaxPeriod;
+      if (!is_usable) return {};
+      return text + fmt::format("    runtime: {}\n    deadline: {}\n    period: {}\n",
+                                sched.runtime_ns, sched.deadline_ns, sched.period_ns);
+    }
+  }
+  return {};
+}
+
+Parameters parameters_of(const ThreadReport& thread) {
+  if (!thread.sched) return unknown("its parameters are not in the trace");
+  const std::string policy = policy_lines(*thread.sched);
+  if (policy.empty()) return unknown("a spec cannot ask for the policy that was read back");
+  auto cpus = thread.sched->cpus;
+  std::ranges::sort(cpus);
+  cpus.erase(std::unique(cpus.begin(), cpus.end()), cpus.end());
+  const bool are_usable = !cpus.empty() && cpus.back() <= kMaxCpu;
+  return {.lines = policy + (are_usable ? fmt::format("    affinity: [{}]\n", fmt::join(cpus, ", "))
+                                        : "    affinity: ~\n"),
+          .remark = {}};
+}
+
+Parameters merged(const std::optional<Parameters>& first, Parameters second) {
+  if (!first || *first == second) return second;
+  return unknown("it ran with different parameters");
+}
+
+Parameters parameters_of(const CallbackReport& callback, const Report& report) {
+  std::optional<Parameters> found;
+  for (const auto& place : callback.threads) {
+    for (const ThreadReport& thread : report.threads) {
+      if (thread.pid != callback.pid || thread.tid != place.tid) continue;
+      if (thread.callbacks.size() > 1) return unknown("it shared a thread with other callbacks");
+      found = merged(found, parameters_of(thread));
+    }
+  }
+  return found ? *found : unknown("it did not run");
+}
+
+void keep_most(std::optional<std::int64_t>& most, const std::optional<Summary>& summary) {
+  if (summary) most = std::max(most.value_or(summary->max), summary->max);
+}
+
+// All callbacks of one id: of several processes, or of one that was restarted.
+struct CallbackEntry {
+  std::optional<Parameters> parameters;
+  std::uint64_t instances = 0;
+  std::uint64_t missed_releases = 0;
+  std::optional<std::int64_t> response_time;
+  std::optional<std::int64_t> execution_time;
+  std::optional<std::int64_t> duration;
+  std::optional<std::int64_t> least_inter_arrival;
+  std::optional<std::int64_t> most_inter_arrival;
+
+  void add(const CallbackReport& callback, const Report& report) {
+    parameters = merged(parameters, parameters_of(callback, report));
+    instances += callback.instances;
+    missed_releases = std::max(missed_releases, callback.missed_releases.value_or(0));
+    keep_most(response_time, callback.response_time);
+    keep_most(execution_time, callback.execution_time);
+    keep_most(duration, callback.duration);
+    keep_most(most_inter_arrival, callback.inter_arrival);
+    if (const auto& summary = callback.inter_arrival) {
+      least_inter_arrival = std::min(least_inter_arrival.value_or(summary->min), summary->min);
+    }
+  }
+};
+
+std::string observed(const CallbackEntry& entry) {
+  std::string text =
+      fmt::format("    # seen: {}", viewer_export::counted(entry.instances, "instance"));
+  const auto add = [&text](std::string_view what, const std::optional<std::int64_t>& value) {
+    if (value) text += fmt::format("; {} {}", what, *value);
+  };
+  add("response time at most", entry.response_time);
+  if (entry.execution_time) {
+    add("execution time at most", entry.execution_time);
+  } else {
+    add("duration at most", entry.duration);
+  }
+  add("inter-arrival time at least", entry.least_inter_arrival);
+  add("and at most", entry.most_inter_arrival);
+  return text + "\n";
+}
+
+// True if a spec can name it; otherwise a comment says that it cannot.
+bool begin_entry(std::ostream& out, std::string_view key, const std::string& id) {
+  const std::string shown = viewer_export::printable(id);
+  const bool is_callback = key == "id";
+  if (id.empty() || shown != id ||
+      (is_callback && (id.find('*') != std::string::npos || id.ends_with("@Waitable")))) {
+    out << fmt::format("  # a spec cannot name \"{}\"\n", shown);
+    return false;
+  }
+  std::string quoted;
+  for (const char c : id) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += c;
+  }
+  out << fmt::format("  - {}: \"{}\"\n", key, quoted);
+  return true;
+}
+
+void write_parameters(std::ostream& out, const Parameters& parameters) {
+  out << parameters.lines;
+  if (!parameters.remark.empty()) out << fmt::format("    # {}\n", parameters.remark);
+}
+
+void write_callbacks(std::ostream& out, const Report& report) {
+  std::vector<std::pair<std::string, CallbackEntry>> entries;  // in the report's order
+  std::map<std::string, std::size_t> places;
+  for (const CallbackReport& callback : report.callbacks) {
+    const auto [place, is_new] = places.try_emplace(callback.logical_id, entries.size());
+    if (is_new) entries.emplace_back(callback.logical_id, CallbackEntry{});
+    entries[place->second].second.add(callback, report);
+  }
+  out << (entries.empty() ? "callback_groups: []\n" : "callback_groups:\n");
+  for (const auto& [id, entry] : entries) {
+    if (!begin_entry(out, "id", id)) continue;
+    write_parameters(out, *entry.parameters);
+    if (entry.missed_releases > 0) {
+      out << fmt::format("    missed_releases_allowed: {}   # as many as were seen; 0 if absent\n",
+                         entry.missed_releases);
+    }
+    out << observed(entry);
+  }
+}
+
+void write_workers(std::ostream& out, const Report& report, std::string_view section,
+                   bool are_of_dds) {
+  std::map<std::string, std::optional<Parameters>> entries;
+  for (const ThreadReport& thread : report.threads) {
+    const bool is_of_dds = std::ranges::find(kDdsThreads, thread.name) != kDdsThreads.end();
+    if (thread.role != "worker" || is_of_dds != are_of_dds) continue;
+    auto& entry = entries[thread.name];
+    entry = merged(entry, parameters_of(thread));
+  }
+  if (entries.empty()) return;
+  out << '\n' << section << ":\n";
+  for (const auto& [name, parameters] : entries) {
+    if (begin_entry(out, "name", name)) write_parameters(out, *parameters);
+  }
+}
+
+}  // namespace
+
+void write_spec_template(std::ostream& out, const Report& report) {
+  out << "# Scheduling spec from what a trace showed, by cie spec template. Times are "
+         "nanoseconds.\n"
+         "# What was seen is no bound: add response_deadline, wcet, min_inter_arrival and\n"
+         "# max_inter_arrival where they are meant to be kept, and chains.\n";
+  write_callbacks(out, report);
+  write_workers(out, report, "dds_threads", true);
+  write_workers(out, report, "non_ros_threads", false);
+}
+
+}  // namespace cie::cli
