@@ -8,7 +8,7 @@
 
 namespace cie::executor {
 
-ClientCallback::ClientCallback(std::shared_ptr<GroupState> group, trace::CallbackInfo info,
+ClientCallback::ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info,
                                Ends ends, const dds_topic_descriptor& response_type,
                                std::int64_t timeout_ns)
     : Callback(std::move(group), info),

@@ -30,7 +30,7 @@ class ClientCallback final : public Callback {
     std::uint64_t guid;  // in the header of each request
   };
   // `timeout_ns` 0: none.
-  ClientCallback(std::shared_ptr<GroupState> group, trace::CallbackInfo info, Ends ends,
+  ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info, Ends ends,
                  const dds_topic_descriptor& response_type, std::int64_t timeout_ns);
   ~ClientCallback() override;
 

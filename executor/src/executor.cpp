@@ -32,6 +32,7 @@ Executor::Executor(ExecutorKind kind, ExecutorOptions options)
 
 Executor::~Executor() {
   cancel();
+  core_->end_workers();
   core_->remove_all_nodes();
 }
 
@@ -42,6 +43,10 @@ void Executor::spin_for(std::chrono::nanoseconds duration) {
   core_->spin(executor::monotonic_now() + duration.count());
 }
 void Executor::cancel() noexcept { core_->cancel(); }
+void Executor::start_worker(const std::string& name,
+                            std::function<void(std::stop_token)> function) {
+  core_->spawn_thread(name, std::move(function));
+}
 bool Executor::is_spinning() const noexcept { return core_->is_spinning(); }
 std::vector<ParameterProblem> Executor::parameter_problems() const { return core_->problems(); }
 

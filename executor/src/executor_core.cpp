@@ -356,10 +356,24 @@ void ExecutorCore::cancel() noexcept {
   }
 }
 
+// --- workers ------------------------------------------------------------------------------------
+
+void ExecutorCore::spawn_thread(const std::string& name, FunctionLoop::Function function) {
+  workers_.start(name, std::move(function),
+                 [this](const auto& problems) { refuse_if_any(problems); });
+}
+
+// --- failures -----------------------------------------------------------------------------------
+
 void ExecutorCore::on_failure(Callback& callback, std::exception_ptr exception) noexcept {
+  fail({callback.id(), callback.logical_id(), std::move(exception)});
+}
+
+void ExecutorCore::fail(const CallbackFailure& failure) noexcept {
+  std::exception_ptr exception = failure.exception;
   try {
     if (options_.on_exception) {
-      options_.on_exception({callback.id(), callback.logical_id(), exception});
+      options_.on_exception(failure);
       return;
     }
   } catch (...) {

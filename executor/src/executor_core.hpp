@@ -9,6 +9,7 @@
 #include "one_thread_loop.hpp"
 #include "team.hpp"
 #include "wakeup.hpp"
+#include "worker_threads.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -17,6 +18,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -40,6 +42,10 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   bool is_spinning() const noexcept { return is_spinning_.load(std::memory_order_acquire); }
   std::vector<ParameterProblem> problems() const { return configurator_.problems(); }
 
+  void spawn_thread(const std::string& name, FunctionLoop::Function function);
+  // Asks all threads of spawn_thread() to stop and joins them; final.
+  void end_workers() { workers_.end(); }
+
   void on_failure(Callback& callback, std::exception_ptr exception) noexcept override;
 
  private:
@@ -61,6 +67,7 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
   unsigned pool_size() const;
   void wait_for_end(std::int64_t deadline_ns);
+  void fail(const CallbackFailure& failure) noexcept;
 
   const ExecutorKind kind_;
   const ExecutorOptions options_;
@@ -80,6 +87,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
 
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
+
+  WorkerThreads workers_{configurator_, [this](const CallbackFailure& failure) { fail(failure); }};
 };
 
 }  // namespace cie::executor

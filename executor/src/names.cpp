@@ -113,7 +113,7 @@ std::string thread_label(const trace::CallbackInfo& info) {
   const std::string_view id = info.logical_id;
   std::string node{last_part(id.substr(0, id.find('@')))};
   std::string source = info.kind == CallbackKind::timer
-                           ? short_period(info.period_ns)
+                           ? (info.period_ns == 0 ? "once" : short_period(info.period_ns))
                            : info.source.substr(info.source.starts_with('/') ? 1 : 0);
   const std::size_t source_room = std::max(kRoom / 2, kRoom - 1 - std::min(node.size(), kRoom - 1));
   source.resize(std::min(source.size(), source_room));

@@ -7,6 +7,7 @@
 #include "service_endpoint.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
+#include "waitable_callback.hpp"
 #include "writer.hpp"
 
 #include <algorithm>
@@ -115,22 +116,61 @@ trace::CallbackInfo describe(const NodeState& node, const GroupState& group, Cal
 
 }  // namespace
 
+namespace {
+
+enum class Recurrence : std::uint8_t { periodic, once };
+
+std::shared_ptr<TimerCallback> create_timer(NodeState& node, Recurrence recurrence,
+                                            std::chrono::nanoseconds interval,
+                                            std::function<void()> function,
+                                            const TimerOptions& options,
+                                            const std::type_info& symbol) {
+  if (interval < std::chrono::microseconds{1}) {
+    throw std::invalid_argument{"a timer of node \"" + node.name() + "\" has a " +
+                                (recurrence == Recurrence::periodic ? "period" : "delay") + " of " +
+                                std::to_string(interval.count()) + " ns: 1000 ns is the least"};
+  }
+  auto group = node.group_or_new(options.group);
+  auto info = describe(node, *group, CallbackKind::timer, std::to_string(interval.count()),
+                       {.name = options.name, .deadline = options.deadline}, symbol);
+  if (recurrence == Recurrence::periodic) {
+    info.period_ns = static_cast<std::uint64_t>(interval.count());
+  }
+  auto timer = std::make_shared<TimerCallback>(std::move(group), info, interval.count(),
+                                               std::move(function), options);
+  node.add(timer);
+  return timer;
+}
+
+}  // namespace
+
 std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanoseconds period,
                                             std::function<void()> function,
                                             const TimerOptions& options,
                                             const std::type_info& symbol) {
-  if (period < std::chrono::microseconds{1}) {
-    throw std::invalid_argument{"a timer of node \"" + node.name() + "\" has a period of " +
-                                std::to_string(period.count()) + " ns: 1000 ns is the least"};
-  }
+  return create_timer(node, Recurrence::periodic, period, std::move(function), options, symbol);
+}
+
+std::shared_ptr<TimerCallback> create_one_shot_timer(NodeState& node,
+                                                     std::chrono::nanoseconds delay,
+                                                     std::function<void()> function,
+                                                     const TimerOptions& options,
+                                                     const std::type_info& symbol) {
+  return create_timer(node, Recurrence::once, delay, std::move(function), options, symbol);
+}
+
+std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_view name,
+                                                  std::function<void()> function,
+                                                  const CallbackOptions& options,
+                                                  const std::type_info& symbol) {
+  qualified_topic(name, node.name());  // refuses what is not a name
   auto group = node.group_or_new(options.group);
-  auto info = describe(node, *group, CallbackKind::timer, std::to_string(period.count()),
-                       {.name = options.name, .deadline = options.deadline}, symbol);
-  info.period_ns = static_cast<std::uint64_t>(period.count());
-  auto timer =
-      std::make_shared<TimerCallback>(std::move(group), info, std::move(function), options);
-  node.add(timer);
-  return timer;
+  auto info = describe(node, *group, CallbackKind::waitable, std::string{name}, options, symbol);
+  info.source = name;
+  auto waitable =
+      std::make_shared<WaitableCallback>(std::move(group), std::move(info), std::move(function));
+  node.add(waitable);
+  return waitable;
 }
 
 std::shared_ptr<SubscriptionCallback> create_subscription(

@@ -17,13 +17,14 @@ struct TimerRelease {
 };
 
 // Expiries lie on the grid first + k * period for ever: E(k+1) = E(k) + (1 + missed(k+1)) * period.
-// take() is lock-free, so that the threads of a reentrant group may share a timer.
+// take() is lock-free, so that the threads of a reentrant group may share a timer, and another may
+// start it anew meanwhile: a new grid then, which counts no missed expiry of the old one.
 class TimerSchedule {
  public:
   // `period_ns` > 0.
   explicit TimerSchedule(std::int64_t period_ns) noexcept : period_ns_(period_ns) {}
 
-  // Sets the first expiry. Before take(), by one thread.
+  // Sets the first expiry; kNever: none. One thread at a time.
   void start_at(std::int64_t first_ns) noexcept {
     next_ns_.store(first_ns, std::memory_order_relaxed);
   }
@@ -34,7 +35,6 @@ class TimerSchedule {
     }
     start_at(anchor_ns);
   }
-  bool is_started() const noexcept { return next_due() != kNever; }
 
   std::int64_t period_ns() const noexcept { return period_ns_; }
   // kNever before start_at().
@@ -52,6 +52,15 @@ class TimerSchedule {
     constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
     return TimerRelease{.expiry_ns = next + skipped * period_ns_,
                         .missed = static_cast<std::uint32_t>(skipped < kMost ? skipped : kMost)};
+  }
+
+  // The expiry, if it is due; none follows it. For a timer that expires once.
+  std::optional<TimerRelease> take_last(std::int64_t now_ns) noexcept {
+    std::int64_t next = next_due();
+    do {
+      if (now_ns < next) return std::nullopt;
+    } while (!next_ns_.compare_exchange_weak(next, kNever, std::memory_order_relaxed));
+    return TimerRelease{.expiry_ns = next, .missed = 0};
   }
 
  private:

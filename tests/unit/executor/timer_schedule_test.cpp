@@ -14,7 +14,7 @@ constexpr std::int64_t kPeriod = 100;
 
 TEST(TimerSchedule, IsNeverDueBeforeItIsStarted) {
   TimerSchedule schedule{kPeriod};
-  EXPECT_FALSE(schedule.is_started());
+  EXPECT_EQ(schedule.next_due(), kNever);
   EXPECT_EQ(schedule.next_due(), kNever);
   EXPECT_FALSE(schedule.take(1'000'000));
 }
@@ -122,6 +122,31 @@ TEST(TimerSchedule, IsSharedByThreadsWithoutLossOrRepetition) {
   }
   EXPECT_EQ(count, all.size());
   EXPECT_EQ(all.size(), static_cast<std::size_t>(*all.rbegin()) + 1);
+}
+
+TEST(TimerSchedule, StartedAnewCountsNoMissedExpiryOfTheOldGrid) {
+  TimerSchedule schedule{10};
+  schedule.start_at(100);
+  schedule.start_at(kNever);
+  EXPECT_FALSE(schedule.take(1000));
+  schedule.start_at(1007);
+  const auto release = schedule.take(1007);
+  ASSERT_TRUE(release);
+  EXPECT_EQ(release->expiry_ns, 1007);
+  EXPECT_EQ(release->missed, 0U);
+  EXPECT_EQ(schedule.next_due(), 1017);
+}
+
+TEST(TimerSchedule, ExpiresOnceHoweverLate) {
+  TimerSchedule schedule{10};
+  schedule.start_at(100);
+  EXPECT_FALSE(schedule.take_last(99));
+  const auto release = schedule.take_last(175);
+  ASSERT_TRUE(release);
+  EXPECT_EQ(release->expiry_ns, 100);
+  EXPECT_EQ(release->missed, 0U);
+  EXPECT_EQ(schedule.next_due(), kNever);
+  EXPECT_FALSE(schedule.take_last(1000));
 }
 
 }  // namespace

@@ -6,12 +6,15 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include <chrono>
+#include <concepts>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <stop_token>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cie {
@@ -43,10 +46,10 @@ class ParametersRefused : public std::runtime_error {
   std::vector<ParameterProblem> problems_;
 };
 
-// A callback ended by an exception.
+// A callback, or a worker's function, ended by an exception.
 struct CallbackFailure {
-  CallbackId callback{};
-  std::string logical_id;
+  CallbackId callback{};   // kNoCallback: a worker
+  std::string logical_id;  // or the worker's name
   std::exception_ptr exception;
 };
 
@@ -71,6 +74,9 @@ struct ExecutorOptions {
   unsigned threads = 0;
 };
 
+template <typename F>
+concept WorkerFunction = std::invocable<F&, std::stop_token> || std::invocable<F&>;
+
 // What all executors share. Every function may be called from any thread. Wrong use throws
 // std::logic_error: a node in two executors or twice in one, spin() while spinning, remove_node()
 // of a stranger or from a callback that it would have to wait for.
@@ -92,6 +98,23 @@ class Executor {
   // Async-signal-safe.
   void cancel() noexcept;
 
+  // Starts a thread outside DDS: a driver's, a logger's. It is named, announced (role worker) and,
+  // by its name, configured like the others before `function` runs; that takes a std::stop_token or
+  // nothing. The destructor of the executor asks it to stop and waits for it; cancel() does not.
+  // What it throws is treated as a callback's failure, without a callback and with the name as id.
+  // Throws std::invalid_argument for a name that is not 1 to 15 bytes of printable text,
+  // ParametersRefused under OnError::refuse (then `function` never runs), std::system_error when
+  // there is no thread.
+  template <WorkerFunction F>
+  void spawn_thread(const std::string& name, F function) {
+    if constexpr (std::invocable<F&, std::stop_token>) {
+      start_worker(name, std::move(function));
+    } else {
+      start_worker(
+          name, [function = std::move(function)](const std::stop_token&) mutable { function(); });
+    }
+  }
+
   bool is_spinning() const noexcept;
   // What on_parameter_problem was told so far.
   std::vector<ParameterProblem> parameter_problems() const;
@@ -100,6 +123,8 @@ class Executor {
   Executor(ExecutorKind kind, ExecutorOptions options);
 
  private:
+  void start_worker(const std::string& name, std::function<void(std::stop_token)> function);
+
   std::shared_ptr<executor::ExecutorCore> core_;
 };
 

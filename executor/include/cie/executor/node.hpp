@@ -10,6 +10,7 @@
 #include <cie/executor/service.hpp>
 #include <cie/executor/subscription.hpp>
 #include <cie/executor/timer.hpp>
+#include <cie/executor/waitable.hpp>
 #include <cie/tracepoints/schema.hpp>
 
 #include <chrono>
@@ -37,6 +38,15 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, std::chrono::nanose
                                             std::function<void()> function,
                                             const TimerOptions& options,
                                             const std::type_info& symbol);
+std::shared_ptr<TimerCallback> create_one_shot_timer(NodeState& node,
+                                                     std::chrono::nanoseconds delay,
+                                                     std::function<void()> function,
+                                                     const TimerOptions& options,
+                                                     const std::type_info& symbol);
+std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_view name,
+                                                  std::function<void()> function,
+                                                  const CallbackOptions& options,
+                                                  const std::type_info& symbol);
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
@@ -82,6 +92,23 @@ class Node {
                                            const TimerOptions& options = {}) {
     return std::make_shared<Timer>(
         executor::create_timer(*state_, period, std::move(function), options, typeid(F)));
+  }
+
+  // Expires once, `delay` (at least 1 us) after an executor first serves it, or as `options` say;
+  // and again after each reset(). In traces it has no period; its logical id names the delay.
+  template <std::invocable F>
+  std::shared_ptr<Timer> create_one_shot_timer(std::chrono::nanoseconds delay, F function,
+                                               const TimerOptions& options = {}) {
+    return std::make_shared<Timer>(
+        executor::create_one_shot_timer(*state_, delay, std::move(function), options, typeid(F)));
+  }
+
+  // `name` is what a topic's name may be; it stands in the logical id's parentheses as it is given.
+  template <std::invocable F>
+  std::shared_ptr<Waitable> create_waitable(std::string_view name, F function,
+                                            const CallbackOptions& options = {}) {
+    return std::make_shared<Waitable>(
+        executor::create_waitable(*state_, name, std::move(function), options, typeid(F)));
   }
 
   template <Message T>

@@ -1,4 +1,4 @@
-// A periodic callback. Made by Node::create_wall_timer.
+// A callback that time releases. Made by Node::create_wall_timer and create_one_shot_timer.
 #pragma once
 
 #include <cie/executor/callback_group.hpp>
@@ -26,14 +26,26 @@ struct TimerOptions {
   std::optional<std::chrono::nanoseconds> phase{};  // absent: one period
 };
 
-// Expiries lie on an absolute grid and never drift. A timer that is served late runs once for the
-// latest expiry, with the skipped ones counted. The handle may outlive its node; it then is idle.
+// Expiries of a periodic timer lie on an absolute grid and never drift. A timer that is served late
+// runs once for the latest expiry, with the skipped ones counted. The handle may outlive its node;
+// it then is idle.
 class Timer {
  public:
   explicit Timer(std::shared_ptr<executor::TimerCallback> callback)
       : callback_(std::move(callback)) {}
+
+  // No instance is released any more; one that has begun ends. Thread-safe, also in the timer's own
+  // callback; not for signal handlers.
+  void cancel();
+  // Begins anew: the next expiry is one period, or the delay, from now. Undoes cancel(), and lets a
+  // one-shot timer expire once more. Before the timer is first served it only undoes cancel().
+  void reset();
+  // Whether cancel() was called, and reset() not since.
+  bool is_cancelled() const;
+
   const std::string& logical_id() const noexcept;
   CallbackId id() const noexcept;
+  // Or the delay.
   std::chrono::nanoseconds period() const noexcept;
 
  private:
