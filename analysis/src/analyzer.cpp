@@ -90,20 +90,27 @@ struct Analyzer::Pipeline {
   void structural(const Event& event) {
     const auto& head = event.head;
     std::visit(
-        Overloaded{[&](const StreamBegin& e) { recording.apply(head, e); },
-                   [&](const StreamEnd& e) { recording.apply(head, e); },
-                   [&](const PacketBegin& e) { recording.apply(head, e); },
-                   [&](const PacketEnd& e) { recording.apply(head, e); },
-                   [&](const Discarded& e) {
-                     recording.apply(head, e);
-                     if (recording.is_kernel(head.stream)) {
-                       timeline.add_hole(
-                           registry.host_of(head),
-                           {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
-                     }
-                   },
-                   [&](const DamagedPacket& e) { recording.apply(head, e); },
-                   [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
+        Overloaded{
+            [&](const StreamBegin& e) { recording.apply(head, e); },
+            [&](const StreamEnd& e) { recording.apply(head, e); },
+            [&](const PacketBegin& e) { recording.apply(head, e); },
+            [&](const PacketEnd& e) { recording.apply(head, e); },
+            [&](const Discarded& e) {
+              recording.apply(head, e);
+              if (recording.is_kernel(head.stream)) {
+                timeline.add_hole(registry.host_of(head),
+                                  {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
+              }
+            },
+            [&](const DamagedPacket& e) {
+              recording.apply(head, e);
+              if (recording.is_kernel(head.stream)) {
+                timeline.add_hole(registry.host_of(head), {.begin = e.begin.value_or(head.time),
+                                                           .end = e.end.value_or(head.time),
+                                                           .cpu = head.cpu.value_or(-1)});
+              }
+            },
+            [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
         event.body);
   }
 

@@ -7,7 +7,6 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxOpenPerThread = 64;
-constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kRecent = 64;
 constexpr std::size_t kMaxPending = 100'000;
 constexpr std::size_t kMaxMoves = 1024;
@@ -36,10 +35,9 @@ void InstanceBuilder::apply(const EventHead& head, const ThreadWakeup& /*event*/
 }
 
 void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
-  const auto process = registry_.process_of(head);
+  const auto process = registry_.speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
-  auto live = std::make_unique<Live>();
+  auto live = std::make_unique<LiveInstance>();
   live->callback = registry_.callback(*process, event.callback);
   live->thread = registry_.thread_of(head);
   live->host = registry_.host_of(head);
@@ -108,7 +106,7 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
   on_thread.open.push_back(std::move(live));
 }
 
-void InstanceBuilder::note_on_thread(const Live& live) {
+void InstanceBuilder::note_on_thread(const LiveInstance& live) {
   auto& callback = model_.callbacks[at(live.callback)];
   auto& thread = model_.threads[at(*live.thread)];
   const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
@@ -157,10 +155,10 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackEnd& event) {
   }
   auto& on_thread = of_thread(thread);
   auto& open = on_thread.open;
-  const auto found =
-      std::find_if(open.rbegin(), open.rend(), [index, &event](const std::unique_ptr<Live>& live) {
-        return live->callback == index && live->seq == event.seq;
-      });
+  const auto found = std::find_if(open.rbegin(), open.rend(),
+                                  [index, &event](const std::unique_ptr<LiveInstance>& live) {
+                                    return live->callback == index && live->seq == event.seq;
+                                  });
   if (found == open.rend()) {
     note_end_without_start(head, index, event.seq);
     return;
@@ -198,7 +196,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   const auto first_end = std::find_if(callback.recent.rbegin(), callback.recent.rend(),
                                       [seq](const Ended& ended) { return ended.seq == seq; });
   const bool is_open = std::any_of(callback.open.begin(), callback.open.end(),
-                                   [seq](const Live* live) { return live->seq == seq; });
+                                   [seq](const LiveInstance* live) { return live->seq == seq; });
   if (was_started && !is_open) {
     ++facts.second_ends;
     if (!facts.first_second_end && first_end != callback.recent.rend()) {
@@ -211,7 +209,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
 }
 
-void InstanceBuilder::close(std::unique_ptr<Live> live) {
+void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
   auto& facts = model_.callbacks[at(live->callback)];
@@ -239,16 +237,12 @@ void InstanceBuilder::close(std::unique_ptr<Live> live) {
       }
     }
   }
-  callback.recent.push_back(Ended{.seq = live->seq,
-                                  .start = live->start,
-                                  .end = *live->end,
-                                  .release = live->node->release,
-                                  .is_counted = false});
+  callback.recent.push_back(Ended{.seq = live->seq, .end = *live->end});
   if (callback.recent.size() > kRecent) callback.recent.pop_front();
   pending_.push_back(std::move(live));
 }
 
-void InstanceBuilder::abandon(std::unique_ptr<Live> live) {
+void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
   auto& facts = model_.callbacks[at(live->callback)];
@@ -270,10 +264,10 @@ void InstanceBuilder::abandon(std::unique_ptr<Live> live) {
                                                      .inner_start = live->first_inner->second};
     }
   }
-  finalize(*live);
+  measurer_.measure(*live);
 }
 
-bool InstanceBuilder::is_settled(const Live& live, Timestamp now) const {
+bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const {
   if (now - live.end->time > kSettleTime) return true;
   const bool is_announced = model_.callbacks[at(live.callback)].registered &&
                             (!live.thread || model_.threads[at(*live.thread)].announced);
@@ -283,217 +277,14 @@ bool InstanceBuilder::is_settled(const Live& live, Timestamp now) const {
 void InstanceBuilder::advance(Timestamp now) {
   while (!pending_.empty() &&
          (is_settled(*pending_.front(), now) || pending_.size() > kMaxPending)) {
-    finalize(*pending_.front());
+    measurer_.measure(*pending_.front());
     pending_.pop_front();
   }
 }
 
-bool InstanceBuilder::is_isolated_thread(const Live& live) const {
-  return live.thread && model_.threads[at(*live.thread)].role == ThreadRole::callback;
-}
-
-Instance InstanceBuilder::instance_of(const Live& live) const {
-  const auto& facts = model_.callbacks[at(live.callback)];
-  Instance instance;
-  if (facts.registered) instance.logical_id = facts.logical_id;
-  instance.callback = static_cast<std::uint32_t>(live.callback);
-  instance.pid = live.start.pid.value_or(-1);
-  instance.tid = live.start.tid.value_or(-1);
-  instance.seq = live.seq;
-  instance.status = live.status;
-  instance.start = live.start.time;
-  if (live.end) instance.end = live.end->time;
-  instance.cpu_start = live.start.cpu;
-  if (live.end) instance.cpu_end = live.end->cpu;
-  instance.wakeup = live.wakeup;
-  instance.waking = live.wake.waking;
-  instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
-  instance.source_timestamp_realtime_ns = live.source_timestamp;
-  instance.writer_gid = live.writer_gid;
-
-  if (live.node->release) {
-    instance.release = live.node->release;
-    instance.release_source = ReleaseSource::exact;
-  } else if (is_isolated_thread(live) && (live.wake.waking || live.wakeup)) {
-    instance.release = live.wake.waking ? live.wake.waking : live.wakeup;
-    instance.release_source = ReleaseSource::wakeup;
-  } else if (const auto written = source_time(live)) {
-    instance.release = written;
-    instance.release_source = ReleaseSource::source_timestamp;
-  } else {
-    instance.release = live.start.time;
-    instance.release_source = ReleaseSource::start;
-  }
-
-  const auto end = live.end ? live.end->time : live.start.time;
-  const auto& window = recording_.window_of(live.stream);
-  if (!live.end) {
-    instance.state = InstanceState::open;
-  } else if (!window.contains(live.start.time, end)) {
-    instance.state = InstanceState::cut_by_window;
-  }
-
-  const auto kernel = recording_.kernel_window(live.host);
-  if (live.end && live.parts && model_.hosts[at(live.host)].has_switches &&
-      kernel.contains(live.start.time, end) &&
-      !timeline_.overlaps_hole(live.host, live.start.time, end)) {
-    instance.execution = live.parts->execution;
-    instance.preempted = live.parts->preempted;
-    instance.blocked = live.parts->blocked;
-    instance.wake_delay = live.parts->wake_delay;
-  }
-  return instance;
-}
-
-std::optional<Timestamp> InstanceBuilder::source_time(const Live& live) const {
-  if (live.source_timestamp == 0 || !live.realtime_offset) return std::nullopt;
-  const auto publisher = registry_.publisher_by_gid(live.writer_gid);
-  if (!publisher) return std::nullopt;
-  const auto process = model_.publishers[*publisher].process;
-  if (model_.processes[at(process)].host != live.host) return std::nullopt;  // another clock
-  return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
-}
-
-void InstanceBuilder::finalize(const Live& live) {
-  const auto instance = instance_of(live);
-  auto& facts = model_.callbacks[at(live.callback)];
-  const auto& window = recording_.window_of(live.stream);
-  if (live.end && window.excludes(live.start.time, live.end->time)) return;
-  if (!live.end && window.end && live.start.time > *window.end) return;
-  switch (instance.state) {
-    case InstanceState::complete:
-      count(live, instance);
-      chains_.on_complete(live.node, *live.end);
-      break;
-    case InstanceState::cut_by_window:
-      ++facts.cut_instances;
-      break;
-    case InstanceState::open:
-      ++facts.open_count;
-      if (facts.open.size() < kMaxOpenListed) {
-        facts.open.push_back(
-            OpenInstance{.start = live.start,
-                         .seq = live.seq,
-                         .release = instance.release,
-                         .release_exact = instance.release_source == ReleaseSource::exact,
-                         .missed = live.missed,
-                         .thread = live.thread.value_or(ThreadIndex{kNoId})});
-      }
-      break;
-  }
-  if (observer_ != nullptr) observer_->on_instance(instance);
-}
-
-void InstanceBuilder::count(const Live& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
-  const auto keep_max = [&live, &instance](std::optional<Extreme<Duration>>& extreme,
-                                           Duration value) {
-    if (extreme && extreme->value >= value) return;
-    extreme = Extreme<Duration>{.value = value,
-                                .seq = live.seq,
-                                .start = live.start,
-                                .end = live.end,
-                                .release = instance.release};
-  };
-  ++facts.instances;
-  ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
-  if (live.thread) {
-    for (auto* pairs : {&facts.ran_on, &model_.threads[at(*live.thread)].ran}) {
-      for (auto& pair : *pairs) {
-        if (pair.callback == live.callback && pair.thread == *live.thread) ++pair.instances;
-      }
-    }
-  }
-  const auto duration = *instance.end - instance.start;
-  facts.duration.add(duration);
-  keep_max(facts.max_duration, duration);
-
-  if (instance.release_source == ReleaseSource::exact) {
-    ++facts.exact_instances;
-    const auto response = *instance.end - *instance.release;
-    facts.response_time.add(response);
-    facts.start_latency.add(instance.start - *instance.release);
-    keep_max(facts.max_response, response);
-    keep_max(facts.max_response_lower, response);
-    keep_max(facts.max_response_upper, response);
-  } else {
-    const auto lower = instance.release_source == ReleaseSource::wakeup
-                           ? *instance.end - *instance.release
-                           : duration;
-    facts.response_time_lower.add(lower);
-    keep_max(facts.max_response_lower, lower);
-    if (const auto written = source_time(live)) {
-      const auto upper = *instance.end - *written;
-      facts.response_time_upper.add(upper);
-      keep_max(facts.max_response_upper, upper);
-    } else {
-      ++facts.without_upper_bound;
-    }
-  }
-
-  if (instance.execution) {
-    facts.execution_time.add(*instance.execution);
-    facts.preempted.add(*instance.preempted);
-    keep_max(facts.max_execution, *instance.execution);
-    if (instance.blocked && instance.wake_delay) {
-      facts.blocked.add(*instance.blocked);
-      facts.wake_delay.add(*instance.wake_delay);
-      const auto sum =
-          *instance.execution + *instance.preempted + *instance.blocked + *instance.wake_delay;
-      if (sum != duration) ++facts.identity_failures;
-    }
-  } else {
-    keep_max(facts.max_duration_without_execution, duration);
-  }
-  if (live.wake.waking && live.wake.first_in) {
-    facts.wakeup_latency.add(*live.wake.first_in - *live.wake.waking);
-  }
-  note_arrival(live, instance);
-}
-
-void InstanceBuilder::note_arrival(const Live& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
-  auto& arrivals = callbacks_[live.callback].arrivals;
-  if (instance.release_source != ReleaseSource::exact) return;
-  const Ended arrived{.seq = live.seq,
-                      .start = live.start,
-                      .end = *live.end,
-                      .release = instance.release,
-                      .is_counted = true};
-  const auto pair = [&facts](const Ended& earlier, const Ended& later) {
-    const auto gap = *later.release - *earlier.release;
-    facts.inter_arrival.add(gap);
-    const Extreme<Duration> extreme{.value = gap,
-                                    .seq = later.seq,
-                                    .start = later.start,
-                                    .end = later.end,
-                                    .release = later.release};
-    if (!facts.min_inter_arrival || gap < facts.min_inter_arrival->value) {
-      facts.min_inter_arrival = extreme;
-    }
-    if (!facts.max_inter_arrival || gap > facts.max_inter_arrival->value) {
-      facts.max_inter_arrival = extreme;
-    }
-    if (*later.release <= earlier.end.time && !facts.release_before_end) {
-      facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
-                                                                 .start = earlier.start,
-                                                                 .end = earlier.end,
-                                                                 .next_release = *later.release,
-                                                                 .next_start = later.start};
-    }
-  };
-  for (const auto& other : arrivals) {
-    if (other.seq + 1 == arrived.seq) pair(other, arrived);
-    if (arrived.seq + 1 == other.seq) pair(arrived, other);
-  }
-  arrivals.push_back(arrived);
-  if (arrivals.size() > kRecent) arrivals.pop_front();
-}
-
 void InstanceBuilder::apply(const EventHead& head, const Publish& event) {
-  const auto process = registry_.process_of(head);
+  const auto process = registry_.speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   const auto index = registry_.publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
   registry_.published(index).observe(event.seq, ref(head), facts.published);
@@ -534,10 +325,10 @@ std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, Ho
 
 void InstanceBuilder::finish() {
   while (!pending_.empty()) {
-    finalize(*pending_.front());
+    measurer_.measure(*pending_.front());
     pending_.pop_front();
   }
-  std::vector<std::unique_ptr<Live>> open;
+  std::vector<std::unique_ptr<LiveInstance>> open;
   for (auto& [thread, state] : threads_) {
     for (auto& live : state.open)
       open.push_back(std::move(live));

@@ -1,5 +1,6 @@
 #include <cie/analysis/analyzer.hpp>
 
+#include "ctf/native_reader.hpp"
 #include "guard_state.hpp"
 #include "reader/bt_reader.hpp"
 
@@ -9,7 +10,11 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options, Observer* observer) {
   Analyzer analyzer(options, observer);
   guard_tick();
-  bt::read_traces(traces, analyzer);
+  if (options.reader == Reader::babeltrace2) {
+    bt::read_traces(traces, analyzer);
+  } else {
+    ctf::read_traces(traces, [&analyzer](const Event& event) { analyzer.consume(event); });
+  }
   guard_reading_ended();
   auto result = analyzer.finish();
   for (const auto& trace : traces)

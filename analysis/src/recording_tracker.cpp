@@ -104,8 +104,8 @@ void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) 
   add_loss(Loss{.kind = LossKind::damaged_packet,
                 .domain = facts != nullptr ? facts->domain : Domain::user,
                 .host = registry_.host_of(head),
-                .begin = head.time,
-                .end = head.time,
+                .begin = event.begin.value_or(head.time),
+                .end = event.end.value_or(head.time),
                 .count = std::nullopt,
                 .cpu = head.cpu,
                 .note = std::string(event.reason)});

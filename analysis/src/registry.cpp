@@ -72,6 +72,12 @@ std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
   return index;
 }
 
+std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
+  const auto process = process_of(head);
+  if (process) model_.processes[at(*process)].has_cie_events = true;
+  return process;
+}
+
 ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
   const auto index = ThreadIndex{static_cast<std::uint32_t>(model_.threads.size())};
   auto& thread = model_.threads.emplace_back();
@@ -174,10 +180,9 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
 }
 
 void Registry::apply(const EventHead& head, const RunEnd& event) {
-  const auto index = process_of(head);
+  const auto index = speaker_of(head);
   if (!index) return;
   auto& process = model_.processes[at(*index)];
-  process.has_cie_events = true;
   process.run_end = RunTotals{.at = ref(head),
                               .callbacks = event.callbacks,
                               .threads = event.threads,
@@ -187,9 +192,8 @@ void Registry::apply(const EventHead& head, const RunEnd& event) {
 }
 
 void Registry::apply(const EventHead& head, const NodeInit& event) {
-  const auto process = process_of(head);
+  const auto process = speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   const auto [found, is_new] = node_by_id_.try_emplace(
       {scope(*process), key(event.node)}, static_cast<std::uint32_t>(model_.nodes.size()));
   if (is_new) {
@@ -199,18 +203,16 @@ void Registry::apply(const EventHead& head, const NodeInit& event) {
 }
 
 void Registry::apply(const EventHead& head, const GroupInit& event) {
-  const auto process = process_of(head);
+  const auto process = speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   auto& facts = model_.groups[group(*process, event.group, head)];
   facts.node = event.node;
   facts.type = event.type;
 }
 
 void Registry::apply(const EventHead& head, const CallbackInit& event) {
-  const auto process = process_of(head);
+  const auto process = speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   const auto index = callback(*process, event.callback);
   auto& facts = model_.callbacks[at(index)];
   ++facts.inits;
@@ -250,9 +252,8 @@ void Registry::apply(const EventHead& head, const CallbackFini& event) {
 }
 
 void Registry::apply(const EventHead& head, const PublisherInit& event) {
-  const auto process = process_of(head);
+  const auto process = speaker_of(head);
   if (!process) return;
-  model_.processes[at(*process)].has_cie_events = true;
   const auto index = publisher(*process, event.publisher);
   auto& facts = model_.publishers[index];
   if (facts.registered) return;
@@ -271,9 +272,8 @@ void Registry::apply(const EventHead& head, const PublisherFini& event) {
 }
 
 std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadInit& event) {
-  const auto process = process_of(head);
+  const auto process = speaker_of(head);
   if (!process) return std::nullopt;
-  model_.processes[at(*process)].has_cie_events = true;
   auto index = find_thread(*process, event.tid);
   if (index) {
     const auto& known = model_.threads[at(*index)];

@@ -25,6 +25,8 @@ class Registry {
 
   // The process an event belongs to now; creates a provisional one. Empty without a pid.
   std::optional<ProcessIndex> process_of(const EventHead& head);
+  // The same, of an event that makes it a process of the report.
+  std::optional<ProcessIndex> speaker_of(const EventHead& head);
   // The thread that emitted the event; creates a provisional, unannounced one. Empty without a tid.
   std::optional<ThreadIndex> thread_of(const EventHead& head);
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.

@@ -62,6 +62,11 @@ class Callback {
   // was not announced. Null ends it; then no on_ready() is running when this returns.
   virtual void serve(ReadySink* sink) = 0;
 
+  // Whether there may be more to run after an instance without a further on_ready().
+  virtual bool has_queue() const noexcept { return true; }
+  // Whether next_due() is ever something else than kNever.
+  virtual bool has_timer() const noexcept { return false; }
+
   CallbackId id() const noexcept { return trace_->id(); }
   const std::string& logical_id() const noexcept { return logical_id_; }
   // What its thread is called: at most 15 bytes.
@@ -70,11 +75,15 @@ class Callback {
 
   // The ready mark belongs to the sink: it sets it, and its loop takes it.
   void mark_ready() noexcept { is_ready_.store(true, std::memory_order_release); }
+  // False if it was set. Either way whoever takes the mark sees what the caller wrote before.
+  bool try_mark_ready() noexcept { return !is_ready_.exchange(true, std::memory_order_acq_rel); }
   bool take_ready_mark() noexcept {
     return is_ready_.load(std::memory_order_relaxed) &&
-           is_ready_.exchange(false, std::memory_order_acquire);
+           is_ready_.exchange(false, std::memory_order_acq_rel);
   }
-  bool is_marked_ready() const noexcept { return is_ready_.load(std::memory_order_relaxed); }
+  // The next one in a queue of ready callbacks, for the sink that set the mark.
+  Callback* next_ready() const noexcept { return next_ready_; }
+  void set_next_ready(Callback* next) noexcept { next_ready_ = next; }
 
  protected:
   trace::Callback& trace() noexcept { return *trace_; }
@@ -103,6 +112,7 @@ class Callback {
   std::string label_;
   std::unique_ptr<trace::Callback> trace_;
   std::atomic<bool> is_ready_{false};
+  Callback* next_ready_ = nullptr;
 };
 
 }  // namespace cie::executor

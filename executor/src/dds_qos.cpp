@@ -7,7 +7,7 @@
 
 namespace cie::executor::dds {
 
-QosPtr to_dds(const QoS& qos, std::string_view object) {
+QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_data) {
   const bool keeps_all = qos.history() == History::keep_all;
   if (!keeps_all &&
       (qos.depth() == 0 || qos.depth() > std::uint32_t{std::numeric_limits<std::int32_t>::max()})) {
@@ -31,6 +31,7 @@ QosPtr to_dds(const QoS& qos, std::string_view object) {
   } else {
     dds_qset_durability(result.get(), DDS_DURABILITY_VOLATILE);
   }
+  if (!user_data.empty()) dds_qset_userdata(result.get(), user_data.data(), user_data.size());
   return result;
 }
 

@@ -31,6 +31,16 @@ void Delivery::set_trace(trace::Callback* callback) {
   trace_ = callback;
 }
 
+void Delivery::close() {
+  const std::lock_guard lock{mutex_};
+  is_closed_ = true;
+}
+
+void Delivery::wake() noexcept {
+  const std::lock_guard lock{mutex_};
+  if (sink_ != nullptr) sink_->on_ready(*callback_);
+}
+
 void Delivery::announce() noexcept {
   const std::uint64_t overwritten = count_.on_stored();
   if (trace_ != nullptr) trace_->release(overwritten);
@@ -76,10 +86,21 @@ std::uint64_t gid_of(const ddsi_guid_t& guid) noexcept {
   return writer_gid(bytes);
 }
 
+// A service's header stands behind the four bytes that say how the sample is encoded. Every sample
+// of such a type is long enough, and in this machine's byte order: Cyclone has checked it.
+bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
+  constexpr std::size_t kEncoding = 4;
+  std::uint64_t guid = 0;
+  ddsi_serdata_to_ser(sample, kEncoding, sizeof guid, &guid);
+  return guid == recipient;
+}
+
 bool store(ddsi_rhc* cache, const ddsi_writer_info* writer, ddsi_serdata* sample,
            ddsi_tkmap_instance* instance) noexcept {
   const auto pass_on = [=] { return dds_rhc_store(inner(cache), writer, sample, instance); };
   if (sample->kind != SDK_DATA) return pass_on();  // a writer or an instance that ends
+  const auto recipient = self(cache).delivery->recipient();
+  if (recipient && !is_for(*recipient, sample)) return true;
   const Arrival arrival{.time_ns = monotonic_now(), .writer_gid = gid_of(writer->guid)};
   return self(cache).delivery->deliver(sample, arrival, pass_on);
 }

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 
 struct dds_rhc;
 struct ddsi_serdata;
@@ -29,10 +30,20 @@ class Delivery {
   // Whose events are emitted; null before the callback goes.
   void set_trace(trace::Callback* callback);
 
+  // Samples whose service header names somebody else are dropped, unseen. Before the reader exists.
+  void accept_only(std::uint64_t recipient) noexcept { recipient_ = recipient; }
+  std::optional<std::uint64_t> recipient() const noexcept { return recipient_; }
+  // Has the target look again, although nothing arrived.
+  void wake() noexcept;
+
+  // From now on samples are dropped, unseen: the queue can be emptied and counted.
+  void close();
+
   // `store` puts the sample into the queue and says whether it stayed there.
   template <typename Store>
   bool deliver(const void* sample, const Arrival& arrival, Store store) noexcept {
     const std::lock_guard lock{mutex_};
+    if (is_closed_) return true;  // false would make a reliable writer offer it again
     arrivals_.record(sample, arrival);
     const bool is_stored = store();
     if (is_stored) announce();
@@ -53,6 +64,8 @@ class Delivery {
   ReadySink* sink_ = nullptr;
   Callback* callback_ = nullptr;
   trace::Callback* trace_ = nullptr;
+  bool is_closed_ = false;
+  std::optional<std::uint64_t> recipient_;
 };
 
 // A sample cache for dds_create_reader_rhc() that passes every sample through `delivery` and leaves

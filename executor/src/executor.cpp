@@ -49,6 +49,8 @@ CallbackIsolatedExecutor::CallbackIsolatedExecutor(ExecutorOptions options)
     : Executor(ExecutorKind::isolated, std::move(options)) {}
 SingleThreadedExecutor::SingleThreadedExecutor(ExecutorOptions options)
     : Executor(ExecutorKind::single_threaded, std::move(options)) {}
+EventsExecutor::EventsExecutor(ExecutorOptions options)
+    : Executor(ExecutorKind::events, std::move(options)) {}
 MultiThreadedExecutor::MultiThreadedExecutor(ExecutorOptions options)
     : Executor(ExecutorKind::multi_threaded, std::move(options)) {}
 

@@ -1,8 +1,10 @@
 #include "executor_core.hpp"
 
 #include "clock.hpp"
+#include "events_loop.hpp"
 #include "node_state.hpp"
 #include "pool_loop.hpp"
+#include "serial_loop.hpp"
 #include "threads.hpp"
 
 #include <algorithm>
@@ -12,13 +14,22 @@
 #include <sched.h>
 
 namespace cie::executor {
+namespace {
+
+// The loop that spin() runs on its own thread, if it does.
+std::unique_ptr<OneThreadLoop> own_loop(ExecutorKind kind, FailureSink& failures) {
+  if (kind == ExecutorKind::single_threaded) return std::make_unique<SerialLoop>(failures);
+  if (kind == ExecutorKind::events) return std::make_unique<EventsLoop>(failures);
+  return nullptr;
+}
+
+}  // namespace
 
 ExecutorCore::ExecutorCore(ExecutorKind kind, ExecutorOptions options)
     : kind_(kind),
       options_(std::move(options)),
       run_(kind, options_.spec ? options_.spec->sha256() : std::string{}),
-      own_loop_(kind == ExecutorKind::single_threaded ? std::make_unique<SerialLoop>(*this)
-                                                      : nullptr) {}
+      own_loop_(own_loop(kind, *this)) {}
 
 // --- membership -------------------------------------------------------------------------------
 

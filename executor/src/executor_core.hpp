@@ -1,4 +1,4 @@
-// What the three executors have in common: membership, start and end of spinning, cancellation.
+// What the executors have in common: membership, start and end of spinning, cancellation.
 // They differ in how callbacks are put on loops and threads.
 #pragma once
 
@@ -6,7 +6,7 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "loop.hpp"
-#include "serial_loop.hpp"
+#include "one_thread_loop.hpp"
 #include "team.hpp"
 #include "wakeup.hpp"
 
@@ -68,8 +68,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   ThreadConfigurator configurator_{options_};
   std::atomic<bool> is_spinning_{false};
   std::atomic<bool> is_cancelled_{false};
-  Wakeup wakeup_;                               // of the thread in spin(), unless it runs a loop
-  const std::unique_ptr<SerialLoop> own_loop_;  // of the single-threaded executor
+  Wakeup wakeup_;                                  // of the thread in spin(), unless it runs a loop
+  const std::unique_ptr<OneThreadLoop> own_loop_;  // of the executors on spin()'s own thread
 
   std::mutex mutex_;  // of what follows
   bool is_serving_ = false;

@@ -87,8 +87,19 @@ std::string qualified_topic(std::string_view topic, std::string_view qualified_n
   return name;
 }
 
-std::string dds_topic_name(std::string_view qualified_topic) {
-  return "rt" + std::string{qualified_topic};
+TopicName message_topic(std::string_view qualified_topic) {
+  const std::string topic{qualified_topic};
+  return {.ros = topic, .dds = "rt" + topic};
+}
+
+TopicName request_topic(std::string_view qualified_service) {
+  const std::string topic = std::string{qualified_service} + "Request";
+  return {.ros = topic, .dds = "rq" + topic};
+}
+
+TopicName reply_topic(std::string_view qualified_service) {
+  const std::string topic = std::string{qualified_service} + "Reply";
+  return {.ros = topic, .dds = "rr" + topic};
 }
 
 std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::string_view what) {

@@ -1,7 +1,10 @@
 #include "node_state.hpp"
 
+#include "client_callback.hpp"
 #include "executor_core.hpp"
 #include "names.hpp"
+#include "replier.hpp"
+#include "service_endpoint.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
 #include "writer.hpp"
@@ -135,7 +138,7 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
   const std::string name = node.topic(topic);
   auto group = node.group_or_new(options.group);
-  auto reader = std::make_unique<Reader>(node.context(), name, qos, type);
+  auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type);
   auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
@@ -145,9 +148,66 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
   return subscription;
 }
 
+std::shared_ptr<SubscriptionCallback> create_service(
+    NodeState& node, std::string_view service, const QoS& qos,
+    const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
+    ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol) {
+  const std::string name = qualified_topic(service, node.name());
+  auto group = node.group_or_new(options.group);
+  const std::string identity = EndpointId{}.user_data("serviceid");
+  // The writer first: a client that sees the reader can be answered.
+  auto replier = std::make_shared<Replier>(
+      std::make_unique<Writer>(node.context(), node.id(), reply_topic(name), qos, response_type,
+                               identity),
+      response_type, std::move(function));
+  auto reader =
+      std::make_unique<Reader>(node.context(), request_topic(name), qos, request_type, identity);
+  auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
+  info.source = name;
+  info.queue_depth = qos.depth();
+  auto callback = std::make_shared<SubscriptionCallback>(
+      std::move(group), std::move(info), std::move(reader), request_type,
+      [replier](const std::shared_ptr<const void>& request, const MessageInfo&) {
+        replier->answer(request.get());
+      });
+  node.add(callback);
+  return callback;
+}
+
+std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view service,
+                                              const QoS& qos,
+                                              const dds_topic_descriptor& request_type,
+                                              const dds_topic_descriptor& response_type,
+                                              const ClientOptions& options,
+                                              const std::type_info& symbol) {
+  const std::string name = qualified_topic(service, node.name());
+  if (options.timeout.count() < 0) {
+    throw std::invalid_argument{"the timeout of a client of \"" + name + "\" is negative"};
+  }
+  auto group = node.group_or_new(options.group);
+  const EndpointId identity;
+  const std::string user_data = identity.user_data("clientid");
+  // The reader first: a service that sees the writer can answer.
+  ClientCallback::Ends ends;
+  ends.guid = identity.guid();
+  ends.responses = std::make_unique<Reader>(node.context(), reply_topic(name), qos, response_type,
+                                            user_data, Reader::Reply{.recipient = ends.guid});
+  ends.requests = std::make_unique<Writer>(node.context(), node.id(), request_topic(name), qos,
+                                           request_type, user_data);
+  auto info = describe(node, *group, CallbackKind::client, name,
+                       {.name = options.name, .deadline = options.deadline}, symbol);
+  info.source = name;
+  info.queue_depth = qos.depth();
+  auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(ends),
+                                                 response_type, options.timeout.count());
+  node.add(client);
+  return client;
+}
+
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
                                       const dds_topic_descriptor& type) {
-  return std::make_shared<Writer>(node.context(), node.id(), node.topic(topic), qos, type);
+  return std::make_shared<Writer>(node.context(), node.id(), message_topic(node.topic(topic)), qos,
+                                  type);
 }
 
 }  // namespace executor

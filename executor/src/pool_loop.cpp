@@ -81,7 +81,7 @@ PoolLoop::Served* PoolLoop::pick() {
 
 void PoolLoop::finish(Served& served, bool has_run) {
   Callback& callback = *served.callback;
-  if (has_run && callback.next_due() == kNever) callback.mark_ready();  // maybe more in its queue
+  if (has_run && callback.has_queue()) callback.mark_ready();  // there may be more in it
   const auto group = running_of_group_.find(&callback.group());
   if (--group->second == 0) running_of_group_.erase(group);
   if (--served.running == 0 && served.is_removed) finished_.notify_all();

@@ -34,18 +34,19 @@ struct DeleteListener {
 
 }  // namespace
 
-Reader::Reader(std::shared_ptr<ContextState> context, const std::string& topic, const QoS& qos,
-               const dds_topic_descriptor& type)
+Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
+               const dds_topic_descriptor& type, const std::string& user_data,
+               std::optional<Reply> reply)
     : context_(std::move(context)) {
   const bool keeps_all = qos.history() == History::keep_all;
   const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
   delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
                                          keeps_all || is_keyed ? 0 : qos.depth());
-  const auto dds_qos = dds::to_dds(qos, topic);
+  if (reply) delivery_->accept_only(reply->recipient);
+  const auto dds_qos = dds::to_dds(qos, topic.ros, user_data);
   const dds_entity_t participant = context_->participant();
-  topic_ = dds::Entity{
-      dds_create_topic(participant, &type, dds_topic_name(topic).c_str(), nullptr, nullptr),
-      "creating the DDS topic", topic};
+  topic_ = dds::Entity{dds_create_topic(participant, &type, topic.dds.c_str(), nullptr, nullptr),
+                       "creating the DDS topic", topic.ros};
   const std::unique_ptr<dds_listener_t, DeleteListener> listener{
       dds_create_listener(delivery_.get())};
   dds_lset_sample_lost(listener.get(), on_sample_lost);
@@ -53,7 +54,7 @@ Reader::Reader(std::shared_ptr<ContextState> context, const std::string& topic, 
   // itself, because Cyclone does not say whether it took it.
   reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.get(), dds_qos.get(),
                                               listener.get(), make_recording_cache(delivery_)),
-                        "creating the DDS reader", topic};
+                        "creating the DDS reader", topic.ros};
 }
 
 bool Reader::take(void* message, MessageInfo& info) {
@@ -80,6 +81,23 @@ bool Reader::take(void* message, MessageInfo& info) {
       info.writer_gid = 0;
     }
     return true;
+  }
+}
+
+std::uint64_t Reader::close() {
+  delivery_->close();
+  QueueCount& count = delivery_->count();
+  for (;;) {
+    ddsi_serdata* taken = nullptr;
+    dds_sample_info_t sample{};
+    const std::uint64_t stored = count.begin_take();
+    const bool is_empty = dds_takecdr(reader_.get(), &taken, 1, &sample, DDS_ANY_STATE) <= 0;
+    const SerdataPtr data{taken};
+    count.end_take(is_empty            ? TakeOutcome::empty
+                   : sample.valid_data ? TakeOutcome::sample
+                                       : TakeOutcome::other,
+                   stored);
+    if (is_empty) return count.overwritten();
   }
 }
 

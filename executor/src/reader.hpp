@@ -6,9 +6,11 @@
 
 #include "dds_entity.hpp"
 #include "delivery.hpp"
+#include "names.hpp"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 namespace cie::executor {
@@ -18,9 +20,14 @@ class ContextState;
 // Owns a DDS reader and its topic. take() and matched() from any thread.
 class Reader {
  public:
-  // `topic` is the absolute ROS name. Throws dds::Error, std::logic_error (QoS).
-  Reader(std::shared_ptr<ContextState> context, const std::string& topic, const QoS& qos,
-         const dds_topic_descriptor& type);
+  // What the reader of a service's replies needs more than others.
+  struct Reply {
+    std::uint64_t recipient = 0;  // the `guid` of the headers that are meant; others never enter
+  };
+  // `user_data` is seen by whoever discovers the reader. Throws dds::Error, std::logic_error (QoS).
+  Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
+         const dds_topic_descriptor& type, const std::string& user_data = {},
+         std::optional<Reply> reply = {});
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   // Deletes the reader first, which waits for its listener: not in a callback of DDS.
@@ -29,6 +36,10 @@ class Reader {
   // Takes the next sample into `message`, reusing the memory of its contents, and says what is
   // known of it. False when there is none.
   bool take(void* message, MessageInfo& info);
+
+  // Ends the queue: what comes is dropped, what is in it is discarded. Returns how many samples
+  // were overwritten in all, exactly.
+  std::uint64_t close();
 
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;

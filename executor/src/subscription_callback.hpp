@@ -1,16 +1,15 @@
-// A subscription as a callback.
+// A subscription, or the serving side of a service, as a callback.
 #pragma once
 
 #include <cie/executor/subscription.hpp>
 
 #include "callback.hpp"
 #include "clock.hpp"
+#include "message_pool.hpp"
 #include "reader.hpp"
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
-#include <utility>
 
 namespace cie::executor {
 
@@ -27,27 +26,9 @@ class SubscriptionCallback final : public Callback {
   const Reader& reader() const noexcept { return *reader_; }
 
  private:
-  using Message = std::shared_ptr<void>;
-  enum class Spare : std::uint8_t { there, lent, moving };
-  struct Lent {
-    explicit Lent(SubscriptionCallback& lender) : owner(lender), message(lender.borrow_message()) {}
-    Lent(const Lent&) = delete;
-    Lent& operator=(const Lent&) = delete;
-    ~Lent() { owner.give_back(std::move(message)); }
-    SubscriptionCallback& owner;
-    Message message;
-  };
-  Message new_message() const;
-  // The message kept for reuse, or a new one when it is in use: by another thread of a reentrant
-  // group, or by a user who kept the pointer.
-  Message borrow_message();
-  void give_back(Message message) noexcept;
-
   std::unique_ptr<Reader> reader_;
-  const dds_topic_descriptor& type_;
   MessageFunction function_;
-  Message spare_;
-  std::atomic<Spare> spare_state_{Spare::there};
+  MessagePool messages_;
 };
 
 }  // namespace cie::executor

@@ -17,6 +17,8 @@ class TimerCallback final : public Callback {
   bool execute_one() override;
   std::int64_t next_due() const noexcept override { return schedule_.next_due(); }
   void serve(ReadySink* sink) override;
+  bool has_queue() const noexcept override { return false; }
+  bool has_timer() const noexcept override { return true; }
   std::int64_t period_ns() const noexcept { return schedule_.period_ns(); }
 
  private:

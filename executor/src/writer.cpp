@@ -18,18 +18,17 @@ struct FreeMessage {
 
 }  // namespace
 
-Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const std::string& topic,
-               const QoS& qos, const dds_topic_descriptor& type)
-    : context_(std::move(context)), name_(topic) {
-  const auto dds_qos = dds::to_dds(qos, topic);
+Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicName& topic,
+               const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data)
+    : context_(std::move(context)), name_(topic.ros) {
+  const auto dds_qos = dds::to_dds(qos, name_, user_data);
   const dds_entity_t participant = context_->participant();
-  topic_ = dds::Entity{
-      dds_create_topic(participant, &type, dds_topic_name(topic).c_str(), nullptr, nullptr),
-      "creating the DDS topic", topic};
+  topic_ = dds::Entity{dds_create_topic(participant, &type, topic.dds.c_str(), nullptr, nullptr),
+                       "creating the DDS topic", name_};
   writer_ = dds::Entity{dds_create_writer(participant, topic_.get(), dds_qos.get(), nullptr),
-                        "creating the DDS writer", topic};
+                        "creating the DDS writer", name_};
   dds_guid_t guid{};
-  dds::check(dds_get_guid(writer_.get(), &guid), "asking for the GUID", topic);
+  dds::check(dds_get_guid(writer_.get(), &guid), "asking for the GUID", name_);
   gid_ = writer_gid(guid.v);
   if (type.m_nkeys == 0) {
     // As long as nobody holds the one instance of a keyless topic, Cyclone makes and frees it with
@@ -38,15 +37,14 @@ Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const std::st
     const std::unique_ptr<void, FreeMessage> any{allocate_message(type), FreeMessage{&type}};
     dds_instance_handle_t instance = DDS_HANDLE_NIL;
     dds::check(dds_register_instance(writer_.get(), &instance, any.get()),
-               "registering the instance", topic);
+               "registering the instance", name_);
   }
-  trace_.emplace(node, topic, gid_);
+  trace_.emplace(node, name_, gid_);
 }
 
 void Writer::publish(const void* message) {
   const std::lock_guard lock{mutex_};
-  const std::int64_t timestamp = trace_->next_source_timestamp();
-  trace_->publish(timestamp);
+  const std::int64_t timestamp = trace_->publish();
   dds::check(dds_write_ts(writer_.get(), message, timestamp), "publishing a message", name_);
 }
 

@@ -6,6 +6,7 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
+#include "names.hpp"
 #include "pi_mutex.hpp"
 
 #include <cstdint>
@@ -20,9 +21,9 @@ class ContextState;
 // Owns a DDS writer and its topic. Thread-safe.
 class Writer {
  public:
-  // `topic` is the absolute ROS name. Throws dds::Error, std::logic_error (QoS).
-  Writer(std::shared_ptr<ContextState> context, NodeId node, const std::string& topic,
-         const QoS& qos, const dds_topic_descriptor& type);
+  // `user_data` is seen by whoever discovers the writer. Throws dds::Error, std::logic_error (QoS).
+  Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicName& topic, const QoS& qos,
+         const dds_topic_descriptor& type, const std::string& user_data = {});
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
   ~Writer() = default;
@@ -33,6 +34,7 @@ class Writer {
   const std::string& topic() const noexcept { return name_; }
   std::uint64_t gid() const noexcept { return gid_; }
   std::uint32_t matched() const;
+  dds_entity_t entity() const noexcept { return writer_.get(); }
 
  private:
   std::shared_ptr<ContextState> context_;

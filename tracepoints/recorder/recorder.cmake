@@ -8,6 +8,7 @@ add_library(cie_recorder STATIC
   recorder/error.cpp
   recorder/manifest.cpp
   recorder/options.cpp
+  recorder/processes.cpp
   recorder/recording.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp

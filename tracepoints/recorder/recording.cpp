@@ -1,13 +1,13 @@
 #include "recording.hpp"
 
 #include "error.hpp"
+#include "processes.hpp"
 #include "stream_check.hpp"
 
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <functional>
 #include <future>
 #include <iterator>
@@ -62,29 +62,6 @@ Ending end(TracingSession& session) {
 
 bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
-}
-
-// The parent of a process, 0 if it is gone.
-pid_t parent_of(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
-  std::string text;
-  std::getline(file, text);
-  const std::size_t name_end = text.rfind(')');
-  if (name_end == std::string::npos) {
-    return 0;
-  }
-  std::istringstream fields(text.substr(name_end + 1));
-  char state = 0;
-  pid_t parent = 0;
-  fields >> state >> parent;
-  return parent;
-}
-
-bool descends_from(pid_t pid, pid_t ancestor) {
-  while (pid > 1 && pid != ancestor) {
-    pid = parent_of(pid);
-  }
-  return pid == ancestor;
 }
 
 std::string quoted(const fs::path& path) {

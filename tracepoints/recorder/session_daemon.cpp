@@ -1,6 +1,7 @@
 #include "session_daemon.hpp"
 
 #include "error.hpp"
+#include "processes.hpp"
 
 #include <cerrno>
 #include <chrono>
@@ -65,11 +66,7 @@ void wait_for_end(pid_t pid, std::optional<ChildProcess>& child) {
 }
 
 // The pid comes from a file, so it may be another process's by now.
-bool is_session_daemon(pid_t pid) {
-  std::ifstream file("/proc/" + std::to_string(pid) + "/comm");
-  std::string name;
-  return std::getline(file, name) && name == "lttng-sessiond";
-}
+bool is_session_daemon(pid_t pid) { return process_name(pid) == "lttng-sessiond"; }
 
 // Locks of one byte each that belong to the open file: released when it is closed.
 constexpr off_t kDecision = 0;

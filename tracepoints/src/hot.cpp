@@ -23,6 +23,12 @@ std::uint64_t take(std::atomic<std::uint64_t>& counter, bool may_overlap) noexce
   return value;
 }
 
+void raise_to(std::atomic<std::uint64_t>& counter, std::uint64_t value) noexcept {
+  std::uint64_t seen = counter.load(std::memory_order_relaxed);
+  while (value > seen && !counter.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  }
+}
+
 // Keeps the compiler from looking at the tracepoint before the count.
 void count_before_emit() noexcept { std::atomic_signal_fence(std::memory_order_seq_cst); }
 
@@ -37,13 +43,12 @@ std::int64_t realtime_ns() noexcept {
 void Callback::release(std::uint64_t overwritten) noexcept {
   CallbackState& state = *state_;
   const std::uint64_t seq = state.released.fetch_add(1, std::memory_order_relaxed);
-  std::uint64_t seen = state.overwritten.load(std::memory_order_relaxed);
-  while (overwritten > seen &&
-         !state.overwritten.compare_exchange_weak(seen, overwritten, std::memory_order_relaxed)) {
-  }
+  raise_to(state.overwritten, overwritten);
   count_before_emit();
   emit::callback_release(id_, seq, overwritten);
 }
+
+void Callback::overwritten(std::uint64_t total) noexcept { raise_to(state_->overwritten, total); }
 
 std::uint64_t Callback::next_seq() const noexcept {
   return state_->started.load(std::memory_order_relaxed);

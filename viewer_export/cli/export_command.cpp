@@ -54,6 +54,7 @@ int export_command(const Arguments& arguments) {
   line.option("--to", "VIEWER", viewer, "The viewer: perfetto");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -69,7 +70,7 @@ int export_command(const Arguments& arguments) {
   }
   viewer_export::PerfettoExport perfetto(
       {.gzip = is_compressed, .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(traces, {}, &perfetto);
+  const auto result = analyze_with_progress(traces, {.reader = reader.value()}, &perfetto);
   const auto counts = perfetto.write(output.stream(), result.report);
   output.commit();
   if (::isatty(STDERR_FILENO) == 1) {

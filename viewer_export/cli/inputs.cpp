@@ -53,6 +53,16 @@ class Progress final : public analysis::Observer {
 
 }  // namespace
 
+ReaderOption::ReaderOption(CommandLine& line) {
+  line.option("--reader", "READER", choice_,
+              "Who decodes the traces: native (default) or babeltrace2");
+}
+
+analysis::Reader ReaderOption::value() const {
+  check_choice("--reader", choice_, {"native", "babeltrace2"});
+  return choice_ == "native" ? analysis::Reader::native : analysis::Reader::babeltrace2;
+}
+
 std::optional<SchedulingSpec> load_spec(const std::string& file) {
   return file.empty() ? std::nullopt : std::optional(SchedulingSpec::load(file));
 }

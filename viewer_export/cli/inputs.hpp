@@ -4,6 +4,8 @@
 #include <cie/analysis/analyzer.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "command_line.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -14,6 +16,21 @@ namespace cie::cli {
 
 // Empty for an empty name. Throws SpecError.
 std::optional<SchedulingSpec> load_spec(const std::string& file);
+
+// "--reader native|babeltrace2" of every command that reads traces.
+class ReaderOption {
+ public:
+  // Adds it to `line`, which reads into this object when it parses.
+  explicit ReaderOption(CommandLine& line);
+  ReaderOption(const ReaderOption&) = delete;
+  ReaderOption& operator=(const ReaderOption&) = delete;
+
+  // After parsing. Throws UsageError.
+  analysis::Reader value() const;
+
+ private:
+  std::string choice_ = "native";
+};
 
 // analysis::analyze with a count of instances on standard error while it goes, if that is a
 // terminal. Throws UnreadableTrace.

@@ -30,6 +30,7 @@ int instances_command(const Arguments& arguments) {
   line.traces(traces);
   line.option("-f,--format", "FORMAT", format, "csv (default) or jsonl (JSON Lines)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -38,7 +39,7 @@ int instances_command(const Arguments& arguments) {
 
   auto output = open_output(target);
   viewer_export::InstanceWriter writer(spill_directory(target));
-  analyze_with_progress(traces, {}, &writer);
+  analyze_with_progress(traces, {.reader = reader.value()}, &writer);
   write_data(output, [&](std::ostream& out) {
     writer.write(out, format == "csv" ? viewer_export::InstanceFormat::csv
                                       : viewer_export::InstanceFormat::json_lines);

@@ -34,6 +34,7 @@ int report_command(const Arguments& arguments) {
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) that names the chains");
   line.option("-f,--format", "FORMAT", format, "text (default), json or csv");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -42,7 +43,8 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto result = analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr});
+  const auto result =
+      analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr, .reader = reader.value()});
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output));

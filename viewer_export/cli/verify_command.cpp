@@ -58,6 +58,7 @@ int verify_command(const Arguments& arguments) {
             "A process that did not end cleanly is no objection (T4)");
   line.option("--explain", "ID", explained, "Print the page of a rule, for instance M2");
   line.flag("--list-rules", is_listing, "Print all rules");
+  const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -75,6 +76,7 @@ int verify_command(const Arguments& arguments) {
   const auto spec = load_spec(spec_file);
   options.spec = spec ? &*spec : nullptr;
   auto output = open_output(target);
+  options.reader = reader.value();
   const auto result = analyze_with_progress(traces, options);
   if (format == "text") {
     const viewer_export::VerifyContext context{

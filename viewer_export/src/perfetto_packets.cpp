@@ -69,7 +69,13 @@ std::string encoded_event(EventType type, const Slice& slice, const Annotations&
   return bytes + notes.bytes();
 }
 
-void add_note(std::string& bytes, const std::string& annotation) {
+// `add_value` adds the value's field to the annotation.
+template <typename AddValue>
+void add_note(std::string& bytes, Note note, const AddValue& add_value) {
+  std::string annotation;
+  pbf_builder<DebugAnnotation> builder{annotation};
+  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
+  add_value(builder);
   pbf_builder<TrackEvent> event{bytes};
   event.add_message(TrackEvent::debug_annotations, annotation);
 }
@@ -77,27 +83,19 @@ void add_note(std::string& bytes, const std::string& annotation) {
 }  // namespace
 
 void Annotations::add(Note note, std::int64_t value) {
-  std::string annotation;
-  pbf_builder<DebugAnnotation> builder{annotation};
-  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
-  builder.add_int64(DebugAnnotation::int_value, value);
-  add_note(bytes_, annotation);
+  add_note(bytes_, note,
+           [value](auto& builder) { builder.add_int64(DebugAnnotation::int_value, value); });
 }
 
 void Annotations::add(Note note, std::uint64_t value) {
-  std::string annotation;
-  pbf_builder<DebugAnnotation> builder{annotation};
-  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
-  builder.add_uint64(DebugAnnotation::uint_value, value);
-  add_note(bytes_, annotation);
+  add_note(bytes_, note,
+           [value](auto& builder) { builder.add_uint64(DebugAnnotation::uint_value, value); });
 }
 
 void Annotations::add(Note note, std::string_view value) {
-  std::string annotation;
-  pbf_builder<DebugAnnotation> builder{annotation};
-  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
-  builder.add_string(DebugAnnotation::string_value, value.data(), value.size());
-  add_note(bytes_, annotation);
+  add_note(bytes_, note, [value](auto& builder) {
+    builder.add_string(DebugAnnotation::string_value, value.data(), value.size());
+  });
 }
 
 void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns) {

@@ -2,11 +2,11 @@
 // differ between tracers. A field of another kind than asked for reads as absent.
 #pragma once
 
-#include <cie/tracepoints/schema.hpp>
+#include "field.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 #include <vector>
 
 #include <babeltrace2/babeltrace.h>
@@ -15,32 +15,25 @@ namespace cie::analysis::bt {
 
 // Any integer, boolean or enumeration; unsigned values above int64 wrap.
 std::optional<std::int64_t> read_integer(const bt_field* field) noexcept;
-// Empty if it is not a string.
-std::string_view read_string(const bt_field* field) noexcept;
-// The first label of an enumeration's value; empty if it has none.
-std::string_view read_label(const bt_field* field) noexcept;
-// An array or sequence of integers, at most `limit` of them, appended to `values`.
-void read_integers(const bt_field* field, std::size_t limit, std::vector<std::uint32_t>& values);
 
-// An enumeration of the contract: by label; by number where the trace has a plain integer.
-template <typename Enum>
-std::optional<Enum> read_enum(const bt_field* field) noexcept {
-  if (field == nullptr) return std::nullopt;
-  const auto text = read_label(field);
-  for (std::size_t i = 0; i < Labels<Enum>::kValues.size(); ++i) {
-    if (Labels<Enum>::kValues[i] == text) return static_cast<Enum>(i);
-  }
-  if (!text.empty()) return std::nullopt;
-  const auto type = bt_field_get_class_type(field);
-  if (type != BT_FIELD_CLASS_TYPE_UNSIGNED_INTEGER && type != BT_FIELD_CLASS_TYPE_SIGNED_INTEGER) {
-    return std::nullopt;
-  }
-  const auto number = read_integer(field);
-  if (!number || *number < 0 ||
-      *number >= static_cast<std::int64_t>(Labels<Enum>::kValues.size())) {
-    return std::nullopt;
-  }
-  return static_cast<Enum>(*number);
-}
+// Where the fields that were asked for lie in a structure; absent where it has no such field.
+class FieldTable {
+ public:
+  FieldTable() = default;
+  // `requests` is borrowed.
+  FieldTable(const bt_field_class* structure, const std::vector<FieldRequest>& requests);
+
+  const bt_field* get(const bt_field* structure, std::size_t slot) const noexcept;
+  // Reads them all; views are valid until the next call.
+  const Field* read(const bt_field* structure);
+
+ private:
+  Field read_one(const bt_field* field, const FieldRequest& request);
+
+  const std::vector<FieldRequest>* requests_ = nullptr;
+  std::vector<std::int32_t> positions_;
+  std::array<Field, kMaxSlots> fields_{};
+  std::vector<std::uint32_t> elements_;
+};
 
 }  // namespace cie::analysis::bt

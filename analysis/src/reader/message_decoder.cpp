@@ -8,8 +8,7 @@
 namespace cie::analysis::bt {
 namespace {
 
-const std::vector<std::string_view> kContextNames{"vpid|perf_pid|pid", "vtid|perf_tid|tid"};
-const std::vector<std::string_view> kPacketNames{"cpu_id"};
+const std::vector<FieldRequest> kPacketNames{"cpu_id"};
 
 // Cycles of a trace clock as nanoseconds; LTTng's count nanoseconds already.
 Timestamp time_of(const bt_clock_snapshot* snapshot) {
@@ -78,7 +77,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   Stream state;
   state.index = StreamIndex{static_cast<std::uint32_t>(streams_.size())};
   state.trace = of_trace.get();
-  state.packet_context = FieldTable::of(packet_context_class(stream_class), kPacketNames);
+  state.packet_context = FieldTable(packet_context_class(stream_class), kPacketNames);
   state.has_packet_times =
       bt_stream_class_supports_packets(stream_class) != 0 &&
       bt_stream_class_packets_have_beginning_default_clock_snapshot(stream_class) != 0 &&
@@ -136,7 +135,7 @@ void MessageDecoder::packet_end(const bt_message* message) {
   push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}}, PacketEnd{});
 }
 
-const MessageDecoder::EventPlan& MessageDecoder::plan_of(const bt_event_class* event_class) {
+MessageDecoder::EventPlan& MessageDecoder::plan_of(const bt_event_class* event_class) {
   const auto [found, is_new] = plans_.try_emplace(event_class);
   auto& plan = found->second;
   if (!is_new) return plan;
@@ -144,21 +143,22 @@ const MessageDecoder::EventPlan& MessageDecoder::plan_of(const bt_event_class* e
   plan.name = name != nullptr ? name : "";
   plan.translation = find_translation(plan.name);
   if (plan.translation != nullptr) {
-    plan.payload = FieldTable::of(bt_event_class_borrow_payload_field_class_const(event_class),
-                                  plan.translation->fields);
+    plan.payload = FieldTable(bt_event_class_borrow_payload_field_class_const(event_class),
+                              plan.translation->fields);
   }
   const auto* stream_class = bt_event_class_borrow_stream_class_const(event_class);
-  plan.common_context = FieldTable::of(
-      bt_stream_class_borrow_event_common_context_field_class_const(stream_class), kContextNames);
-  plan.specific_context = FieldTable::of(
-      bt_event_class_borrow_specific_context_field_class_const(event_class), kContextNames);
+  plan.common_context =
+      FieldTable(bt_stream_class_borrow_event_common_context_field_class_const(stream_class),
+                 context_requests());
+  plan.specific_context = FieldTable(
+      bt_event_class_borrow_specific_context_field_class_const(event_class), context_requests());
   return plan;
 }
 
 void MessageDecoder::event(const bt_message* message) {
   const auto* event = bt_message_event_borrow_event_const(message);
   auto& stream = stream_of(bt_event_borrow_stream_const(event));
-  const auto& plan = plan_of(bt_event_borrow_class_const(event));
+  auto& plan = plan_of(bt_event_borrow_class_const(event));
   const auto* common = bt_event_borrow_common_context_field_const(event);
   const auto* specific = bt_event_borrow_specific_context_field_const(event);
   const auto context = [&](std::size_t slot) {
@@ -180,8 +180,10 @@ void MessageDecoder::event(const bt_message* message) {
     push(head, OtherEvent{.name = plan.name});
     return;
   }
-  push(head, plan.translation->translate(bt_event_borrow_payload_field_const(event), plan.payload,
-                                         stream.trace->state));
+  const auto* fields = plan.payload.read(bt_event_borrow_payload_field_const(event));
+  EventBody body;
+  plan.translation->translate(Payload{fields}, stream.trace->state, body);
+  push(head, body);
 }
 
 void MessageDecoder::damaged(const std::string& reason) {

@@ -5,6 +5,7 @@
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/event.hpp>
 
+#include "bt_fields.hpp"
 #include "bt_handles.hpp"
 #include "vocabulary.hpp"
 
@@ -53,7 +54,7 @@ class MessageDecoder {
   };
 
   Stream& stream_of(const bt_stream* stream);
-  const EventPlan& plan_of(const bt_event_class* event_class);
+  EventPlan& plan_of(const bt_event_class* event_class);
   void stream_begin(const bt_stream* stream);
   void stream_end(const bt_stream* stream);
   void packet_begin(const bt_message* message);

@@ -1,14 +1,10 @@
-#include "payload.hpp"
 #include "vocabulary.hpp"
 
-namespace cie::analysis::bt {
+namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxCpus = 65'536;
-
-EventBody run_begin(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return RunBegin{.contract_version = p.number<std::uint32_t>(0),
+void run_begin(const Payload& p, VocabularyState&, EventBody& body) {
+  body = RunBegin{.contract_version = p.number<std::uint32_t>(0),
                   .tool_version = p.text(1),
                   .executor = p.text(2),
                   .boot_id = p.text(3),
@@ -23,29 +19,25 @@ EventBody run_begin(const bt_field* fields, const FieldTable& table, VocabularyS
                   .moment = p.label<RunMoment>(12)};
 }
 
-EventBody run_end(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return RunEnd{.callbacks = p.number<std::uint32_t>(0),
+void run_end(const Payload& p, VocabularyState&, EventBody& body) {
+  body = RunEnd{.callbacks = p.number<std::uint32_t>(0),
                 .threads = p.number<std::uint32_t>(1),
                 .groups = p.number<std::uint32_t>(2),
                 .publishers = p.number<std::uint32_t>(3),
                 .status = p.number<std::int32_t>(4)};
 }
 
-EventBody node_init(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return NodeInit{.node = p.id<NodeId>(0), .name = p.text(1)};
+void node_init(const Payload& p, VocabularyState&, EventBody& body) {
+  body = NodeInit{.node = p.id<NodeId>(0), .name = p.text(1)};
 }
 
-EventBody group_init(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return GroupInit{
-      .group = p.id<GroupId>(0), .node = p.id<NodeId>(1), .type = p.label<GroupType>(2)};
+void group_init(const Payload& p, VocabularyState&, EventBody& body) {
+  body =
+      GroupInit{.group = p.id<GroupId>(0), .node = p.id<NodeId>(1), .type = p.label<GroupType>(2)};
 }
 
-EventBody callback_init(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return CallbackInit{.callback = p.id<CallbackId>(0),
+void callback_init(const Payload& p, VocabularyState&, EventBody& body) {
+  body = CallbackInit{.callback = p.id<CallbackId>(0),
                       .group = p.id<GroupId>(1),
                       .node = p.id<NodeId>(2),
                       .kind = p.label<CallbackKind>(3),
@@ -58,9 +50,8 @@ EventBody callback_init(const bt_field* fields, const FieldTable& table, Vocabul
                       .next_seq = p.number<std::uint64_t>(10)};
 }
 
-EventBody callback_fini(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return CallbackFini{.callback = p.id<CallbackId>(0),
+void callback_fini(const Payload& p, VocabularyState&, EventBody& body) {
+  body = CallbackFini{.callback = p.id<CallbackId>(0),
                       .started = p.number<std::uint64_t>(1),
                       .ended = p.number<std::uint64_t>(2),
                       .released = p.number<std::uint64_t>(3),
@@ -68,23 +59,20 @@ EventBody callback_fini(const bt_field* fields, const FieldTable& table, Vocabul
                       .lost = p.number<std::uint64_t>(5)};
 }
 
-EventBody publisher_init(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return PublisherInit{.publisher = p.id<PublisherId>(0),
+void publisher_init(const Payload& p, VocabularyState&, EventBody& body) {
+  body = PublisherInit{.publisher = p.id<PublisherId>(0),
                        .node = p.id<NodeId>(1),
                        .topic = p.text(2),
                        .writer_gid = p.number<std::uint64_t>(3),
                        .next_seq = p.number<std::uint64_t>(4)};
 }
 
-EventBody publisher_fini(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return PublisherFini{.publisher = p.id<PublisherId>(0), .published = p.number<std::uint64_t>(1)};
+void publisher_fini(const Payload& p, VocabularyState&, EventBody& body) {
+  body = PublisherFini{.publisher = p.id<PublisherId>(0), .published = p.number<std::uint64_t>(1)};
 }
 
-EventBody thread_init(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return ThreadInit{.tid = p.number<std::uint32_t>(0),
+void thread_init(const Payload& p, VocabularyState&, EventBody& body) {
+  body = ThreadInit{.tid = p.number<std::uint32_t>(0),
                     .role = p.label<ThreadRole>(1),
                     .callback = p.id<CallbackId>(2),
                     .group = p.id<GroupId>(3),
@@ -92,16 +80,12 @@ EventBody thread_init(const bt_field* fields, const FieldTable& table, Vocabular
                     .start_ns = p.number<std::int64_t>(5)};
 }
 
-EventBody thread_fini(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return ThreadFini{.tid = p.number<std::uint32_t>(0), .read_backs = p.number<std::uint32_t>(1)};
+void thread_fini(const Payload& p, VocabularyState&, EventBody& body) {
+  body = ThreadFini{.tid = p.number<std::uint32_t>(0), .read_backs = p.number<std::uint32_t>(1)};
 }
 
-EventBody thread_sched(const bt_field* fields, const FieldTable& table, VocabularyState& state) {
-  const Payload p{fields, table};
-  state.cpus.clear();
-  read_integers(p.field(10), kMaxCpus, state.cpus);
-  return ThreadSched{.tid = p.number<std::uint32_t>(0),
+void thread_sched(const Payload& p, VocabularyState&, EventBody& body) {
+  body = ThreadSched{.tid = p.number<std::uint32_t>(0),
                      .moment = p.label<SchedMoment>(1),
                      .n = p.number<std::uint32_t>(2),
                      .policy = p.number<std::int32_t>(3),
@@ -111,25 +95,22 @@ EventBody thread_sched(const bt_field* fields, const FieldTable& table, Vocabula
                      .runtime_ns = p.number<std::uint64_t>(7),
                      .deadline_ns = p.number<std::uint64_t>(8),
                      .period_ns = p.number<std::uint64_t>(9),
-                     .cpus = state.cpus,
+                     .cpus = p.integers(10),
                      .error = p.number<std::int32_t>(11)};
 }
 
-EventBody callback_release(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return CallbackRelease{.callback = p.id<CallbackId>(0),
+void callback_release(const Payload& p, VocabularyState&, EventBody& body) {
+  body = CallbackRelease{.callback = p.id<CallbackId>(0),
                          .release_seq = p.number<std::uint64_t>(1),
                          .overwritten = p.number<std::uint64_t>(2)};
 }
 
-EventBody thread_wakeup(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return ThreadWakeup{.callback = p.id<CallbackId>(0), .reason = p.label<WakeupReason>(1)};
+void thread_wakeup(const Payload& p, VocabularyState&, EventBody& body) {
+  body = ThreadWakeup{.callback = p.id<CallbackId>(0), .reason = p.label<WakeupReason>(1)};
 }
 
-EventBody callback_start(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return CallbackStart{.callback = p.id<CallbackId>(0),
+void callback_start(const Payload& p, VocabularyState&, EventBody& body) {
+  body = CallbackStart{.callback = p.id<CallbackId>(0),
                        .seq = p.number<std::uint64_t>(1),
                        .release_kind = p.label<ReleaseKind>(2),
                        .release_ns = p.number<std::int64_t>(3, -1),
@@ -138,30 +119,26 @@ EventBody callback_start(const bt_field* fields, const FieldTable& table, Vocabu
                        .writer_gid = p.number<std::uint64_t>(6)};
 }
 
-EventBody callback_end(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return CallbackEnd{.callback = p.id<CallbackId>(0),
+void callback_end(const Payload& p, VocabularyState&, EventBody& body) {
+  body = CallbackEnd{.callback = p.id<CallbackId>(0),
                      .seq = p.number<std::uint64_t>(1),
                      .status = p.label<CallbackStatus>(2)};
 }
 
-EventBody publish(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return Publish{.publisher = p.id<PublisherId>(0),
+void publish(const Payload& p, VocabularyState&, EventBody& body) {
+  body = Publish{.publisher = p.id<PublisherId>(0),
                  .seq = p.number<std::uint64_t>(1),
                  .source_timestamp_realtime_ns = p.number<std::int64_t>(2)};
 }
 
-EventBody sample_lost(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return SampleLost{.callback = p.id<CallbackId>(0),
+void sample_lost(const Payload& p, VocabularyState&, EventBody& body) {
+  body = SampleLost{.callback = p.id<CallbackId>(0),
                     .count = p.number<std::uint32_t>(1),
                     .total = p.number<std::uint64_t>(2)};
 }
 
-EventBody clock_sync(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return ClockSync{.monotonic_ns = p.number<std::int64_t>(0),
+void clock_sync(const Payload& p, VocabularyState&, EventBody& body) {
+  body = ClockSync{.monotonic_ns = p.number<std::int64_t>(0),
                    .realtime_ns = p.number<std::int64_t>(1)};
 }
 
@@ -171,14 +148,15 @@ const std::vector<Translation>& cie_vocabulary() {
   static const std::vector<Translation> table{
       {"cie:run_begin",
        {"contract_version", "tool_version", "executor", "boot_id", "host", "pid", "pid_ns",
-        "process_start_ns", "monotonic_ns", "realtime_ns", "online_cpus", "spec_sha256", "moment"},
+        "process_start_ns", "monotonic_ns", "realtime_ns", "online_cpus", "spec_sha256",
+        labelled<RunMoment>("moment")},
        run_begin},
       {"cie:run_end", {"callbacks", "threads", "groups", "publishers", "status"}, run_end},
       {"cie:node_init", {"node_id", "name"}, node_init},
-      {"cie:group_init", {"group_id", "node_id", "type"}, group_init},
+      {"cie:group_init", {"group_id", "node_id", labelled<GroupType>("type")}, group_init},
       {"cie:callback_init",
-       {"callback_id", "group_id", "node_id", "kind", "logical_id", "source", "symbol", "period_ns",
-        "queue_depth", "deadline_ns", "next_seq"},
+       {"callback_id", "group_id", "node_id", labelled<CallbackKind>("kind"), "logical_id",
+        "source", "symbol", "period_ns", "queue_depth", "deadline_ns", "next_seq"},
        callback_init},
       {"cie:callback_fini",
        {"callback_id", "started", "ended", "released", "overwritten", "lost"},
@@ -188,24 +166,26 @@ const std::vector<Translation>& cie_vocabulary() {
        publisher_init},
       {"cie:publisher_fini", {"publisher_id", "published"}, publisher_fini},
       {"cie:thread_init",
-       {"tid", "role", "callback_id", "group_id", "name", "start_ns"},
+       {"tid", labelled<ThreadRole>("role"), "callback_id", "group_id", "name", "start_ns"},
        thread_init},
       {"cie:thread_fini", {"tid", "read_backs"}, thread_fini},
       {"cie:thread_sched",
-       {"tid", "moment", "n", "policy", "flags", "nice", "priority", "runtime_ns", "deadline_ns",
-        "period_ns", "cpus", "error"},
+       {"tid", labelled<SchedMoment>("moment"), "n", "policy", "flags", "nice", "priority",
+        "runtime_ns", "deadline_ns", "period_ns", "cpus", "error"},
        thread_sched},
       {"cie:callback_release", {"callback_id", "release_seq", "overwritten"}, callback_release},
-      {"cie:thread_wakeup", {"callback_id", "reason"}, thread_wakeup},
+      {"cie:thread_wakeup", {"callback_id", labelled<WakeupReason>("reason")}, thread_wakeup},
       {"cie:callback_start",
-       {"callback_id", "seq", "release_kind", "release_ns", "missed",
+       {"callback_id", "seq", labelled<ReleaseKind>("release_kind"), "release_ns", "missed",
         "source_timestamp_realtime_ns", "writer_gid"},
        callback_start},
-      {"cie:callback_end", {"callback_id", "seq", "status"}, callback_end},
+      {"cie:callback_end",
+       {"callback_id", "seq", labelled<CallbackStatus>("status")},
+       callback_end},
       {"cie:publish", {"publisher_id", "seq", "source_timestamp_realtime_ns"}, publish},
       {"cie:sample_lost", {"callback_id", "count", "total"}, sample_lost},
       {"cie:clock_sync", {"monotonic_ns", "realtime_ns"}, clock_sync}};
   return table;
 }
 
-}  // namespace cie::analysis::bt
+}  // namespace cie::analysis

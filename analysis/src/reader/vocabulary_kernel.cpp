@@ -1,10 +1,9 @@
-#include "payload.hpp"
 #include "vocabulary.hpp"
 
 #include <initializer_list>
 #include <tuple>
 
-namespace cie::analysis::bt {
+namespace cie::analysis {
 namespace {
 
 // LTTng-modules writes prio - 100, perf and ftrace write prio. The idle task's is 120: where one is
@@ -16,18 +15,17 @@ std::int32_t priority(const Payload& p, std::size_t slot, const VocabularyState&
 }
 
 std::optional<std::int32_t> target_cpu(const Payload& p, std::size_t slot) {
-  const auto cpu = read_integer(p.field(slot));
+  const auto cpu = p.integer(slot);
   if (!cpu) return std::nullopt;
   return static_cast<std::int32_t>(*cpu);
 }
 
-EventBody sched_switch(const bt_field* fields, const FieldTable& table, VocabularyState& state) {
-  const Payload p{fields, table};
+void sched_switch(const Payload& p, VocabularyState& state, EventBody& body) {
   const auto prev_tid = p.number<std::int64_t>(1);
   const auto next_tid = p.number<std::int64_t>(5);
   if (prev_tid == 0) state.priority_offset = kIdlePriority - p.number<std::int32_t>(2);
   if (next_tid == 0) state.priority_offset = kIdlePriority - p.number<std::int32_t>(6);
-  return SchedSwitch{.prev_comm = p.text(0),
+  body = SchedSwitch{.prev_comm = p.text(0),
                      .prev_tid = prev_tid,
                      .prev_prio = priority(p, 2, state),
                      .prev_state = p.number<std::int64_t>(3),
@@ -36,58 +34,51 @@ EventBody sched_switch(const bt_field* fields, const FieldTable& table, Vocabula
                      .next_prio = priority(p, 6, state)};
 }
 
-EventBody sched_waking(const bt_field* fields, const FieldTable& table, VocabularyState& state) {
-  const Payload p{fields, table};
-  return SchedWaking{.tid = p.number<std::int64_t>(0),
+void sched_waking(const Payload& p, VocabularyState& state, EventBody& body) {
+  body = SchedWaking{.tid = p.number<std::int64_t>(0),
                      .prio = priority(p, 1, state),
                      .target_cpu = target_cpu(p, 2)};
 }
 
-EventBody sched_wakeup(const bt_field* fields, const FieldTable& table, VocabularyState& state) {
-  const Payload p{fields, table};
-  return SchedWakeup{.tid = p.number<std::int64_t>(0),
+void sched_wakeup(const Payload& p, VocabularyState& state, EventBody& body) {
+  body = SchedWakeup{.tid = p.number<std::int64_t>(0),
                      .prio = priority(p, 1, state),
                      .target_cpu = target_cpu(p, 2)};
 }
 
-EventBody process_fork(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return SchedProcessFork{.parent_tid = p.number<std::int64_t>(0),
+void process_fork(const Payload& p, VocabularyState&, EventBody& body) {
+  body = SchedProcessFork{.parent_tid = p.number<std::int64_t>(0),
                           .parent_pid = p.number<std::int64_t>(1),
                           .child_tid = p.number<std::int64_t>(2),
                           .child_pid = p.number<std::int64_t>(3),
                           .child_comm = p.text(4)};
 }
 
-EventBody process_exit(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return SchedProcessExit{.tid = p.number<std::int64_t>(0)};
+void process_exit(const Payload& p, VocabularyState&, EventBody& body) {
+  body = SchedProcessExit{.tid = p.number<std::int64_t>(0)};
 }
 
-EventBody migrate_task(const bt_field* fields, const FieldTable& table, VocabularyState&) {
-  const Payload p{fields, table};
-  return SchedMigrateTask{.tid = p.number<std::int64_t>(0),
+void migrate_task(const Payload& p, VocabularyState&, EventBody& body) {
+  body = SchedMigrateTask{.tid = p.number<std::int64_t>(0),
                           .orig_cpu = p.number<std::int32_t>(1),
                           .dest_cpu = p.number<std::int32_t>(2)};
 }
 
-EventBody pi_setprio(const bt_field* fields, const FieldTable& table, VocabularyState& state) {
-  const Payload p{fields, table};
-  return SchedPiSetprio{.tid = p.number<std::int64_t>(0),
+void pi_setprio(const Payload& p, VocabularyState& state, EventBody& body) {
+  body = SchedPiSetprio{.tid = p.number<std::int64_t>(0),
                         .old_prio = priority(p, 1, state),
                         .new_prio = priority(p, 2, state)};
 }
 
 std::vector<Translation> make_table() {
-  const std::vector<std::string_view> switched{
-      "prev_comm", "prev_tid|prev_pid", "prev_prio", "prev_state",
-      "next_comm", "next_tid|next_pid", "next_prio"};
-  const std::vector<std::string_view> woken{"tid|pid", "prio", "target_cpu"};
+  const std::vector<FieldRequest> switched{"prev_comm",  "prev_tid|prev_pid", "prev_prio",
+                                           "prev_state", "next_comm",         "next_tid|next_pid",
+                                           "next_prio"};
+  const std::vector<FieldRequest> woken{"tid|pid", "prio", "target_cpu"};
   // perf's conversion prefixes names with the subsystem and has no thread ids of a fork's parent.
   std::vector<Translation> table;
-  for (const auto& [name, perf_name, fields, translate] :
-       std::initializer_list<std::tuple<std::string_view, std::string_view,
-                                        std::vector<std::string_view>, Translate>>{
+  for (const auto& [name, perf_name, fields, translate] : std::initializer_list<
+           std::tuple<std::string_view, std::string_view, std::vector<FieldRequest>, Translate>>{
            {"sched_switch", "sched:sched_switch", switched, sched_switch},
            {"sched_waking", "sched:sched_waking", woken, sched_waking},
            {"sched_wakeup", "sched:sched_wakeup", woken, sched_wakeup},
@@ -119,4 +110,4 @@ const std::vector<Translation>& kernel_vocabulary() {
   return table;
 }
 
-}  // namespace cie::analysis::bt
+}  // namespace cie::analysis

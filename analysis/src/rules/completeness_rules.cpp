@@ -1,11 +1,13 @@
 #include "completeness_rules.hpp"
 
 #include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <string>
 #include <string_view>
@@ -17,20 +19,17 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    Judgement judgement(names.callback(index));
-    judgement.check(callback.starts.count);
-    judgement.doubt(proof.gap(callback));
-    conclude(std::move(judgement), verdicts);
-  }
+  auto verdicts = judge_callbacks(
+      model, [&](CallbackIndex, const CallbackFacts& callback, Judgement& judgement) {
+        judgement.check(callback.starts.count);
+        judgement.doubt(proof.gap(callback));
+      });
   // Threads and publishers are named only if their numbers jump.
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    Judgement judgement(names.thread(ThreadIndex{static_cast<std::uint32_t>(i)}));
-    judgement.doubt(proof.gap(model.threads[i]));
-    conclude(std::move(judgement), verdicts);
-  }
+  auto of_threads =
+      judge_threads(model, [&](ThreadIndex, const ThreadFacts& thread, Judgement& judgement) {
+        judgement.doubt(proof.gap(thread));
+      });
+  std::ranges::move(of_threads, std::back_inserter(verdicts));
   for (const auto& publisher : model.publishers) {
     Judgement judgement(names.topic(publisher));
     judgement.doubt(proof.gap(publisher));

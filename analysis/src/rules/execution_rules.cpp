@@ -1,6 +1,6 @@
 #include "execution_rules.hpp"
 
-#include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
 #include "thread_losses.hpp"
@@ -30,45 +30,40 @@ void judge_unpaired(const Model& model, const Proof& proof, const CallbackFacts&
 
 std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    Judgement judgement(names.callback(index));
-    judgement.check(callback.starts.count);
-    judgement.overrule(proof.loss(index));
-    const auto& fini = callback.fini;
-    if (fini && fini->started != fini->ended && !proof.is_interrupted(callback.process)) {
-      for (const auto& open : callback.open) {
-        judgement.fail(evidence("callback_start", open.start,
-                                "seq " + std::to_string(open.seq) + " starts and never ends"));
-      }
-      judgement.fail(evidence("callback_fini", fini->at,
-                              std::to_string(fini->started) + " started, " +
-                                  std::to_string(fini->ended) + " ended, at a clean exit"));
-    }
-    if (callback.second_ends != 0) {
-      if (const auto& second = callback.first_second_end) {
-        const auto seq = "seq " + std::to_string(second->seq);
-        judgement.fail(evidence("callback_end", second->first, seq + " ends"));
-        judgement.fail(evidence("callback_end", second->second, seq + " ends a second time"));
-      } else {
-        judgement.fail(evidence(
-            "callback_end", callback.max_end_at.value_or(EventRef{}),
-            std::to_string(callback.second_ends) + " ends of instances that had ended before"));
-      }
-    }
-    if (fini && callback.max_end_seq && *callback.max_end_seq >= fini->started) {
-      judgement.fail(evidence("callback_end", *callback.max_end_at,
-                              "ends seq " + std::to_string(*callback.max_end_seq)));
-      judgement.fail(evidence("callback_fini", fini->at,
-                              "but only " + std::to_string(fini->started) + " started"));
-    }
-    judge_unpaired(model, proof, callback, judgement);
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_callbacks(
+      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judgement.check(callback.starts.count);
+        judgement.overrule(proof.loss(index));
+        const auto& fini = callback.fini;
+        if (fini && fini->started != fini->ended && !proof.is_interrupted(callback.process)) {
+          for (const auto& open : callback.open) {
+            judgement.fail(evidence("callback_start", open.start,
+                                    "seq " + std::to_string(open.seq) + " starts and never ends"));
+          }
+          judgement.fail(evidence("callback_fini", fini->at,
+                                  std::to_string(fini->started) + " started, " +
+                                      std::to_string(fini->ended) + " ended, at a clean exit"));
+        }
+        if (callback.second_ends != 0) {
+          if (const auto& second = callback.first_second_end) {
+            const auto seq = "seq " + std::to_string(second->seq);
+            judgement.fail(evidence("callback_end", second->first, seq + " ends"));
+            judgement.fail(evidence("callback_end", second->second, seq + " ends a second time"));
+          } else {
+            judgement.fail(evidence(
+                "callback_end", callback.max_end_at.value_or(EventRef{}),
+                std::to_string(callback.second_ends) + " ends of instances that had ended before"));
+          }
+        }
+        if (fini && callback.max_end_seq && *callback.max_end_seq >= fini->started) {
+          judgement.fail(evidence("callback_end", *callback.max_end_at,
+                                  "ends seq " + std::to_string(*callback.max_end_seq)));
+          judgement.fail(evidence("callback_fini", fini->at,
+                                  "but only " + std::to_string(fini->started) + " started"));
+        }
+        judge_unpaired(model, proof, callback, judgement);
+      });
 }
 
 void report(const CallbackFacts::Overlap& overlap, Judgement& judgement) {
@@ -84,12 +79,9 @@ void report(const CallbackFacts::Overlap& overlap, Judgement& judgement) {
 
 std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    Judgement judgement(names.callback(index));
+  return judge_callbacks(model, [&](CallbackIndex index, const CallbackFacts& callback,
+                                    Judgement& judgement) {
     judgement.check(callback.starts.count);
     judgement.overrule(proof.loss(index));
     if (callback.overlap) {
@@ -105,9 +97,7 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
                                  "unknown: its end was not seen"));
       }
     }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  });
 }
 
 void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& judgement) {
@@ -122,15 +112,11 @@ void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& 
 
 std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
   const ThreadLosses losses(model, proof);
-  std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    if (thread.ran.empty() && !is_isolated(thread)) continue;
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    Judgement judgement(names.thread(index));
+  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
+                                  Judgement& judgement) {
+    if (thread.ran.empty() && !is_isolated(thread)) return;
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
     judgement.overrule(losses.on(index));
@@ -146,9 +132,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
                                  "unknown: its end was not seen"));
       }
     }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  });
 }
 
 }  // namespace

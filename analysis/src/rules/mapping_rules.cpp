@@ -1,6 +1,7 @@
 #include "mapping_rules.hpp"
 
 #include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
 #include "thread_losses.hpp"
@@ -53,23 +54,18 @@ void note_missing_vtid(const RuleContext& context, std::vector<SubjectVerdict>& 
 
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
   const ThreadLosses losses(model, proof);
-  std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (thread.ran.empty() && !is_isolated(thread)) continue;
-    Judgement judgement(names.thread(index));
-    for (const auto& pair : in_order(model, thread.ran)) {
-      judgement.check(pair.starts);
-      if (thread.ran.size() > 1) judgement.fail(started_here(model, pair));
-    }
-    judgement.doubt(losses.on(index));
-    if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
-    conclude(std::move(judgement), verdicts);
-  }
+  auto verdicts =
+      judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (thread.ran.empty() && !is_isolated(thread)) return;
+        for (const auto& pair : in_order(model, thread.ran)) {
+          judgement.check(pair.starts);
+          if (thread.ran.size() > 1) judgement.fail(started_here(model, pair));
+        }
+        judgement.doubt(losses.on(index));
+        if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
+      });
   note_missing_vtid(context, verdicts);
   return verdicts;
 }
@@ -125,23 +121,18 @@ void judge_threads_of(const Model& model, const CallbackFacts& callback, Judgeme
 
 std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    Judgement judgement(names.callback(index));
-    judgement.check(callback.starts.count);
-    judge_threads_of(model, callback, judgement);
-    judgement.doubt(proof.loss(index));
-    if (callback.starts_without_tid != 0) {
-      judgement.doubt(evidence(
-          "vtid", callback.starts.first_at,
-          std::to_string(callback.starts_without_tid) + " starts without the context vtid"));
-    }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_callbacks(
+      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judgement.check(callback.starts.count);
+        judge_threads_of(model, callback, judgement);
+        judgement.doubt(proof.loss(index));
+        if (callback.starts_without_tid != 0) {
+          judgement.doubt(evidence(
+              "vtid", callback.starts.first_at,
+              std::to_string(callback.starts_without_tid) + " starts without the context vtid"));
+        }
+      });
 }
 
 void judge_move(const Model& model, const Move& move, Judgement& judgement) {
@@ -208,21 +199,17 @@ bool may_have_moved(const Model& model, const CallbackFacts& callback) {
 
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    if (callback.ran_on.empty()) continue;
-    Judgement judgement(names.callback(index));
-    judgement.check(callback.starts.count);
-    if (proof.loss(index) && may_have_moved(model, callback)) {
-      judgement.doubt(proof.loss(index));
-    }
-    for (const auto& move : callback.moves)
-      judge_move(model, move, judgement);
-    conclude(std::move(judgement), verdicts);
-  }
+  auto verdicts = judge_callbacks(
+      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        if (callback.ran_on.empty()) return;
+        judgement.check(callback.starts.count);
+        if (proof.loss(index) && may_have_moved(model, callback)) {
+          judgement.doubt(proof.loss(index));
+        }
+        for (const auto& move : callback.moves)
+          judge_move(model, move, judgement);
+      });
   note_missing_vtid(context, verdicts);
   return verdicts;
 }

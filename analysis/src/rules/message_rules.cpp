@@ -1,6 +1,7 @@
 #include "message_rules.hpp"
 
 #include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
@@ -45,18 +46,13 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
 
 std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    if (callback.kind == CallbackKind::timer) continue;
-    Judgement judgement(names.callback(index));
-    judgement.doubt(proof.loss(index));
-    if (callback.registered) judge_queue(context, callback, judgement);
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_callbacks(
+      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        if (callback.kind == CallbackKind::timer) return;
+        judgement.doubt(proof.loss(index));
+        if (callback.registered) judge_queue(context, callback, judgement);
+      });
 }
 
 struct Bound {

@@ -1,6 +1,7 @@
 #include "ownership_rules.hpp"
 
 #include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "thread_losses.hpp"
 #include "thread_questions.hpp"
@@ -80,21 +81,18 @@ void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFact
 
 std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
   const auto unknown = unknown_threads(model, proof);
   const ThreadLosses losses(model, proof);
-  std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    Judgement judgement(names.thread(thread_index(i)));
-    if (const auto found = unknown.find(thread_index(i)); found != unknown.end()) {
+  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
+                                  Judgement& judgement) {
+    if (const auto found = unknown.find(index); found != unknown.end()) {
       judgement.doubt(found->second);
     }
     const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
     if (is_isolated(thread)) {
       judge_foreign_callbacks(model, thread, judgement);
-      judgement.doubt(losses.on(thread_index(i)));
+      judgement.doubt(losses.on(index));
     }
     if (is_isolated(thread) || is_worker) {
       const auto* entry = spec_entry_of(context, thread);
@@ -102,9 +100,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
         judge_foreign_time(model, proof, thread, *entry, place(context, entry->line), judgement);
       }
     }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  });
 }
 
 void judge_group(const Model& model, const GroupFacts& group,
@@ -184,13 +180,9 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
 
 std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    if (thread.ran.empty()) continue;
-    Judgement judgement(names.thread(thread_index(i)));
+  return judge_threads(model, [&](ThreadIndex, const ThreadFacts& thread, Judgement& judgement) {
+    if (thread.ran.empty()) return;
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
     if (!thread.announced) {
@@ -203,9 +195,7 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
                                     " announced threads were seen; this one was not announced"));
       }
     }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  });
 }
 
 }  // namespace

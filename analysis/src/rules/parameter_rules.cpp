@@ -1,12 +1,13 @@
 #include "parameter_rules.hpp"
 
-#include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "ownership_rules.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <string>
 
 namespace cie::analysis {
@@ -70,55 +71,48 @@ std::map<ProcessIndex, Evidence> unannounced_threads(const Model& model, const P
   return found;
 }
 
-void judge_workers(const RuleContext& context, const Subjects& names, const Proof& proof,
-                   std::vector<SubjectVerdict>& verdicts) {
-  const auto& threads = context.options.spec->threads();
+std::vector<SubjectVerdict> judge_workers(const RuleContext& context, const Proof& proof) {
   const bool is_any = std::ranges::any_of(
-      threads, [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
-  for (std::size_t i = 0; is_any && i < context.model.threads.size(); ++i) {
-    const auto& thread = context.model.threads[i];
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    Judgement judgement(names.thread(index));
-    if (!thread.announced) {
-      judgement.doubt(proof.loss(index));
-    } else if (thread.role == ThreadRole::worker) {
-      const auto* entry = context.options.spec->find_thread(thread.name);
-      if (entry != nullptr && judges_parameters(entry->parameters)) {
-        judge_as_specified(context, proof, index, *entry, judgement);
-      }
-    }
-    conclude(std::move(judgement), verdicts);
-  }
+      context.options.spec->threads(),
+      [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
+  if (!is_any) return {};
+  return judge_threads(context.model,
+                       [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+                         if (!thread.announced) {
+                           judgement.doubt(proof.loss(index));
+                         } else if (thread.role == ThreadRole::worker) {
+                           const auto* entry = context.options.spec->find_thread(thread.name);
+                           if (entry != nullptr && judges_parameters(entry->parameters)) {
+                             judge_as_specified(context, proof, index, *entry, judgement);
+                           }
+                         }
+                       });
 }
 
 std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
   const auto& model = context.model;
-  std::vector<SubjectVerdict> verdicts;
-  if (context.options.spec == nullptr) return verdicts;
-  const Subjects names(model);
+  if (context.options.spec == nullptr) return {};
   const Proof proof(model);
   const IsolatedThreads isolated(model);
   const auto unknown = on_unknown_threads(model, proof);
   const auto unannounced = unannounced_threads(model, proof);
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    Judgement judgement(names.callback(index));
-    judgement.doubt(unknown_identity(context, callback));
-    const auto* entry = spec_entry(context, callback);
-    if (entry != nullptr && judges_parameters(entry->parameters)) {
-      const auto threads = isolated.of(callback);
-      if (const auto found = unknown.find(index); found != unknown.end()) {
-        judgement.doubt(found->second);
-      }
-      const auto lost = unannounced.find(callback.process);
-      if (threads.empty() && lost != unannounced.end()) judgement.doubt(lost->second);
-      for (const auto thread : threads) {
-        judge_as_specified(context, proof, thread, *entry, judgement);
-      }
-    }
-    conclude(std::move(judgement), verdicts);
-  }
-  judge_workers(context, names, proof, verdicts);
+  auto verdicts = judge_callbacks(
+      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judgement.doubt(unknown_identity(context, callback));
+        const auto* entry = spec_entry(context, callback);
+        if (entry != nullptr && judges_parameters(entry->parameters)) {
+          const auto threads = isolated.of(callback);
+          if (const auto found = unknown.find(index); found != unknown.end()) {
+            judgement.doubt(found->second);
+          }
+          const auto lost = unannounced.find(callback.process);
+          if (threads.empty() && lost != unannounced.end()) judgement.doubt(lost->second);
+          for (const auto thread : threads) {
+            judge_as_specified(context, proof, thread, *entry, judgement);
+          }
+        }
+      });
+  std::ranges::move(judge_workers(context, proof), std::back_inserter(verdicts));
   return verdicts;
 }
 
@@ -176,31 +170,23 @@ void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIn
 
 std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
   const auto& model = context.model;
-  std::vector<SubjectVerdict> verdicts;
-  if (context.options.spec == nullptr) return verdicts;
-  const Subjects names(model);
+  if (context.options.spec == nullptr) return {};
   const Proof proof(model);
   const IsolatedThreads isolated(model);
   const auto unknown = on_unknown_threads(model, proof);
-  for (const auto index : callbacks_in_order(model)) {
-    Judgement judgement(names.callback(index));
-    judgement.doubt(unknown_identity(context, model.callbacks[at(index)]));
-    const auto* entry = spec_entry(context, model.callbacks[at(index)]);
-    if (entry == nullptr || !judges_parameters(entry->parameters)) {
-      conclude(std::move(judgement), verdicts);
-      continue;
-    }
-    if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.doubt(found->second);
-    }
-    const auto& callback = model.callbacks[at(index)];
-    const auto thread = thread_of_first_instance(callback, isolated.of(callback));
-    if (thread && !unknown.contains(index)) {
-      judge_before_first(context, proof, *thread, index, *entry, judgement);
-    }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_callbacks(
+      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judgement.doubt(unknown_identity(context, callback));
+        const auto* entry = spec_entry(context, callback);
+        if (entry == nullptr || !judges_parameters(entry->parameters)) return;
+        if (const auto found = unknown.find(index); found != unknown.end()) {
+          judgement.doubt(found->second);
+        }
+        const auto thread = thread_of_first_instance(callback, isolated.of(callback));
+        if (thread && !unknown.contains(index)) {
+          judge_before_first(context, proof, *thread, index, *entry, judgement);
+        }
+      });
 }
 
 }  // namespace

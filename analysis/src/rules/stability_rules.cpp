@@ -1,6 +1,7 @@
 #include "stability_rules.hpp"
 
 #include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "ownership_rules.hpp"
 #include "proof.hpp"
@@ -54,65 +55,55 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
 
 std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
   const auto unknown = unknown_threads(model, proof);
-  std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (!is_known(thread) && thread.ran.empty()) continue;
-    Judgement judgement(names.thread(index));
-    if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.doubt(found->second);
-    }
-    if (last_applied(model, thread) != nullptr) {
-      judge_unchanged(model, proof, index, judgement);
-    } else {
-      judgement.doubt(proof.loss(index));  // what was applied may be what was lost
-      const bool has_begin = model.processes[at(thread.process)].run_begin.has_value();
-      if (thread.first_audit && !has_begin) judgement.doubt(proof.incompleteness(thread.process));
-    }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_threads(
+      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (!is_known(thread) && thread.ran.empty()) return;
+        if (const auto found = unknown.find(index); found != unknown.end()) {
+          judgement.doubt(found->second);
+        }
+        if (last_applied(model, thread) != nullptr) {
+          judge_unchanged(model, proof, index, judgement);
+        } else {
+          judgement.doubt(proof.loss(index));  // what was applied may be what was lost
+          const bool has_begin = model.processes[at(thread.process)].run_begin.has_value();
+          if (thread.first_audit && !has_begin) {
+            judgement.doubt(proof.incompleteness(thread.process));
+          }
+        }
+      });
 }
 
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
   const Proof proof(model);
-  std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (!is_known(thread) && thread.ran.empty()) continue;
-    Judgement judgement(names.thread(index));
-    judgement.check(thread.cpus_checked);
-    if (thread.cpu_violation) {
-      const auto& [mask, where] = *thread.cpu_violation;
-      if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
-        judgement.overrule(proof.loss(index));
-      }
-      judgement.fail(evidence("thread_sched", mask.at, "last read back: " + describe(mask)));
-      judgement.fail(evidence(
-          "cpu", where,
-          "ran on CPU " + std::to_string(where.cpu.value_or(-1)) + ", which is outside that mask"));
-    }
-    judgement.doubt(proof.loss(index));
-    judgement.doubt(proof.kernel_loss(thread));
-    const EventRef begin = moment(lifetime(thread).first, thread.tid);
-    if (!thread.last_read_back) {
-      judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
-    } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
-      judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
-    } else if (thread.switch_cpus_checked == 0) {
-      judgement.remark(evidence("sampled", begin,
-                                "only the CPUs of its own events were seen, not its switches"));
-    }
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_threads(
+      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (!is_known(thread) && thread.ran.empty()) return;
+        judgement.check(thread.cpus_checked);
+        if (thread.cpu_violation) {
+          const auto& [mask, where] = *thread.cpu_violation;
+          if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
+            judgement.overrule(proof.loss(index));
+          }
+          judgement.fail(evidence("thread_sched", mask.at, "last read back: " + describe(mask)));
+          judgement.fail(evidence("cpu", where,
+                                  "ran on CPU " + std::to_string(where.cpu.value_or(-1)) +
+                                      ", which is outside that mask"));
+        }
+        judgement.doubt(proof.loss(index));
+        judgement.doubt(proof.kernel_loss(thread));
+        const EventRef begin = moment(lifetime(thread).first, thread.tid);
+        if (!thread.last_read_back) {
+          judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
+        } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
+          judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
+        } else if (thread.switch_cpus_checked == 0) {
+          judgement.remark(evidence("sampled", begin,
+                                    "only the CPUs of its own events were seen, not its switches"));
+        }
+      });
 }
 
 bool is_ever_real_time(const ThreadFacts& thread) {

@@ -1,6 +1,6 @@
 #include "timing_rules.hpp"
 
-#include "../subjects.hpp"
+#include "each_subject.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
@@ -12,18 +12,14 @@
 namespace cie::analysis {
 namespace {
 
-// Shared frame: one judgement per callback, in order.
+// judge(callback, why instances of it may be missing, proof, judgement).
 template <typename Judge>
 std::vector<SubjectVerdict> for_each_callback(const RuleContext& context, const Judge& judge) {
-  const Subjects names(context.model);
   const Proof proof(context.model);
-  std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(context.model)) {
-    Judgement judgement(names.callback(index));
-    judge(context.model.callbacks[at(index)], proof.loss(index), proof, judgement);
-    conclude(std::move(judgement), verdicts);
-  }
-  return verdicts;
+  return judge_callbacks(
+      context.model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judge(callback, proof.loss(index), proof, judgement);
+      });
 }
 
 template <typename Value>

@@ -42,6 +42,13 @@ std::vector<Evidence> losses_of(const Model& model, bool only_damage) {
   return evidences;
 }
 
+// The verdict of a rule that has one subject.
+std::vector<SubjectVerdict> only(Judgement&& judgement) {
+  std::vector<SubjectVerdict> verdicts;
+  conclude(std::move(judgement), verdicts);
+  return verdicts;
+}
+
 std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
   Judgement judgement(kTrace);
   for (const auto& stream : context.model.streams)
@@ -52,9 +59,7 @@ std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
     if (context.model.events.total == 0) judgement.fail(item);
     judgement.doubt(item);
   }
-  std::vector<SubjectVerdict> verdicts;
-  conclude(std::move(judgement), verdicts);
-  return verdicts;
+  return only(std::move(judgement));
 }
 
 std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
@@ -68,9 +73,7 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
     if (is_proof_lost) judgement.doubt(loss);
     judgement.remark(loss);
   }
-  std::vector<SubjectVerdict> verdicts;
-  conclude(std::move(judgement), verdicts);
-  return verdicts;
+  return only(std::move(judgement));
 }
 
 std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
@@ -96,9 +99,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
                         "; add it: lttng add-context --userspace --type=" + std::string(name));
     }
   }
-  std::vector<SubjectVerdict> verdicts;
-  conclude(std::move(judgement), verdicts);
-  return verdicts;
+  return only(std::move(judgement));
 }
 
 std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
@@ -118,9 +119,7 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
                              "streams were recorded under different boots or clocks; their times "
                              "cannot be compared"));
   }
-  std::vector<SubjectVerdict> verdicts;
-  conclude(std::move(judgement), verdicts);
-  return verdicts;
+  return only(std::move(judgement));
 }
 
 }  // namespace

@@ -67,6 +67,9 @@ std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
   if (settings.executor == "single") {
     return std::make_unique<cie::SingleThreadedExecutor>(std::move(options));
   }
+  if (settings.executor == "events") {
+    return std::make_unique<cie::EventsExecutor>(std::move(options));
+  }
   if (settings.executor == "multi") {
     return std::make_unique<cie::MultiThreadedExecutor>(std::move(options));
   }
@@ -182,7 +185,7 @@ int main(int argc, char** argv) {
       "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
   app.name("cie-demo");
   app.add_option("--executor", settings.executor, "Who runs the callbacks")
-      ->check(CLI::IsMember({"isolated", "single", "multi"}))
+      ->check(CLI::IsMember({"isolated", "single", "events", "multi"}))
       ->capture_default_str();
   app.add_option("--duration", settings.duration_s, "Seconds to run")
       ->check(CLI::Range(0.0, 86400.0))

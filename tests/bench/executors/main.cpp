@@ -24,7 +24,7 @@ namespace {
 using namespace std::chrono_literals;
 
 struct Settings {
-  std::vector<std::string> executors{"isolated", "single", "multi"};
+  std::vector<std::string> executors{"isolated", "single", "events", "multi"};
   std::vector<std::string> placements{"intra", "inter"};
   std::vector<std::string> phases{"staggered", "aligned"};
   std::vector<unsigned> pairs{1, 8, 24};
@@ -170,7 +170,7 @@ int main(int argc, char** argv) {
       "callback. System calls need root and tracefs."};
   app.name("cie-bench-executors");
   app.add_option("--executors", settings.executors)
-      ->check(CLI::IsMember({"isolated", "single", "multi"}))
+      ->check(CLI::IsMember({"isolated", "single", "events", "multi"}))
       ->delimiter(',');
   app.add_option("--paths", settings.placements, "intra: one process, inter: two")
       ->check(CLI::IsMember({"intra", "inter"}))

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <test_services.hpp>
 
 extern char** environ;
 
@@ -17,8 +18,12 @@ namespace cie::test {
 namespace {
 
 using cie_msgs::Sample;
+using Request = test_services::Add_Request;
+using Response = test_services::Add_Response;
 
 constexpr std::uint64_t kMessages = 300;
+
+constexpr std::int64_t kCalls = 100;
 
 QoS deep() { return QoS{KeepAll{}}; }
 
@@ -47,11 +52,30 @@ TEST(Child, DISABLED_Publishes) {
   spinning.cancel_and_wait();
 }
 
-pid_t start_child(const Context::Options& options) {
+// Not a test of its own: started by Interprocess.
+TEST(ChildService, DISABLED_Adds) {
+  Context context;
+  Node node{context, "child"};
+  std::atomic<std::uint64_t> answered{0};
+  const auto service = node.create_service<Request, Response>(
+      "add", [&](const Request& request, Response& response) {
+        response.sum = request.a + request.b;
+        ++answered;
+      });
+  CallbackIsolatedExecutor executor;
+  executor.add_node(node);
+  Spinning spinning{executor};
+  // The last client's departure is the sign to go.
+  ASSERT_TRUE(eventually([&] { return service->client_count() > 0; }));
+  EXPECT_TRUE(eventually([&] { return answered >= 2 * kCalls && service->client_count() == 0; }));
+  spinning.cancel_and_wait();
+}
+
+pid_t start_child(const Context::Options& options, const std::string& test) {
   setenv("CIE_DOMAIN_ID", std::to_string(options.domain).c_str(), 1);
   setenv("CIE_LOOPBACK", "1", 1);
   setenv("CIE_DISCOVERY_TAG", options.tag.c_str(), 1);
-  std::vector<std::string> arguments{"child", "--gtest_filter=Child.*",
+  std::vector<std::string> arguments{"child", "--gtest_filter=" + test,
                                      "--gtest_also_run_disabled_tests"};
   std::vector<char*> raw;
   for (std::string& argument : arguments)
@@ -88,7 +112,7 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
   CallbackIsolatedExecutor executor;
   executor.add_node(node);
   Spinning spinning{executor};
-  const pid_t child = start_child(options);
+  const pid_t child = start_child(options, "Child.*");
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   spinning.cancel_and_wait();
@@ -101,6 +125,35 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
   EXPECT_EQ(wrong_writer, 0U);
   EXPECT_EQ(wrong_arrival, 0U);
   EXPECT_EQ(wrong_source, 0U);
+}
+
+TEST(Interprocess, AServiceAnswersEachClientFromItsFirstRequestOn) {
+  const auto options = private_options();
+  Context context{options};
+  const pid_t child = start_child(options, "ChildService.*");
+  {
+    Node node{context, "parent"};
+    const auto first = node.create_client<Request, Response>("add", {.timeout = 20s});
+    const auto second = node.create_client<Request, Response>("add", {.timeout = 20s});
+    CallbackIsolatedExecutor executor;
+    executor.add_node(node);
+    const Spinning spinning{executor};
+    ASSERT_TRUE(first->wait_for_service(20s));
+    ASSERT_TRUE(second->wait_for_service(20s));
+    Request request{};
+    for (std::int64_t i = 0; i < kCalls; ++i) {
+      request.a = i;
+      request.b = 1;
+      auto of_first = first->async_send_request(request);
+      request.b = 2;
+      auto of_second = second->async_send_request(request);
+      EXPECT_EQ(of_first.get()->sum, i + 1);
+      EXPECT_EQ(of_second.get()->sum, i + 2);
+    }
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
 }  // namespace

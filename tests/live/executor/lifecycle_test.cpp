@@ -1,4 +1,5 @@
 // Nodes come and go, executors start and end, callbacks throw.
+#include "executors.hpp"
 #include "support.hpp"
 
 #include <algorithm>
@@ -20,20 +21,6 @@ namespace {
 
 using cie_msgs::Sample;
 
-enum class Kind { isolated, single, multi };
-
-std::unique_ptr<Executor> make_executor(Kind kind, ExecutorOptions options = {}) {
-  options.threads = 2;
-  switch (kind) {
-    case Kind::isolated:
-      return std::make_unique<CallbackIsolatedExecutor>(options);
-    case Kind::single:
-      return std::make_unique<SingleThreadedExecutor>(options);
-    default:
-      return std::make_unique<MultiThreadedExecutor>(options);
-  }
-}
-
 class AnyExecutor : public testing::TestWithParam<Kind> {
  protected:
   std::unique_ptr<Executor> make(ExecutorOptions options = {}) {
@@ -42,18 +29,7 @@ class AnyExecutor : public testing::TestWithParam<Kind> {
   Context context{private_options()};
 };
 
-INSTANTIATE_TEST_SUITE_P(Executors, AnyExecutor,
-                         testing::Values(Kind::isolated, Kind::single, Kind::multi),
-                         [](const auto& parameter) {
-                           switch (parameter.param) {
-                             case Kind::isolated:
-                               return "Isolated";
-                             case Kind::single:
-                               return "Single";
-                             default:
-                               return "Multi";
-                           }
-                         });
+INSTANTIATE_TEST_SUITE_P(Executors, AnyExecutor, every_executor(), name_of);
 
 std::size_t thread_count() {
   std::size_t count = 0;

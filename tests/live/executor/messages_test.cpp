@@ -1,4 +1,5 @@
 // Messages arrive: counted, in order, with the facts that come with them.
+#include "executors.hpp"
 #include "support.hpp"
 
 #include <atomic>
@@ -19,33 +20,9 @@ using cie_msgs::String;
 
 constexpr std::uint32_t kCount = 200;
 
-enum class Kind { isolated, single, multi };
-
-std::unique_ptr<Executor> make_executor(Kind kind) {
-  switch (kind) {
-    case Kind::isolated:
-      return std::make_unique<CallbackIsolatedExecutor>();
-    case Kind::single:
-      return std::make_unique<SingleThreadedExecutor>();
-    default:
-      return std::make_unique<MultiThreadedExecutor>(ExecutorOptions{.threads = 3});
-  }
-}
-
 class Messages : public testing::TestWithParam<Kind> {};
 
-INSTANTIATE_TEST_SUITE_P(Executors, Messages,
-                         testing::Values(Kind::isolated, Kind::single, Kind::multi),
-                         [](const auto& parameter) {
-                           switch (parameter.param) {
-                             case Kind::isolated:
-                               return "Isolated";
-                             case Kind::single:
-                               return "Single";
-                             default:
-                               return "Multi";
-                           }
-                         });
+INSTANTIATE_TEST_SUITE_P(Executors, Messages, every_executor(), name_of);
 
 TEST_P(Messages, ArriveAllOnceAndInOrder) {
   Context context{private_options()};

@@ -21,7 +21,7 @@ class ReaderTest : public testing::Test {
  protected:
   template <typename T>
   Reader make(const QoS& qos) {
-    return Reader{context.state(), "/data", qos, MessageTraits<T>::descriptor()};
+    return Reader{context.state(), message_topic("/data"), qos, MessageTraits<T>::descriptor()};
   }
   Context context{test::private_options()};
   Node node{context, "node"};
@@ -61,6 +61,31 @@ TEST_F(ReaderTest, KnowsTheArrivalOfEachSampleInTheQueue) {
     EXPECT_GE(info.arrival_ns, before[i]);
     EXPECT_LE(info.arrival_ns, before[i + 1]);
   }
+}
+
+TEST_F(ReaderTest, TakesNothingInOnceItIsClosed) {
+  Reader reader = make<Sample>(QoS{KeepLast{3}});
+  const auto publisher = node.create_publisher<Sample>("/data", QoS{KeepLast{3}});
+  const auto message = make_message<Sample>();
+  MessageInfo info;
+  for (int i = 0; i < 5; ++i)
+    publisher->publish(*message);  // two are pushed out
+  ASSERT_TRUE(reader.take(message.get(), info));
+  for (int i = 0; i < 2; ++i)
+    publisher->publish(*message);  // one more
+  EXPECT_EQ(reader.close(), 3U);
+  publisher->publish(*message);
+  EXPECT_FALSE(reader.take(message.get(), info));
+  EXPECT_EQ(reader.close(), 3U);
+}
+
+TEST_F(ReaderTest, OfAKeyedTopicKnowsAtItsEndWhatWasPushedOut) {
+  Reader reader = make<Keyed>(QoS{KeepLast{1}});
+  const auto publisher = node.create_publisher<Keyed>("/data", QoS{KeepLast{1}});
+  for (std::uint64_t i = 0; i < 4; ++i)
+    publisher->publish({.id = 7, .seq = i});
+  EXPECT_EQ(reader.delivery().count().overwritten(), 0U);  // a depth for each key tells nothing yet
+  EXPECT_EQ(reader.close(), 3U);
 }
 
 // The depth holds for each key's value: nothing is pushed out here.

@@ -289,11 +289,7 @@ class Trouble(unittest.TestCase):
 
 
 def isolate():
-    """A session daemon of this test's own. Root needs a mount namespace for that."""
-    home = scratch / "home"
-    home.mkdir()
-    os.environ["LTTNG_HOME"] = str(home)
-    os.environ["HOME"] = str(home)
+    """A session daemon of this test's own: root needs a mount namespace for that."""
     if os.geteuid() != 0 or os.environ.get("CIE_TEST_NAMESPACE") == "1":
         return
     os.environ["CIE_TEST_NAMESPACE"] = "1"
@@ -308,9 +304,12 @@ def main():
     for name in ("programs", "burst-app", "plugins", "examples", "oracle"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options, rest = parser.parse_known_args()
+    isolate()
     with tempfile.TemporaryDirectory(prefix="cie-main-job-") as directory:
         scratch = Path(directory)
-        isolate()
+        home = scratch / "home"
+        home.mkdir()
+        os.environ["LTTNG_HOME"] = os.environ["HOME"] = str(home)
         program = unittest.main(argv=[sys.argv[0], *rest], exit=False, verbosity=2)
     sys.exit(not program.result.wasSuccessful())
 

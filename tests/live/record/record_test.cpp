@@ -131,6 +131,8 @@ TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
   for (const TextEvent& event : trace.all("callback_fini")) {
     EXPECT_EQ(event.integer("started"), kInstances);
     EXPECT_EQ(event.integer("ended"), kInstances);
+    // Learnt after the last release, by the subscription.
+    EXPECT_EQ(event.integer("overwritten"), event.integer("callback_id") == 1 ? 2 : 0);
   }
   EXPECT_EQ(trace.all("publisher_fini").front().integer("published"), kInstances);
   const TextEvent end = trace.all("run_end").front();

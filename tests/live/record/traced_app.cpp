@@ -158,6 +158,8 @@ int main(int argc, char** argv) {
     waitpid(child, nullptr, 0);
   }
   std::thread(work, std::ref(*app), std::cref(options)).join();
+  app->subscription.overwritten(2);
+  app->subscription.overwritten(1);  // old news
   std::printf("instances %llu\n", static_cast<unsigned long long>(app->timer.next_seq()));
   std::fflush(stdout);
   if (options.leave_by == "abort") {

@@ -1,4 +1,4 @@
-"""A traced application on the simulated machine: executors, callbacks, messages, state events.
+"""A traced application on the simulated machine: executors, callbacks, messages.
 
 It follows the contract as an executor would, and writes down what really happened (`Truth`) from
 its own knowledge: which sample was taken, when it arrived, when the thread was woken.
@@ -7,41 +7,33 @@ its own knowledge: which sample was taken, when it arrived, when the thread was 
 from collections import deque
 from typing import Any
 
+from .announcer import Announcer
 from .sim_entities import NONE, POLICY_NUMBERS, Body, Sample, SimCallback, Truth
-from .simulator import Command, Machine, SimThread
+from .simulator import Machine, SimThread
 
 
-class App:
+class App(Announcer):
     def __init__(self, machine: Machine, pid: int, executor: str, callbacks: list[SimCallback],
                  pool: int = 1, host: str = "robot") -> None:
-        self.machine, self.pid, self.executor, self.host = machine, pid, executor, host
-        self.callbacks = callbacks
+        super().__init__(machine, pid, executor, callbacks, host)
         self.pool_size = pool
         self.peers: list[App] = [self]
         self.truth: list[Truth] = []
-        self.topics = sorted({c.publishes for c in callbacks
-                              if c.publishes and not c.publishes.startswith(("request:", "reply:"))})
-        self.writer = {t: machine.random.getrandbits(63) | 1 for t in self.topics}
-        self.published = dict.fromkeys(self.topics, 0)
         self.last_stamp = dict.fromkeys(self.topics, 0)
         self.inbox: deque[Sample] = deque()
         self.stopping = False
         self.crashed = False
         self.threads: list[SimThread] = []
-        self.announced: list[tuple[SimThread, str, int, int]] = []
-        self.read_backs: dict[SimThread, int] = {}
         self.audits: list[int] = []
         self.announce_at: int | None = None
         self.announced_at: int | None = None
         self.stop_at = 0
-        self.process_start = machine.now - 6_000_000
         self.reuse_tid: int | None = None
         self.replacement_init = False
         self.recv_priority = 70
         self.leaked_worker = False
         self.next_tid = pid + 3
         self.recv: SimThread | None = None
-        self.main: SimThread | None = None
         self.stray: SimCallback | None = None
         self.changed_priority: tuple[SimCallback, int] | None = None
         self.concurrent: SimCallback | None = None
@@ -60,14 +52,6 @@ class App:
         for row in self.truth:
             row.open_at_crash |= row.end is None
         self.machine.kill([*self.threads, self.main])
-
-    def _say(self, thread: SimThread, event: str, **fields: Any) -> Body:
-        """A tracepoint and what it costs."""
-        self.machine.emit(thread, event, **fields)
-        yield "run", self.machine.random.randint(50, 250)
-
-    def _spend(self, low: int, high: int) -> Command:
-        return "run", self.machine.random.randint(low, high)
 
     # -- the main thread -----------------------------------------------------------------------
 
@@ -122,40 +106,6 @@ class App:
                              publishers=len(self.topics), status=0)
         yield "run", 900
 
-    def _run_begin(self, moment: str) -> Body:
-        m = self.machine
-        yield from self._say(
-            self.main, "run_begin", contract_version=1, tool_version="sim", executor=self.executor,
-            boot_id="5a17c0de-0b07-4b1d-9abc-0123456789ab", host=self.host, pid=self.pid,
-            pid_ns=4026531836, process_start_ns=self.process_start, monotonic_ns=m.now,
-            realtime_ns=m.realtime(), online_cpus=m.cpus, spec_sha256="", moment=moment)
-
-    def _state(self, announce: bool) -> Body:
-        me = self.main
-        nodes = self._nodes()
-        for n, node in enumerate(nodes):
-            yield from self._say(me, "node_init", node_id=n, name=node)
-        for group, c in sorted({c.group: c for c in reversed(self.callbacks)}.items()):
-            yield from self._say(me, "group_init", group_id=group, node_id=nodes.index(c.node),
-                                 type=c.group_type)
-        for n, topic in enumerate(self.topics):
-            node = next(c.node for c in self.callbacks if c.publishes == topic)
-            yield from self._say(me, "publisher_init", publisher_id=n, node_id=nodes.index(node),
-                                 topic=topic, writer_gid=self.writer[topic],
-                                 next_seq=self.published[topic])
-        for c in self.callbacks:
-            yield from self._callback_init(me, c)
-
-    def _nodes(self) -> list[str]:
-        return sorted({c.node for c in self.callbacks})
-
-    def _callback_init(self, thread: SimThread, c: SimCallback) -> Body:
-        yield from self._say(thread, "callback_init", callback_id=c.id, group_id=c.group,
-                             node_id=self._nodes().index(c.node), kind=c.kind,
-                             logical_id=c.logical_id, source=c.source,
-                             symbol=f"app::{c.kind}_{c.id}", period_ns=c.period,
-                             queue_depth=c.depth, deadline_ns=c.deadline, next_seq=c.started)
-
     def _spawn_all(self) -> Body:
         everywhere = tuple(range(self.machine.cpus))
         self.recv = self._spawn("recv", lambda t: self._receive(t), everywhere)
@@ -189,40 +139,6 @@ class App:
         self.threads.append(thread)
         self.machine.spawn(thread, parent or self.main)
         return thread
-
-    # -- threads' own words --------------------------------------------------------------------
-
-    def _hello(self, me: SimThread, role: str, callback: int = NONE, group: int = NONE) -> Body:
-        self.announced.append((me, role, callback, group))
-        yield from self._thread_init(me, me, role, callback, group)
-        yield from self._sched(me, me, "initial")
-
-    def _thread_init(self, teller: SimThread, me: SimThread, role: str, callback: int,
-                     group: int) -> Body:
-        yield from self._say(teller, "thread_init", tid=me.tid, role=role, callback_id=callback,
-                             group_id=group, name=me.name, start_ns=me.start_ns)
-
-    def _sched(self, teller: SimThread, me: SimThread, moment: str) -> Body:
-        n = self.read_backs.get(me, 0)
-        self.read_backs[me] = n + 1
-        yield from self._say(teller, "thread_sched", tid=me.tid, moment=moment, n=n,
-                             policy=me.policy, flags=1 if me.policy else 0, nice=me.nice,
-                             priority=me.priority if me.policy in (1, 2) else 0,
-                             runtime_ns=me.triple[0], deadline_ns=me.triple[1],
-                             period_ns=me.triple[2],
-                             cpus=list(me.affinity), error=0)
-
-    def _apply(self, me: SimThread, policy: int, priority: int, affinity: tuple[int, ...]) -> Body:
-        yield self._spend(700, 1500)
-        me.policy, me.priority, me.affinity = policy, priority, affinity
-        if me.cpu not in affinity:
-            yield "wait", self.machine.now + 1000  # the kernel moves it
-        yield self._spend(100, 300)
-        yield from self._sched(me, me, "applied")
-
-    def _bye(self, me: SimThread) -> Body:
-        yield from self._say(me, "thread_fini", tid=me.tid, read_backs=self.read_backs[me])
-        yield "run", 700
 
     # -- receive thread ------------------------------------------------------------------------
 
@@ -330,6 +246,14 @@ class App:
                 return
         if not own.unannounced:
             yield from self._bye(me)
+
+    def _apply(self, me: SimThread, policy: int, priority: int, affinity: tuple[int, ...]) -> Body:
+        yield self._spend(700, 1500)
+        me.policy, me.priority, me.affinity = policy, priority, affinity
+        if me.cpu not in affinity:
+            yield "wait", self.machine.now + 1000  # the kernel moves it
+        yield self._spend(100, 300)
+        yield from self._sched(me, me, "applied")
 
     def _configure(self, me: SimThread, own: SimCallback) -> Body:
         priority = own.applied_priority if own.applied_priority is not None else own.priority

@@ -4,7 +4,8 @@ import shutil
 from pathlib import Path
 
 from . import (  # noqa: F401  (importing them registers their scenarios)
-    scenarios_loss, scenarios_recording, scenarios_threads, scenarios_timing, scenarios_formats)
+    scenarios_loss, scenarios_recording, scenarios_mapping, scenarios_scheduling, scenarios_timing,
+    scenarios_formats)
 from .register import ALL
 
 

@@ -37,7 +37,15 @@ TEST(Topic, IsRelativeAbsoluteOrPrivate) {
 }
 
 // What ROS 2 nodes listen to.
-TEST(Topic, IsPrefixedInDds) { EXPECT_EQ(dds_topic_name("/car/scan"), "rt/car/scan"); }
+TEST(Topic, IsPrefixedInDds) {
+  EXPECT_EQ(message_topic("/car/scan").dds, "rt/car/scan");
+  EXPECT_EQ(message_topic("/car/scan").ros, "/car/scan");
+}
+
+TEST(Topic, OfAServiceIsThatOfRos2) {
+  EXPECT_EQ(request_topic("/car/plan").dds, "rq/car/planRequest");
+  EXPECT_EQ(reply_topic("/car/plan").dds, "rr/car/planReply");
+}
 
 TEST(LogicalId, IsWhatTheExistingExecutorsWrite) {
   EXPECT_EQ(logical_id("/a/b", CallbackKind::timer, "100000000"), "/a/b@Timer(100000000)");

@@ -17,10 +17,14 @@
 
 namespace cie::analysis {
 
+// Who decodes traces. Both yield the same events; libbabeltrace2 is slower and gives up on damage.
+enum class Reader : std::uint8_t { native, babeltrace2 };
+
 struct AnalysisOptions {
   const SchedulingSpec* spec = nullptr;  // borrowed; null: nothing specified
   bool require_lossless = false;         // T2 fails on any loss
   bool allow_crash = false;              // T4 does not mind an interrupted process
+  Reader reader = Reader::native;        // for analyze()
 };
 
 struct AnalysisResult {

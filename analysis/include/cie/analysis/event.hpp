@@ -50,6 +50,9 @@ struct Discarded {
 // A packet that cannot be read and was skipped.
 struct DamagedPacket {
   std::string_view reason;
+  // What it may have covered; empty: the time of the event.
+  std::optional<Timestamp> begin{};
+  std::optional<Timestamp> end{};
 };
 // Time ran backwards in a stream.
 struct TimeRegression {

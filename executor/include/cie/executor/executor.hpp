@@ -116,6 +116,13 @@ class SingleThreadedExecutor final : public Executor {
   explicit SingleThreadedExecutor(ExecutorOptions options = {});
 };
 
+// All callbacks on the thread that calls spin(), in the order in which they became ready: each
+// stands in a queue until its turn comes, and goes to the queue's end if it has more to do.
+class EventsExecutor final : public Executor {
+ public:
+  explicit EventsExecutor(ExecutorOptions options = {});
+};
+
 // `threads` threads take ready callbacks from one queue; spin()'s own thread only waits.
 class MultiThreadedExecutor final : public Executor {
  public:

@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cie/executor/callback_group.hpp>
+#include <cie/executor/client.hpp>
 #include <cie/executor/context.hpp>
 #include <cie/executor/message.hpp>
 #include <cie/executor/publisher.hpp>
 #include <cie/executor/qos.hpp>
+#include <cie/executor/service.hpp>
 #include <cie/executor/subscription.hpp>
 #include <cie/executor/timer.hpp>
 #include <cie/tracepoints/schema.hpp>
@@ -40,6 +42,16 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
                                       const dds_topic_descriptor& type);
+std::shared_ptr<SubscriptionCallback> create_service(
+    NodeState& node, std::string_view service, const QoS& qos,
+    const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
+    ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol);
+std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view service,
+                                              const QoS& qos,
+                                              const dds_topic_descriptor& request_type,
+                                              const dds_topic_descriptor& response_type,
+                                              const ClientOptions& options,
+                                              const std::type_info& symbol);
 }  // namespace executor
 
 // Entities may be created at any time from any thread, also while an executor spins the node: they
@@ -85,6 +97,30 @@ class Node {
     return std::make_shared<Subscription<T>>(executor::create_subscription(
         *state_, topic, qos, MessageTraits<T>::descriptor(),
         executor::erase_message_type<T>(std::move(function)), options, typeid(F)));
+  }
+
+  // Services are named like topics. Requests and responses are reliable; each side keeps the last
+  // 10 that wait, as in ROS 2, unless `qos` says otherwise.
+  template <ServiceMessage Request, ServiceMessage Response, ServiceFunction<Request, Response> F>
+  std::shared_ptr<Service<Request, Response>> create_service(std::string_view service, F function,
+                                                             const CallbackOptions& options = {},
+                                                             const QoS& qos = ServicesQoS{}) {
+    return std::make_shared<Service<Request, Response>>(executor::create_service(
+        *state_, service, qos, MessageTraits<Request>::descriptor(),
+        MessageTraits<Response>::descriptor(),
+        [function = std::move(function)](const void* request, void* response) mutable {
+          function(*static_cast<const Request*>(request), *static_cast<Response*>(response));
+        },
+        options, typeid(F)));
+  }
+
+  template <ServiceMessage Request, ServiceMessage Response>
+  std::shared_ptr<Client<Request, Response>> create_client(std::string_view service,
+                                                           const ClientOptions& options = {},
+                                                           const QoS& qos = ServicesQoS{}) {
+    return std::make_shared<Client<Request, Response>>(executor::create_client(
+        *state_, service, qos, MessageTraits<Request>::descriptor(),
+        MessageTraits<Response>::descriptor(), options, typeid(Client<Request, Response>)));
   }
 
   // For the classes of this library.

@@ -71,4 +71,10 @@ class SensorDataQoS : public QoS {
   constexpr SensorDataQoS() noexcept : QoS(KeepLast{5}) { best_effort(); }
 };
 
+// The last ten, reliable: requests and responses, as in ROS 2.
+class ServicesQoS : public QoS {
+ public:
+  constexpr ServicesQoS() noexcept : QoS(KeepLast{10}) {}
+};
+
 }  // namespace cie

@@ -120,6 +120,10 @@ class Callback {
   // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
   // so far. Thread-safe (one atomic increment).
   void release(std::uint64_t overwritten) noexcept;
+  // Samples overwritten in its queue so far, when that is learnt without a release: after the last
+  // one, or as the queue goes. Never lowers what is known; emits nothing, but callback_fini and
+  // later announcements carry it. Thread-safe.
+  void overwritten(std::uint64_t total) noexcept;
   // Number the next start() will carry.
   std::uint64_t next_seq() const noexcept;
 

@@ -1,0 +1,58 @@
+#include "file.hpp"
+
+#include <cerrno>
+#include <cstring>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace cie::analysis::ctf {
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(const std::string& path) noexcept
+      : number_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {}
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const noexcept { return number_; }
+
+ private:
+  int number_;
+};
+
+}  // namespace
+
+File::File(std::string path) : path_(std::move(path)) {
+  const Descriptor descriptor(path_);
+  struct stat status {};
+  if (descriptor.get() < 0 || ::fstat(descriptor.get(), &status) != 0) {
+    error_ = std::strerror(errno);
+    return;
+  }
+  if (!S_ISREG(status.st_mode)) {
+    error_ = "not a regular file";
+    return;
+  }
+  size_ = static_cast<std::uint64_t>(status.st_size);
+}
+
+std::size_t File::read(std::uint64_t offset, std::span<std::uint8_t> to) const noexcept {
+  const Descriptor descriptor(path_);
+  if (descriptor.get() < 0) return 0;
+  std::size_t done = 0;
+  while (done < to.size()) {
+    const auto got = ::pread(descriptor.get(), to.data() + done, to.size() - done,
+                             static_cast<off_t>(offset + done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    done += static_cast<std::size_t>(got);
+  }
+  return done;
+}
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,30 @@
+// A regular file that is read in pieces. It may shrink or vanish meanwhile: then it ends earlier.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace cie::analysis::ctf {
+
+// Holds no descriptor between reads, so that a trace may have more files than a process may open.
+class File {
+ public:
+  explicit File(std::string path);
+
+  bool is_readable() const noexcept { return error_.empty(); }
+  const std::string& error() const noexcept { return error_; }
+  const std::string& path() const noexcept { return path_; }
+  std::uint64_t size() const noexcept { return size_; }  // when it was first looked at
+
+  // Fills `to` from `offset` on; returns how many bytes there were.
+  std::size_t read(std::uint64_t offset, std::span<std::uint8_t> to) const noexcept;
+
+ private:
+  std::string path_;
+  std::string error_;
+  std::uint64_t size_ = 0;
+};
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,16 @@
+// The text of a trace's metadata file, which may come in packets.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace cie::analysis::ctf {
+
+// Throws MetadataError if packets are cut or damaged, or the metadata is of another format.
+std::string metadata_text(std::string_view bytes);
+
+// The bytes of a file. Throws MetadataError when it cannot be read, is empty or is too large.
+std::string read_metadata(const std::filesystem::path& file);
+
+}  // namespace cie::analysis::ctf

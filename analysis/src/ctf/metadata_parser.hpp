@@ -1,0 +1,14 @@
+// Metadata of CTF 1.8 from its text.
+#pragma once
+
+#include "tokens.hpp"
+#include "types.hpp"
+
+#include <string_view>
+
+namespace cie::analysis::ctf {
+
+// Throws MetadataError.
+Metadata parse_metadata(std::string_view text);
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,236 @@
+#include "native_reader.hpp"
+
+#include <cie/analysis/analyzer.hpp>
+
+#include "../guard_state.hpp"
+#include "../reader/discovery.hpp"
+#include "metadata_file.hpp"
+#include "metadata_parser.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <set>
+#include <string>
+#include <system_error>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis::ctf {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMemory = 32U << 20U;  // of all pieces of streams together
+constexpr std::size_t kSmallestPiece = 64U << 10U;
+constexpr std::size_t kLargestPiece = 1U << 20U;
+constexpr const char* kAdvice =
+    "; compare its files with the recording's manifest, or record again";
+
+// Directories that share a uuid are one trace: rotation chunks, snapshots.
+struct Trace {
+  VocabularyState state;
+  std::string name;  // uuid, or the directory without one
+};
+
+// What tells streams apart and orders them.
+struct StreamKey {
+  std::string trace;
+  bool is_unknown = false;  // no packet says which stream it is
+  std::uint64_t stream_class = 0;
+  std::int64_t cpu = -1;
+  std::uint64_t instance = 0;
+  std::string file{};  // where there is no instance
+  friend auto operator<=>(const StreamKey&, const StreamKey&) = default;
+};
+
+std::string uuid_name(const Uuid& uuid) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (const auto byte : uuid) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 15U];
+  }
+  return text;
+}
+
+class Reader {
+ public:
+  explicit Reader(std::span<const fs::path> traces) {
+    std::set<fs::path> seen;
+    for (const auto& path : traces) {
+      for (const auto& directory : find_traces(path)) {
+        std::error_code error;
+        const auto canonical = fs::weakly_canonical(directory, error);
+        if (seen.insert(error ? directory : canonical).second) add_directory(directory);
+        guard_tick();
+      }
+    }
+    make_streams();
+  }
+
+  void read(const EventSink& sink) {
+    Event event{};
+    for (const auto& stream : streams_)
+      stream->emit_begin(sink, event);
+    merge(sink, event);
+    check_anything_read();
+  }
+
+ private:
+  void add_directory(const fs::path& directory) {
+    const auto plan = plan_of(directory);
+    const auto name = plan->uuid ? uuid_name(*plan->uuid) : directory.string();
+    auto& trace = traces_[name];
+    trace.name = name;
+    trace.state.priority_offset = plan->priority_offset;
+    for (const auto& path : stream_files(directory)) {
+      std::error_code error;
+      const auto absolute = fs::absolute(path, error).lexically_normal();
+      StreamFile file{
+          .file = File(error ? path.string() : absolute.string()), .trace = plan, .first = {}};
+      if (!file.file.is_readable()) {
+        throw UnreadableTrace("cannot read " + path.string() + ": " + file.file.error());
+      }
+      if (file.file.size() == 0) continue;
+      file.first = PacketScanner(file.file, *plan, kSmallestPiece).first();
+      guard_tick();
+      files_[key_of(name, file, path)].push_back(std::move(file));
+    }
+  }
+
+  static std::shared_ptr<const TracePlan> plan_of(const fs::path& directory) {
+    try {
+      return std::make_shared<const TracePlan>(
+          parse_metadata(metadata_text(read_metadata(directory / "metadata"))));
+    } catch (const MetadataError& error) {
+      throw UnreadableTrace("cannot read trace " + directory.string() +
+                            ": its metadata: " + error.what() + kAdvice);
+    }
+  }
+
+  static std::vector<fs::path> stream_files(const fs::path& directory) {
+    std::vector<fs::path> paths;
+    std::error_code error;
+    fs::directory_iterator entry(directory, error);
+    for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+      const auto name = entry->path().filename().string();
+      std::error_code ignored;
+      if (name == "metadata" || name.starts_with('.') || !entry->is_regular_file(ignored)) continue;
+      paths.push_back(entry->path());
+    }
+    if (error) {
+      throw UnreadableTrace("cannot read trace " + directory.string() + ": " + error.message());
+    }
+    std::sort(paths.begin(), paths.end());
+    return paths;
+  }
+
+  static StreamKey key_of(const std::string& trace, const StreamFile& file, const fs::path& path) {
+    StreamKey key{.trace = trace};
+    if (!file.first) {
+      key.is_unknown = true;
+      key.file = path.string();
+      return key;
+    }
+    key.stream_class = file.first->stream->id;
+    key.cpu = file.first->cpu.value_or(-1);
+    if (file.first->instance) {
+      key.instance = *file.first->instance;
+    } else {
+      key.file = path.filename().string();
+    }
+    return key;
+  }
+
+  void make_streams() {
+    const auto share = kMemory / std::max<std::size_t>(files_.size(), 1);
+    const auto piece = std::clamp(share, kSmallestPiece, kLargestPiece);
+    std::map<std::tuple<std::string, bool, std::uint64_t>, std::uint32_t> channels;
+    std::map<std::string, std::int64_t> offsets;  // by clock uuid: one clock, one offset
+    for (auto& [key, files] : files_) {
+      std::stable_sort(files.begin(), files.end(), [](const StreamFile& a, const StreamFile& b) {
+        const auto order = [](const StreamFile& file) {
+          if (!file.first) return std::tuple(std::uint64_t{0}, std::uint64_t{0});
+          return std::tuple(file.first->begin.value_or(0),
+                            file.first->sequence ? file.first->sequence->value : 0);
+        };
+        return order(a) < order(b);
+      });
+      StreamIdentity identity{.index = StreamIndex{static_cast<std::uint32_t>(streams_.size())},
+                              .channel = static_cast<std::uint32_t>(channels.size()),
+                              .merge_offset_ns = 0,
+                              .piece = piece};
+      identity.channel =
+          channels.try_emplace({key.trace, key.is_unknown, key.stream_class}, identity.channel)
+              .first->second;
+      if (const auto& first = files.front().first) {
+        const auto& clock = first->stream->clock;
+        identity.merge_offset_ns =
+            clock.uuid.empty() ? clock.offset_ns
+                               : offsets.try_emplace(clock.uuid, clock.offset_ns).first->second;
+      }
+      streams_.push_back(
+          std::make_unique<StreamReader>(std::move(files), identity, traces_.at(key.trace).state));
+    }
+    files_.clear();
+  }
+
+  // A binary heap of the streams by their keys; equal keys go by the streams' order.
+  void merge(const EventSink& sink, Event& event) {
+    struct Entry {
+      std::int64_t key = 0;
+      std::size_t stream = 0;
+      bool operator<(const Entry& other) const noexcept {
+        return key != other.key ? key < other.key : stream < other.stream;
+      }
+    };
+    std::vector<Entry> heap;
+    for (std::size_t i = 0; i < streams_.size(); ++i)
+      heap.push_back({.key = streams_[i]->key(), .stream = i});
+    std::sort(heap.begin(), heap.end());  // a sorted array is a heap
+    while (!heap.empty()) {
+      auto& stream = *streams_[heap.front().stream];
+      stream.advance(sink, event);
+      Entry moved{.key = stream.key(), .stream = heap.front().stream};
+      if (stream.has_ended()) {
+        moved = heap.back();
+        heap.pop_back();
+        if (heap.empty()) break;
+      }
+      std::size_t at = 0;
+      for (;;) {
+        auto child = 2 * at + 1;
+        if (child >= heap.size()) break;
+        if (child + 1 < heap.size() && heap[child + 1] < heap[child]) ++child;
+        if (!(heap[child] < moved)) break;
+        heap[at] = heap[child];
+        at = child;
+      }
+      heap[at] = moved;
+    }
+  }
+
+  void check_anything_read() const {
+    const Damage* damage = nullptr;
+    for (const auto& stream : streams_) {
+      if (stream->packets() > 0) return;
+      if (damage == nullptr && stream->first_damage()) damage = &*stream->first_damage();
+    }
+    if (damage == nullptr) return;  // metadata without any packet: an empty recording
+    throw UnreadableTrace("cannot read any packet of the trace: " + damage->reason + kAdvice);
+  }
+
+  std::map<std::string, Trace> traces_;
+  std::map<StreamKey, std::vector<StreamFile>> files_;
+  std::vector<std::unique_ptr<StreamReader>> streams_;
+};
+
+}  // namespace
+
+void read_traces(std::span<const fs::path> traces, const EventSink& sink) {
+  Reader(traces).read(sink);
+}
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,237 @@
+#include "trace_plan.hpp"
+
+#include "tokens.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cie::analysis::ctf {
+namespace {
+
+// Registers by life time; see kRegisters.
+constexpr RegisterRange kTraceRegisters{.next = 0, .end = 16};
+constexpr RegisterRange kStreamRegisters{.next = 16, .end = 80};
+constexpr RegisterRange kEventRegisters{.next = 80, .end = kRegisters};
+
+constexpr std::size_t kDenseIds = 65'536;
+
+const std::vector<FieldRequest> kPacketHeader{"magic", "uuid", "stream_id", "stream_instance_id"};
+const std::vector<FieldRequest> kPacketContext{
+    "packet_size",      "content_size",   "timestamp_begin", "timestamp_end",
+    "events_discarded", "packet_seq_num", "cpu_id"};
+
+std::string value_of(const Metadata& metadata, const char* name) {
+  const auto found = metadata.environment.find(name);
+  return found == metadata.environment.end() ? std::string{} : found->second;
+}
+
+// The clock that a stream's times are of: the one its types name, else the trace's first.
+ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
+  const Clock* chosen = metadata.clocks.empty() ? nullptr : &metadata.clocks.front();
+  for (const auto& clock : metadata.clocks) {
+    if (!name.empty() && clock.name == name) chosen = &clock;
+  }
+  if (chosen == nullptr) return {};
+  ClockPlan plan;
+  plan.frequency = chosen->frequency;
+  if (const auto uuid = parse_uuid(chosen->uuid)) {
+    plan.uuid = chosen->uuid;
+    for (auto& c : plan.uuid) {
+      if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
+    }
+  }
+  const auto seconds =
+      static_cast<std::int64_t>(static_cast<std::uint64_t>(chosen->offset_s) * 1'000'000'000U);
+  plan.offset_ns =
+      detail::wrapping_add(seconds, plan.time_of(static_cast<std::uint64_t>(chosen->offset)).ns);
+  return plan;
+}
+
+const Sequence* program_or_null(const Scope& scope) {
+  return scope.program().ops.empty() ? nullptr : &scope.program();
+}
+
+}  // namespace
+
+std::optional<Uuid> parse_uuid(std::string_view text) noexcept {
+  Uuid uuid{};
+  std::size_t digits = 0;
+  for (const char c : text) {
+    if (c == '-') continue;
+    unsigned value = 0;
+    if (c >= '0' && c <= '9') {
+      value = static_cast<unsigned>(c - '0');
+    } else if (c >= 'a' && c <= 'f') {
+      value = static_cast<unsigned>(c - 'a') + 10;
+    } else if (c >= 'A' && c <= 'F') {
+      value = static_cast<unsigned>(c - 'A') + 10;
+    } else {
+      return std::nullopt;
+    }
+    if (digits == 2 * uuid.size()) return std::nullopt;
+    uuid[digits / 2] = static_cast<std::uint8_t>(unsigned{uuid[digits / 2]} << 4U | value);
+    ++digits;
+  }
+  if (digits != 2 * uuid.size()) return std::nullopt;
+  return uuid;
+}
+
+Scope& TracePlan::new_scope(std::string_view root, RegisterRange& registers,
+                            std::vector<Scope*> earlier) {
+  scopes_.push_back(std::make_unique<Scope>(root, context_, registers, std::move(earlier)));
+  return *scopes_.back();
+}
+
+TracePlan::TracePlan(const Metadata& metadata)
+    : byte_order(metadata.byte_order), trace_registers_(kTraceRegisters) {
+  context_.byte_order = metadata.byte_order;
+  uuid = parse_uuid(metadata.uuid);
+  host = value_of(metadata, "hostname");
+  domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
+  if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
+
+  auto& header = new_scope("trace.packet.header", trace_registers_, {});
+  header.build(metadata.packet_header, kPacketHeader);
+  has_magic = header.has_slot(slot(PacketHeaderSlot::magic));
+  has_header_uuid = header.has_slot(slot(PacketHeaderSlot::uuid)) && uuid.has_value();
+  has_stream_id = header.has_slot(slot(PacketHeaderSlot::stream_id));
+  for (const auto& [id, stream] : metadata.streams) {
+    try {
+      add_stream(metadata, stream);
+    } catch (const MetadataError& error) {
+      throw MetadataError("stream " + std::to_string(id) + ": " + error.what());
+    }
+  }
+  // Later scopes may have made this one keep values.
+  packet_header = program_or_null(header);
+  if (has_magic && (metadata.packet_header->members.front().name != "magic")) has_magic = false;
+}
+
+void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) {
+  auto& plan = streams_[stream.id];
+  plan.id = stream.id;
+  registers_.push_back(std::make_unique<RegisterRange>(kStreamRegisters));
+  auto& registers = *registers_.back();
+  std::vector<Scope*> earlier{scopes_.front().get()};
+
+  auto& packet = new_scope("stream.packet.context", registers, earlier);
+  packet.build(stream.packet_context, kPacketContext);
+  earlier.push_back(&packet);
+  auto& header = new_scope("stream.event.header", registers, earlier);
+  header.build_header(stream.event_header);
+  earlier.push_back(&header);
+  auto& context = new_scope("stream.event.context", registers, earlier);
+  context.build(stream.event_context, context_requests());
+  earlier.push_back(&context);
+
+  std::size_t events = 0;
+  const auto first_event = events_.size();
+  for (const auto& event : metadata.events) {
+    if (event.stream != stream.id) continue;
+    ++events;
+    try {
+      add_event(plan, event, earlier);
+    } catch (const MetadataError& error) {
+      throw MetadataError("event \"" + event.name.substr(0, 100) + "\": " + error.what());
+    }
+  }
+  plan.has_event_id = header.has_slot(slot(EventHeaderSlot::id));
+  if (!plan.has_event_id && events > 1) {
+    throw MetadataError("several events, but the event header has no id");
+  }
+  plan.has_event_time = header.has_slot(slot(EventHeaderSlot::time));
+  plan.has_packet_times = packet.has_slot(slot(PacketContextSlot::timestamp_begin)) &&
+                          packet.has_slot(slot(PacketContextSlot::timestamp_end));
+  plan.clock =
+      clock_of(metadata, plan.has_event_time ? header.clock_of_slot(slot(EventHeaderSlot::time))
+                         : plan.has_packet_times
+                             ? packet.clock_of_slot(slot(PacketContextSlot::timestamp_begin))
+                             : std::string{});
+  plan.packet_context = program_or_null(packet);
+  plan.event_header = program_or_null(header);
+  plan.event_context = program_or_null(context);
+  // Now that every reference is known.
+  plan.header_layout = header_layout_of(plan.event_header);
+  for (auto i = first_event; i < events_.size(); ++i)
+    find_layouts(plan, *events_[i]);
+}
+
+void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
+  const auto common = layout_of(stream.event_context);
+  const auto own = layout_of(event.context);
+  const auto fields = layout_of(event.fields);
+  if (!common || !own || !fields) return;
+  EventPlan::FixedBody body;
+  const auto take = [&body](const FixedValue& value, std::vector<FixedValue>& values) {
+    values.push_back(value);
+    values.back().offset += static_cast<std::uint32_t>(body.bytes);
+  };
+  for (const auto& value : common->values)
+    take(value, body.context);
+  body.bytes = common->bytes;
+  for (const auto& value : own->values) {
+    const bool is_pid = static_cast<std::size_t>(value.slot) == slot(ContextSlot::pid);
+    if (is_pid ? event.has_own_pid : event.has_own_tid) take(value, body.context);
+  }
+  body.bytes += own->bytes;
+  for (const auto& value : fields->values)
+    take(value, body.values);
+  for (auto text : fields->texts) {
+    text.offset += static_cast<std::uint32_t>(body.bytes);
+    body.texts.push_back(text);
+  }
+  body.bytes += fields->bytes;
+  const auto slots = event.translation != nullptr ? event.translation->fields.size() : 0;
+  for (std::size_t i = 0; i < slots; ++i) {
+    const auto fills = [i](const auto& value) { return static_cast<std::size_t>(value.slot) == i; };
+    if (std::none_of(body.values.begin(), body.values.end(), fills) &&
+        std::none_of(body.texts.begin(), body.texts.end(), fills)) {
+      body.absent.push_back(static_cast<std::uint8_t>(i));
+    }
+  }
+  // Events of no size must be noticed: the programs do.
+  if (body.bytes > 0 || stream.header_layout) event.fixed = std::move(body);
+}
+
+void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
+                          const std::vector<Scope*>& earlier) {
+  auto result = std::make_unique<EventPlan>();
+  result->name = event.name;
+  result->translation = find_translation(event.name);
+  registers_.push_back(std::make_unique<RegisterRange>(kEventRegisters));
+  auto& registers = *registers_.back();
+  auto& context = new_scope("event.context", registers, earlier);
+  // Only what the common context does not have is taken from here.
+  context.build(event.context, context_requests());
+  const auto* common = earlier.back();
+  result->has_own_pid =
+      context.has_slot(slot(ContextSlot::pid)) && !common->has_slot(slot(ContextSlot::pid));
+  result->has_own_tid =
+      context.has_slot(slot(ContextSlot::tid)) && !common->has_slot(slot(ContextSlot::tid));
+  auto with_context = earlier;
+  with_context.push_back(&context);
+  auto& fields = new_scope("event.fields", registers, with_context);
+  static const std::vector<FieldRequest> nothing;
+  fields.build(event.fields,
+               result->translation != nullptr ? result->translation->fields : nothing);
+  result->context = program_or_null(context);
+  result->fields = program_or_null(fields);
+  if (event.id < kDenseIds) {
+    if (plan.dense_.size() <= event.id) plan.dense_.resize(event.id + 1);
+    plan.dense_[event.id] = result.get();
+  } else {
+    plan.sparse_[event.id] = result.get();
+  }
+  events_.push_back(std::move(result));
+}
+
+const StreamPlan* TracePlan::find(std::uint64_t stream_id) const noexcept {
+  const auto found = streams_.find(stream_id);
+  return found == streams_.end() ? nullptr : &found->second;
+}
+
+const StreamPlan* TracePlan::only_stream() const noexcept {
+  return streams_.size() == 1 ? &streams_.begin()->second : nullptr;
+}
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,66 @@
+// Types of TSDL: integer, enum, struct, variant…, their aliases and the declarators of fields.
+#pragma once
+
+#include "tokens.hpp"
+#include "types.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::analysis::ctf {
+
+// Right side of "name = value;".
+struct AttributeValue {
+  std::string text;          // a name with its dots, or a text's characters; a number as written
+  std::uint64_t number = 0;  // two's complement if it was negative
+  bool is_number = false;
+};
+
+// Reads from `tokens`, which it shares with the parser of blocks. Nesting is bounded.
+class TypeParser {
+ public:
+  explicit TypeParser(Tokens& tokens) : tokens_(tokens), scopes_(1) {}
+
+  // Names declared after it vanish with leave(): a block or a structure is a scope.
+  void enter() { scopes_.emplace_back(); }
+  void leave() { scopes_.pop_back(); }
+
+  // "typealias…;", "typedef…;", "struct name {…};" and the like, if one stands here.
+  bool accept_declaration();
+  // A type where no field name follows.
+  TypeRef type();
+  // "name.name.name"
+  std::string dotted_name();
+  AttributeValue value();
+
+ private:
+  using Scope = std::map<std::string, TypeRef, std::less<>>;
+
+  TypeRef specifier(bool is_before_declarator);
+  TypeRef alias(bool is_before_declarator);
+  TypeRef integer();
+  TypeRef real();
+  TypeRef string();
+  TypeRef enumeration();
+  TypeRef structure();
+  TypeRef variant();
+  TypeRef named(const char* keyword, const std::string& name) const;
+  void declare(const std::string& name, TypeRef type);
+  void members(Type& parent);
+  NamedType declarator(TypeRef type);
+  void ranges(Type& type);
+  std::uint64_t constant();
+  std::uint32_t alignment(const AttributeValue& value) const;
+  ByteOrder byte_order(const AttributeValue& value) const;
+  template <typename OnAttribute>
+  void attributes(OnAttribute&& on_attribute);
+  TypeRef finish(Type type) const;
+
+  Tokens& tokens_;
+  std::vector<Scope> scopes_;
+  std::uint32_t nesting_ = 0;
+};
+
+}  // namespace cie::analysis::ctf

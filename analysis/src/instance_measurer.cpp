@@ -1,0 +1,219 @@
+#include "instance_measurer.hpp"
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxOpenListed = 64;
+constexpr std::size_t kRecent = 64;
+
+void keep_max(std::optional<Extreme<Duration>>& extreme, const LiveInstance& live,
+              const Instance& instance, Duration value) {
+  if (extreme && extreme->value >= value) return;
+  extreme = Extreme<Duration>{.value = value,
+                              .seq = live.seq,
+                              .start = live.start,
+                              .end = live.end,
+                              .release = instance.release};
+}
+
+}  // namespace
+
+bool InstanceMeasurer::is_isolated_thread(const LiveInstance& live) const {
+  return live.thread && model_.threads[at(*live.thread)].role == ThreadRole::callback;
+}
+
+Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
+  const auto& facts = model_.callbacks[at(live.callback)];
+  Instance instance;
+  if (facts.registered) instance.logical_id = facts.logical_id;
+  instance.callback = static_cast<std::uint32_t>(live.callback);
+  instance.pid = live.start.pid.value_or(-1);
+  instance.tid = live.start.tid.value_or(-1);
+  instance.seq = live.seq;
+  instance.status = live.status;
+  instance.start = live.start.time;
+  if (live.end) instance.end = live.end->time;
+  instance.cpu_start = live.start.cpu;
+  if (live.end) instance.cpu_end = live.end->cpu;
+  instance.wakeup = live.wakeup;
+  instance.waking = live.wake.waking;
+  instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
+  instance.source_timestamp_realtime_ns = live.source_timestamp;
+  instance.writer_gid = live.writer_gid;
+
+  if (live.node->release) {
+    instance.release = live.node->release;
+    instance.release_source = ReleaseSource::exact;
+  } else if (is_isolated_thread(live) && (live.wake.waking || live.wakeup)) {
+    instance.release = live.wake.waking ? live.wake.waking : live.wakeup;
+    instance.release_source = ReleaseSource::wakeup;
+  } else if (const auto written = source_time(live)) {
+    instance.release = written;
+    instance.release_source = ReleaseSource::source_timestamp;
+  } else {
+    instance.release = live.start.time;
+    instance.release_source = ReleaseSource::start;
+  }
+
+  const auto end = live.end ? live.end->time : live.start.time;
+  const auto& window = recording_.window_of(live.stream);
+  if (!live.end) {
+    instance.state = InstanceState::open;
+  } else if (!window.contains(live.start.time, end)) {
+    instance.state = InstanceState::cut_by_window;
+  }
+
+  const auto kernel = recording_.kernel_window(live.host);
+  if (live.end && live.parts && model_.hosts[at(live.host)].has_switches &&
+      kernel.contains(live.start.time, end) &&
+      !timeline_.overlaps_hole(live.host, live.start.time, end)) {
+    instance.execution = live.parts->execution;
+    instance.preempted = live.parts->preempted;
+    instance.blocked = live.parts->blocked;
+    instance.wake_delay = live.parts->wake_delay;
+  }
+  return instance;
+}
+
+std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live) const {
+  if (live.source_timestamp == 0 || !live.realtime_offset) return std::nullopt;
+  const auto publisher = registry_.publisher_by_gid(live.writer_gid);
+  if (!publisher) return std::nullopt;
+  const auto process = model_.publishers[*publisher].process;
+  if (model_.processes[at(process)].host != live.host) return std::nullopt;  // another clock
+  return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
+}
+
+void InstanceMeasurer::measure(const LiveInstance& live) {
+  const auto instance = instance_of(live);
+  auto& facts = model_.callbacks[at(live.callback)];
+  const auto& window = recording_.window_of(live.stream);
+  if (live.end && window.excludes(live.start.time, live.end->time)) return;
+  if (!live.end && window.end && live.start.time > *window.end) return;
+  switch (instance.state) {
+    case InstanceState::complete:
+      count(live, instance);
+      chains_.on_complete(live.node, *live.end);
+      break;
+    case InstanceState::cut_by_window:
+      ++facts.cut_instances;
+      break;
+    case InstanceState::open:
+      ++facts.open_count;
+      if (facts.open.size() < kMaxOpenListed) {
+        facts.open.push_back(
+            OpenInstance{.start = live.start,
+                         .seq = live.seq,
+                         .release = instance.release,
+                         .release_exact = instance.release_source == ReleaseSource::exact,
+                         .missed = live.missed,
+                         .thread = live.thread.value_or(ThreadIndex{kNoId})});
+      }
+      break;
+  }
+  if (observer_ != nullptr) observer_->on_instance(instance);
+}
+
+void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance) {
+  auto& facts = model_.callbacks[at(live.callback)];
+  ++facts.instances;
+  ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
+  if (live.thread) {
+    for (auto* pairs : {&facts.ran_on, &model_.threads[at(*live.thread)].ran}) {
+      for (auto& pair : *pairs) {
+        if (pair.callback == live.callback && pair.thread == *live.thread) ++pair.instances;
+      }
+    }
+  }
+  note_response_time(live, instance);
+  note_parts(live, instance);
+  note_arrival(live, instance);
+}
+
+void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instance& instance) {
+  auto& facts = model_.callbacks[at(live.callback)];
+  if (instance.release_source == ReleaseSource::exact) {
+    ++facts.exact_instances;
+    const auto response = *instance.end - *instance.release;
+    facts.response_time.add(response);
+    facts.start_latency.add(instance.start - *instance.release);
+    keep_max(facts.max_response, live, instance, response);
+    keep_max(facts.max_response_lower, live, instance, response);
+    keep_max(facts.max_response_upper, live, instance, response);
+  } else {
+    const auto lower = instance.release_source == ReleaseSource::wakeup
+                           ? *instance.end - *instance.release
+                           : *instance.end - instance.start;
+    facts.response_time_lower.add(lower);
+    keep_max(facts.max_response_lower, live, instance, lower);
+    if (const auto written = source_time(live)) {
+      const auto upper = *instance.end - *written;
+      facts.response_time_upper.add(upper);
+      keep_max(facts.max_response_upper, live, instance, upper);
+    } else {
+      ++facts.without_upper_bound;
+    }
+  }
+}
+
+void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& instance) {
+  auto& facts = model_.callbacks[at(live.callback)];
+  const auto duration = *instance.end - instance.start;
+  facts.duration.add(duration);
+  keep_max(facts.max_duration, live, instance, duration);
+  if (instance.execution) {
+    facts.execution_time.add(*instance.execution);
+    facts.preempted.add(*instance.preempted);
+    keep_max(facts.max_execution, live, instance, *instance.execution);
+    if (instance.blocked && instance.wake_delay) {
+      facts.blocked.add(*instance.blocked);
+      facts.wake_delay.add(*instance.wake_delay);
+      const auto sum =
+          *instance.execution + *instance.preempted + *instance.blocked + *instance.wake_delay;
+      if (sum != duration) ++facts.identity_failures;
+    }
+  } else {
+    keep_max(facts.max_duration_without_execution, live, instance, duration);
+  }
+  if (live.wake.waking && live.wake.first_in) {
+    facts.wakeup_latency.add(*live.wake.first_in - *live.wake.waking);
+  }
+}
+
+void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& instance) {
+  auto& facts = model_.callbacks[at(live.callback)];
+  if (instance.release_source != ReleaseSource::exact) return;
+  auto& arrivals = arrivals_[live.callback];
+  const Arrival arrived{
+      .seq = live.seq, .start = live.start, .end = *live.end, .release = *instance.release};
+  const auto pair = [&facts](const Arrival& earlier, const Arrival& later) {
+    const auto gap = later.release - earlier.release;
+    facts.inter_arrival.add(gap);
+    const Extreme<Duration> extreme{.value = gap,
+                                    .seq = later.seq,
+                                    .start = later.start,
+                                    .end = later.end,
+                                    .release = later.release};
+    if (!facts.min_inter_arrival || gap < facts.min_inter_arrival->value) {
+      facts.min_inter_arrival = extreme;
+    }
+    if (!facts.max_inter_arrival || gap > facts.max_inter_arrival->value) {
+      facts.max_inter_arrival = extreme;
+    }
+    if (later.release <= earlier.end.time && !facts.release_before_end) {
+      facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
+                                                                 .start = earlier.start,
+                                                                 .end = earlier.end,
+                                                                 .next_release = later.release,
+                                                                 .next_start = later.start};
+    }
+  };
+  for (const auto& other : arrivals) {
+    if (other.seq + 1 == arrived.seq) pair(other, arrived);
+    if (arrived.seq + 1 == other.seq) pair(arrived, other);
+  }
+  arrivals.push_back(arrived);
+  if (arrivals.size() > kRecent) arrivals.pop_front();
+}
+
+}  // namespace cie::analysis

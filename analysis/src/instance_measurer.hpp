@@ -1,0 +1,89 @@
+// Turns a finished instance into an Instance with its release, its four parts and its place in the
+// window; feeds the statistics, the witnesses of the extremes and the observer.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+
+#include "chain_tracker.hpp"
+#include "facts.hpp"
+#include "recording_tracker.hpp"
+#include "registry.hpp"
+#include "thread_timeline.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <unordered_map>
+#include <utility>
+
+namespace cie::analysis {
+
+// A started instance; kept until nothing later can change what is known of it.
+struct LiveInstance {
+  CallbackIndex callback{};
+  std::optional<ThreadIndex> thread;
+  HostIndex host{};
+  StreamIndex stream{};
+  std::uint64_t seq = 0;
+  EventRef start;
+  std::optional<EventRef> end;
+  CallbackStatus status = CallbackStatus::ok;
+  ReleaseKind release_kind = ReleaseKind::none;
+  std::int64_t release_ns = -1;
+  std::uint32_t missed = 0;
+  std::int64_t source_timestamp = 0;
+  std::uint64_t writer_gid = 0;
+  std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
+  std::optional<Timestamp> wakeup;
+  ThreadTimeline::Wake wake;
+  ThreadTimeline::Mark mark;
+  std::optional<ThreadTimeline::Parts> parts;
+  std::shared_ptr<ChainNode> node;
+  bool is_nested = false;  // began inside another instance of its thread
+  std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
+  std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
+};
+
+class InstanceMeasurer {
+ public:
+  InstanceMeasurer(Model& model, const Registry& registry, const RecordingTracker& recording,
+                   const ThreadTimeline& timeline, ChainTracker& chains, Observer* observer)
+      : model_(model),
+        registry_(registry),
+        recording_(recording),
+        timeline_(timeline),
+        chains_(chains),
+        observer_(observer) {}
+
+  // Once per instance, when nothing later in the trace can change what is known of it.
+  void measure(const LiveInstance& live);
+
+ private:
+  struct Arrival {
+    std::uint64_t seq = 0;
+    EventRef start;
+    EventRef end;
+    Timestamp release;  // exact
+  };
+
+  Instance instance_of(const LiveInstance& live) const;
+  // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
+  std::optional<Timestamp> source_time(const LiveInstance& live) const;
+  bool is_isolated_thread(const LiveInstance& live) const;
+  void count(const LiveInstance& live, const Instance& instance);
+  void note_response_time(const LiveInstance& live, const Instance& instance);
+  void note_parts(const LiveInstance& live, const Instance& instance);
+  void note_arrival(const LiveInstance& live, const Instance& instance);
+
+  Model& model_;
+  const Registry& registry_;
+  const RecordingTracker& recording_;
+  const ThreadTimeline& timeline_;
+  ChainTracker& chains_;
+  Observer* observer_;
+  std::unordered_map<CallbackIndex, std::deque<Arrival>> arrivals_;  // at most kRecent of each
+};
+
+}  // namespace cie::analysis

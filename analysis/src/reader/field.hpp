@@ -1,0 +1,99 @@
+// One event's fields as a reader found them: what vocabularies translate. Both readers fill these,
+// so that a vocabulary knows names and meanings only.
+#pragma once
+
+#include <cie/tracepoints/schema.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+namespace cie::analysis {
+
+// A value in a slot that a vocabulary asked for. What is of no use to vocabularies (a real number,
+// a structure) reads as absent. Views live as long as the event is being consumed.
+struct Field {
+  enum class Kind : std::uint8_t { absent, integer, text, integers };
+  Kind kind = Kind::absent;
+  std::int16_t label = -1;   // index among the labels asked for; -1: none of them
+  std::uint32_t length = 0;  // characters of a text, elements of integers, bits of an integer
+  union {
+    std::int64_t number = 0;  // integers and enumerations; above int64 it wraps
+    const char* characters;
+    const std::uint32_t* elements;
+  };
+};
+
+// What a vocabulary asks for: a name, or alternatives "prev_tid|prev_pid" of which the first one
+// present counts, and the labels if it is an enumeration of the contract.
+struct FieldRequest {
+  constexpr FieldRequest(const char* field_names) : names(field_names) {}
+  constexpr FieldRequest(std::string_view field_names, std::span<const std::string_view> wanted)
+      : names(field_names), labels(wanted) {}
+
+  // Whether `name` is the n-th alternative; empty if it is none.
+  constexpr std::optional<std::size_t> alternative(std::string_view name) const noexcept {
+    std::size_t number = 0;
+    for (auto rest = names; !rest.empty(); ++number) {
+      const auto bar = rest.find('|');
+      if (rest.substr(0, bar) == name) return number;
+      if (bar == std::string_view::npos) break;
+      rest.remove_prefix(bar + 1);
+    }
+    return std::nullopt;
+  }
+
+  std::string_view names;
+  std::span<const std::string_view> labels;
+};
+
+template <typename Enum>
+constexpr FieldRequest labelled(std::string_view name) {
+  return {name, Labels<Enum>::kValues};
+}
+
+// Slots of an event, in the order in which its translation asks for them.
+inline constexpr std::size_t kMaxSlots = 16;
+
+// The few ways in which vocabularies read fields.
+struct Payload {
+  const Field* fields;
+
+  template <typename Integer>
+  Integer number(std::size_t slot, Integer absent = 0) const noexcept {
+    const auto& field = fields[slot];
+    return field.kind == Field::Kind::integer ? static_cast<Integer>(field.number) : absent;
+  }
+  std::optional<std::int64_t> integer(std::size_t slot) const noexcept {
+    const auto& field = fields[slot];
+    if (field.kind != Field::Kind::integer) return std::nullopt;
+    return field.number;
+  }
+  // An id of the contract; "none" where the trace has no such field.
+  template <typename Id>
+  Id id(std::size_t slot) const noexcept {
+    return static_cast<Id>(number<std::uint32_t>(slot, kNoId));
+  }
+  std::string_view text(std::size_t slot) const noexcept {
+    const auto& field = fields[slot];
+    if (field.kind != Field::Kind::text) return {};
+    return {field.characters, field.length};
+  }
+  std::span<const std::uint32_t> integers(std::size_t slot) const noexcept {
+    const auto& field = fields[slot];
+    if (field.kind != Field::Kind::integers) return {};
+    return {field.elements, field.length};
+  }
+  template <typename Enum>
+  std::optional<Enum> label(std::size_t slot) const noexcept {
+    if (fields[slot].label < 0) return std::nullopt;
+    return static_cast<Enum>(fields[slot].label);
+  }
+};
+
+// Elements of a sequence beyond these are not read.
+inline constexpr std::size_t kMaxElements = 65'536;
+
+}  // namespace cie::analysis

@@ -1,0 +1,98 @@
+// Facts about the recording itself, and what facts of every kind are made of: indices of subjects
+// and references to events.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+namespace cie::analysis {
+
+enum class HostIndex : std::uint32_t {};
+enum class ProcessIndex : std::uint32_t {};
+enum class ThreadIndex : std::uint32_t {};
+enum class CallbackIndex : std::uint32_t {};
+
+template <typename Index>
+constexpr std::size_t at(Index index) noexcept {
+  return static_cast<std::size_t>(index);
+}
+
+// Where and when an event happened: what evidence is made of.
+struct EventRef {
+  Timestamp time{};
+  std::optional<std::int32_t> cpu{};
+  std::optional<std::int64_t> pid{};
+  std::optional<std::int64_t> tid{};
+};
+inline EventRef ref(const EventHead& head) noexcept {
+  return {head.time, head.cpu, head.pid, head.tid};
+}
+
+struct StreamFacts {
+  std::uint32_t channel = 0;
+  Domain domain = Domain::user;
+  HostIndex host{};
+  std::string path{};
+  std::string clock_uuid{};
+  std::int64_t clock_offset_ns = 0;
+  std::optional<Timestamp> begin{};  // first packet's begin
+  std::optional<Timestamp> end{};    // last packet's end
+  std::uint64_t packets = 0;
+  std::uint64_t events = 0;
+};
+
+// Window of a channel: [latest first-packet begin, earliest last-packet end] over its streams.
+struct ChannelFacts {
+  Domain domain = Domain::user;
+  HostIndex host{};
+  std::optional<Timestamp> begin{};
+  std::optional<Timestamp> end{};
+};
+
+enum class LossKind : std::uint8_t {
+  discarded_events,
+  discarded_packets,
+  damaged_packet,
+  switch_mismatch  // a sched_switch whose prev_tid is not the CPU's last next_tid
+};
+struct Loss {
+  LossKind kind = LossKind::discarded_events;
+  Domain domain = Domain::user;
+  HostIndex host{};
+  Timestamp begin{};
+  Timestamp end{};
+  std::optional<std::uint64_t> count{};  // events or packets; empty: unknown
+  std::optional<std::int32_t> cpu{};
+  std::string note{};  // stream, reason
+};
+
+struct HostFacts {
+  std::string name{};
+  std::string clock_uuid{};
+  bool has_switches = false;  // kernel events by class
+  bool has_wakings = false;
+  bool has_forks = false;
+};
+
+// Which event classes and contexts the trace has at all (T5 and "event class absent").
+struct EventCounts {
+  std::uint64_t total = 0;
+  std::map<std::string, std::uint64_t, std::less<>> by_name{};  // of the vocabularies we know
+  std::uint64_t cie = 0;
+  std::uint64_t cie_without_pid = 0;
+  std::uint64_t cie_without_tid = 0;
+};
+
+struct TimeRegressionFacts {
+  std::uint64_t count = 0;
+  std::optional<EventRef> first{};
+  Timestamp first_previous{};
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,45 @@
+// The frame that most rules share: one judgement per subject, in the order of the facts that
+// verdicts are named by. A subject that `judge` returns from without a finding gets no verdict.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "../facts.hpp"
+#include "../subjects.hpp"
+#include "judgement.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// judge(CallbackIndex, const CallbackFacts&, Judgement&).
+template <typename Judge>
+std::vector<SubjectVerdict> judge_callbacks(const Model& model, const Judge& judge) {
+  const Subjects names(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (const auto index : callbacks_in_order(model)) {
+    Judgement judgement(names.callback(index));
+    judge(index, model.callbacks[at(index)], judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+// judge(ThreadIndex, const ThreadFacts&, Judgement&).
+template <typename Judge>
+std::vector<SubjectVerdict> judge_threads(const Model& model, const Judge& judge) {
+  const Subjects names(model);
+  std::vector<SubjectVerdict> verdicts;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    Judgement judgement(names.thread(index));
+    judge(index, model.threads[i], judgement);
+    conclude(std::move(judgement), verdicts);
+  }
+  return verdicts;
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,55 @@
+// Answers requests. Made by Node::create_service.
+#pragma once
+
+#include <cie/executor/message.hpp>
+#include <cie/executor/subscription.hpp>
+#include <cie/tracepoints/schema.hpp>
+
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace cie {
+
+// A request or a response: a message whose first member says whose call it belongs to. In IDL
+//
+//   struct CallHeader { uint64 guid; int64 seq; };
+//   struct Add_Request { CallHeader header; int64 a; int64 b; };
+//
+// which is what ROS 2 puts on the wire before a request. The library fills the header in.
+template <typename T>
+concept ServiceMessage = Message<T> && requires(T message) {
+  { message.header.guid } -> std::same_as<std::uint64_t&>;
+  { message.header.seq } -> std::same_as<std::int64_t&>;
+} && offsetof(T, header)
+== 0 && sizeof(T::header) == 16;
+
+// What a service's callback looks like: it fills in the response, which is empty when it is called.
+template <typename F, typename Request, typename Response>
+concept ServiceFunction = std::invocable<F&, const Request&, Response&>;
+
+namespace executor {
+using ErasedServiceFunction = std::function<void(const void* request, void* response)>;
+}
+
+// The response leaves when the callback has returned, from its thread. A callback that throws sends
+// none: its client times out. May outlive its node; it then is idle.
+template <ServiceMessage Request, ServiceMessage Response>
+class Service {
+ public:
+  explicit Service(std::shared_ptr<executor::SubscriptionCallback> callback)
+      : callback_(std::move(callback)) {}
+  const std::string& logical_id() const noexcept { return executor::logical_id_of(*callback_); }
+  CallbackId id() const noexcept { return executor::id_of(*callback_); }
+  // Clients connected now, in this process and others.
+  std::uint32_t client_count() const { return executor::matched_writers(*callback_); }
+
+ private:
+  std::shared_ptr<executor::SubscriptionCallback> callback_;
+};
+
+}  // namespace cie

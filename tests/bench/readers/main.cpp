@@ -1,0 +1,138 @@
+// cie_bench_readers: processor time of reading one trace, by reader.
+#include "synthetic_trace.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <ctf/native_reader.hpp>
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Cost {
+  double cpu_s = 0;
+  double peak_mib = 0;
+};
+
+// Processor time and largest memory of a child and its own children.
+Cost measure(const std::function<void()>& child) {
+  const auto process = ::fork();
+  if (process < 0) throw std::system_error(errno, std::generic_category(), "fork");
+  if (process == 0) {
+    const int null = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    ::dup2(null, STDOUT_FILENO);
+    child();
+    ::_exit(127);
+  }
+  int status = 0;
+  rusage usage{};
+  ::wait4(process, &status, 0, &usage);
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    throw std::runtime_error("a reader failed or is not installed");
+  }
+  const auto seconds = [](const timeval& time) {
+    return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
+  };
+  return {.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime),
+          .peak_mib = static_cast<double>(usage.ru_maxrss) / 1024};
+}
+
+Cost measure_program(std::vector<std::string> words) {
+  return measure([&words] {
+    std::vector<char*> arguments;
+    for (auto& word : words)
+      arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    ::execvp(arguments[0], arguments.data());
+  });
+}
+
+void print(const char* what, const Cost& cost, std::uint64_t events, double reference_s) {
+  std::printf("%-44s %8.2f %9.1f %8.1f", what, cost.cpu_s,
+              cost.cpu_s * 1e9 / static_cast<double>(events), cost.peak_mib);
+  if (reference_s > 0) std::printf(" %9.1f", reference_s / cost.cpu_s);
+  std::printf("\n");
+}
+
+int run(int argc, char** argv) {
+  TraceSize size;
+  std::string directory;
+  bool without_babeltrace2 = false;
+  CLI::App app("Processor time of reading one trace, by reader");
+  app.add_option("--events", size.events, "About how many events (20000000)");
+  app.add_option("--streams", size.streams, "Streams, one per CPU (64)")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--packet", size.packet_bytes, "Bytes of a packet (524288)");
+  app.add_option("--keep", directory, "Write the trace there and leave it");
+  app.add_flag("--only-cie", without_babeltrace2, "Do not run babeltrace2");
+  CLI11_PARSE(app, argc, argv);
+
+  const bool is_kept = !directory.empty();
+  if (!is_kept) {
+    std::string pattern = (fs::temp_directory_path() / "cie-bench-XXXXXX").string();
+    if (::mkdtemp(pattern.data()) == nullptr) {
+      throw std::system_error(errno, std::generic_category(), pattern);
+    }
+    directory = pattern;
+  }
+  const auto events = write_trace(directory, size);
+  const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();
+  std::printf("%ju events, %u streams, packets of %u bytes\n\n",
+              static_cast<std::uintmax_t>(events), size.streams, size.packet_bytes);
+  std::printf("%-44s %8s %9s %8s %9s\n", "", "CPU s", "ns/event", "MiB", "times");
+  std::fflush(stdout);
+  double reference = 0;
+  if (!without_babeltrace2) {
+    const auto cost = measure_program({"babeltrace2", "-c", "sink.utils.dummy", directory});
+    reference = cost.cpu_s;
+    print("babeltrace2 -c sink.utils.dummy", cost, events, reference);
+  }
+  const auto decode = measure([&directory, events] {
+    std::uint64_t seen = 0;
+    const std::vector<fs::path> paths{directory};
+    cie::analysis::ctf::read_traces(paths, [&seen](const cie::analysis::Event& event) {
+      seen += event.body.index() >= cie::analysis::EventBody(cie::analysis::RunBegin{}).index();
+    });
+    ::_exit(seen == events ? 0 : 1);
+  });
+  print("cie: decode and merge", decode, events, reference);
+  print("cie instances", measure_program({cie, "instances", directory}), events,
+        reference);
+  print("cie report", measure_program({cie, "report", "--format", "json", directory}), events,
+        reference);
+  if (!without_babeltrace2) {
+    print(
+        "cie report --reader babeltrace2",
+        measure_program({cie, "report", "--format", "json", "--reader", "babeltrace2", directory}),
+        events, reference);
+  }
+  if (!is_kept) fs::remove_all(directory);
+  return 0;
+}
+
+}  // namespace
+}  // namespace bench
+
+int main(int argc, char** argv) {
+  try {
+    return bench::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cie_bench_readers: %s\n", error.what());
+    return 1;
+  }
+}

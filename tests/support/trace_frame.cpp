@@ -1,0 +1,139 @@
+#include "support/trace_writer.hpp"
+
+#include <algorithm>
+
+namespace cie::test::text {
+
+void Writer::prologue() {
+  for (auto& process : processes_) {
+    auto& time = process.cursor;
+    time = process.from;
+    const auto main = main_of(process);
+    add(time++, main,
+        RunBegin{.contract_version = kContractVersion,
+                 .tool_version = "text",
+                 .executor = keep(process.executor),
+                 .boot_id = "boot",
+                 .host = "robot",
+                 .pid = static_cast<std::uint32_t>(process.pid),
+                 .pid_ns = 1,
+                 .process_start_ns = process.from - 1,
+                 .monotonic_ns = time,
+                 .realtime_ns = 1'000'000'000 + time,
+                 .online_cpus = 2,
+                 .spec_sha256 = "",
+                 .moment = process.is_attached ? RunMoment::announce : RunMoment::start});
+    add(time++, main, ClockSync{.monotonic_ns = time, .realtime_ns = 1'000'000'000 + time});
+    add(time++, main, NodeInit{.node = NodeId{0}, .name = "/node"});
+    for (const auto& [name, group] : groups_) {
+      if (group.process != &process) continue;
+      add(time++, main,
+          GroupInit{
+              .group = GroupId{group.id},
+              .node = NodeId{0},
+              .type = group.is_reentrant ? GroupType::reentrant : GroupType::mutually_exclusive});
+    }
+    for (const auto& name : publisher_order_) {
+      auto& publisher = publishers_[name];
+      if (publisher.process == &process) add(time++, main, publisher.init);
+    }
+    for (const auto& name : callback_order_) {
+      auto& callback = callbacks_[name];
+      if (callback.process == &process) add(time++, main, callback.init);
+    }
+    for (const auto& name : thread_order_) {
+      auto& thread = threads_[name];
+      if (thread.process != &process || thread.is_silent) continue;
+      if (thread.read_backs == 0) thread.read_backs = process.is_attached ? 4 : 0;
+    }
+  }
+}
+
+// A thread whose beginning or read-backs no line tells begins configured.
+void Writer::configure(Thread& thread, const std::vector<TimedLine>& lines) {
+  if (thread.is_silent) return;
+  const auto tells = [&lines, &thread](std::string_view verb) {
+    return std::any_of(lines.begin(), lines.end(), [&](const auto& entry) {
+      const auto& words = entry.second.words;
+      return words.size() > 2 && words[1] == verb && words[2] == thread.name;
+    });
+  };
+  auto& time = thread.process->cursor;
+  if (!tells("begin")) thread_init(time++, thread);
+  if (tells("begin") || tells("initial") || tells("applied")) return;
+  const auto defaults = cut("0 x x");
+  thread.is_audited = thread.role == ThreadRole::callback;
+  if (thread.process->is_attached) {
+    read_back(time++, defaults, thread, SchedMoment::audit);
+    return;
+  }
+  read_back(time++, defaults, thread, SchedMoment::initial);
+  if (thread.role == ThreadRole::callback)
+    read_back(time++, defaults, thread, SchedMoment::applied);
+}
+
+void Writer::epilogue() {
+  auto time = last_ + 10;
+  for (auto& process : processes_) {
+    if (process.has_crashed) continue;
+    auto at = process.until.value_or(time);
+    const auto main = main_of(process);
+    for (const auto& name : thread_order_) {
+      auto& thread = threads_[name];
+      if (thread.process != &process || thread.is_silent || thread.has_finish) continue;
+      if (thread.is_audited) read_back(at++, cut("0 x x"), thread, SchedMoment::audit);
+      thread_fini(at++, thread);
+    }
+    for (const auto& name : callback_order_) {
+      auto& callback = callbacks_[name];
+      if (callback.process == &process && !callback.has_fini) add(at++, main, callback.totals);
+    }
+    for (const auto& name : publisher_order_) {
+      auto& publisher = publishers_[name];
+      if (publisher.process != &process) continue;
+      add(at++, main,
+          PublisherFini{.publisher = PublisherId{publisher.id}, .published = publisher.next});
+    }
+    add(at++, main,
+        RunEnd{.callbacks = process.callbacks,
+               .threads = process.threads,
+               .groups = process.groups,
+               .publishers = process.publishers,
+               .status = 0});
+  }
+}
+
+void Writer::frame() {
+  std::int64_t begin = kPrologue;
+  for (const auto& event : trace_.events)
+    begin = std::min(begin, event.head.time.ns);
+  std::stable_sort(trace_.events.begin(), trace_.events.end(),
+                   [](const Event& a, const Event& b) { return a.head.time < b.head.time; });
+  std::vector<Event> framed;
+  const auto edge = [&framed](std::int64_t time, StreamIndex stream, EventBody body) {
+    framed.push_back(Event{
+        .head =
+            {.time = {time}, .stream = stream, .cpu = 0, .pid = std::nullopt, .tid = std::nullopt},
+        .body = body});
+  };
+  std::vector<StreamIndex> streams{kUser};
+  if (has_kernel_) streams.push_back(kKernel);
+  for (const auto stream : streams) {
+    edge(begin - 1, stream,
+         StreamBegin{.channel = static_cast<std::uint32_t>(stream),
+                     .domain = stream == kKernel ? Domain::kernel : Domain::user,
+                     .host = "robot",
+                     .clock_uuid = "boot",
+                     .clock_offset_ns = 1'000'000'000,
+                     .path = stream == kKernel ? "kernel" : "ust"});
+    edge(begin - 1, stream, PacketBegin{});
+  }
+  framed.insert(framed.end(), trace_.events.begin(), trace_.events.end());
+  for (const auto stream : streams) {
+    edge(last_ + 1, stream, PacketEnd{});
+    edge(last_ + 1, stream, StreamEnd{});
+  }
+  trace_.events = std::move(framed);
+}
+
+}  // namespace cie::test::text

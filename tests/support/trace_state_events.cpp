@@ -1,0 +1,82 @@
+#include "support/trace_writer.hpp"
+
+namespace cie::test::text {
+
+void Writer::read_back(std::int64_t time, const Line& line, Thread& thread, SchedMoment moment) {
+  static const std::map<std::string, std::int32_t, std::less<>> policies{
+      {"other", 0}, {"fifo", 1}, {"rr", 2}, {"batch", 3}, {"idle", 5}, {"deadline", 6}};
+  const auto policy = policies.find(line.value("policy", "other"));
+  if (policy == policies.end()) line.fail("unknown policy");
+  auto& cpus = trace_.cpus->emplace_back();
+  std::string_view list = trace_.strings->emplace_back(line.value("cpus", "0,1"));
+  while (!list.empty()) {
+    const auto comma = std::min(list.find(','), list.size());
+    cpus.push_back(static_cast<std::uint32_t>(line.parse(list.substr(0, comma))));
+    list.remove_prefix(std::min(comma + 1, list.size()));
+  }
+  ThreadSched event{.tid = static_cast<std::uint32_t>(thread.tid),
+                    .moment = moment,
+                    .n = line.number<std::uint32_t>("n", thread.read_backs),
+                    .policy = policy->second,
+                    .flags = 1,
+                    .nice = line.number<std::int32_t>("nice", 0),
+                    .priority = line.number<std::uint32_t>("priority", 0),
+                    .runtime_ns = line.number<std::uint64_t>("runtime", 0),
+                    .deadline_ns = line.number<std::uint64_t>("deadline", 0),
+                    .period_ns = line.number<std::uint64_t>("period", 0),
+                    .cpus = cpus,
+                    .error = line.number<std::int32_t>("error", 0)};
+  thread.read_backs = event.n + 1;
+  if (moment == SchedMoment::applied) {
+    thread.prio = event.policy == 6     ? -1
+                  : event.priority != 0 ? 99 - static_cast<std::int32_t>(event.priority)
+                                        : 120 + event.nice;
+  }
+  add(time, by(thread), event);
+}
+
+bool Writer::state_event(std::int64_t time, const Line& line) {
+  const auto& verb = line.word(1);
+  if (const auto moment = from_label<SchedMoment>(verb)) {
+    read_back(time, line, named(threads_, line, line.word(2)), *moment);
+  } else if (verb == "begin") {
+    auto& thread = named(threads_, line, line.word(2));
+    thread.has_begin = true;
+    thread_init(time, thread);
+  } else if (verb == "finish") {
+    auto& thread = named(threads_, line, line.word(2));
+    thread.has_finish = true;
+    thread_fini(time, thread);
+  } else if (verb == "init") {
+    auto& callback = named(callbacks_, line, line.word(2));
+    callback.has_init = true;
+    auto init = callback.init;
+    init.next_seq = callback.next;
+    add(time, main_of(*callback.process), init);
+  } else if (verb == "fini") {
+    auto& callback = named(callbacks_, line, line.word(2));
+    callback.has_fini = true;
+    add(time, main_of(*callback.process), callback.totals);
+  } else {
+    return false;
+  }
+  return true;
+}
+
+void Writer::thread_init(std::int64_t time, Thread& thread) {
+  add(time, by(thread),
+      ThreadInit{.tid = static_cast<std::uint32_t>(thread.tid),
+                 .role = thread.role,
+                 .callback = CallbackId{thread.callback},
+                 .group = GroupId{thread.group},
+                 .name = keep(thread.name),
+                 .start_ns = time});
+  ++thread.process->threads;
+}
+
+void Writer::thread_fini(std::int64_t time, Thread& thread) {
+  add(time, by(thread),
+      ThreadFini{.tid = static_cast<std::uint32_t>(thread.tid), .read_backs = thread.read_backs});
+}
+
+}  // namespace cie::test::text

@@ -1,0 +1,61 @@
+// Small CTF traces written byte by byte, and what the reader makes of them as lines of text.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::test {
+
+// An event "tick" of one byte.
+struct Tick {
+  std::uint64_t time = 0;
+  std::uint8_t value = 0;
+};
+
+struct PacketText {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
+  std::vector<Tick> ticks{};
+  std::uint64_t sequence = 0;
+  std::uint32_t discarded = 0;
+  std::uint32_t cpu = 0;
+  std::uint64_t instance = 0;
+  std::uint8_t uuid = 1;  // its sixteen bytes are this one
+  std::size_t padding = 0;
+  std::string tail{};  // content after the events
+};
+
+// Little endian: magic, uuid, stream_id; begin, end, content and packet size, sequence, discarded,
+// cpu; events of a header with u8 id and u32 time and a payload of u8.
+std::string bytes_of(const PacketText& packet);
+std::string bytes_of(const std::vector<PacketText>& packets);
+// `uuid`: as in PacketText.
+std::string metadata(std::uint8_t uuid = 1, const std::string& clock = "");
+
+// A directory of its own, removed at the end.
+class TraceFolder {
+ public:
+  TraceFolder();
+  ~TraceFolder();
+  TraceFolder(const TraceFolder&) = delete;
+  TraceFolder& operator=(const TraceFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  void write(const std::string& file, const std::string& bytes) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+// One line per event, without the begins and ends of streams and packets: "100 tick 1" by its CPU,
+// "200 lost 3 events until 300", "damaged: reason" and so on.
+std::vector<std::string> read(const std::vector<std::filesystem::path>& traces);
+std::vector<std::string> read(const TraceFolder& folder);
+// Everything, structure included, with the number of the stream first.
+std::vector<std::string> read_all(const TraceFolder& folder);
+
+}  // namespace cie::test

@@ -1,0 +1,209 @@
+// What is lost or damaged in a stream is told where it happened; the rest is read.
+#include <cie/analysis/analyzer.hpp>
+
+#include "ctf_trace.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::UnreadableTrace;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr std::size_t kHeader = 80;  // bytes before a packet's events
+
+std::vector<PacketText> three() {
+  return {{.begin = 100, .end = 190, .ticks = {{110}, {120}}, .sequence = 0},
+          {.begin = 200, .end = 290, .ticks = {{210}}, .sequence = 1, .padding = 32},
+          {.begin = 300, .end = 390, .ticks = {{310}}, .sequence = 2}};
+}
+
+std::vector<std::string> lines_of(const std::string& stream) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("stream", stream);
+  return read(folder);
+}
+
+std::string error_of(const TraceFolder& folder) {
+  try {
+    read(folder);
+  } catch (const UnreadableTrace& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST(Packets, AreReadInOrderWithTheirBounds) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("stream", bytes_of(three()));
+  EXPECT_THAT(
+      read_all(folder),
+      ElementsAre("0: stream of channel 0", "0: 100 packet", "0: 110 tick on 0", "0: 120 tick on 0",
+                  "0: 190 packet ends", "0: 200 packet", "0: 210 tick on 0", "0: 290 packet ends",
+                  "0: 300 packet", "0: 310 tick on 0", "0: 390 packet ends", "0: stream ends"));
+}
+
+TEST(Packets, TimesOf32BitsWrap) {
+  const auto lines = lines_of(bytes_of(PacketText{
+      .begin = 0x1'ffff'fff0, .end = 0x2'0000'0100, .ticks = {{0xffff'fff8}, {8}, {8}}}));
+  EXPECT_THAT(lines,
+              ElementsAre("8589934584 tick on 0", "8589934600 tick on 0", "8589934600 tick on 0"));
+}
+
+TEST(Packets, DiscardedEventsAreCountedFromTheFirstPacketOn) {
+  auto packets = three();
+  packets[0].discarded = 2;
+  packets[1].discarded = 2;
+  packets[2].discarded = 7;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("100 lost 2 events until 190", "110 tick on 0", "120 tick on 0",
+                          "210 tick on 0", "290 lost 5 events until 390", "310 tick on 0"));
+}
+
+TEST(Packets, DiscardedCounterWraps) {
+  auto packets = three();
+  packets[0].discarded = 0xffff'ffff;
+  packets[1].discarded = 1;
+  packets[2].discarded = 1;
+  const auto lines = lines_of(bytes_of(packets));
+  EXPECT_EQ(lines.at(3), "190 lost 2 events until 290");
+}
+
+TEST(Packets, MissingNumbersAreLostPackets) {
+  auto packets = three();
+  packets[2].sequence = 4;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0", "210 tick on 0",
+                          "290 lost 2 packets until 300", "310 tick on 0"));
+}
+
+TEST(Packets, ADamagedHeaderCostsOnePacket) {
+  auto bytes = bytes_of(three());
+  const auto second = bytes_of(three()[0]).size();
+  for (const auto at : {second, second + 4}) {  // magic, uuid
+    auto damaged = bytes;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x40);
+    EXPECT_THAT(lines_of(damaged),
+                ElementsAre("110 tick on 0", "120 tick on 0",
+                            StartsWith("damaged at byte " + std::to_string(second) + ": "),
+                            "310 tick on 0"));
+  }
+}
+
+TEST(Packets, SizesThatContradictEachOtherCostOnePacket) {
+  const auto bytes = bytes_of(three());
+  const auto second = bytes_of(three()[0]).size();
+  constexpr std::size_t kContentAt = 48;
+  constexpr std::size_t kPacketAt = 56;
+  for (const auto& [at, reason] : {std::pair(kContentAt + 5, "contradict"),
+                                   std::pair(kPacketAt + 5, "the file ends within a packet"),
+                                   std::pair(kPacketAt, "contradict")}) {
+    auto damaged = bytes;
+    damaged[second + at] = static_cast<char>(damaged[second + at] ^ 1);
+    const auto lines = lines_of(damaged);
+    ASSERT_EQ(lines.size(), 4U) << at;
+    EXPECT_THAT(lines[2], HasSubstr(reason));
+    EXPECT_EQ(lines[3], "310 tick on 0");
+  }
+}
+
+TEST(Packets, OneUndecodableEventCostsItsWholePacket) {
+  auto packets = three();
+  packets[1].tail = "\x09";  // no event has this id
+  EXPECT_THAT(lines_of(bytes_of(packets)), ElementsAre("110 tick on 0", "120 tick on 0",
+                                                       HasSubstr("an event"), "310 tick on 0"));
+  packets[1].tail = std::string("\x02\x20\x01\0\0", 5) + "text without its end";
+  packets[1].padding = 0;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0",
+                          HasSubstr("beyond the packet's content (event text)"), "310 tick on 0"));
+}
+
+TEST(Packets, WholePacketsBeforeACutAreUsedWhereverItIs) {
+  const auto packets = three();
+  const auto bytes = bytes_of(packets);
+  const auto first = bytes_of(packets[0]).size();
+  const auto second = first + bytes_of(packets[1]).size();
+  for (std::size_t size = first; size < bytes.size(); ++size) {
+    const auto lines = lines_of(bytes.substr(0, size));
+    const std::size_t whole = size < second ? 2 : 3;
+    ASSERT_EQ(lines.size(), whole + (size == first || size == second ? 0 : 1)) << size;
+    if (lines.size() > whole) {
+      EXPECT_THAT(lines.back(), StartsWith("damaged at byte ")) << size;
+    }
+  }
+}
+
+TEST(Packets, GarbageBetweenPacketsIsSteppedOver) {
+  const auto packets = three();
+  const auto lines = lines_of(bytes_of(packets[0]) + std::string(777, '\xc1') +
+                              bytes_of(packets[1]) + bytes_of(packets[2]));
+  EXPECT_THAT(lines, ElementsAre("110 tick on 0", "120 tick on 0", StartsWith("damaged"),
+                                 "210 tick on 0", "310 tick on 0"));
+}
+
+TEST(Packets, BytesCutOutOfAPacketCostThatPacketOnly) {
+  auto bytes = bytes_of(three());
+  const auto first = bytes_of(three()[0]).size();
+  bytes.erase(first + kHeader + 2, 20);
+  const auto lines = lines_of(bytes);
+  EXPECT_EQ(lines.front(), "110 tick on 0");
+  EXPECT_EQ(lines.back(), "310 tick on 0");
+  EXPECT_THAT(lines, testing::Contains(StartsWith("damaged")));
+}
+
+TEST(Packets, APacketThatComesTwiceIsReadOnce) {
+  const auto packets = three();
+  const auto lines = lines_of(bytes_of({packets[0], packets[1], packets[1], packets[2]}));
+  EXPECT_THAT(lines, ElementsAre("110 tick on 0", "120 tick on 0", "210 tick on 0",
+                                 HasSubstr("there before"), "310 tick on 0"));
+}
+
+TEST(Packets, TimeThatRunsBackwardsIsTold) {
+  auto packets = three();
+  packets[1].begin = 150;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0", "150 after 190", "210 tick on 0",
+                          "310 tick on 0"));
+}
+
+TEST(Packets, WithoutAnyGoodOneTheTraceIsUnreadable) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  EXPECT_EQ(error_of(folder), "none");  // nothing was recorded
+  folder.write("stream", "");
+  EXPECT_EQ(error_of(folder), "none");
+  folder.write("stream", std::string(1000, '\0'));
+  EXPECT_THAT(error_of(folder), HasSubstr("stream at byte 0: no packet begins here"));
+  folder.write("stream", bytes_of(three()[0]).substr(0, 90));
+  EXPECT_THAT(error_of(folder), HasSubstr("the file ends within a packet (90 of 92 bytes)"));
+}
+
+TEST(Packets, OneBadStreamAmongGoodOnesIsDamage) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("good", bytes_of(three()[0]));
+  folder.write("bad", std::string(1000, 'x'));
+  EXPECT_THAT(read(folder),
+              ElementsAre(StartsWith("damaged at byte 0"), "110 tick on 0", "120 tick on 0"));
+}
+
+TEST(Packets, MetadataThatCannotBeReadNamesItsFile) {
+  TraceFolder folder;
+  folder.write("trace/metadata", "");
+  EXPECT_THAT(error_of(folder), HasSubstr("trace: its metadata: it is empty"));
+  folder.write("trace/metadata", "trace { major = 1;\nbyte_order = ?; };");
+  EXPECT_THAT(error_of(folder), HasSubstr("trace: its metadata: line 2: "));
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,123 @@
+// Many files become one sequence of events.
+#include "ctf_trace.hpp"
+
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+
+TEST(Streams, AreMergedByTimeAndEqualTimesByCpu) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("a", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {5}, {7}}, .cpu = 1}));
+  folder.write("b", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{3}, {5}, {6}}, .cpu = 0}));
+  const auto lines = read(folder);
+  EXPECT_THAT(lines, ElementsAre("2 tick on 1", "3 tick on 0", "5 tick on 0", "5 tick on 1",
+                                 "6 tick on 0", "7 tick on 1"));
+  // The same under other names.
+  TraceFolder renamed;
+  renamed.write("metadata", metadata());
+  renamed.write("z",
+                bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {5}, {7}}, .cpu = 1}));
+  renamed.write("0",
+                bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{3}, {5}, {6}}, .cpu = 0}));
+  EXPECT_EQ(read(renamed), lines);
+}
+
+TEST(Streams, RotationChunksAreOneStream) {
+  TraceFolder folder;
+  for (int chunk = 0; chunk < 3; ++chunk) {
+    const auto name = "archive-" + std::to_string(2 - chunk);  // names say nothing about order
+    const auto time = static_cast<std::uint64_t>(100 * chunk);
+    folder.write(name + "/metadata", metadata());
+    folder.write(name + "/channel_0",
+                 bytes_of(PacketText{.begin = time,
+                                     .end = time + 50,
+                                     .ticks = {{time + 1}},
+                                     .sequence = static_cast<std::uint64_t>(chunk),
+                                     .discarded = static_cast<std::uint32_t>(chunk)}));
+  }
+  EXPECT_THAT(read(folder),
+              ElementsAre("1 tick on 0", "50 lost 1 events until 150", "101 tick on 0",
+                          "150 lost 1 events until 250", "201 tick on 0"));
+  EXPECT_EQ(read_all(folder).front(), "0: stream of channel 0");
+  EXPECT_EQ(read_all(folder).back(), "0: stream ends");
+}
+
+TEST(Streams, SnapshotsThatOverlapRepeatNothing) {
+  TraceFolder folder;
+  const auto packet = [](std::uint64_t number) {
+    return PacketText{
+        .begin = 10 * number, .end = 10 * number + 9, .ticks = {{10 * number}}, .sequence = number};
+  };
+  folder.write("1/metadata", metadata());
+  folder.write("1/s", bytes_of({packet(1), packet(2), packet(3)}));
+  folder.write("2/metadata", metadata());
+  folder.write("2/s", bytes_of({packet(2), packet(3), packet(4)}));
+  EXPECT_THAT(read(folder),
+              ElementsAre("10 tick on 0", "20 tick on 0", "30 tick on 0", "40 tick on 0"));
+}
+
+TEST(Streams, ATraceNamedTwiceIsReadOnce) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("s", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}}}));
+  EXPECT_THAT(read({folder.path(), folder.path() / "."}), ElementsAre("2 tick on 0"));
+}
+
+TEST(Streams, ClocksOfOneBootAreOneWhateverOffsetEachTraceMeasured) {
+  TraceFolder folder;
+  const std::string boot = "uuid = \"11111111-2222-3333-4444-555555555555\"; ";
+  folder.write("a/metadata", metadata(1, boot + "offset = 100;"));
+  folder.write("a/s", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {6}}}));
+  folder.write("b/metadata", metadata(2, boot + "offset = 97;"));
+  folder.write("b/s",
+               bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{4}}, .cpu = 7, .uuid = 2}));
+  EXPECT_THAT(read(folder), ElementsAre("2 tick on 0", "4 tick on 7", "6 tick on 0"));
+}
+
+TEST(Streams, ClocksOfDifferentBootsAreComparedByTheirOffsets) {
+  TraceFolder folder;
+  const auto boot = [](const char* digit, int offset) {
+    return "uuid = \"1111111" + std::string(digit) +
+           "-2222-3333-4444-555555555555\"; offset = " + std::to_string(offset) + ";";
+  };
+  folder.write("a/metadata", metadata(1, boot("1", 100)));
+  folder.write("a/s", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {6}}}));
+  folder.write("b/metadata", metadata(2, boot("2", 50)));
+  folder.write("b/s",
+               bytes_of(PacketText{.begin = 51, .end = 59, .ticks = {{54}}, .cpu = 7, .uuid = 2}));
+  EXPECT_THAT(read(folder), ElementsAre("2 tick on 0", "54 tick on 7", "6 tick on 0"));
+}
+
+TEST(Streams, PacketsLargerThanThePieceInMemoryAreReadWhole) {
+  TraceFolder folder;
+  PacketText packet{.begin = 0, .end = 3'000'000, .ticks = {}};
+  for (std::uint64_t i = 0; i < 400'000; ++i)  // 2.4 MB
+    packet.ticks.push_back({.time = i, .value = static_cast<std::uint8_t>(i)});
+  folder.write("metadata", metadata());
+  folder.write("s", bytes_of(packet));
+  const auto lines = read(folder);
+  ASSERT_EQ(lines.size(), 400'000U);
+  EXPECT_EQ(lines.back(), "399999 tick on 0");
+}
+
+TEST(Streams, AnEventLargerThanThePieceInMemoryIsReadWhole) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("s", bytes_of(PacketText{.begin = 0,
+                                        .end = 10,
+                                        .ticks = {{1}},
+                                        .tail = std::string("\x02\x05\0\0\0", 5) +
+                                                std::string(5'000'000, 'x') + '\0'}));
+  EXPECT_THAT(read(folder), ElementsAre("1 tick on 0", "5 text on 0"));
+}
+
+}  // namespace
+}  // namespace cie::test
