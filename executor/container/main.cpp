@@ -185,8 +185,8 @@ int main(int argc, char** argv) {
   app.add_option("--pid", pid, "With --control: the container's process id, if several run")
       ->check(CLI::PositiveNumber)
       ->needs(control);
-  app.add_option("--executor", executor, "Instead of the file's: isolated, single, multi")
-      ->check(CLI::IsMember({"isolated", "single", "multi"}));
+  app.add_option("--executor", executor, "Instead of the file's: isolated, single, multi, events")
+      ->check(CLI::IsMember({"isolated", "single", "multi", "events"}));
   try {
     app.parse(argc, argv);
     if (file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
