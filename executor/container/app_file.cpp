@@ -25,10 +25,11 @@ constexpr std::array<std::string_view, 7> kKeys{
 constexpr std::array<std::string_view, 6> kComponentKeys{"library",   "class",      "name",
                                                          "namespace", "parameters", "remaps"};
 
-constexpr std::array<std::pair<std::string_view, ExecutorKind>, 3> kExecutors{
+constexpr std::array<std::pair<std::string_view, ExecutorKind>, 4> kExecutors{
     {{"isolated", ExecutorKind::isolated},
      {"single", ExecutorKind::single_threaded},
-     {"multi", ExecutorKind::multi_threaded}}};
+     {"multi", ExecutorKind::multi_threaded},
+     {"events", ExecutorKind::events}}};
 
 std::string needed_text(const Fields& fields, std::string_view key, std::string_view remedy) {
   const Value* const value = fields.find(key);
@@ -136,7 +137,8 @@ void read_execution(const Fields& fields, AppFile& app, const std::filesystem::p
   if (const Value* const value = fields.find("executor")) {
     const std::string& name = value->text("executor");
     const auto kind = executor_from_name(name);
-    if (!kind) value->fail("unknown executor \"" + name + "\"; write isolated, single or multi");
+    if (!kind)
+      value->fail("unknown executor \"" + name + "\"; write isolated, single, multi or events");
     app.executor = *kind;
   }
   if (const Value* const value = fields.find("spec")) app.spec = folder / value->text("spec");

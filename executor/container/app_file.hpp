@@ -46,7 +46,7 @@ struct AppFile {
                        const std::filesystem::path& folder);
 };
 
-// "isolated", "single", "multi". Empty for another text.
+// "isolated", "single", "multi", "events". Empty for another text.
 std::optional<ExecutorKind> executor_from_name(std::string_view name) noexcept;
 std::string_view executor_name(ExecutorKind kind) noexcept;
 

@@ -22,6 +22,8 @@ std::unique_ptr<Executor> make_executor(ExecutorKind kind, ExecutorOptions optio
       return std::make_unique<SingleThreadedExecutor>(std::move(options));
     case ExecutorKind::multi_threaded:
       return std::make_unique<MultiThreadedExecutor>(std::move(options));
+    case ExecutorKind::events:
+      return std::make_unique<EventsExecutor>(std::move(options));
     default:
       return std::make_unique<CallbackIsolatedExecutor>(std::move(options));
   }

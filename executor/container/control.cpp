@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxRequest = 65'536;
 constexpr std::size_t kMaxAnswer = std::size_t{4} << 20U;
-constexpr int kPatience_s = 5;  // for a client that connects and says nothing
+constexpr int kPatienceSeconds = 5;  // for a client that connects and says nothing
 constexpr std::string_view kSuffix = ".sock";
 
 [[noreturn]] void fail(const std::string& what) {
@@ -51,9 +51,9 @@ class Descriptor {
 // $XDG_RUNTIME_DIR/cie-run, else /tmp/cie-run-<user id>: ours, and nobody else's to enter.
 fs::path folder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
-  const fs::path path = runtime != nullptr && *runtime == '/'
-                            ? fs::path{runtime} / "cie-run"
-                            : fs::path{"/tmp/cie-run-" + std::to_string(geteuid())};
+  fs::path path = runtime != nullptr && *runtime == '/'
+                      ? fs::path{runtime} / "cie-run"
+                      : fs::path{"/tmp/cie-run-" + std::to_string(geteuid())};
   if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) fail("cannot make " + path.string());
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) fail("cannot use " + path.string());
@@ -83,7 +83,7 @@ const sockaddr* generic(const sockaddr_un& address) {
 }
 
 void set_patience(int connection) {
-  const timeval patience{.tv_sec = kPatience_s, .tv_usec = 0};
+  const timeval patience{.tv_sec = kPatienceSeconds, .tv_usec = 0};
   setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
   setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
 }

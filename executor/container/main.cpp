@@ -18,7 +18,7 @@
 namespace cie::container {
 namespace {
 
-enum ExitCode : int { kEndedWell = 0, kUnusable = 2, kFailed = 4 };
+enum ExitCode : int { ended_well = 0, unusable_input = 2, failed = 4 };
 
 constexpr const char* kDescription =
     "Runs the components that APP.yaml names, by default every callback on a thread of its own,\n"
@@ -75,7 +75,9 @@ class Registration {
   ~Registration() { running = nullptr; }
 };
 
-Answer unusable(const std::string& text) { return {.exit_code = kUnusable, .text = text + "\n"}; }
+Answer unusable(const std::string& text) {
+  return {.exit_code = unusable_input, .text = text + "\n"};
+}
 
 // What an order of another terminal comes to.
 Answer follow(Container& container, const std::vector<std::string>& words) noexcept {
@@ -93,7 +95,7 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
   } catch (const std::exception& error) {
     std::string text = error.what();
     if (!text.ends_with('\n')) text += '\n';
-    return {.exit_code = kFailed, .text = text};
+    return {.exit_code = failed, .text = text};
   }
 }
 
@@ -106,10 +108,10 @@ int give_order(int pid, std::vector<std::string> words) {
     return answer.exit_code;
   } catch (const std::invalid_argument& error) {
     say(error.what());
-    return kUnusable;
+    return unusable_input;
   } catch (const std::exception& error) {
     say(error.what());
-    return kFailed;
+    return failed;
   }
 }
 
@@ -128,7 +130,7 @@ int serve(Container& container, const AppFile& app) {
   const std::size_t loaded = container.load_all();
   if (loaded == 0) {
     say("none of the components could be loaded");
-    return kFailed;
+    return failed;
   }
   try {
     const Registration registration{container};
@@ -140,12 +142,12 @@ int serve(Container& container, const AppFile& app) {
     container.run();
   } catch (const std::exception& error) {
     say(error.what());
-    return kFailed;
+    return failed;
   }
   const std::uint64_t failures = container.failures();
-  if (failures == 0) return kEndedWell;
+  if (failures == 0) return ended_well;
   say("callbacks ended by an exception " + counted(failures, "time"));
-  return kFailed;
+  return failed;
 }
 
 int run(const std::string& file, const std::string& executor) {
@@ -157,13 +159,13 @@ int run(const std::string& file, const std::string& executor) {
     return serve(container, app);
   } catch (const SpecError& error) {
     say(error.what());
-    return kUnusable;
+    return unusable_input;
   } catch (const std::invalid_argument& error) {
     say(error.what());
-    return kUnusable;
+    return unusable_input;
   } catch (const std::exception& error) {
     say(error.what());
-    return kFailed;
+    return failed;
   }
 }
 
@@ -185,13 +187,13 @@ int main(int argc, char** argv) {
   app.add_option("--pid", pid, "With --control: the container's process id, if several run")
       ->check(CLI::PositiveNumber)
       ->needs(control);
-  app.add_option("--executor", executor, "Instead of the file's: isolated, single, multi")
-      ->check(CLI::IsMember({"isolated", "single", "multi"}));
+  app.add_option("--executor", executor, "Instead of the file's: isolated, single, multi, events")
+      ->check(CLI::IsMember({"isolated", "single", "multi", "events"}));
   try {
     app.parse(argc, argv);
     if (file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : cie::container::kUnusable;
+    return app.exit(error) == 0 ? 0 : cie::container::unusable_input;
   }
   if (!order.empty()) return cie::container::give_order(pid, order);
   return cie::container::run(file, executor);

@@ -25,9 +25,11 @@ DynamicSection read_dynamic_section(const link_map& map) {
     // Addresses are integers in ELF.
     if (entry->d_tag == DT_FLAGS_1) section.flags = entry->d_un.d_val;
     if (entry->d_tag == DT_SYMTAB) {
+      // NOLINTNEXTLINE(performance-no-int-to-ptr)
       section.symbols = reinterpret_cast<const ElfW(Sym)*>(entry->d_un.d_ptr);
     }
     if (entry->d_tag == DT_GNU_HASH) {
+      // NOLINTNEXTLINE(performance-no-int-to-ptr)
       section.gnu_hash = reinterpret_cast<const std::uint32_t*>(entry->d_un.d_ptr);
     }
   }

@@ -87,11 +87,16 @@ void check_hardware_info(const SchedulingSpec& spec, std::string_view lscpu) {
     const auto field = found.find(name);
     if (field != found.end() && is_same(field->second, expected)) continue;
     if (!problems.empty()) problems += '\n';
-    problems += spec.name() + ':' + std::to_string(spec.hardware_info_lines()[i]) +
-                ": entry \"hardware_info\": \"" + name + "\" should be \"" + expected + "\", " +
-                (field == found.end() ? "lscpu reports no such field"
-                                      : "this machine has \"" + field->second + "\"") +
-                "; the spec is for another machine, or the field is to be removed";
+    problems.append(spec.name()).append(":");
+    problems.append(std::to_string(spec.hardware_info_lines()[i]));
+    problems.append(": entry \"hardware_info\": \"").append(name);
+    problems.append("\" should be \"").append(expected).append("\", ");
+    if (field == found.end()) {
+      problems.append("lscpu reports no such field");
+    } else {
+      problems.append("this machine has \"").append(field->second).append("\"");
+    }
+    problems.append("; the spec is for another machine, or the field is to be removed");
   }
   if (!problems.empty()) throw SpecError(problems);
 }

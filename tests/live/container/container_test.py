@@ -102,7 +102,7 @@ class Example(unittest.TestCase):
     app = property(lambda _: options.programs / "components" / "app.yaml")
 
     def test_every_executor_runs_it(self):
-        for executor in ("isolated", "single", "multi"):
+        for executor in ("isolated", "single", "multi", "events"):
             for signal_number in (signal.SIGTERM, signal.SIGINT):
                 with self.subTest(executor=executor, signal=signal_number.name):
                     with Running(self.app, "--executor", executor) as running:
@@ -207,7 +207,7 @@ class Orders(unittest.TestCase):
         return str(options.libraries / library) in maps
 
     def test_unload_and_load_again_under_every_executor(self):
-        for executor in ("isolated", "single", "multi"):
+        for executor in ("isolated", "single", "multi", "events"):
             file = app_file(component("kept", library="libnodelete.so"), component("moved"))
             with self.subTest(executor=executor), Running(file, "--executor", executor) as running:
                 for _ in range(3):

@@ -17,3 +17,7 @@ run(${CMAKE_COMMAND} -E env CIE_LOOPBACK=1 CIE_DISCOVERY_TAG=package "${SCRATCH}
 run("${SCRATCH}/build/desk")
 run("${prefix}/bin/cie" --version)
 run("${prefix}/bin/cie-record" --help)
+# Ended by SIGTERM, cie-run says 0 if it could load its component.
+file(COPY "${SOURCES}/app.yaml" DESTINATION "${SCRATCH}")
+run(${CMAKE_COMMAND} -E env CIE_DISCOVERY_TAG=package timeout --preserve-status -s TERM 1
+  "${prefix}/bin/cie" run "${SCRATCH}/app.yaml")

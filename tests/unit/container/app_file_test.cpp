@@ -95,7 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"", "app.yaml:1: empty"}, BadFile{"executor: single\n", "no \"components\""},
         BadFile{"components: []\n", "app.yaml:1: \"components\" is empty"},
         BadFile{std::string{kGood} + "executer: multi\n", "app.yaml:5: unknown key \"executer\""},
-        BadFile{std::string{kGood} + "executor: events\n", "unknown executor \"events\""},
+        BadFile{std::string{kGood} + "executor: magic\n", "unknown executor \"magic\""},
         BadFile{std::string{kGood} + "on_error: ignore\n", "app.yaml:5: \"on_error\""},
         BadFile{std::string{kGood} + "loopback: yes\n", "write true or false"},
         BadFile{std::string{kGood} + "domain: 231\n", "from 0 to 230"},
