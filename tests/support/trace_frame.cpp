@@ -9,7 +9,7 @@ void Writer::prologue() {
     auto& time = process.cursor;
     time = process.from;
     const auto main = main_of(process);
-    add(time++, main,
+    add(time, main,
         RunBegin{.contract_version = kContractVersion,
                  .tool_version = "text",
                  .executor = keep(process.executor),
@@ -23,7 +23,9 @@ void Writer::prologue() {
                  .online_cpus = 2,
                  .spec_sha256 = "",
                  .moment = process.is_attached ? RunMoment::announce : RunMoment::start});
-    add(time++, main, ClockSync{.monotonic_ns = time, .realtime_ns = 1'000'000'000 + time});
+    ++time;
+    add(time, main, ClockSync{.monotonic_ns = time, .realtime_ns = 1'000'000'000 + time});
+    ++time;
     add(time++, main, NodeInit{.node = NodeId{0}, .name = "/node"});
     for (const auto& [name, group] : groups_) {
       if (group.process != &process) continue;
