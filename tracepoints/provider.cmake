@@ -13,6 +13,7 @@ cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   src/clock.cpp
   src/hot.cpp
   src/objects.cpp
+  src/priority_mutex.cpp
   src/process_info.cpp
   src/provider.cpp
   src/read_back.cpp

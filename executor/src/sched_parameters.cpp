@@ -1,5 +1,7 @@
 #include "sched_parameters.hpp"
 
+#include <cie/tracepoints/sched_attr.hpp>
+
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
@@ -8,26 +10,10 @@
 #include <system_error>
 
 #include <sched.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 namespace cie::executor {
 namespace {
-
-// The kernel's struct sched_attr in its first version; the C library of Debian 12 lacks it.
-struct SchedAttr {
-  std::uint32_t size = sizeof(SchedAttr);
-  std::uint32_t policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime = 0;
-  std::uint64_t deadline = 0;
-  std::uint64_t period = 0;
-};
-static_assert(sizeof(SchedAttr) == 48);
-
-constexpr std::uint64_t kFlagResetOnFork = 1;
 
 bool is_real_time(Policy policy) noexcept {
   return policy == Policy::fifo || policy == Policy::round_robin || policy == Policy::deadline;
@@ -58,6 +44,8 @@ std::string describe_policy(const ThreadParameters& parameters) {
             std::to_string(parameters.deadline_ns) + "/" + std::to_string(parameters.period_ns) +
             " ns";
   }
+  if (parameters.util_min) text += " uclamp_min " + std::to_string(*parameters.util_min);
+  if (parameters.util_max) text += " uclamp_max " + std::to_string(*parameters.util_max);
   return text;
 }
 
@@ -129,16 +117,24 @@ int set_policy(std::uint32_t tid, const ThreadParameters& parameters) noexcept {
   const Policy policy = *parameters.policy;
   SchedAttr attributes;
   attributes.policy = static_cast<std::uint32_t>(policy);
-  if (is_real_time(policy)) attributes.flags = kFlagResetOnFork;
+  if (is_real_time(policy)) attributes.flags = kSchedFlagResetOnFork;
   if (has_nice(policy)) attributes.nice = parameters.nice;
   if (has_priority(policy)) attributes.priority = parameters.priority;
   if (parameters.slice_ns) attributes.runtime = *parameters.slice_ns;
+  if (parameters.util_min) {
+    attributes.flags |= kSchedFlagUtilMin;
+    attributes.util_min = *parameters.util_min;
+  }
+  if (parameters.util_max) {
+    attributes.flags |= kSchedFlagUtilMax;
+    attributes.util_max = *parameters.util_max;
+  }
   if (policy == Policy::deadline) {
     attributes.runtime = parameters.runtime_ns;
     attributes.deadline = parameters.deadline_ns;
     attributes.period = parameters.period_ns;
   }
-  return syscall(SYS_sched_setattr, tid, &attributes, 0U) == 0 ? 0 : errno;
+  return set_sched_attr(tid, attributes);
 }
 
 }  // namespace
@@ -185,6 +181,8 @@ std::vector<std::string> differences(const ThreadParameters& asked,
       compare("slice", *asked.slice_ns, reported.slice_ns);
       if (reported.slice_ns == 0 && !found.empty()) found.back() += " (it needs Linux 6.12)";
     }
+    if (asked.util_min) compare("uclamp_min", *asked.util_min, reported.util_min);
+    if (asked.util_max) compare("uclamp_max", *asked.util_max, reported.util_max);
     if (has_priority(policy)) compare("priority", asked.priority, reported.priority);
     if (policy == Policy::deadline) {
       compare("runtime", asked.runtime_ns, reported.runtime_ns);
