@@ -2,12 +2,12 @@
 
 #include <cie/tracepoints/sched_attr.hpp>
 
+#include "refusal.hpp"
+
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 #include <memory>
 #include <string_view>
-#include <system_error>
 
 #include <sched.h>
 #include <unistd.h>
@@ -49,54 +49,6 @@ std::string describe_policy(const ThreadParameters& parameters) {
   return text;
 }
 
-// The real-time budget of this process's cpu control group, where the kernel has such (version 1
-// with RT_GROUP_SCHED); -1 otherwise.
-std::int64_t group_rt_runtime_us() {
-  std::ifstream groups{"/proc/self/cgroup"};
-  for (std::string line; std::getline(groups, line);) {
-    const auto first = line.find(':');
-    const auto second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
-    if (controllers.find(",cpu,") == std::string::npos) continue;
-    std::ifstream file{"/sys/fs/cgroup/cpu" + line.substr(second + 1) + "/cpu.rt_runtime_us"};
-    std::int64_t runtime = -1;
-    if (file >> runtime) return runtime;
-  }
-  return -1;
-}
-
-std::string remedy_for_policy(int error, const ThreadParameters& parameters) {
-  const bool is_deadline = parameters.policy == Policy::deadline;
-  switch (error) {
-    case EPERM:
-      if (has_priority(*parameters.policy) && group_rt_runtime_us() == 0) {
-        return "the cpu control group has no real-time budget: write one to its "
-               "cpu.rt_runtime_us, or leave the group";
-      }
-      if (is_deadline && parameters.cpus) {
-        return "CAP_SYS_NICE is needed, and SCHED_DEADLINE does not go with a subset of the CPUs "
-               "outside a cpuset of its own: remove the affinity";
-      }
-      return "CAP_SYS_NICE is needed: run as root, or with `setpriv --ambient-caps +sys_nice "
-             "--inh-caps +sys_nice`";
-    case EBUSY:
-      return "the deadline threads together would exceed the CPU time that "
-             "/proc/sys/kernel/sched_rt_runtime_us admits, or the thread may not use all CPUs: "
-             "lower runtime/period or remove the affinity";
-    case EINVAL:
-      return is_deadline ? "the kernel wants 1024 ns <= runtime <= deadline <= period, and a "
-                           "period of 100 us to 4 s"
-                         : "the kernel does not take these values for this policy";
-    default:
-      return "the kernel gives no other reason";
-  }
-}
-
-std::string words(int error, const std::string& remedy) {
-  return std::generic_category().message(error) + " (" + remedy + ")";
-}
-
 struct FreeCpuSet {
   void operator()(cpu_set_t* set) const noexcept { CPU_FREE(set); }
 };
@@ -111,6 +63,25 @@ int set_affinity(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
   for (const std::uint32_t cpu : cpus)
     CPU_SET_S(cpu, size, set.get());
   return sched_setaffinity(static_cast<pid_t>(tid), size, set.get()) == 0 ? 0 : errno;
+}
+
+bool has_affinity(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
+  const auto now = trace::read_back(tid);
+  return now && now->cpus == cpus;
+}
+
+SchedRequest request_cpus(std::uint32_t tid, const ThreadParameters& parameters,
+                          ExclusiveCpusets& cpusets) {
+  if (parameters.has_exclusive_cpuset && parameters.cpus)
+    return cpusets.join(tid, *parameters.cpus);
+  cpusets.leave(tid);
+  // What is so already is not asked for: a SCHED_DEADLINE thread may not even ask.
+  if (!parameters.cpus || has_affinity(tid, *parameters.cpus)) return {};
+  const int error = set_affinity(tid, *parameters.cpus);
+  if (error == 0) return {};
+  return {.error = error,
+          .what = "CPUs " + cpu_list(*parameters.cpus),
+          .reason = why_affinity_refused(error, cpusets.kernel())};
 }
 
 int set_policy(std::uint32_t tid, const ThreadParameters& parameters) noexcept {
@@ -139,25 +110,24 @@ int set_policy(std::uint32_t tid, const ThreadParameters& parameters) noexcept {
 
 }  // namespace
 
-SchedRequest request(std::uint32_t tid, const ThreadParameters& parameters) {
-  if (parameters.cpus) {
-    if (const int error = set_affinity(tid, *parameters.cpus); error != 0) {
-      return {.error = error,
-              .what = "CPUs " + cpu_list(*parameters.cpus),
-              .reason = words(error, error == EINVAL ? "none of these CPUs is online and allowed "
-                                                       "to this process: see `nproc` and "
-                                                       "`taskset -p`"
-                                                     : "see `taskset -p` and the cpuset")};
-    }
+SchedRequest request(std::uint32_t tid, const ThreadParameters& parameters,
+                     ExclusiveCpusets& cpusets) {
+  SchedAttr now;
+  const bool was_deadline = get_sched_attr(tid, now) == 0 &&
+                            Policy{static_cast<std::int32_t>(now.policy)} == Policy::deadline;
+  const bool leaves_deadline =
+      was_deadline && parameters.policy && parameters.policy != Policy::deadline;
+  if (!leaves_deadline) {
+    if (auto refusal = request_cpus(tid, parameters, cpusets); refusal.error != 0) return refusal;
   }
   if (parameters.policy) {
     if (const int error = set_policy(tid, parameters); error != 0) {
       return {.error = error,
               .what = describe_policy(parameters),
-              .reason = words(error, remedy_for_policy(error, parameters))};
+              .reason = why_policy_refused(error, parameters, cpusets.kernel())};
     }
   }
-  return {};
+  return leaves_deadline ? request_cpus(tid, parameters, cpusets) : SchedRequest{};
 }
 
 std::vector<std::string> differences(const ThreadParameters& asked,

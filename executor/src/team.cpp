@@ -1,10 +1,12 @@
 #include "team.hpp"
 
 #include "clock.hpp"
+#include "refusal.hpp"
 #include "sched_parameters.hpp"
 #include "threads.hpp"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace cie::executor {
@@ -28,6 +30,10 @@ ParameterProblem ThreadConfigurator::problem(const SpecEntry& entry, const std::
           .reason = std::move(reason)};
 }
 
+std::string ThreadConfigurator::why_no_thread(int error) const {
+  return executor::why_no_thread(error, kernel_);
+}
+
 void ThreadConfigurator::report(const ParameterProblem& problem) {
   const std::lock_guard lock{mutex_};
   problems_.push_back(problem);
@@ -43,7 +49,7 @@ std::vector<ParameterProblem> ThreadConfigurator::configure(trace::Thread& threa
                                                             const std::string& name,
                                                             const SpecEntry* entry) {
   SchedRequest outcome;
-  if (entry != nullptr) outcome = request(thread.tid(), entry->parameters);
+  if (entry != nullptr) outcome = request(thread.tid(), entry->parameters, cpusets_);
   const auto reported = thread.emit_sched(SchedMoment::applied, outcome.error);
   std::vector<ParameterProblem> found;
   if (entry == nullptr) return found;
@@ -69,6 +75,11 @@ Team::Team(std::unique_ptr<Loop> loop, const std::vector<ThreadPlan>& plans,
     for (const ThreadPlan& plan : plans) {
       threads_.emplace_back([this, plan] { run(plan); });
     }
+  } catch (const std::system_error& error) {
+    stop();
+    join();
+    throw std::system_error{
+        error.code(), "cannot start a thread: " + configurator.why_no_thread(error.code().value())};
   } catch (...) {
     stop();
     join();

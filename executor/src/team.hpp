@@ -5,6 +5,8 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "exclusive_cpusets.hpp"
+#include "kernel_view.hpp"
 #include "loop.hpp"
 
 #include <condition_variable>
@@ -32,11 +34,15 @@ class ThreadConfigurator {
   // Tells the handler and remembers.
   void report(const ParameterProblem& problem);
   std::vector<ParameterProblem> problems() const;
+  // Why the system gave no thread, in words.
+  std::string why_no_thread(int error) const;
   ParameterProblem problem(const SpecEntry& entry, const std::string& thread, int error,
                            std::string reason) const;
 
  private:
   const ExecutorOptions& options_;
+  KernelView kernel_;
+  ExclusiveCpusets cpusets_{kernel_};
   mutable std::mutex mutex_;
   std::vector<ParameterProblem> problems_;
 };
