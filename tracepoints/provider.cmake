@@ -10,6 +10,7 @@ inline constexpr const char* kToolVersion = \"@PROJECT_VERSION@\";
 
 cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   src/announcer.cpp
+  src/background_thread.cpp
   src/clock.cpp
   src/hot.cpp
   src/objects.cpp

@@ -20,8 +20,10 @@ constexpr std::int64_t kMostDomain = 230;
 constexpr std::size_t kMaxComponents = 1'000;
 constexpr std::size_t kMaxParameters = 10'000;  // of one component, items of lists included
 
-constexpr std::array<std::string_view, 7> kKeys{
-    "components", "executor", "spec", "on_error", "domain", "loopback", "discovery_tag"};
+constexpr std::array<std::string_view, 9> kKeys{"components",    "executor",     "spec",
+                                                "on_error",      "domain",       "loopback",
+                                                "discovery_tag", "audit_period", "on_change"};
+constexpr std::int64_t kLeastAuditPeriod = 10'000'000;  // ns: more often it would be felt
 constexpr std::array<std::string_view, 6> kComponentKeys{"library",   "class",      "name",
                                                          "namespace", "parameters", "remaps"};
 
@@ -148,6 +150,20 @@ void read_execution(const Fields& fields, AppFile& app, const std::filesystem::p
       value->fail("\"on_error\" is \"" + name + "\"; write refuse or warn");
     }
     app.on_error = name == "warn" ? OnError::warn : OnError::refuse;
+  }
+  if (const auto period = fields.integer("audit_period", 0)) {
+    if (*period != 0 && *period < kLeastAuditPeriod) {
+      fields.find("audit_period")
+          ->fail("\"audit_period\" is below 10 ms; write 0 for none, or 10000000 ns and more");
+    }
+    app.audit_period = std::chrono::nanoseconds{*period};
+  }
+  if (const Value* const value = fields.find("on_change")) {
+    const std::string& name = value->text("on_change");
+    if (name != "report" && name != "apply_again") {
+      value->fail("\"on_change\" is \"" + name + "\"; write report or apply_again");
+    }
+    app.on_change = name == "report" ? OnChange::report : OnChange::apply_again;
   }
 }
 

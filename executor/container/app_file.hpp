@@ -5,6 +5,7 @@
 #include <cie/executor/executor.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,6 +33,8 @@ struct AppFile {
   ExecutorKind executor = ExecutorKind::isolated;
   OnError on_error = OnError::refuse;
   std::optional<std::filesystem::path> spec;
+  std::chrono::nanoseconds audit_period = ExecutorOptions{}.audit_period;
+  OnChange on_change = OnChange::report;
   // What the file says of the network; the rest comes from the environment.
   std::optional<std::uint32_t> domain;
   std::optional<bool> is_loopback;

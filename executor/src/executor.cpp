@@ -20,7 +20,8 @@ std::string joined(const std::vector<ParameterProblem>& problems) {
 }  // namespace
 
 std::string ParameterProblem::text() const {
-  return file + ":" + std::to_string(line) + ": \"" + entry + "\": thread \"" + thread +
+  const std::string place = line > 0 ? file + ":" + std::to_string(line) : file;
+  return (place.empty() ? "" : place + ": ") + "\"" + entry + "\": thread \"" + thread +
          "\": " + reason;
 }
 
@@ -46,6 +47,9 @@ void Executor::cancel() noexcept { core_->cancel(); }
 void Executor::start_worker(const std::string& name,
                             std::function<void(std::stop_token)> function) {
   core_->spawn_thread(name, std::move(function));
+}
+void Executor::reload_spec(std::shared_ptr<const SchedulingSpec> spec) {
+  core_->reload_spec(std::move(spec));
 }
 bool Executor::is_spinning() const noexcept { return core_->is_spinning(); }
 std::vector<ParameterProblem> Executor::parameter_problems() const { return core_->problems(); }

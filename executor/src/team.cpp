@@ -1,8 +1,6 @@
 #include "team.hpp"
 
 #include "clock.hpp"
-#include "refusal.hpp"
-#include "sched_parameters.hpp"
 #include "threads.hpp"
 
 #include <algorithm>
@@ -10,63 +8,6 @@
 #include <utility>
 
 namespace cie::executor {
-
-const SpecEntry* ThreadConfigurator::entry_of_callback(
-    const std::string& logical_id) const noexcept {
-  return options_.spec ? options_.spec->find_callback(logical_id) : nullptr;
-}
-
-const SpecEntry* ThreadConfigurator::entry_of_thread(const std::string& name) const noexcept {
-  return options_.spec ? options_.spec->find_thread(name) : nullptr;
-}
-
-ParameterProblem ThreadConfigurator::problem(const SpecEntry& entry, const std::string& thread,
-                                             int error, std::string reason) const {
-  return {.file = options_.spec->name(),
-          .line = entry.line,
-          .entry = entry.id,
-          .thread = thread,
-          .error = error,
-          .reason = std::move(reason)};
-}
-
-std::string ThreadConfigurator::why_no_thread(int error) const {
-  return executor::why_no_thread(error, kernel_);
-}
-
-void ThreadConfigurator::report(const ParameterProblem& problem) {
-  const std::lock_guard lock{mutex_};
-  problems_.push_back(problem);
-  if (options_.on_parameter_problem) options_.on_parameter_problem(problem);
-}
-
-std::vector<ParameterProblem> ThreadConfigurator::problems() const {
-  const std::lock_guard lock{mutex_};
-  return problems_;
-}
-
-std::vector<ParameterProblem> ThreadConfigurator::configure(trace::Thread& thread,
-                                                            const std::string& name,
-                                                            const SpecEntry* entry) {
-  SchedRequest outcome;
-  if (entry != nullptr) outcome = request(thread.tid(), entry->parameters, cpusets_);
-  const auto reported = thread.emit_sched(SchedMoment::applied, outcome.error);
-  std::vector<ParameterProblem> found;
-  if (entry == nullptr) return found;
-  if (outcome.error != 0) {
-    found.push_back(
-        problem(*entry, name, outcome.error, "cannot set " + outcome.what + ": " + outcome.reason));
-  } else if (!reported) {
-    found.push_back(problem(*entry, name, 0, "the thread ended before it could be read back"));
-  } else {
-    for (const std::string& difference : differences(entry->parameters, *reported)) {
-      found.push_back(problem(*entry, name, 0, "read back after setting: " + difference));
-    }
-  }
-  for (const ParameterProblem& each : found)
-    report(each);
-  return found;
-}
 
 Team::Team(std::unique_ptr<Loop> loop, const std::vector<ThreadPlan>& plans,
            ThreadConfigurator& configurator)
@@ -97,7 +38,9 @@ void Team::run(const ThreadPlan& plan) noexcept {
   try {
     trace::Thread thread{plan.role, plan.callback, plan.group, plan.name};
     thread.emit_sched(SchedMoment::initial, 0);
-    const auto problems = configurator_.configure(thread, plan.name, plan.entry);
+    const auto configured =
+        configurator_.configure(thread, {.name = plan.name, .callbacks = plan.callbacks});
+    const auto& problems = configured.problems;
     {
       std::unique_lock lock{mutex_};
       problems_.insert(problems_.end(), problems.begin(), problems.end());

@@ -87,7 +87,8 @@ TEST(Differences, CompareTheSliceIfOneIsAsked) {
 // Needs no privilege. Other threads and later tests keep theirs.
 TEST(Request, OfASliceIsReadBack) {
   std::thread{[] {
-    if (trace::read_back(0)->slice_ns == 0) GTEST_SKIP() << "this kernel has no time slices";
+    if (trace::read_back(0)->slice_ns == 0)
+      GTEST_SKIP() << "not possible here: this kernel has no time slices";
     ThreadParameters asked;
     asked.policy = Policy::other;
     asked.slice_ns = 300'000;
@@ -122,7 +123,7 @@ TEST(Request, TakesAThreadOutOfDeadlineBeforeItsCpus) {
     deadline.deadline_ns = deadline.period_ns = 100'000'000;
     const auto all = trace::read_back(0)->cpus;
     const SchedRequest first = ask(deadline);
-    if (first.error != 0) GTEST_SKIP() << first.reason;
+    if (first.error != 0) GTEST_SKIP() << "not possible here: " << first.reason;
     deadline.cpus = all;
     EXPECT_EQ(ask(deadline).error, 0) << "all CPUs are what it has";
     ThreadParameters batch;

@@ -71,7 +71,7 @@ TEST(PriorityMutex, LendsThePriorityOfWhoWaits) {
   const int lent = running_priority(holder);
   mutex.unlock();
   waiter.join();
-  if (!is_real_time) GTEST_SKIP() << "needs CAP_SYS_NICE";
+  if (!is_real_time) GTEST_SKIP() << "not possible here: needs CAP_SYS_NICE";
   EXPECT_EQ(lent, -1 - 17);
   EXPECT_EQ(running_priority(holder), before);
 }

@@ -31,6 +31,8 @@ struct ParameterProblem {
   std::string thread{};
   int error = 0;  // errno of the refused request; 0: accepted, but another value was read back
   std::string reason{};  // in words, with the remedy
+  // An audit found it: the thread ran as asked, until somebody else changed it.
+  bool is_from_outside = false;
 
   // "demo.yaml:12: \"/lidar@Timer(100000000)\": cannot set SCHED_FIFO 80: … ".
   std::string text() const;
@@ -58,12 +60,23 @@ enum class OnError : std::uint8_t {
   warn     // the handler is told, the callback runs as the kernel left it
 };
 
+// What happens when an audit finds a thread that somebody else gave other parameters.
+enum class OnChange : std::uint8_t {
+  report,      // the handler is told
+  apply_again  // and the thread gets again what the spec says
+};
+
 struct ExecutorOptions {
   // Null: threads run as the kernel starts them. Callback threads of the isolated executor take the
   // entry of their callback's logical id; all other threads that of their name.
   std::shared_ptr<const SchedulingSpec> spec{};
   OnError on_error = OnError::refuse;
-  // Called from the thread concerned, one call at a time; must not call the executor. May be empty.
+  // How often, while spinning, an ordinary thread reads every thread's parameters back, for the
+  // trace and to find what was changed from outside; 0: never. Two system calls for each thread.
+  std::chrono::nanoseconds audit_period = std::chrono::seconds{5};
+  OnChange on_change = OnChange::report;
+  // Called from the thread concerned, from that of the audit or from reload_spec(), one call at a
+  // time; must not call the executor. May be empty.
   std::function<void(const ParameterProblem&)> on_parameter_problem{};
   // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
   // throws the exception.
@@ -114,6 +127,13 @@ class Executor {
           name, [function = std::move(function)](const std::stop_token&) mutable { function(); });
     }
   }
+
+  // Goes on under another spec, also while spinning (null: without one). Of the threads that run,
+  // only those change that the spec asks to run otherwise; what it no longer asks for goes back to
+  // what the thread began with. Callbacks run on meanwhile, under the former parameters or the new
+  // ones. Under OnError::refuse the first refusal puts everything back, the former spec stays in
+  // force, and ParametersRefused is thrown; under OnError::warn the handler is told.
+  void reload_spec(std::shared_ptr<const SchedulingSpec> spec);
 
   bool is_spinning() const noexcept;
   // What on_parameter_problem was told so far.
