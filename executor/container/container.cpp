@@ -50,6 +50,8 @@ Container::Container(const AppFile& app, Say say)
   options.on_error = app_.on_error;
   options.audit_period = app_.audit_period;
   options.on_change = app_.on_change;
+  options.lock_memory = app_.lock_memory;
+  options.prefault_stack = app_.prefault_stack;
   options.on_parameter_problem = [this](const ParameterProblem& problem) {
     const bool is_thrown_too = app_.on_error == OnError::refuse && !problem.is_from_outside;
     if (!is_thrown_too) say_("warning: " + problem.text());

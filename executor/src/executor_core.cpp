@@ -300,6 +300,7 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
     std::optional<ThreadConfigurator::Configured> configured;
     {
       const std::lock_guard lock{mutex_};
+      refuse_if_any(configurator_.lock_process_memory());
       Callbacks all;
       for (const auto& node : nodes_) {
         configure_workers(*node);
@@ -311,7 +312,10 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
       const auto teams = own_loop_ == nullptr ? serve(all) : std::vector<TeamPtr>{};
       configured.emplace(configurator_.configure(dispatcher, {.name = name}));
       refuse_if_any(configured->problems);
-      if (own_loop_ != nullptr) serve(all);
+      if (own_loop_ != nullptr) {
+        refuse_if_any(configurator_.prepare_stack(name));
+        serve(all);
+      }
       open_gates(teams);
       is_serving_ = true;
     }

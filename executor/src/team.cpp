@@ -38,9 +38,10 @@ void Team::run(const ThreadPlan& plan) noexcept {
   try {
     trace::Thread thread{plan.role, plan.callback, plan.group, plan.name};
     thread.emit_sched(SchedMoment::initial, 0);
+    auto problems = configurator_.prepare_stack(plan.name);
     const auto configured =
         configurator_.configure(thread, {.name = plan.name, .callbacks = plan.callbacks});
-    const auto& problems = configured.problems;
+    problems.insert(problems.end(), configured.problems.begin(), configured.problems.end());
     {
       std::unique_lock lock{mutex_};
       problems_.insert(problems_.end(), problems.begin(), problems.end());

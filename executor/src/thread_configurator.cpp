@@ -1,9 +1,11 @@
 #include "thread_configurator.hpp"
 
+#include "memory.hpp"
 #include "refusal.hpp"
 #include "sched_parameters.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <utility>
 
 namespace cie::executor {
@@ -88,8 +90,7 @@ std::string joined(const std::vector<std::string>& texts) {
 
 }  // namespace
 
-// --- configuring
-// ----------------------------------------------------------------------------------
+// --- configuring ---------------------------------------------------------------------------------
 
 std::vector<ParameterProblem> ThreadConfigurator::apply(Member& member) {
   const SchedRequest outcome = request(member.thread->tid(), member.asked, cpusets_);
@@ -162,8 +163,29 @@ std::vector<ParameterProblem> ThreadConfigurator::conflicts(const SpecSubject& s
   return found;
 }
 
-// --- changing
-// -------------------------------------------------------------------------------------
+std::vector<ParameterProblem> ThreadConfigurator::lock_process_memory() {
+  std::vector<ParameterProblem> found;
+  if (const int error = lock_memory(options_.lock_memory); error != 0) {
+    found.push_back(problem(nullptr, nullptr, "lock_memory", error,
+                            "cannot lock memory: " + why_memory_lock_refused(error, kernel_)));
+  }
+  report(found);
+  return found;
+}
+
+std::vector<ParameterProblem> ThreadConfigurator::prepare_stack(const std::string& thread) {
+  std::vector<ParameterProblem> found;
+  if (!prefault_stack(options_.prefault_stack)) {
+    found.push_back(problem(nullptr, nullptr, thread, ENOMEM,
+                            "its stack has no room for the " +
+                                std::to_string(options_.prefault_stack) +
+                                " bytes of prefault_stack: lower them, or raise `ulimit -s`"));
+  }
+  report(found);
+  return found;
+}
+
+// --- changing ------------------------------------------------------------------------------------
 
 // What happens to one thread when the spec changes.
 struct ThreadConfigurator::Change {
@@ -255,8 +277,7 @@ void ThreadConfigurator::reload(SpecPtr spec) {
   if (refuses && !found.empty()) throw ParametersRefused{found};
 }
 
-// --- watching
-// -------------------------------------------------------------------------------------
+// --- watching ------------------------------------------------------------------------------------
 
 std::vector<ParameterProblem> ThreadConfigurator::audit(Member& member) {
   std::vector<ParameterProblem> found;
@@ -298,8 +319,7 @@ void ThreadConfigurator::drop_orphans() {
   members_.remove_if([](const Member& member) { return member.owner && member.owner->expired(); });
 }
 
-// --- telling
-// --------------------------------------------------------------------------------------
+// --- telling -------------------------------------------------------------------------------------
 
 void ThreadConfigurator::report(const std::vector<ParameterProblem>& problems) {
   const std::lock_guard lock{problems_mutex_};

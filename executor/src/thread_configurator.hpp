@@ -80,6 +80,11 @@ class ThreadConfigurator {
   // One thread cannot run as two entries say. Passes what it finds to the handler.
   std::vector<ParameterProblem> conflicts(const SpecSubject& subject);
 
+  // What the options ask of memory: for the process, and, on the calling thread, of its stack.
+  // Passes what goes wrong to the handler.
+  std::vector<ParameterProblem> lock_process_memory();
+  std::vector<ParameterProblem> prepare_stack(const std::string& thread);
+
   // From now on threads run as `spec` (null: none) says. Of those that run already only what it
   // asks otherwise is changed; what it no longer asks for goes back to what the thread began with.
   // Under OnError::refuse, if one thing is refused, all is put back and ParametersRefused is

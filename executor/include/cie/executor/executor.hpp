@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -66,6 +67,13 @@ enum class OnChange : std::uint8_t {
   apply_again  // and the thread gets again what the spec says
 };
 
+// Whether the pages of the process stay in memory (mlockall), from spin() on and for good.
+enum class LockMemory : std::uint8_t {
+  no,
+  on_fault,  // each page from its first use on
+  all        // all pages, also those never used: 8 MB for the stack of every thread
+};
+
 struct ExecutorOptions {
   // Null: threads run as the kernel starts them. Callback threads of the isolated executor take the
   // entry of their callback's logical id; all other threads that of their name.
@@ -81,6 +89,12 @@ struct ExecutorOptions {
   // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
   // throws the exception.
   std::function<void(const CallbackFailure&)> on_exception{};
+  // Both are asked for under OnError as scheduling parameters are. RLIMIT_MEMLOCK or CAP_IPC_LOCK
+  // is needed to lock.
+  LockMemory lock_memory = LockMemory::no;
+  // Bytes of its stack that each thread of callbacks touches before it first waits, so that they
+  // cost no page fault later; with `lock_memory` they then stay.
+  std::size_t prefault_stack = 0;
   // Threads of a reentrant group under the isolated executor, and of MultiThreadedExecutor (there
   // 0 means one for each CPU the process may use, at least 2).
   unsigned reentrant_threads = 4;
