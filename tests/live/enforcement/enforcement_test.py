@@ -118,11 +118,23 @@ class Recorded:
         wait_for(lambda: self.text().count(awaited) > before, awaited)
 
 
+def second_opinion(directory, spec):
+    """The verdicts of a second implementation of the rules."""
+    sys.path.insert(0, str(options.oracle))
+    from oracle import check  # pylint: disable=import-outside-toplevel
+    judged = check.recompute([str(directory)], str(spec))["verify"]["rules"]
+    return {rule["id"]: rule["verdict"] for rule in judged}
+
+
 def verify(directory, spec):
     done = subprocess.run([options.programs / "cie", "verify", directory, "--spec", spec,
                            "--format", "json"], capture_output=True, text=True, timeout=60,
                           check=False)
-    return {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    rules = {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    others = second_opinion(directory, spec)
+    for name in ("S1", "S2", "S3", "S4"):
+        assert rules[name]["verdict"] == others[name], (name, others[name], rules[name])
+    return rules
 
 
 def verdicts(rules, *names):
@@ -287,7 +299,7 @@ def isolate():
 def main():
     global options, scratch  # pylint: disable=global-statement
     parser = argparse.ArgumentParser(description=__doc__)
-    for name in ("programs", "app"):
+    for name in ("programs", "app", "oracle"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options, rest = parser.parse_known_args()
     isolate()
