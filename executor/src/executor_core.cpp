@@ -369,19 +369,18 @@ void ExecutorCore::on_failure(Callback& callback, std::exception_ptr exception) 
   fail({callback.id(), callback.logical_id(), std::move(exception)});
 }
 
-void ExecutorCore::fail(const CallbackFailure& failure) noexcept {
-  std::exception_ptr exception = failure.exception;
+void ExecutorCore::fail(CallbackFailure failure) noexcept {
   try {
     if (options_.on_exception) {
       options_.on_exception(failure);
       return;
     }
   } catch (...) {
-    exception = std::current_exception();  // the handler's own, which says more
+    failure.exception = std::current_exception();  // the handler's own, which says more
   }
   {
     const std::lock_guard lock{failure_mutex_};
-    if (!failure_) failure_ = std::move(exception);
+    if (!failure_) failure_ = std::move(failure.exception);
   }
   cancel();
 }

@@ -67,7 +67,7 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
   unsigned pool_size() const;
   void wait_for_end(std::int64_t deadline_ns);
-  void fail(const CallbackFailure& failure) noexcept;
+  void fail(CallbackFailure failure) noexcept;
 
   const ExecutorKind kind_;
   const ExecutorOptions options_;
@@ -88,7 +88,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
 
-  WorkerThreads workers_{configurator_, [this](const CallbackFailure& failure) { fail(failure); }};
+  WorkerThreads workers_{configurator_,
+                         [this](CallbackFailure failure) { fail(std::move(failure)); }};
 };
 
 }  // namespace cie::executor

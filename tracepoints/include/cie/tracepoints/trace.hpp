@@ -118,7 +118,8 @@ class Callback {
   CallbackId id() const noexcept { return id_; }
 
   // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
-  // so far. Thread-safe (one atomic increment).
+  // so far. Calls for one callback must not overlap, as those of a queue under its lock do not;
+  // only those of a waitable may, from any thread or signal handler (one atomic increment).
   void release(std::uint64_t overwritten) noexcept;
   // Samples overwritten in its queue so far, when that is learnt without a release: after the last
   // one, or as the queue goes. Never lowers what is known; emits nothing, but callback_fini and
