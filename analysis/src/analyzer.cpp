@@ -50,6 +50,7 @@ constexpr std::array<std::string_view, std::variant_size_v<EventBody>> kEventNam
     "sched_process_exit",
     "sched_migrate_task",
     "sched_pi_setprio",
+    "lttng_ust_statedump:procname",
     ""};
 
 }  // namespace
@@ -175,6 +176,7 @@ struct Analyzer::Pipeline {
                             timeline.on_exit(host, e.tid);
                           },
                           [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
+                          [&](const ProcessName& e) { registry.apply(head, e); },
                           [](const auto&) {}},
                event.body);
   }

@@ -341,6 +341,11 @@ void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
   if (index) model_.threads[at(*index)].kernel_exit = ref(head);
 }
 
+void Registry::apply(const EventHead& head, const ProcessName& event) {
+  const auto process = process_of(head);
+  if (process) model_.processes[at(*process)].name = event.name;
+}
+
 std::optional<std::uint32_t> Registry::publisher_by_gid(std::uint64_t gid) const {
   const auto found = publisher_by_gid_.find(gid);
   if (found == publisher_by_gid_.end()) return std::nullopt;

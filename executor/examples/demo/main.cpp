@@ -135,11 +135,12 @@ class PlanningProcess {
     for (std::string& argument : arguments)
       raw.push_back(argument.data());
     raw.push_back(nullptr);
+    const auto program = std::filesystem::read_symlink("/proc/self/exe");  // is called like this one
     const pid_t parent = getpid();
     pid_ = fork();
     if (pid_ == 0) {
       prctl(PR_SET_PDEATHSIG, SIGTERM);
-      if (getppid() == parent) execv("/proc/self/exe", raw.data());
+      if (getppid() == parent) execv(program.c_str(), raw.data());
       _exit(127);
     }
     if (pid_ < 0) throw std::system_error{errno, std::generic_category(), "cannot start a process"};

@@ -170,7 +170,8 @@ class Demo(unittest.TestCase):
         self.assertEqual(list(report["trace"]), ["paths", "begin_ns", "end_ns", "events", "streams",
                                                  "hosts", "lost_events", "complete"])
         self.assertEqual(len(report["callbacks"]), CALLBACKS)
-        self.assertEqual(len(report["processes"]), PROCESSES)
+        self.assertEqual([process["name"] for process in report["processes"]],
+                         ["cie-demo"] * PROCESSES)
         for callback in report["callbacks"]:
             self.assertEqual(list(callback), [
                 "logical_id", "pid", "node", "kind", "source", "symbol", "period_ns", "group",
