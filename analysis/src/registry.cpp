@@ -167,6 +167,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.has_cie_events = true;
   process.executor = event.executor;
   if (event.moment == RunMoment::announce) ++process.announcements;
+  if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
   if (process.run_begin) return;
   process.run_begin = ref(head);
