@@ -135,7 +135,8 @@ class PlanningProcess {
     for (std::string& argument : arguments)
       raw.push_back(argument.data());
     raw.push_back(nullptr);
-    const auto program = std::filesystem::read_symlink("/proc/self/exe");  // is called like this one
+    const auto program =
+        std::filesystem::read_symlink("/proc/self/exe");  // is called like this one
     const pid_t parent = getpid();
     pid_ = fork();
     if (pid_ == 0) {

@@ -1,10 +1,10 @@
 #include "support/verdicts.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <algorithm>
 #include <iterator>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
