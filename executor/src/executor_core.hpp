@@ -6,7 +6,6 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "loop.hpp"
-#include "one_thread_loop.hpp"
 #include "team.hpp"
 #include "wakeup.hpp"
 #include "worker_threads.hpp"
@@ -66,7 +65,9 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   void configure_workers(const NodeState& node);
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
   unsigned pool_size() const;
+  std::unique_ptr<Loop> group_loop(GroupType type);
   void wait_for_end(std::int64_t deadline_ns);
+  void wait_for_cancel(std::int64_t deadline_ns);
   void fail(const CallbackFailure& failure) noexcept;
 
   const ExecutorKind kind_;
@@ -75,8 +76,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   ThreadConfigurator configurator_{options_};
   std::atomic<bool> is_spinning_{false};
   std::atomic<bool> is_cancelled_{false};
-  Wakeup wakeup_;                                  // of the thread in spin(), unless it runs a loop
-  const std::unique_ptr<OneThreadLoop> own_loop_;  // of the executors on spin()'s own thread
+  Wakeup wakeup_;  // of the thread that waits for cancel(), unless a loop does that itself
+  const std::unique_ptr<Loop> own_loop_;  // of the executors on spin()'s own thread
 
   std::mutex mutex_;  // of what follows
   bool is_serving_ = false;
