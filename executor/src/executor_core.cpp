@@ -43,7 +43,7 @@ void ExecutorCore::add_node(const std::shared_ptr<NodeState>& node) {
   nodes_.push_back(node);
   if (!is_serving_) return;
   try {
-    configure_workers(*node);
+    configure_workers_of(*node);
     open_gates(serve(node->callbacks()));
   } catch (...) {
     nodes_.pop_back();
@@ -256,15 +256,22 @@ std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_pooled(const Callbacks& c
   return is_new ? std::vector{team} : std::vector<TeamPtr>{};
 }
 
-void ExecutorCore::configure_workers(const NodeState& node) {
-  if (!configured_contexts_.insert(node.context().get()).second) return;
+void ExecutorCore::configure_workers_of(const NodeState& node) {
   std::vector<ParameterProblem> problems;
   for (const WorkerThread& worker : node.context()->workers()) {
+    if (!configured_workers_.insert(worker.trace).second) continue;
     const auto found = configurator_.configure(*worker.trace, worker.name,
                                                configurator_.entry_of_thread(worker.name));
     problems.insert(problems.end(), found.begin(), found.end());
   }
   refuse_if_any(problems);
+}
+
+void ExecutorCore::configure_new_workers(const NodeState& node) {
+  const std::lock_guard lock{mutex_};
+  const bool is_member =
+      std::ranges::any_of(nodes_, [&node](const auto& member) { return member.get() == &node; });
+  if (is_serving_ && is_member) configure_workers_of(node);
 }
 
 // --- spinning -----------------------------------------------------------------------------------
@@ -323,7 +330,7 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
       const std::lock_guard lock{mutex_};
       Callbacks all;
       for (const auto& node : nodes_) {
-        configure_workers(*node);
+        configure_workers_of(*node);
         for (const auto& callback : node->callbacks())
           all.push_back(callback);
       }
