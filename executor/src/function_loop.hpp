@@ -33,7 +33,8 @@ class FunctionLoop final : public Loop {
   }
   void stop() noexcept override { stop_.request_stop(); }
 
-  void on_ready(Callback&) noexcept override { assert(!"a worker has no callbacks"); }
+  void resume() noexcept override { stop_ = std::stop_source{}; }
+
   void add(std::shared_ptr<Callback>) override { assert(!"a worker has no callbacks"); }
   void remove(const std::vector<std::shared_ptr<Callback>>&) override {}
   bool is_on_own_thread() const noexcept override { return false; }

@@ -101,8 +101,8 @@ struct CallbackInfo {
   std::uint64_t deadline_ns = 0;
 };
 
-// `base` itself if no callback of this process ever had it, else `base#2`, `base#3`, … in creation
-// order. Thread-safe; claims the id it returns.
+// `base` itself if no living callback of this process has it, else the first free one of `base#2`,
+// `base#3`, … Thread-safe; claims the id it returns until the callback that gets it goes.
 std::string unique_logical_id(std::string_view base);
 
 struct CallbackState;
