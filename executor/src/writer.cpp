@@ -18,8 +18,9 @@ struct FreeMessage {
 
 }  // namespace
 
-Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicName& topic,
-               const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data)
+Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node,
+               const TopicName& topic, const QoS& qos, const dds_topic_descriptor& type,
+               const std::string& user_data)
     : context_(std::move(context)), name_(topic.ros) {
   const auto dds_qos = dds::to_dds(qos, name_, user_data);
   const dds_entity_t participant = context_->participant();
@@ -39,12 +40,12 @@ Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicNa
     dds::check(dds_register_instance(writer_.get(), &instance, any.get()),
                "registering the instance", name_);
   }
-  trace_.emplace(node, name_, gid_);
+  if (node) trace_.emplace(*node, name_, gid_);
 }
 
 void Writer::publish(const void* message) {
   const std::lock_guard lock{mutex_};
-  const std::int64_t timestamp = trace_->publish();
+  const std::int64_t timestamp = trace_ ? trace_->publish() : dds_time();
   dds::check(dds_write_ts(writer_.get(), message, timestamp), "publishing a message", name_);
 }
 

@@ -21,9 +21,10 @@ class ContextState;
 // Owns a DDS writer and its topic. Thread-safe.
 class Writer {
  public:
-  // `user_data` is seen by whoever discovers the writer. Throws dds::Error, std::logic_error (QoS).
-  Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicName& topic, const QoS& qos,
-         const dds_topic_descriptor& type, const std::string& user_data = {});
+  // `node` empty: a writer of ours that is not traced. `user_data` is seen by whoever discovers the
+  // writer. Throws dds::Error, std::logic_error (QoS).
+  Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node, const TopicName& topic,
+         const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data = {});
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
   ~Writer() = default;

@@ -13,7 +13,7 @@ enum class Placement : std::uint8_t { intra, inter };
 enum class Phases : std::uint8_t { aligned, staggered };
 
 struct Workload {
-  std::string executor = "isolated";  // isolated, single, events, multi
+  std::string executor = "isolated";  // one of cie::kExecutorNames
   Placement placement = Placement::intra;
   Phases phases = Phases::staggered;
   unsigned pairs = 8;  // timers, and subscriptions

@@ -98,11 +98,12 @@ def is_changing(t: Thread, time: int) -> bool:
     return changing
 
 
-def is_reloaded(j: "Judge", t: Thread) -> bool:
-    """The spec that is judged by came into the running process in place of another one."""
-    specs = [b.spec_sha256 for b in t.process.begins]
-    named = [s for s in specs if s]
-    return bool(specs and specs[0] and named[-1] == j.spec_sha256 != specs[0])
+def began_with_spec(j: "Judge", t: Thread) -> bool | None:
+    """None: which spec the process began with was not seen."""
+    begins = t.process.begins
+    if not begins or begins[0].moment != "start":
+        return None
+    return begins[0].spec_sha256 == j.spec_sha256
 
 
 def judge(j: "Judge") -> None:
@@ -149,8 +150,9 @@ def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> 
         return NOT_APPLICABLE
     if not fitting:
         return INCONCLUSIVE if j.proof.thread_tainted(t) else NOT_APPLICABLE
-    if fitting[0].fields.get("change", 0) and is_reloaded(j, t):
-        return NOT_APPLICABLE  # what ran before ran as the former spec said
+    if fitting[0].fields.get("change", 0) and not (began := began_with_spec(j, t)):
+        # What ran before ran as the former spec said.
+        return INCONCLUSIVE if began is None or j.proof.thread_tainted(t) else NOT_APPLICABLE
     if fitting[0].time <= first[0].start:
         return PASS
     before = [e.n for e in t.scheds if e.n <= fitting[0].n]
