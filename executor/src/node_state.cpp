@@ -3,6 +3,7 @@
 #include "client_callback.hpp"
 #include "executor_core.hpp"
 #include "names.hpp"
+#include "pinned_library.hpp"
 #include "replier.hpp"
 #include "service_endpoint.hpp"
 #include "subscription_callback.hpp"
@@ -183,7 +184,7 @@ std::shared_ptr<SubscriptionCallback> create_subscription(
   info.source = name;
   info.queue_depth = qos.depth();
   auto subscription = std::make_shared<SubscriptionCallback>(
-      std::move(group), std::move(info), std::move(reader), type, std::move(function));
+      std::move(group), std::move(info), std::move(reader), std::move(function));
   node.add(subscription);
   return subscription;
 }
@@ -199,14 +200,14 @@ std::shared_ptr<SubscriptionCallback> create_service(
   auto replier = std::make_shared<Replier>(
       std::make_unique<Writer>(node.context(), node.id(), reply_topic(name), qos, response_type,
                                identity),
-      response_type, std::move(function));
+      std::move(function));
   auto reader =
       std::make_unique<Reader>(node.context(), request_topic(name), qos, request_type, identity);
   auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto callback = std::make_shared<SubscriptionCallback>(
-      std::move(group), std::move(info), std::move(reader), request_type,
+      std::move(group), std::move(info), std::move(reader),
       [replier](const std::shared_ptr<const void>& request, const MessageInfo&) {
         replier->answer(request.get());
       });
@@ -239,15 +240,17 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
   info.source = name;
   info.queue_depth = qos.depth();
   auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(ends),
-                                                 response_type, options.timeout.count());
+                                                 options.timeout.count());
   node.add(client);
   return client;
 }
 
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
-                                      const dds_topic_descriptor& type) {
-  return std::make_shared<Writer>(node.context(), node.id(), message_topic(node.topic(topic)), qos,
-                                  type);
+                                      const dds_topic_descriptor& type, void (*code)() noexcept) {
+  auto writer = std::make_shared<Writer>(node.context(), node.id(),
+                                         message_topic(node.topic(topic)), qos, type);
+  writer->keep_loaded(pin_library_of(reinterpret_cast<const void*>(code)));
+  return writer;
 }
 
 }  // namespace executor

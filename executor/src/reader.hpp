@@ -6,7 +6,9 @@
 
 #include "dds_entity.hpp"
 #include "delivery.hpp"
+#include "message_pool.hpp"
 #include "names.hpp"
+#include "topic.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -33,21 +35,23 @@ class Reader {
   // Deletes the reader first, which waits for its listener: not in a callback of DDS.
   ~Reader() = default;
 
-  // Takes the next sample into `message`, reusing the memory of its contents, and says what is
-  // known of it. False when there is none.
-  bool take(void* message, MessageInfo& info);
+  // Takes the next message: by reference to the publisher's if it came by pointer, else into the
+  // lent memory, whose contents' memory is reused. Says what is known of it. False when there is
+  // none. Throws std::bad_alloc.
+  bool take(MessagePool::Lent& message, MessageInfo& info);
 
   // Ends the queue: what comes is dropped, what is in it is discarded. Returns how many samples
   // were overwritten in all, exactly.
   std::uint64_t close();
 
+  const LayoutPtr& layout() const noexcept { return topic_.layout(); }
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;
 
  private:
   std::shared_ptr<ContextState> context_;
   std::shared_ptr<Delivery> delivery_;
-  dds::Entity topic_;
+  Topic topic_;
   dds::Entity reader_;
 };
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -19,36 +18,30 @@ constexpr std::int64_t kPatienceNs = 500'000'000;
 // Empties a message, so that the next response begins as the first one did.
 class Emptied {
  public:
-  Emptied(void* message, const dds_topic_descriptor& type) : message_(message), type_(type) {}
+  Emptied(void* message, const MessageLayout& layout) : message_(message), layout_(layout) {}
   Emptied(const Emptied&) = delete;
   Emptied& operator=(const Emptied&) = delete;
-  ~Emptied() {
-    dds_sample_free(message_, &type_, DDS_FREE_CONTENTS);
-    std::memset(message_, 0, type_.m_size);
-  }
+  ~Emptied() { layout_.clear(message_); }
 
  private:
   void* message_;
-  const dds_topic_descriptor& type_;
+  const MessageLayout& layout_;
 };
 
 }  // namespace
 
-Replier::Replier(std::unique_ptr<Writer> writer, const dds_topic_descriptor& response_type,
-                 ErasedServiceFunction function)
-    : writer_(std::move(writer)),
-      type_(response_type),
-      function_(std::move(function)),
-      responses_(response_type) {}
+Replier::Replier(std::unique_ptr<Writer> writer, ErasedServiceFunction function)
+    : writer_(std::move(writer)), function_(std::move(function)), responses_(writer_->layout()) {}
 
 void Replier::answer(const void* request) {
-  const MessagePool::Lent response{responses_};
-  const Emptied emptied{response.get(), type_};
+  MessagePool::Lent lent{responses_};
+  void* const response = lent.memory();
+  const Emptied emptied{response, *writer_->layout()};
   const CallHeader header = header_of(request);
-  function_(request, response.get());
-  set_header(response.get(), header);
+  function_(request, response);
+  set_header(response, header);
   wait_for_reader(header.guid);
-  writer_->publish(response.get());
+  writer_->publish(response);
 }
 
 bool Replier::is_known(std::uint64_t guid) {

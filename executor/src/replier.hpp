@@ -18,8 +18,7 @@ namespace cie::executor {
 // Has the user's function fill in a response and sends it to who asked. Thread-safe.
 class Replier {
  public:
-  Replier(std::unique_ptr<Writer> writer, const dds_topic_descriptor& response_type,
-          ErasedServiceFunction function);
+  Replier(std::unique_ptr<Writer> writer, ErasedServiceFunction function);
 
   // Throws what the user's function throws, and dds::Error.
   void answer(const void* request);
@@ -31,7 +30,6 @@ class Replier {
   bool is_known(std::uint64_t guid);
 
   std::unique_ptr<Writer> writer_;
-  const dds_topic_descriptor& type_;
   ErasedServiceFunction function_;
   MessagePool responses_;
   PiMutex mutex_;                          // of what follows

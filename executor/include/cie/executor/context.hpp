@@ -22,6 +22,9 @@ class Context {
     bool loopback = false;
     // Participants with different tags do not see each other, even in one domain. Loopback only.
     std::string tag{};
+    // Messages published by pointer reach subscriptions of this process by pointer (README.md,
+    // "Pointers"). False: all are serialised.
+    bool pass_pointers = true;
 
     // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG. Throws
     // std::invalid_argument naming the variable that cannot be used.

@@ -50,8 +50,9 @@ std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_v
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
+// `code` lies in the component that publishes: it stays loaded while others have messages of it.
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
-                                      const dds_topic_descriptor& type);
+                                      const dds_topic_descriptor& type, void (*code)() noexcept);
 std::shared_ptr<SubscriptionCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
@@ -113,8 +114,8 @@ class Node {
 
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos) {
-    return std::make_shared<Publisher<T>>(
-        executor::create_writer(*state_, topic, qos, MessageTraits<T>::descriptor()));
+    return std::make_shared<Publisher<T>>(executor::create_writer(
+        *state_, topic, qos, MessageTraits<T>::descriptor(), &executor::code_of_publisher<T>));
   }
 
   template <Message T, SubscriptionFunction<T> F>

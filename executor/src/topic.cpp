@@ -1,0 +1,37 @@
+#include "topic.hpp"
+
+// clang-format off
+#include <dds/features.h>
+#include <dds/dds.h>
+#include <dds/ddsi/ddsi_sertype.h>
+// clang-format on
+
+#include "context_state.hpp"
+#include "message_data.hpp"
+
+namespace cie::executor {
+namespace {
+
+constexpr const char* kCreating = "creating the DDS topic";
+
+}  // namespace
+
+Topic::Topic(const ContextState& context, const TopicName& name, const dds_topic_descriptor& type)
+    : layout_(std::make_shared<const MessageLayout>(type)) {
+  ddsi_sertype* made = context.options().pass_pointers ? make_pointer_type(layout_) : nullptr;
+  if (made == nullptr) {
+    topic_ = dds::Entity{
+        dds_create_topic(context.participant(), &type, name.dds.c_str(), nullptr, nullptr),
+        kCreating, name.ros};
+    return;
+  }
+  // Takes the reference if it succeeds, and puts the type in its place that the topic has: an equal
+  // one, if another topic has it already.
+  const dds_entity_t topic = dds_create_topic_sertype(context.participant(), name.dds.c_str(),
+                                                      &made, nullptr, nullptr, nullptr);
+  if (topic < 0) ddsi_sertype_unref(made);
+  topic_ = dds::Entity{topic, kCreating, name.ros};
+  pointer_type_ = made;
+}
+
+}  // namespace cie::executor
