@@ -50,7 +50,7 @@ void convert(std::string_view name, const ParameterText& parameter, std::vector<
 }  // namespace
 
 ComponentOptions::ComponentOptions(const Context& context, std::string name, std::string name_space,
-                                   Parameters parameters, TopicRemaps remaps)
+                                   Parameters parameters, Remaps remaps)
     : context_(&context),
       name_(std::move(name)),
       name_space_(std::move(name_space)),

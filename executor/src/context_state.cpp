@@ -1,5 +1,6 @@
 #include "context_state.hpp"
 
+#include "dds_qos.hpp"
 #include "threads.hpp"
 
 #include <algorithm>
@@ -14,6 +15,9 @@
 namespace cie {
 namespace executor {
 namespace {
+
+// Tells ROS 2 that nodes are here; the place in its hierarchy of security settings is the root.
+constexpr std::string_view kEnclave = "enclave=/;";
 
 constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
 
@@ -83,8 +87,13 @@ ContextState::ContextState(const Context::Options& options)
         dds_create_domain(options_.domain, loopback_configuration(options_.tag).c_str()),
         "configuring DDS", domain};
   }
-  participant_ = dds::Entity{dds_create_participant(options_.domain, nullptr, nullptr),
+  const dds::QosPtr qos{dds_create_qos()};
+  if (options_.ros_graph != RosGraph::none) {
+    dds_qset_userdata(qos.get(), kEnclave.data(), kEnclave.size());
+  }
+  participant_ = dds::Entity{dds_create_participant(options_.domain, qos.get(), nullptr),
                              "creating the DDS participant", domain};
+  graph_.emplace(participant_.get(), options_.ros_graph);
   for (const auto& [tid, name] : new_named_threads(before)) {
     workers_.push_back({name, std::make_unique<trace::Thread>(ThreadRole::worker, kNoCallback,
                                                               kNoGroup, name, tid)});
@@ -94,6 +103,7 @@ ContextState::ContextState(const Context::Options& options)
 
 ContextState::~ContextState() {
   workers_.clear();  // while they live: their last read-back is of what they ran as
+  graph_.reset();
   participant_.reset();
   domain_.reset();
 }
@@ -117,6 +127,17 @@ std::uint32_t domain_from(const char* name, const std::string& text) {
   return domain;
 }
 
+RosGraph ros_graph_from(const std::string& text, const std::string& distribution) {
+  if (text == "none") return RosGraph::none;
+  if (text == "humble") return RosGraph::humble;
+  if (text == "iron") return RosGraph::iron;
+  if (!text.empty()) {
+    throw std::invalid_argument{"CIE_ROS_GRAPH=\"" + text + "\" is none of none, humble, iron"};
+  }
+  // Distributions are named in the order of the alphabet.
+  return distribution < "iron" ? RosGraph::humble : RosGraph::iron;
+}
+
 }  // namespace
 
 Context::Options Context::Options::from_environment() {
@@ -133,6 +154,7 @@ Context::Options Context::Options::from_environment() {
   }
   options.loopback = loopback == "1";
   options.tag = environment("CIE_DISCOVERY_TAG");
+  options.ros_graph = ros_graph_from(environment("CIE_ROS_GRAPH"), environment("ROS_DISTRO"));
   return options;
 }
 

@@ -5,9 +5,11 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
+#include "graph.hpp"
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,7 @@ class ContextState {
 
   const Context::Options& options() const noexcept { return options_; }
   dds_entity_t participant() const noexcept { return participant_.get(); }
+  Graph& graph() noexcept { return *graph_; }
   const std::vector<WorkerThread>& workers() const noexcept { return workers_; }
 
  private:
@@ -47,6 +50,7 @@ class ContextState {
   DomainClaim claim_;
   dds::Entity domain_;  // only with a configuration of our own
   dds::Entity participant_;
+  std::optional<Graph> graph_;
   std::vector<WorkerThread> workers_;
 };
 

@@ -19,17 +19,18 @@ namespace cie {
 namespace executor {
 
 NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-                     std::string_view name_space, const TopicRemaps& remaps)
+                     std::string_view name_space, const Remaps& remaps)
     : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {
   for (const auto& [from, to] : remaps) {
     if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
-      throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of topic \"" +
+      throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of \"" +
                                   qualified_topic(from, name_) + "\": remove one"};
     }
   }
+  graph_member_ = context_->graph().add_node(name_);
 }
 
-std::string NodeState::topic(std::string_view name) const {
+std::string NodeState::resolved(std::string_view name) const {
   const std::string absolute = qualified_topic(name, name_);
   const auto remap = remaps_.find(absolute);
   return remap == remaps_.end() ? absolute : remap->second;
@@ -177,9 +178,10 @@ std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_v
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
-  const std::string name = node.topic(topic);
+  const std::string name = node.resolved(topic);
   auto group = node.group_or_new(options.group);
   auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type);
+  reader->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
@@ -193,7 +195,7 @@ std::shared_ptr<SubscriptionCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
     ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol) {
-  const std::string name = qualified_topic(service, node.name());
+  const std::string name = node.resolved(service);
   auto group = node.group_or_new(options.group);
   const std::string identity = EndpointId{}.user_data("serviceid");
   // The writer first: a client that sees the reader can be answered.
@@ -203,13 +205,16 @@ std::shared_ptr<SubscriptionCallback> create_service(
       std::move(function));
   auto reader =
       std::make_unique<Reader>(node.context(), request_topic(name), qos, request_type, identity);
+  replier->listen_at(reader->entity());
+  replier->announce(node.graph_member());
+  reader->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto callback = std::make_shared<SubscriptionCallback>(
       std::move(group), std::move(info), std::move(reader),
-      [replier](const std::shared_ptr<const void>& request, const MessageInfo&) {
-        replier->answer(request.get());
+      [replier](const std::shared_ptr<const void>& request, const MessageInfo& facts) {
+        replier->answer(request.get(), facts.writer_gid);
       });
   node.add(callback);
   return callback;
@@ -221,7 +226,7 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
                                               const dds_topic_descriptor& response_type,
                                               const ClientOptions& options,
                                               const std::type_info& symbol) {
-  const std::string name = qualified_topic(service, node.name());
+  const std::string name = node.resolved(service);
   if (options.timeout.count() < 0) {
     throw std::invalid_argument{"the timeout of a client of \"" + name + "\" is negative"};
   }
@@ -235,6 +240,8 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
                                             user_data, Reader::Reply{.recipient = ends.guid});
   ends.requests = std::make_unique<Writer>(node.context(), node.id(), request_topic(name), qos,
                                            request_type, user_data);
+  ends.responses->announce(node.graph_member());
+  ends.requests->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::client, name,
                        {.name = options.name, .deadline = options.deadline}, symbol);
   info.source = name;
@@ -248,7 +255,8 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
                                       const dds_topic_descriptor& type, void (*code)() noexcept) {
   auto writer = std::make_shared<Writer>(node.context(), node.id(),
-                                         message_topic(node.topic(topic)), qos, type);
+                                         message_topic(node.resolved(topic)), qos, type);
+  writer->announce(node.graph_member());
   writer->keep_loaded(pin_library_of(reinterpret_cast<const void*>(code)));
   return writer;
 }
@@ -256,7 +264,7 @@ std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, c
 }  // namespace executor
 
 Node::Node(const Context& context, std::string_view name, std::string_view name_space,
-           const TopicRemaps& remaps)
+           const Remaps& remaps)
     : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space, remaps)) {}
 
 Node::~Node() {

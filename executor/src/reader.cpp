@@ -46,6 +46,10 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
                         "creating the DDS reader", topic.ros};
 }
 
+void Reader::announce(const Graph::Member& node) {
+  graph_member_ = context_->graph().add_endpoint(node, Graph::Direction::reader, reader_.get());
+}
+
 bool Reader::take(MessagePool::Lent& message, MessageInfo& info) {
   for (;;) {
     ddsi_serdata* taken = nullptr;

@@ -6,6 +6,7 @@
 
 #include "dds_entity.hpp"
 #include "delivery.hpp"
+#include "graph.hpp"
 #include "message_pool.hpp"
 #include "names.hpp"
 #include "topic.hpp"
@@ -35,6 +36,9 @@ class Reader {
   // Deletes the reader first, which waits for its listener: not in a callback of DDS.
   ~Reader() = default;
 
+  // Tells ROS 2 that it is this node's.
+  void announce(const Graph::Member& node);
+
   // Takes the next message: by reference to the publisher's if it came by pointer, else into the
   // lent memory, whose contents' memory is reused. Says what is known of it. False when there is
   // none. Throws std::bad_alloc.
@@ -47,12 +51,14 @@ class Reader {
   const LayoutPtr& layout() const noexcept { return topic_.layout(); }
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;
+  dds_entity_t entity() const noexcept { return reader_.get(); }
 
  private:
   std::shared_ptr<ContextState> context_;
   std::shared_ptr<Delivery> delivery_;
   Topic topic_;
   dds::Entity reader_;
+  Graph::Member graph_member_;
 };
 
 }  // namespace cie::executor

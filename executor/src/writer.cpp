@@ -47,6 +47,10 @@ Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicNa
   trace_.emplace(node, name_, gid_);
 }
 
+void Writer::announce(const Graph::Member& node) {
+  graph_member_ = context_->graph().add_endpoint(node, Graph::Direction::writer, writer_.get());
+}
+
 void Writer::publish(const void* message) {
   const std::lock_guard lock{mutex_};
   const std::int64_t timestamp = trace_->publish();

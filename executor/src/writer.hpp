@@ -6,6 +6,7 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
+#include "graph.hpp"
 #include "names.hpp"
 #include "pi_mutex.hpp"
 #include "topic.hpp"
@@ -30,6 +31,9 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
   ~Writer() = default;
 
+  // Tells ROS 2 that it is this node's.
+  void announce(const Graph::Member& node);
+
   // The event comes first, so that it lies before the arrival in time. Throws dds::Error.
   void publish(const void* message);
   // Readers of this process get the message itself. Also throws std::bad_alloc.
@@ -52,6 +56,7 @@ class Writer {
   std::string name_;
   Topic topic_;
   dds::Entity writer_;
+  Graph::Member graph_member_;
   std::uint64_t gid_ = 0;
   PiMutex mutex_;  // keeps number, timestamp and message in one order
   std::optional<trace::Publisher> trace_;

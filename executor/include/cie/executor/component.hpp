@@ -46,12 +46,12 @@ class ComponentOptions {
   using Parameters = std::map<std::string, ParameterText, std::less<>>;
 
   ComponentOptions(const Context& context, std::string name, std::string name_space,
-                   Parameters parameters, TopicRemaps remaps = {});
+                   Parameters parameters, Remaps remaps = {});
 
   const Context& context() const noexcept { return *context_; }
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
-  const TopicRemaps& remaps() const noexcept { return remaps_; }
+  const Remaps& remaps() const noexcept { return remaps_; }
 
   // The parameter's value, or `absent` if the file does not give it. Throws std::invalid_argument
   // naming the parameter when its text is no T (bool: true or false; numbers: decimal).
@@ -68,7 +68,7 @@ class ComponentOptions {
   std::string name_;
   std::string name_space_;
   Parameters parameters_;
-  TopicRemaps remaps_;
+  Remaps remaps_;
   mutable std::set<std::string, std::less<>> read_;
 };
 

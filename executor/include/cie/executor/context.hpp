@@ -11,6 +11,14 @@ namespace executor {
 class ContextState;
 }
 
+// How the process tells ROS 2 of its nodes and their endpoints (topic ros_discovery_info), so that
+// `ros2 node list` and the like show them. Messages and services need none of it.
+enum class RosGraph : std::uint8_t {
+  none,
+  humble,  // and before: identities of 24 bytes
+  iron     // and later: of 16
+};
+
 // Create one per process, before any node, and keep it until the last node is gone (nodes hold it
 // alive too). A second one of the same domain while the first lives throws std::logic_error.
 class Context {
@@ -26,7 +34,11 @@ class Context {
     // "Pointers"). False: all are serialised.
     bool pass_pointers = true;
 
-    // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG. Throws
+    // In the form of the ROS 2 that looks on; another one sees nodes without names.
+    RosGraph ros_graph = RosGraph::humble;
+
+    // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG,
+    // CIE_ROS_GRAPH (none, humble, iron; else what fits ROS_DISTRO, else humble). Throws
     // std::invalid_argument naming the variable that cannot be used.
     static Options from_environment();
   };

@@ -28,9 +28,9 @@ namespace cie {
 
 class ComponentOptions;
 
-// Topics under another name: what the node's code says, and what is meant. Both are names as the
-// node would write them ("scan", "/scan", "~/scan").
-using TopicRemaps = std::map<std::string, std::string, std::less<>>;
+// Topics and services under another name: what the node's code says, and what is meant. Both are
+// names as the node would write them ("scan", "/scan", "~/scan").
+using Remaps = std::map<std::string, std::string, std::less<>>;
 
 namespace executor {
 class NodeState;
@@ -75,7 +75,7 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 class Node {
  public:
   Node(const Context& context, std::string_view name, std::string_view name_space = "/",
-       const TopicRemaps& remaps = {});
+       const Remaps& remaps = {});
   // As the application's file says (component.hpp).
   explicit Node(const ComponentOptions& options);
   ~Node();
