@@ -4,13 +4,19 @@
 #include "threads.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <utility>
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 namespace cie {
 namespace executor {
@@ -24,6 +30,9 @@ constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
 // Participants of one machine that can find each other without multicast: each sends its
 // announcement to every index, so the number costs traffic at start.
 constexpr std::uint32_t kMostParticipantIndex = 30;
+
+// Where RouDi, which hands out shared memory, takes requests.
+constexpr std::string_view kRoudiSocket = "/tmp/roudi";
 
 std::string loopback_configuration(const std::string& tag) {
   std::string xml =
@@ -54,6 +63,41 @@ void validate(const Context::Options& options) {
   }
 }
 
+// What DDS is to be configured with; empty: as it is without us.
+std::string configuration(const Context::Options& options) {
+  std::string xml;
+  if (options.loopback) {
+    xml = loopback_configuration(options.tag);
+  } else if (const char* const given = std::getenv("CYCLONEDDS_URI");
+             options.shared_memory && given != nullptr) {
+    xml = given;
+  }
+  if (options.shared_memory) {
+    if (!xml.empty()) xml += ',';
+    xml +=
+        "<CycloneDDS><Domain Id=\"any\"><SharedMemory><Enable>true</Enable></SharedMemory>"
+        "</Domain></CycloneDDS>";
+  }
+  return xml;
+}
+
+// Without RouDi iceoryx waits for a minute and then ends the process.
+void check_for_roudi() {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::ranges::copy(kRoudiSocket, address.sun_path);
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int error =
+      socket < 0 || connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0
+          ? errno
+          : 0;
+  if (socket >= 0) close(socket);
+  if (error == 0) return;
+  throw std::runtime_error{
+      "shared memory is not available: RouDi does not answer at " + std::string{kRoudiSocket} +
+      " (" + std::generic_category().message(error) + "): start iox-roudi (Debian: iceoryx)"};
+}
+
 std::mutex& claims_mutex() {
   static std::mutex mutex;
   return mutex;
@@ -82,10 +126,10 @@ ContextState::ContextState(const Context::Options& options)
     : options_((validate(options), options)), claim_(options.domain) {
   const auto before = thread_ids();
   const std::string domain = "domain " + std::to_string(options_.domain);
-  if (options_.loopback) {
-    domain_ = dds::Entity{
-        dds_create_domain(options_.domain, loopback_configuration(options_.tag).c_str()),
-        "configuring DDS", domain};
+  if (options_.shared_memory) check_for_roudi();
+  if (const std::string xml = configuration(options_); !xml.empty()) {
+    domain_ =
+        dds::Entity{dds_create_domain(options_.domain, xml.c_str()), "configuring DDS", domain};
   }
   const dds::QosPtr qos{dds_create_qos()};
   if (options_.ros_graph != RosGraph::none) {
@@ -127,6 +171,14 @@ std::uint32_t domain_from(const char* name, const std::string& text) {
   return domain;
 }
 
+bool is_set(const char* name) {
+  const std::string text = environment(name);
+  if (!text.empty() && text != "0" && text != "1") {
+    throw std::invalid_argument{std::string{name} + "=\"" + text + "\" is neither 0 nor 1"};
+  }
+  return text == "1";
+}
+
 RosGraph ros_graph_from(const std::string& text, const std::string& distribution) {
   if (text == "none") return RosGraph::none;
   if (text == "humble") return RosGraph::humble;
@@ -148,11 +200,8 @@ Context::Options Context::Options::from_environment() {
     options.domain = domain_from(name, text);
     break;
   }
-  const std::string loopback = environment("CIE_LOOPBACK");
-  if (!loopback.empty() && loopback != "0" && loopback != "1") {
-    throw std::invalid_argument{"CIE_LOOPBACK=\"" + loopback + "\" is neither 0 nor 1"};
-  }
-  options.loopback = loopback == "1";
+  options.loopback = is_set("CIE_LOOPBACK");
+  options.shared_memory = is_set("CIE_SHARED_MEMORY");
   options.tag = environment("CIE_DISCOVERY_TAG");
   options.ros_graph = ros_graph_from(environment("CIE_ROS_GRAPH"), environment("ROS_DISTRO"));
   return options;

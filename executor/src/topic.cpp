@@ -18,7 +18,10 @@ constexpr const char* kCreating = "creating the DDS topic";
 
 Topic::Topic(const ContextState& context, const TopicName& name, const dds_topic_descriptor& type)
     : layout_(std::make_shared<const MessageLayout>(type)) {
-  ddsi_sertype* made = context.options().pass_pointers ? make_pointer_type(layout_) : nullptr;
+  const Context::Options& options = context.options();
+  // Cyclone puts only its own samples into shared memory.
+  ddsi_sertype* made =
+      options.pass_pointers && !options.shared_memory ? make_pointer_type(layout_) : nullptr;
   if (made == nullptr) {
     topic_ = dds::Entity{
         dds_create_topic(context.participant(), &type, name.dds.c_str(), nullptr, nullptr),

@@ -77,6 +77,8 @@ const char* name_of(Passing passing) {
       return "copy";
     case Passing::pointer:
       return "pointer";
+    case Passing::shared:
+      return "shared";
     default:
       return "serialized";
   }
@@ -170,6 +172,7 @@ std::vector<Workload> rows(const Settings& settings) {
   multiply(settings.passings, [](Workload& row, const std::string& value) {
     row.passing = value == "copy"      ? Passing::copy
                   : value == "pointer" ? Passing::pointer
+                  : value == "shared"  ? Passing::shared
                                        : Passing::serialized;
   });
   multiply(settings.pairs, [](Workload& row, unsigned value) { row.pairs = value; });
@@ -224,8 +227,8 @@ int main(int argc, char** argv) {
   app.add_option(
          "--passing", settings.passings,
          "copy: publish a reference; pointer: hand the message over; serialized: by Cyclone "
-         "DDS alone")
-      ->check(CLI::IsMember({"copy", "pointer", "serialized"}))
+         "DDS alone; shared: through shared memory, with iox-roudi running")
+      ->check(CLI::IsMember({"copy", "pointer", "serialized", "shared"}))
       ->delimiter(',');
   app.add_option("--threads", settings.common.threads, "Of multi; 0: one for each CPU");
   app.add_option("--fifo", settings.common.fifo_priority, "SCHED_FIFO priority; 0: SCHED_OTHER")

@@ -110,7 +110,8 @@ void run_part(const Workload& workload, Part part, const std::string& tag, Board
   const cie::Context context{{.domain = 99,
                               .loopback = true,
                               .tag = tag,
-                              .pass_pointers = workload.passing != Passing::serialized}};
+                              .pass_pointers = workload.passing != Passing::serialized,
+                              .shared_memory = workload.passing == Passing::shared}};
   cie::QoS qos{cie::KeepLast{10}};
   if (workload.best_effort) qos.best_effort();
   std::unique_ptr<Publishing> publishing;

@@ -11,8 +11,9 @@ namespace bench {
 
 enum class Placement : std::uint8_t { intra, inter };
 enum class Phases : std::uint8_t { aligned, staggered };
-// publish() of a reference, of a message handed over, and with Cyclone's own serialisation.
-enum class Passing : std::uint8_t { copy, pointer, serialized };
+// publish() of a reference, of a message handed over, with Cyclone's own serialisation, and through
+// shared memory (needs a running iox-roudi).
+enum class Passing : std::uint8_t { copy, pointer, serialized, shared };
 
 struct Workload {
   std::string executor = "isolated";  // isolated, single, events, multi

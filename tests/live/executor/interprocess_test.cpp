@@ -3,17 +3,13 @@
 
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <test_services.hpp>
-
-extern char** environ;
 
 namespace cie::test {
 namespace {
@@ -78,21 +74,6 @@ TEST(ChildService, DISABLED_Adds) {
   ASSERT_TRUE(eventually([&] { return service->client_count() > 0; }));
   EXPECT_TRUE(eventually([&] { return answered >= 2 * kCalls && service->client_count() == 0; }));
   spinning.cancel_and_wait();
-}
-
-pid_t start_child(const Context::Options& options, const std::string& test) {
-  setenv("CIE_DOMAIN_ID", std::to_string(options.domain).c_str(), 1);
-  setenv("CIE_LOOPBACK", "1", 1);
-  setenv("CIE_DISCOVERY_TAG", options.tag.c_str(), 1);
-  std::vector<std::string> arguments{"child", "--gtest_filter=" + test,
-                                     "--gtest_also_run_disabled_tests"};
-  std::vector<char*> raw;
-  for (std::string& argument : arguments)
-    raw.push_back(argument.data());
-  raw.push_back(nullptr);
-  pid_t child = 0;
-  EXPECT_EQ(posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, raw.data(), environ), 0);
-  return child;
 }
 
 TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {

@@ -33,18 +33,21 @@ class Context {
     // Messages published by pointer reach subscriptions of this process by pointer (README.md,
     // "Pointers"). False: all are serialised.
     bool pass_pointers = true;
+    // Messages between processes of this machine go through shared memory (README.md, "Shared
+    // memory"); pass_pointers is then as good as false. Needs a running iox-roudi.
+    bool shared_memory = false;
 
     // In the form of the ROS 2 that looks on; another one sees nodes without names.
     RosGraph ros_graph = RosGraph::humble;
 
     // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG,
-    // CIE_ROS_GRAPH (none, humble, iron; else what fits ROS_DISTRO, else humble). Throws
-    // std::invalid_argument naming the variable that cannot be used.
+    // CIE_SHARED_MEMORY (1 or 0), CIE_ROS_GRAPH (none, humble, iron; else what fits ROS_DISTRO,
+    // else humble). Throws std::invalid_argument naming the variable that cannot be used.
     static Options from_environment();
   };
 
-  // Throws std::runtime_error when the participant cannot be created, std::invalid_argument for
-  // unusable options.
+  // Throws std::runtime_error when the participant cannot be created or shared memory is not there,
+  // std::invalid_argument for unusable options.
   explicit Context(const Options& options = Options::from_environment());
   ~Context();
   Context(Context&&) noexcept;
