@@ -167,6 +167,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.has_cie_events = true;
   process.executor = event.executor;
   if (event.moment == RunMoment::announce) ++process.announcements;
+  if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
   if (process.run_begin) return;
   process.run_begin = ref(head);
@@ -339,6 +340,11 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
 void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
   const auto index = thread_by_tid(host_of(head), event.tid);
   if (index) model_.threads[at(*index)].kernel_exit = ref(head);
+}
+
+void Registry::apply(const EventHead& head, const ProcessName& event) {
+  const auto process = process_of(head);
+  if (process) model_.processes[at(*process)].name = event.name;
 }
 
 std::optional<std::uint32_t> Registry::publisher_by_gid(std::uint64_t gid) const {

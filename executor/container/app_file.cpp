@@ -2,6 +2,7 @@
 
 #include "yaml_fields.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <fstream>
@@ -24,12 +25,6 @@ constexpr std::array<std::string_view, 7> kKeys{
     "components", "executor", "spec", "on_error", "domain", "loopback", "discovery_tag"};
 constexpr std::array<std::string_view, 6> kComponentKeys{"library",   "class",      "name",
                                                          "namespace", "parameters", "remaps"};
-
-constexpr std::array<std::pair<std::string_view, ExecutorKind>, 4> kExecutors{
-    {{"isolated", ExecutorKind::isolated},
-     {"single", ExecutorKind::single_threaded},
-     {"multi", ExecutorKind::multi_threaded},
-     {"events", ExecutorKind::events}}};
 
 std::string needed_text(const Fields& fields, std::string_view key, std::string_view remedy) {
   const Value* const value = fields.find(key);
@@ -136,10 +131,12 @@ void read_network(const Fields& fields, AppFile& app) {
 void read_execution(const Fields& fields, AppFile& app, const std::filesystem::path& folder) {
   if (const Value* const value = fields.find("executor")) {
     const std::string& name = value->text("executor");
-    const auto kind = executor_from_name(name);
-    if (!kind)
-      value->fail("unknown executor \"" + name + "\"; write isolated, single, multi or events");
-    app.executor = *kind;
+    if (std::ranges::find(kExecutorNames, name) == kExecutorNames.end()) {
+      value->fail("unknown executor \"" + name +
+                  "\"; write isolated, single, multi or events, or one of the first three with "
+                  "-waitset");
+    }
+    app.executor = name;
   }
   if (const Value* const value = fields.find("spec")) app.spec = folder / value->text("spec");
   if (const Value* const value = fields.find("on_error")) {
@@ -157,20 +154,6 @@ std::string ComponentEntry::qualified_name() const {
   std::string full = name_space.starts_with('/') ? name_space : "/" + name_space;
   if (!full.ends_with('/')) full += '/';
   return full + name;
-}
-
-std::optional<ExecutorKind> executor_from_name(std::string_view name) noexcept {
-  for (const auto& [known, kind] : kExecutors) {
-    if (known == name) return kind;
-  }
-  return std::nullopt;
-}
-
-std::string_view executor_name(ExecutorKind kind) noexcept {
-  for (const auto& [name, known] : kExecutors) {
-    if (known == kind) return name;
-  }
-  return {};
 }
 
 AppFile AppFile::parse(std::string_view text, std::string_view name,

@@ -28,8 +28,8 @@ struct ComponentEntry {
 };
 
 struct AppFile {
-  std::string file;  // its name, for messages
-  ExecutorKind executor = ExecutorKind::isolated;
+  std::string file;                   // its name, for messages
+  std::string executor = "isolated";  // one of kExecutorNames
   OnError on_error = OnError::refuse;
   std::optional<std::filesystem::path> spec;
   // What the file says of the network; the rest comes from the environment.
@@ -45,9 +45,5 @@ struct AppFile {
   static AppFile parse(std::string_view text, std::string_view name,
                        const std::filesystem::path& folder);
 };
-
-// "isolated", "single", "multi", "events". Empty for another text.
-std::optional<ExecutorKind> executor_from_name(std::string_view name) noexcept;
-std::string_view executor_name(ExecutorKind kind) noexcept;
 
 }  // namespace cie::container

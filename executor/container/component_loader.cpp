@@ -47,9 +47,18 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
+// So that all of a component's parameters can be asked for.
+void declare_read_parameters(Node& node, const ComponentOptions& options) {
+  for (const auto& [name, value] : options.read_parameters()) {
+    if (node.has_parameter(name)) continue;
+    node.declare_parameter(name, value,
+                           {.description = "read when it was constructed", .is_read_only = true});
+  }
+}
+
 // What only the component's own constructor can get wrong.
 void check_use_of_options(Node& node, const ComponentOptions& options) {
-  const auto unread = options.unread_parameters();
+  const auto unread = node.unused_parameter_overrides();
   if (!unread.empty()) {
     throw std::runtime_error{"it has no parameter " + joined(unread) +
                              "; correct the name or remove it"};
@@ -108,6 +117,7 @@ LoadedComponent::LoadedComponent(const std::string& library, const std::string& 
     library_ = std::make_unique<Library>(library);
     class_ = &library_->find_class(class_name);
     component_ = class_->create(options);
+    declare_read_parameters(node(), options);
     check_use_of_options(node(), options);
   });
   if (failure.empty()) return;

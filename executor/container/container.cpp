@@ -16,19 +16,6 @@ Context::Options network(const AppFile& app) {
   return options;
 }
 
-std::unique_ptr<Executor> make_executor(ExecutorKind kind, ExecutorOptions options) {
-  switch (kind) {
-    case ExecutorKind::single_threaded:
-      return std::make_unique<SingleThreadedExecutor>(std::move(options));
-    case ExecutorKind::multi_threaded:
-      return std::make_unique<MultiThreadedExecutor>(std::move(options));
-    case ExecutorKind::events:
-      return std::make_unique<EventsExecutor>(std::move(options));
-    default:
-      return std::make_unique<CallbackIsolatedExecutor>(std::move(options));
-  }
-}
-
 std::string text_of(const std::exception_ptr& exception) {
   try {
     std::rethrow_exception(exception);

@@ -136,8 +136,7 @@ int serve(Container& container, const AppFile& app) {
     const Registration registration{container};
     const auto control = listen_for_orders(container);
     const std::size_t missing = app.components.size() - loaded;
-    say(counted(loaded, "component") + " under the executor \"" +
-        std::string{executor_name(app.executor)} + "\"" +
+    say(counted(loaded, "component") + " under the executor \"" + app.executor + "\"" +
         (missing == 0 ? "" : ", " + std::to_string(missing) + " could not be loaded"));
     container.run();
   } catch (const std::exception& error) {
@@ -154,7 +153,7 @@ int run(const std::string& file, const std::string& executor) {
   catch_signals();
   try {
     AppFile app = AppFile::load(file);
-    if (!executor.empty()) app.executor = *executor_from_name(executor);
+    if (!executor.empty()) app.executor = executor;
     Container container{app, say};
     return serve(container, app);
   } catch (const SpecError& error) {
@@ -187,8 +186,9 @@ int main(int argc, char** argv) {
   app.add_option("--pid", pid, "With --control: the container's process id, if several run")
       ->check(CLI::PositiveNumber)
       ->needs(control);
-  app.add_option("--executor", executor, "Instead of the file's: isolated, single, multi, events")
-      ->check(CLI::IsMember({"isolated", "single", "multi", "events"}));
+  app.add_option("--executor", executor, "Instead of the file's")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())));
   try {
     app.parse(argc, argv);
     if (file.empty() && order.empty()) throw CLI::RequiredError{"APP"};

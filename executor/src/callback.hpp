@@ -5,6 +5,7 @@
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "dds_entity.hpp"
 #include "names.hpp"
 
 #include <atomic>
@@ -48,6 +49,7 @@ class Callback {
       : group_(std::move(group)),
         logical_id_(info.logical_id),
         label_(executor::thread_label(info)),
+        kind_(info.kind),
         trace_(std::make_unique<trace::Callback>(std::move(info))) {}
   Callback(const Callback&) = delete;
   Callback& operator=(const Callback&) = delete;
@@ -64,11 +66,15 @@ class Callback {
 
   // Whether there may be more to run after an instance without a further on_ready().
   virtual bool has_queue() const noexcept { return true; }
+  // A DDS condition that is triggered while messages wait, for those who wait in a DDS wait set;
+  // without a handle for what takes no messages. Throws dds::Error.
+  virtual dds::Entity new_read_condition() const { return {}; }
   // Whether next_due() is ever something else than kNever.
   virtual bool has_timer() const noexcept { return false; }
 
   CallbackId id() const noexcept { return trace_->id(); }
   const std::string& logical_id() const noexcept { return logical_id_; }
+  CallbackKind kind() const noexcept { return kind_; }
   // What its thread is called: at most 15 bytes.
   const std::string& label() const noexcept { return label_; }
   GroupState& group() const noexcept { return *group_; }
@@ -110,6 +116,7 @@ class Callback {
   std::shared_ptr<GroupState> group_;
   std::string logical_id_;
   std::string label_;
+  CallbackKind kind_;
   std::unique_ptr<trace::Callback> trace_;
   std::atomic<bool> is_ready_{false};
   Callback* next_ready_ = nullptr;

@@ -139,14 +139,29 @@ ContextState::ContextState(const Context::Options& options)
                              "creating the DDS participant", domain};
   graph_.emplace(participant_.get(), options_.ros_graph);
   for (const auto& [tid, name] : new_named_threads(before)) {
-    workers_.push_back({name, std::make_unique<trace::Thread>(ThreadRole::worker, kNoCallback,
+    workers_.push_back({name, std::make_shared<trace::Thread>(ThreadRole::worker, kNoCallback,
                                                               kNoGroup, name, tid)});
     workers_.back().trace->emit_sched(SchedMoment::initial, 0);
   }
 }
 
+std::vector<WorkerThread> ContextState::workers() const {
+  const std::lock_guard lock{mutex_};
+  return workers_;
+}
+
+ParameterServer& ContextState::parameter_server() {
+  const std::lock_guard lock{mutex_};
+  if (parameter_server_ == nullptr) {
+    parameter_server_ = std::make_unique<ParameterServer>();
+    workers_.push_back({ParameterServer::kThreadName, parameter_server_->thread()});
+  }
+  return *parameter_server_;
+}
+
 ContextState::~ContextState() {
   workers_.clear();  // while they live: their last read-back is of what they ran as
+  parameter_server_.reset();
   graph_.reset();
   participant_.reset();
   domain_.reset();

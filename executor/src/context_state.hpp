@@ -6,19 +6,22 @@
 
 #include "dds_entity.hpp"
 #include "graph.hpp"
+#include "parameter_server.hpp"
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace cie::executor {
 
-// A thread that DDS made. Its receive thread is part of every chain of callbacks between processes.
+// A thread beside those of callbacks: one that DDS made, or the one of parameters. Its receive
+// thread is part of every chain of callbacks between processes.
 struct WorkerThread {
   std::string name;
-  std::unique_ptr<trace::Thread> trace;
+  std::shared_ptr<trace::Thread> trace;
 };
 
 class ContextState {
@@ -31,7 +34,9 @@ class ContextState {
   const Context::Options& options() const noexcept { return options_; }
   dds_entity_t participant() const noexcept { return participant_.get(); }
   Graph& graph() noexcept { return *graph_; }
-  const std::vector<WorkerThread>& workers() const noexcept { return workers_; }
+  std::vector<WorkerThread> workers() const;
+  // Started by the first call. Thread-safe. Throws std::system_error.
+  ParameterServer& parameter_server();
 
  private:
   // Claims a domain for one Context of the process.
@@ -51,7 +56,9 @@ class ContextState {
   dds::Entity domain_;  // only with a configuration of our own
   dds::Entity participant_;
   std::optional<Graph> graph_;
+  mutable std::mutex mutex_;  // of what follows
   std::vector<WorkerThread> workers_;
+  std::unique_ptr<ParameterServer> parameter_server_;
 };
 
 }  // namespace cie::executor

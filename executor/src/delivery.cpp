@@ -26,6 +26,11 @@ void Delivery::set_target(ReadySink* sink, Callback* callback) {
   callback_ = callback;
 }
 
+void Delivery::set_wakeup(Wakeup* wakeup) {
+  const std::lock_guard lock{mutex_};
+  wakeup_ = wakeup;
+}
+
 void Delivery::set_trace(trace::Callback* callback) {
   const std::lock_guard lock{mutex_};
   trace_ = callback;
@@ -45,6 +50,7 @@ void Delivery::announce() noexcept {
   const std::uint64_t overwritten = count_.on_stored();
   if (trace_ != nullptr) trace_->release(overwritten);
   if (sink_ != nullptr) sink_->on_ready(*callback_);
+  if (wakeup_ != nullptr) wakeup_->notify();
 }
 
 void Delivery::lost(std::uint32_t count) noexcept {

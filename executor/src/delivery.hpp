@@ -7,6 +7,7 @@
 #include "callback.hpp"
 #include "pi_mutex.hpp"
 #include "queue_count.hpp"
+#include "wakeup.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -27,6 +28,8 @@ class Delivery {
 
   // Who is told. Null ends it; no call into `sink` is running when this returns.
   void set_target(ReadySink* sink, Callback* callback);
+  // Who is woken, beside or instead of a target; null ends it.
+  void set_wakeup(Wakeup* wakeup);
   // Whose events are emitted; null before the callback goes.
   void set_trace(trace::Callback* callback);
 
@@ -63,6 +66,7 @@ class Delivery {
   QueueCount count_;
   ReadySink* sink_ = nullptr;
   Callback* callback_ = nullptr;
+  Wakeup* wakeup_ = nullptr;
   trace::Callback* trace_ = nullptr;
   bool is_closed_ = false;
   std::optional<std::uint64_t> recipient_;

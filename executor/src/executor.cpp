@@ -4,6 +4,8 @@
 #include "executor_core.hpp"
 #include "node_state.hpp"
 
+#include <algorithm>
+#include <stdexcept>
 #include <utility>
 
 namespace cie {
@@ -15,6 +17,14 @@ std::string joined(const std::vector<ParameterProblem>& problems) {
     text.append(text.empty() ? "" : "\n").append(problem.text());
   }
   return text;
+}
+
+ExecutorOptions without_wait_set(ExecutorOptions options) {
+  if (options.dispatch == Dispatch::wait_set) {
+    throw std::invalid_argument{
+        "the events executor has no dispatch by wait sets: they do not tell what came first"};
+  }
+  return options;
 }
 
 }  // namespace
@@ -55,8 +65,22 @@ CallbackIsolatedExecutor::CallbackIsolatedExecutor(ExecutorOptions options)
 SingleThreadedExecutor::SingleThreadedExecutor(ExecutorOptions options)
     : Executor(ExecutorKind::single_threaded, std::move(options)) {}
 EventsExecutor::EventsExecutor(ExecutorOptions options)
-    : Executor(ExecutorKind::events, std::move(options)) {}
+    : Executor(ExecutorKind::events, without_wait_set(std::move(options))) {}
 MultiThreadedExecutor::MultiThreadedExecutor(ExecutorOptions options)
     : Executor(ExecutorKind::multi_threaded, std::move(options)) {}
+
+std::unique_ptr<Executor> make_executor(std::string_view name, ExecutorOptions options) {
+  constexpr std::string_view kWaitSet = "-waitset";
+  if (std::ranges::find(kExecutorNames, name) == kExecutorNames.end()) {
+    throw std::invalid_argument{"there is no executor \"" + std::string{name} + "\""};
+  }
+  options.dispatch = name.ends_with(kWaitSet) ? Dispatch::wait_set : Dispatch::lean;
+  if (name.starts_with("single")) {
+    return std::make_unique<SingleThreadedExecutor>(std::move(options));
+  }
+  if (name.starts_with("multi")) return std::make_unique<MultiThreadedExecutor>(std::move(options));
+  if (name == "events") return std::make_unique<EventsExecutor>(std::move(options));
+  return std::make_unique<CallbackIsolatedExecutor>(std::move(options));
+}
 
 }  // namespace cie

@@ -6,6 +6,7 @@
 #include "pool_loop.hpp"
 #include "serial_loop.hpp"
 #include "threads.hpp"
+#include "wait_set_loop.hpp"
 
 #include <algorithm>
 #include <stdexcept>
@@ -17,8 +18,11 @@ namespace cie::executor {
 namespace {
 
 // The loop that spin() runs on its own thread, if it does.
-std::unique_ptr<OneThreadLoop> own_loop(ExecutorKind kind, FailureSink& failures) {
-  if (kind == ExecutorKind::single_threaded) return std::make_unique<SerialLoop>(failures);
+std::unique_ptr<Loop> own_loop(ExecutorKind kind, Dispatch dispatch, FailureSink& failures) {
+  if (kind == ExecutorKind::single_threaded) {
+    if (dispatch == Dispatch::wait_set) return std::make_unique<WaitSetLoop>(failures);
+    return std::make_unique<SerialLoop>(failures);
+  }
   if (kind == ExecutorKind::events) return std::make_unique<EventsLoop>(failures);
   return nullptr;
 }
@@ -29,7 +33,7 @@ ExecutorCore::ExecutorCore(ExecutorKind kind, ExecutorOptions options)
     : kind_(kind),
       options_(std::move(options)),
       run_(kind, options_.spec ? options_.spec->sha256() : std::string{}),
-      own_loop_(own_loop(kind, *this)) {}
+      own_loop_(own_loop(kind, options_.dispatch, *this)) {}
 
 // --- membership -------------------------------------------------------------------------------
 
@@ -39,7 +43,7 @@ void ExecutorCore::add_node(const std::shared_ptr<NodeState>& node) {
   nodes_.push_back(node);
   if (!is_serving_) return;
   try {
-    configure_workers(*node);
+    configure_workers_of(*node);
     open_gates(serve(node->callbacks()));
   } catch (...) {
     nodes_.pop_back();
@@ -206,11 +210,17 @@ ExecutorCore::TeamPtr ExecutorCore::start_group_team(const Callbacks& callbacks_
     if (plan.entry == nullptr) plan.entry = configurator_.entry_of_callback(callback->logical_id());
   }
   if (!is_reentrant) {
-    return std::make_shared<Team>(std::make_unique<SerialLoop>(*this), std::vector{plan},
-                                  configurator_);
+    return std::make_shared<Team>(group_loop(group.type()), std::vector{plan}, configurator_);
   }
   const std::vector<ThreadPlan> plans(std::max(options_.reentrant_threads, 1U), plan);
-  return std::make_shared<Team>(std::make_unique<PoolLoop>(*this), plans, configurator_);
+  return std::make_shared<Team>(group_loop(group.type()), plans, configurator_);
+}
+
+// The loop of one group; a reentrant one also stands for all groups of a pool.
+std::unique_ptr<Loop> ExecutorCore::group_loop(GroupType type) {
+  if (options_.dispatch == Dispatch::wait_set) return std::make_unique<WaitSetLoop>(*this);
+  if (type == GroupType::reentrant) return std::make_unique<PoolLoop>(*this);
+  return std::make_unique<SerialLoop>(*this);
 }
 
 unsigned ExecutorCore::pool_size() const {
@@ -234,7 +244,7 @@ std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_pooled(const Callbacks& c
           {.role = ThreadRole::pool, .name = name, .entry = configurator_.entry_of_thread(name)});
     }
     try {
-      team = std::make_shared<Team>(std::make_unique<PoolLoop>(*this), plans, configurator_);
+      team = std::make_shared<Team>(group_loop(GroupType::reentrant), plans, configurator_);
       refuse_if_any(team->wait_configured());
     } catch (...) {
       teams_.erase(nullptr);
@@ -246,15 +256,22 @@ std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_pooled(const Callbacks& c
   return is_new ? std::vector{team} : std::vector<TeamPtr>{};
 }
 
-void ExecutorCore::configure_workers(const NodeState& node) {
-  if (!configured_contexts_.insert(node.context().get()).second) return;
+void ExecutorCore::configure_workers_of(const NodeState& node) {
   std::vector<ParameterProblem> problems;
   for (const WorkerThread& worker : node.context()->workers()) {
+    if (!configured_workers_.insert(worker.trace).second) continue;
     const auto found = configurator_.configure(*worker.trace, worker.name,
                                                configurator_.entry_of_thread(worker.name));
     problems.insert(problems.end(), found.begin(), found.end());
   }
   refuse_if_any(problems);
+}
+
+void ExecutorCore::configure_new_workers(const NodeState& node) {
+  const std::lock_guard lock{mutex_};
+  const bool is_member =
+      std::ranges::any_of(nodes_, [&node](const auto& member) { return member.get() == &node; });
+  if (is_serving_ && is_member) configure_workers_of(node);
 }
 
 // --- spinning -----------------------------------------------------------------------------------
@@ -313,7 +330,7 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
       const std::lock_guard lock{mutex_};
       Callbacks all;
       for (const auto& node : nodes_) {
-        configure_workers(*node);
+        configure_workers_of(*node);
         for (const auto& callback : node->callbacks())
           all.push_back(callback);
       }
@@ -337,10 +354,29 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
 }
 
 void ExecutorCore::wait_for_end(std::int64_t deadline_ns) {
-  if (own_loop_ != nullptr) {
+  if (own_loop_ == nullptr) {
+    wait_for_cancel(deadline_ns);
+  } else if (options_.dispatch == Dispatch::lean) {
     own_loop_->run(deadline_ns);
-    return;
+  } else {
+    // cancel() may be called where DDS must not be: somebody else tells the wait set. So does
+    // rclcpp.
+    std::jthread canceller{[this] {
+      set_current_thread_name("cie-cancel");
+      wait_for_cancel(kNever);
+      own_loop_->stop();
+    }};
+    try {
+      own_loop_->run(deadline_ns);
+    } catch (...) {
+      cancel();
+      throw;
+    }
+    cancel();
   }
+}
+
+void ExecutorCore::wait_for_cancel(std::int64_t deadline_ns) {
   while (!is_cancelled_.load(std::memory_order_acquire)) {
     if (wakeup_.wait_until(deadline_ns) == WaitResult::timeout) return;
   }
@@ -349,7 +385,7 @@ void ExecutorCore::wait_for_end(std::int64_t deadline_ns) {
 // Atomics and a futex: all of it may happen in a signal handler.
 void ExecutorCore::cancel() noexcept {
   is_cancelled_.store(true, std::memory_order_release);
-  if (own_loop_ != nullptr) {
+  if (own_loop_ != nullptr && options_.dispatch == Dispatch::lean) {
     own_loop_->stop();
   } else {
     wakeup_.notify();
@@ -369,19 +405,18 @@ void ExecutorCore::on_failure(Callback& callback, std::exception_ptr exception) 
   fail({callback.id(), callback.logical_id(), std::move(exception)});
 }
 
-void ExecutorCore::fail(const CallbackFailure& failure) noexcept {
-  std::exception_ptr exception = failure.exception;
+void ExecutorCore::fail(CallbackFailure failure) noexcept {
   try {
     if (options_.on_exception) {
       options_.on_exception(failure);
       return;
     }
   } catch (...) {
-    exception = std::current_exception();  // the handler's own, which says more
+    failure.exception = std::current_exception();  // the handler's own, which says more
   }
   {
     const std::lock_guard lock{failure_mutex_};
-    if (!failure_) failure_ = std::move(exception);
+    if (!failure_) failure_ = std::move(failure.exception);
   }
   cancel();
 }

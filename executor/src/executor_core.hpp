@@ -6,7 +6,6 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "loop.hpp"
-#include "one_thread_loop.hpp"
 #include "team.hpp"
 #include "wakeup.hpp"
 #include "worker_threads.hpp"
@@ -37,6 +36,10 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   // A callback that a node got: served at once while spinning, if the node still belongs here.
   void serve_new(NodeState& node, const std::shared_ptr<Callback>& callback);
 
+  // The threads that serve the node beside those of callbacks, as far as they are new; while
+  // spinning, and if the node belongs here. Throws ParametersRefused.
+  void configure_new_workers(const NodeState& node);
+
   void spin(std::int64_t deadline_ns);
   void cancel() noexcept;
   bool is_spinning() const noexcept { return is_spinning_.load(std::memory_order_acquire); }
@@ -63,11 +66,13 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   static void open_gates(const std::vector<TeamPtr>& teams);
   std::vector<ParameterProblem> conflicts(const Callbacks& callbacks_of_group);
   TeamPtr start_group_team(const Callbacks& callbacks_of_group);
-  void configure_workers(const NodeState& node);
+  void configure_workers_of(const NodeState& node);
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
   unsigned pool_size() const;
+  std::unique_ptr<Loop> group_loop(GroupType type);
   void wait_for_end(std::int64_t deadline_ns);
-  void fail(const CallbackFailure& failure) noexcept;
+  void wait_for_cancel(std::int64_t deadline_ns);
+  void fail(CallbackFailure failure) noexcept;
 
   const ExecutorKind kind_;
   const ExecutorOptions options_;
@@ -75,20 +80,21 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   ThreadConfigurator configurator_{options_};
   std::atomic<bool> is_spinning_{false};
   std::atomic<bool> is_cancelled_{false};
-  Wakeup wakeup_;                                  // of the thread in spin(), unless it runs a loop
-  const std::unique_ptr<OneThreadLoop> own_loop_;  // of the executors on spin()'s own thread
+  Wakeup wakeup_;  // of the thread that waits for cancel(), unless a loop does that itself
+  const std::unique_ptr<Loop> own_loop_;  // of the executors on spin()'s own thread
 
   std::mutex mutex_;  // of what follows
   bool is_serving_ = false;
   std::vector<std::shared_ptr<NodeState>> nodes_;
   std::set<const Callback*> served_;
   std::map<const GroupState*, TeamPtr> teams_;  // isolated: by group; pooled: one, under null
-  std::set<const ContextState*> configured_contexts_;
+  std::set<std::weak_ptr<trace::Thread>, std::owner_less<>> configured_workers_;
 
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
 
-  WorkerThreads workers_{configurator_, [this](const CallbackFailure& failure) { fail(failure); }};
+  WorkerThreads workers_{configurator_,
+                         [this](CallbackFailure failure) { fail(std::move(failure)); }};
 };
 
 }  // namespace cie::executor

@@ -3,6 +3,7 @@
 #include "client_callback.hpp"
 #include "executor_core.hpp"
 #include "names.hpp"
+#include "parameter_services.hpp"
 #include "pinned_library.hpp"
 #include "replier.hpp"
 #include "service_endpoint.hpp"
@@ -19,8 +20,12 @@ namespace cie {
 namespace executor {
 
 NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-                     std::string_view name_space, const Remaps& remaps)
-    : context_(std::move(context)), name_(qualified_node_name(name, name_space)), trace_(name_) {
+                     std::string_view name_space, const Remaps& remaps,
+                     const ParameterOverrides& parameters)
+    : context_(std::move(context)),
+      name_(qualified_node_name(name, name_space)),
+      trace_(name_),
+      parameters_(name_, parameters) {
   for (const auto& [from, to] : remaps) {
     if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
       throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of \"" +
@@ -28,6 +33,31 @@ NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view nam
     }
   }
   graph_member_ = context_->graph().add_node(name_);
+}
+
+NodeState::~NodeState() = default;
+
+void NodeState::offer_parameters() {
+  {
+    const std::lock_guard lock{services_mutex_};
+    if (services_ != nullptr || is_withdrawn_) return;
+    services_ =
+        std::make_unique<ParameterServices>(context_, name_, id(), graph_member_, parameters_);
+    parameters_.set_change_sink([&services = *services_](auto change, const auto& parameters) {
+      services.tell(change, parameters);
+    });
+  }
+  if (const auto core = executor()) core->configure_new_workers(*this);
+}
+
+void NodeState::withdraw_parameters() {
+  std::unique_ptr<ParameterServices> services;
+  {
+    const std::lock_guard lock{services_mutex_};
+    is_withdrawn_ = true;
+    services = std::move(services_);
+  }
+  if (services != nullptr) parameters_.set_change_sink({});
 }
 
 std::string NodeState::resolved(std::string_view name) const {
@@ -264,11 +294,52 @@ std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, c
 }  // namespace executor
 
 Node::Node(const Context& context, std::string_view name, std::string_view name_space,
-           const Remaps& remaps)
-    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space, remaps)) {}
+           const Remaps& remaps, const ParameterOverrides& parameters)
+    : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space, remaps,
+                                                   parameters)) {}
 
 Node::~Node() {
   if (const auto executor = state_->executor()) executor->remove_node(*state_);
+  state_->withdraw_parameters();
+}
+
+ParameterValue Node::declare_parameter(std::string_view name, ParameterValue value,
+                                       ParameterDescriptor descriptor) {
+  state_->offer_parameters();
+  return state_->parameters().declare(name, std::move(value), std::move(descriptor));
+}
+void Node::undeclare_parameter(std::string_view name) { state_->parameters().undeclare(name); }
+bool Node::has_parameter(std::string_view name) const { return state_->parameters().has(name); }
+ParameterValue Node::get_parameter(std::string_view name) const {
+  return state_->parameters().get(name);
+}
+SetParametersResult Node::set_parameter(std::string_view name, ParameterValue value) {
+  return state_->parameters().set({{std::string{name}, std::move(value)}});
+}
+SetParametersResult Node::set_parameters_atomically(const std::vector<Parameter>& parameters) {
+  return state_->parameters().set(parameters);
+}
+std::vector<SetParametersResult> Node::set_parameters(const std::vector<Parameter>& parameters) {
+  std::vector<SetParametersResult> results;
+  for (const Parameter& parameter : parameters)
+    results.push_back(state_->parameters().set({parameter}));
+  return results;
+}
+ParameterDescriptor Node::describe_parameter(std::string_view name) const {
+  return state_->parameters().describe(name);
+}
+std::vector<std::string> Node::list_parameters(const std::vector<std::string>& prefixes,
+                                               std::uint64_t depth) const {
+  return state_->parameters().list(prefixes, depth);
+}
+std::shared_ptr<void> Node::add_on_set_parameters_callback(OnSetParameters function) {
+  return state_->parameters().add_on_set(std::move(function));
+}
+std::shared_ptr<void> Node::add_post_set_parameters_callback(PostSetParameters function) {
+  return state_->parameters().add_post_set(std::move(function));
+}
+std::vector<std::string> Node::unused_parameter_overrides() const {
+  return state_->parameters().unused_overrides();
 }
 
 const std::string& Node::fully_qualified_name() const noexcept { return state_->name(); }

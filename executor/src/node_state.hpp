@@ -6,6 +6,7 @@
 
 #include "callback.hpp"
 #include "context_state.hpp"
+#include "parameter_store.hpp"
 
 #include <map>
 #include <memory>
@@ -17,12 +18,16 @@
 namespace cie::executor {
 
 class ExecutorCore;
+class ParameterServices;
 
 // Thread-safe. The lock is never held while the executor's is taken.
 class NodeState {
  public:
   NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-            std::string_view name_space, const Remaps& remaps);
+            std::string_view name_space, const Remaps& remaps,
+            const ParameterOverrides& parameters = {});
+
+  ~NodeState();
 
   const std::string& name() const noexcept { return name_; }
   NodeId id() const noexcept { return trace_.id(); }
@@ -43,6 +48,12 @@ class NodeState {
   void add(const std::shared_ptr<Callback>& callback);
   std::vector<std::shared_ptr<Callback>> callbacks() const;
 
+  ParameterStore& parameters() noexcept { return parameters_; }
+  // Offers the parameters to the network, once. Called before the first is declared.
+  void offer_parameters();
+  // Ends that, for good; waits for the answer that is being given.
+  void withdraw_parameters();
+
   // Membership. join() throws std::logic_error when the node has an executor.
   void join(std::shared_ptr<ExecutorCore> executor);
   void leave();
@@ -58,6 +69,10 @@ class NodeState {
   std::vector<std::shared_ptr<GroupState>> groups_;
   std::vector<std::shared_ptr<Callback>> callbacks_;
   std::shared_ptr<ExecutorCore> executor_;
+  ParameterStore parameters_;
+  std::mutex services_mutex_;  // of what follows
+  std::unique_ptr<ParameterServices> services_;
+  bool is_withdrawn_ = false;
 };
 
 }  // namespace cie::executor

@@ -17,7 +17,7 @@ namespace cie::executor {
 // Between wake-up and callback it takes no lock and allocates nothing: the set of callbacks is the
 // thread's own copy, renewed when a counter says so. How the next callback is found is the derived
 // loop's.
-class OneThreadLoop : public Loop {
+class OneThreadLoop : public Loop, public ReadySink {
  public:
   explicit OneThreadLoop(FailureSink& failures) : failures_(failures) {}
 
@@ -25,8 +25,7 @@ class OneThreadLoop : public Loop {
   void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) final;
   void run(std::int64_t deadline_ns) final;
   void stop() noexcept final;
-  // Undoes stop(), while no thread runs the loop.
-  void resume() noexcept { is_stopped_.store(false, std::memory_order_release); }
+  void resume() noexcept final { is_stopped_.store(false, std::memory_order_release); }
   bool is_on_own_thread() const noexcept final;
 
  protected:

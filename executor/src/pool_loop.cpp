@@ -52,6 +52,11 @@ void PoolLoop::stop() noexcept {
   work_.notify_all();
 }
 
+void PoolLoop::resume() noexcept {
+  const std::lock_guard lock{mutex_};
+  is_stopped_ = false;
+}
+
 bool PoolLoop::is_on_own_thread() const noexcept {
   const std::lock_guard lock{mutex_};
   return std::ranges::find(runners_, std::this_thread::get_id()) != runners_.end();

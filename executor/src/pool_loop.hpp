@@ -16,7 +16,7 @@ namespace cie::executor {
 // The dispatch of the multi-threaded executor and of a reentrant group's pool. One idle thread, the
 // leader, waits for the next timer; the others wait for work. Callbacks of a mutually exclusive
 // group never overlap.
-class PoolLoop final : public Loop {
+class PoolLoop final : public Loop, public ReadySink {
  public:
   explicit PoolLoop(FailureSink& failures) : failures_(failures) {}
 
@@ -25,6 +25,7 @@ class PoolLoop final : public Loop {
   void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) override;
   void run(std::int64_t deadline_ns) override;
   void stop() noexcept override;
+  void resume() noexcept override;
   bool is_on_own_thread() const noexcept override;
 
  private:

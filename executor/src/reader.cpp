@@ -98,6 +98,11 @@ std::uint64_t Reader::close() {
   }
 }
 
+dds::Entity Reader::new_read_condition() const {
+  return {dds_create_readcondition(reader_.get(), DDS_ANY_STATE), "creating the read condition",
+          "a reader"};
+}
+
 std::uint32_t Reader::matched() const {
   dds_subscription_matched_status_t status{};
   dds::check(dds_get_subscription_matched_status(reader_.get(), &status),

@@ -48,6 +48,9 @@ class Reader {
   // were overwritten in all, exactly.
   std::uint64_t close();
 
+  // Triggered while samples wait. Must go before the reader does. Throws dds::Error.
+  dds::Entity new_read_condition() const;
+
   const LayoutPtr& layout() const noexcept { return topic_.layout(); }
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;

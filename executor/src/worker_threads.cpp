@@ -16,8 +16,9 @@ void WorkerThreads::start(const std::string& name, FunctionLoop::Function functi
                                 "\": give it 1 to 15 printable characters"};
   }
   auto loop = std::make_unique<FunctionLoop>(
-      std::move(function), [this, name](const std::exception_ptr& exception) {
-        on_failure_({.callback = kNoCallback, .logical_id = name, .exception = exception});
+      std::move(function), [this, name](std::exception_ptr exception) {
+        on_failure_(
+            {.callback = kNoCallback, .logical_id = name, .exception = std::move(exception)});
       });
   const ThreadPlan plan{
       .role = ThreadRole::worker, .name = name, .entry = configurator_.entry_of_thread(name)};

@@ -25,8 +25,9 @@ void check_present(const void* message, const Writer& writer) {
 
 }  // namespace
 
-Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicName& topic,
-               const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data)
+Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node,
+               const TopicName& topic, const QoS& qos, const dds_topic_descriptor& type,
+               const std::string& user_data)
     : context_(std::move(context)), name_(topic.ros), topic_(*context_, topic, type) {
   const auto dds_qos = dds::to_dds(qos, name_, user_data);
   const dds_entity_t participant = context_->participant();
@@ -44,7 +45,7 @@ Writer::Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicNa
     dds::check(dds_register_instance(writer_.get(), &instance, any.get()),
                "registering the instance", name_);
   }
-  trace_.emplace(node, name_, gid_);
+  if (node) trace_.emplace(*node, name_, gid_);
 }
 
 void Writer::announce(const Graph::Member& node) {
@@ -53,7 +54,7 @@ void Writer::announce(const Graph::Member& node) {
 
 void Writer::publish(const void* message) {
   const std::lock_guard lock{mutex_};
-  const std::int64_t timestamp = trace_->publish();
+  const std::int64_t timestamp = next_timestamp();
   dds::check(dds_write_ts(writer_.get(), message, timestamp), kPublishing, name_);
 }
 
@@ -66,7 +67,7 @@ void Writer::publish(std::shared_ptr<const void> message) {
   const SerdataPtr data{make_message_data(*type, std::move(message))};
   if (data == nullptr) throw std::bad_alloc{};
   const std::lock_guard lock{mutex_};
-  data->timestamp.v = trace_->publish();
+  data->timestamp.v = next_timestamp();
   // A reference of its own goes along, whether it succeeds or not.
   dds::check(dds_forwardcdr(writer_.get(), ddsi_serdata_ref(data.get())), kPublishing, name_);
   // Who has no connection outside the process never needs the bytes, and takes any value.

@@ -24,9 +24,10 @@ class ContextState;
 // Owns a DDS writer and its topic. Thread-safe.
 class Writer {
  public:
-  // `user_data` is seen by whoever discovers the writer. Throws dds::Error, std::logic_error (QoS).
-  Writer(std::shared_ptr<ContextState> context, NodeId node, const TopicName& topic, const QoS& qos,
-         const dds_topic_descriptor& type, const std::string& user_data = {});
+  // `node` empty: a writer of ours that is not traced. `user_data` is seen by whoever discovers the
+  // writer. Throws dds::Error, std::logic_error (QoS).
+  Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node, const TopicName& topic,
+         const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data = {});
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
   ~Writer() = default;
@@ -51,6 +52,9 @@ class Writer {
   dds_entity_t entity() const noexcept { return writer_.get(); }
 
  private:
+  // Of the message that is published now; with mutex_ held.
+  std::int64_t next_timestamp() noexcept { return trace_ ? trace_->publish() : dds_time(); }
+
   std::shared_ptr<ContextState> context_;
   std::shared_ptr<void> library_;
   std::string name_;

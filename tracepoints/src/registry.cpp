@@ -142,6 +142,7 @@ void Registry::remove_callback(CallbackId callback) {
   if (live_->is_running) {
     emit_fini(*found->second);
   }
+  live_->logical_ids.erase(found->second->info.logical_id);
   live_->callbacks.erase(found);
   stopped = end_if_empty();
 }
@@ -212,16 +213,9 @@ void Registry::record_sched(ThreadState& thread, SchedMoment moment, std::int32_
 
 std::string Registry::unique_logical_id(std::string_view base) {
   const Guard guard(*this);
-  auto& claimed = live_->logical_ids;
   std::string id(base);
-  // "x#2" may itself have been claimed as a base, so look until one is free.
-  std::uint32_t& count = claimed[id];
-  while (++count > 1) {
-    std::string numbered = std::string(base) + '#' + std::to_string(count);
-    if (claimed.emplace(numbered, 1).second) {
-      return numbered;
-    }
-  }
+  for (std::uint32_t number = 2; !live_->logical_ids.insert(id).second; ++number)
+    id = std::string(base) + '#' + std::to_string(number);
   return id;
 }
 

@@ -13,9 +13,9 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 namespace cie::trace {
@@ -74,8 +74,8 @@ class Registry {
     std::map<GroupId, GroupRecord> groups;
     std::map<CallbackId, std::shared_ptr<CallbackState>> callbacks;
     std::map<PublisherId, std::shared_ptr<PublisherState>> publishers;
-    std::vector<std::shared_ptr<ThreadState>> threads;           // in order of registration
-    std::unordered_map<std::string, std::uint32_t> logical_ids;  // base -> how many claimed
+    std::vector<std::shared_ptr<ThreadState>> threads;  // in order of registration
+    std::set<std::string, std::less<>> logical_ids;  // claimed, and not yet of a callback that went
     std::unique_ptr<Announcer> announcer;
 
     bool has_objects() const noexcept;

@@ -29,6 +29,7 @@ struct Field {
 // What a vocabulary asks for: a name, or alternatives "prev_tid|prev_pid" of which the first one
 // present counts, and the labels if it is an enumeration of the contract.
 struct FieldRequest {
+  // Implicit: tables of requests are lists of names. NOLINTNEXTLINE(google-explicit-constructor)
   constexpr FieldRequest(const char* field_names) : names(field_names) {}
   constexpr FieldRequest(std::string_view field_names, std::span<const std::string_view> wanted)
       : names(field_names), labels(wanted) {}

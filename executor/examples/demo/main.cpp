@@ -64,16 +64,7 @@ std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
   if (!settings.spec.empty()) {
     options.spec = std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
   }
-  if (settings.executor == "single") {
-    return std::make_unique<cie::SingleThreadedExecutor>(std::move(options));
-  }
-  if (settings.executor == "events") {
-    return std::make_unique<cie::EventsExecutor>(std::move(options));
-  }
-  if (settings.executor == "multi") {
-    return std::make_unique<cie::MultiThreadedExecutor>(std::move(options));
-  }
-  return std::make_unique<cie::CallbackIsolatedExecutor>(std::move(options));
+  return cie::make_executor(settings.executor, std::move(options));
 }
 
 // Until everybody who is meant to listen does, so that no chain begins in the middle. Bounded: the
@@ -135,11 +126,13 @@ class PlanningProcess {
     for (std::string& argument : arguments)
       raw.push_back(argument.data());
     raw.push_back(nullptr);
+    const auto program =
+        std::filesystem::read_symlink("/proc/self/exe");  // is called like this one
     const pid_t parent = getpid();
     pid_ = fork();
     if (pid_ == 0) {
       prctl(PR_SET_PDEATHSIG, SIGTERM);
-      if (getppid() == parent) execv("/proc/self/exe", raw.data());
+      if (getppid() == parent) execv(program.c_str(), raw.data());
       _exit(127);
     }
     if (pid_ < 0) throw std::system_error{errno, std::generic_category(), "cannot start a process"};
@@ -185,7 +178,8 @@ int main(int argc, char** argv) {
       "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
   app.name("cie-demo");
   app.add_option("--executor", settings.executor, "Who runs the callbacks")
-      ->check(CLI::IsMember({"isolated", "single", "events", "multi"}))
+      ->check(CLI::IsMember(
+          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())))
       ->capture_default_str();
   app.add_option("--duration", settings.duration_s, "Seconds to run")
       ->check(CLI::Range(0.0, 86400.0))

@@ -1,4 +1,6 @@
 // cie-bench-executors: what one message costs under each executor.
+#include <cie/executor/executor.hpp>
+
 #include "kernel_counts.hpp"
 #include "workload.hpp"
 
@@ -25,7 +27,7 @@ namespace {
 using namespace std::chrono_literals;
 
 struct Settings {
-  std::vector<std::string> executors{"isolated", "single", "events", "multi"};
+  std::vector<std::string> executors{cie::kExecutorNames.begin(), cie::kExecutorNames.end()};
   std::vector<std::string> placements{"intra", "inter"};
   std::vector<std::string> phases{"staggered", "aligned"};
   std::vector<unsigned> pairs{1, 8, 24};
@@ -123,7 +125,7 @@ bool measure(const Workload& workload, double seconds) {
         board->latency_ns.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(
                                         board->messages.load(), Board::kSamples)));
     std::ranges::sort(latencies);
-    std::printf("%-9s %-6s %-10s %8u %-10s %5u %9.0f", workload.executor.c_str(),
+    std::printf("%-16s %-6s %-10s %8u %-10s %5u %9.0f", workload.executor.c_str(),
                 workload.placement == Placement::intra ? "intra" : "inter",
                 workload.phases == Phases::aligned ? "aligned" : "staggered", workload.payload,
                 name_of(workload.passing), workload.pairs, messages);
@@ -187,7 +189,7 @@ int run(const Settings& settings) {
                   ? ("SCHED_FIFO " + std::to_string(settings.common.fifo_priority)).c_str()
                   : "SCHED_OTHER",
               settings.seconds);
-  std::printf("%-9s %-6s %-10s %8s %-10s %5s %9s %9s %9s %9s %9s %9s\n", "executor", "path",
+  std::printf("%-16s %-6s %-10s %8s %-10s %5s %9s %9s %9s %9s %9s %9s\n", "executor", "path",
               "phases", "bytes", "passing", "N", "messages", "calls/msg", "ctxsw/msg", "cpu us",
               "p50 us", "p99 us");
   bool is_good = true;
@@ -208,7 +210,8 @@ int main(int argc, char** argv) {
       "callback. System calls need root and tracefs."};
   app.name("cie-bench-executors");
   app.add_option("--executors", settings.executors)
-      ->check(CLI::IsMember({"isolated", "single", "events", "multi"}))
+      ->check(CLI::IsMember(
+          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())))
       ->delimiter(',');
   app.add_option("--paths", settings.placements, "intra: one process, inter: two")
       ->check(CLI::IsMember({"intra", "inter"}))

@@ -25,10 +25,7 @@ std::int64_t now_ns() {
 std::unique_ptr<cie::Executor> make_executor(const Workload& workload) {
   cie::ExecutorOptions options;
   options.threads = workload.threads;
-  if (workload.executor == "single") return std::make_unique<cie::SingleThreadedExecutor>(options);
-  if (workload.executor == "events") return std::make_unique<cie::EventsExecutor>(options);
-  if (workload.executor == "multi") return std::make_unique<cie::MultiThreadedExecutor>(options);
-  return std::make_unique<cie::CallbackIsolatedExecutor>(options);
+  return cie::make_executor(workload.executor, options);
 }
 
 // Every thread that comes after inherits it, those of DDS too.

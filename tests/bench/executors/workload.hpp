@@ -16,7 +16,7 @@ enum class Phases : std::uint8_t { aligned, staggered };
 enum class Passing : std::uint8_t { copy, pointer, serialized, shared };
 
 struct Workload {
-  std::string executor = "isolated";  // isolated, single, events, multi
+  std::string executor = "isolated";  // one of cie::kExecutorNames
   Placement placement = Placement::intra;
   Phases phases = Phases::staggered;
   unsigned pairs = 8;  // timers, and subscriptions

@@ -17,6 +17,8 @@ from pathlib import Path
 
 options: argparse.Namespace
 scratch: Path
+EXECUTORS = ("isolated", "single", "multi", "events", "isolated-waitset", "single-waitset",
+             "multi-waitset")
 ENDED_WELL, UNUSABLE, FAILED = 0, 2, 4
 TIMING = {"R1", "R2"}  # rules that a busy machine violates
 
@@ -102,7 +104,7 @@ class Example(unittest.TestCase):
     app = property(lambda _: options.programs / "components" / "app.yaml")
 
     def test_every_executor_runs_it(self):
-        for executor in ("isolated", "single", "multi", "events"):
+        for executor in EXECUTORS:
             for signal_number in (signal.SIGTERM, signal.SIGINT):
                 with self.subTest(executor=executor, signal=signal_number.name):
                     with Running(self.app, "--executor", executor) as running:
@@ -207,7 +209,7 @@ class Orders(unittest.TestCase):
         return str(options.libraries / library) in maps
 
     def test_unload_and_load_again_under_every_executor(self):
-        for executor in ("isolated", "single", "multi", "events"):
+        for executor in EXECUTORS:
             file = app_file(component("kept", library="libnodelete.so"), component("moved"))
             with self.subTest(executor=executor), Running(file, "--executor", executor) as running:
                 for _ in range(3):

@@ -3,44 +3,35 @@
 
 #include <cie/executor/executor.hpp>
 
+#include <cctype>
 #include <memory>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include <gtest/gtest.h>
 
 namespace cie::test {
 
-enum class Kind { isolated, single, events, multi };
+using Kind = std::string_view;  // of kExecutorNames
 
-inline std::unique_ptr<Executor> make_executor(Kind kind, ExecutorOptions options = {}) {
+// Those of several threads have two.
+inline std::unique_ptr<Executor> make(Kind kind, ExecutorOptions options = {}) {
   if (options.threads == 0) options.threads = 2;
-  switch (kind) {
-    case Kind::isolated:
-      return std::make_unique<CallbackIsolatedExecutor>(std::move(options));
-    case Kind::single:
-      return std::make_unique<SingleThreadedExecutor>(std::move(options));
-    case Kind::events:
-      return std::make_unique<EventsExecutor>(std::move(options));
-    default:
-      return std::make_unique<MultiThreadedExecutor>(std::move(options));
-  }
+  return make_executor(kind, std::move(options));
 }
 
-inline auto every_executor() {
-  return testing::Values(Kind::isolated, Kind::single, Kind::events, Kind::multi);
-}
+inline auto every_executor() { return testing::ValuesIn(kExecutorNames); }
 
-inline const char* name_of(const testing::TestParamInfo<Kind>& parameter) {
-  switch (parameter.param) {
-    case Kind::isolated:
-      return "Isolated";
-    case Kind::single:
-      return "Single";
-    case Kind::events:
-      return "Events";
-    default:
-      return "Multi";
+// "SingleWaitset".
+inline std::string name_of(const testing::TestParamInfo<Kind>& parameter) {
+  std::string name;
+  bool is_first = true;
+  for (const char c : parameter.param) {
+    if (c != '-') name += is_first ? static_cast<char>(std::toupper(c)) : c;
+    is_first = c == '-';
   }
+  return name;
 }
 
 }  // namespace cie::test

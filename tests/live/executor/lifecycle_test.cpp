@@ -24,7 +24,7 @@ using cie_msgs::Sample;
 class AnyExecutor : public testing::TestWithParam<Kind> {
  protected:
   std::unique_ptr<Executor> make(ExecutorOptions options = {}) {
-    return make_executor(GetParam(), std::move(options));
+    return test::make(GetParam(), std::move(options));
   }
   Context context{private_options()};
 };
@@ -244,6 +244,14 @@ TEST_P(AnyExecutor, LeavesNoThreadBehind) {
   executor->add_node(node);
   executor->spin_for(10ms);
   EXPECT_EQ(thread_count(), before);
+}
+
+TEST(Executors, AreMadeByName) {
+  for (const std::string_view name : kExecutorNames)
+    EXPECT_NE(make_executor(name), nullptr) << name;
+  EXPECT_THROW(make_executor("futex"), std::invalid_argument);
+  EXPECT_THROW(make_executor("events-waitset"), std::invalid_argument);
+  EXPECT_THROW(EventsExecutor{{.dispatch = Dispatch::wait_set}}, std::invalid_argument);
 }
 
 TEST(Isolated, RunsEachCallbackOnAThreadOfItsOwn) {

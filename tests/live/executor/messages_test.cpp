@@ -38,7 +38,7 @@ TEST_P(Messages, ArriveAllOnceAndInOrder) {
         ++count;
       });
   const auto publisher = node.create_publisher<Sample>("data", QoS{KeepAll{}});
-  const auto executor = make_executor(GetParam());
+  const auto executor = test::make(GetParam());
   executor->add_node(node);
   Spinning spinning{*executor};
   const auto message = make_message<Sample>();
@@ -69,7 +69,7 @@ TEST_P(Messages, CarryContentsAndFacts) {
         arrived.set_value();
       });
   const auto publisher = node.create_publisher<Sample>("data", 10);
-  const auto executor = make_executor(GetParam());
+  const auto executor = test::make(GetParam());
   executor->add_node(node);
   Spinning spinning{*executor};
   const auto message = make_message<Sample>();

@@ -29,7 +29,7 @@ auto add(const Request& request, Response& response) { response.sum = request.a 
 class Services : public testing::TestWithParam<Kind> {
  protected:
   std::unique_ptr<Executor> make(ExecutorOptions options = {}) {
-    return make_executor(GetParam(), std::move(options));
+    return test::make(GetParam(), std::move(options));
   }
   Context context{private_options()};
   Node node{context, "node"};

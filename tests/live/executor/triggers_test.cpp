@@ -16,7 +16,7 @@ namespace {
 
 class Triggers : public testing::TestWithParam<Kind> {
  protected:
-  std::unique_ptr<Executor> make() { return make_executor(GetParam()); }
+  std::unique_ptr<Executor> make() { return test::make(GetParam()); }
   // Lets the executor do whatever it has to do: another callback runs `kOthers` times.
   void let_others_run() {
     const int before = others;
@@ -53,6 +53,7 @@ TEST_P(Triggers, AreOneUntilTheInstanceStarts) {
   const auto executor = make();
   executor->add_node(node);
   const Spinning spinning{*executor};
+  EXPECT_TRUE(eventually([&] { return runs > 0; }));
   let_others_run();
   EXPECT_EQ(runs, 1);
 }

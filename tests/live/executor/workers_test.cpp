@@ -47,7 +47,7 @@ constexpr const char* kImpossible =
 class Workers : public testing::TestWithParam<Kind> {
  protected:
   std::unique_ptr<Executor> make(ExecutorOptions options = {}) {
-    return make_executor(GetParam(), std::move(options));
+    return test::make(GetParam(), std::move(options));
   }
 };
 

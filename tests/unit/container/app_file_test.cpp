@@ -46,7 +46,7 @@ components:
     remaps: {points: /front/points, ~/status: status}
   - {library: libcar.so, class: car::Planner, name: planner}
 )");
-  EXPECT_EQ(app.executor, ExecutorKind::multi_threaded);
+  EXPECT_EQ(app.executor, "multi");
   EXPECT_EQ(app.spec, "/opt/car/specs/car.yaml");
   EXPECT_EQ(app.on_error, OnError::warn);
   EXPECT_EQ(app.domain, 7U);
@@ -71,7 +71,7 @@ components:
 
 TEST(AppFile, LeavesToTheEnvironmentWhatItDoesNotSay) {
   const AppFile app = parse("components: [{library: a.so, class: A, name: a}]");
-  EXPECT_EQ(app.executor, ExecutorKind::isolated);
+  EXPECT_EQ(app.executor, "isolated");
   EXPECT_EQ(app.on_error, OnError::refuse);
   EXPECT_FALSE(app.spec || app.domain || app.is_loopback || app.discovery_tag);
 }

@@ -13,6 +13,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::Pair;
 using testing::ThrowsMessage;
 
 class Options : public testing::Test {
@@ -45,10 +46,16 @@ TEST_F(Options, GiveParametersTheTypeAskedFor) {
   EXPECT_EQ(options.parameter<std::int64_t>("depth", 7), 7);
 }
 
-TEST_F(Options, KnowWhatNobodyAskedFor) {
+TEST_F(Options, GiveTheNodeItsParametersAndKnowWhichNobodyAskedFor) {
   const ComponentOptions options{context_, "a", "/", {{"rate", one("1")}, {"raet", one("1")}}};
-  options.parameter<std::int64_t>("rate", 1);
-  EXPECT_THAT(options.unread_parameters(), ElementsAre("raet"));
+  options.parameter<std::int64_t>("rate", 2);
+  options.parameter<double>("scale", 0.5);
+  EXPECT_THAT(options.read_parameters(), ElementsAre(Pair("rate", ParameterValue{std::int64_t{1}}),
+                                                     Pair("scale", ParameterValue{0.5})));
+  Node node{options};
+  node.declare_parameter<std::int64_t>("rate", 3);
+  EXPECT_EQ(node.get_parameter<std::int64_t>("rate"), 1);
+  EXPECT_THAT(node.unused_parameter_overrides(), ElementsAre("raet"));
 }
 
 TEST_F(Options, RefuseTextOfAnotherType) {

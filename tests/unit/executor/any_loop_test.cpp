@@ -3,6 +3,7 @@
 #include "loop_support.hpp"
 #include "pool_loop.hpp"
 #include "serial_loop.hpp"
+#include "wait_set_loop.hpp"
 
 #include <atomic>
 #include <memory>
@@ -16,7 +17,7 @@ namespace {
 
 template <typename LoopType>
 class AnyLoop : public testing::Test {};
-using Loops = testing::Types<SerialLoop, EventsLoop, PoolLoop>;
+using Loops = testing::Types<SerialLoop, EventsLoop, PoolLoop, WaitSetLoop>;
 TYPED_TEST_SUITE(AnyLoop, Loops);
 
 TYPED_TEST(AnyLoop, WaitsForTheRunningInstanceBeforeRemoveReturns) {

@@ -229,6 +229,11 @@ struct SchedPiSetprio {
   std::int32_t new_prio = 0;
 };
 
+// --- LTTng: what a process calls itself, told when a session starts ---
+struct ProcessName {
+  std::string_view name;
+};
+
 // An event of no vocabulary we know: counted.
 struct OtherEvent {
   std::string_view name;
@@ -240,7 +245,7 @@ using EventBody =
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
                  SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
-                 SchedMigrateTask, SchedPiSetprio, OtherEvent>;
+                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
 
 struct Event {
   EventHead head;

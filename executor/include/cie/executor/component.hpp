@@ -14,36 +14,25 @@
 
 #include <cie/executor/context.hpp>
 #include <cie/executor/node.hpp>
+#include <cie/executor/parameters.hpp>
 
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <type_traits>
+#include <variant>
 #include <vector>
 
 namespace cie {
-
-// A parameter's value as the application's file has it: one text, or a list of them.
-struct ParameterText {
-  std::vector<std::string> texts{};
-  bool is_list = false;
-};
-
-template <typename T>
-concept ParameterType =
-    std::same_as<T, bool> || std::same_as<T, std::int64_t> || std::same_as<T, double> ||
-    std::same_as<T, std::string> || std::same_as<T, std::vector<std::int64_t>> ||
-    std::same_as<T, std::vector<double>> || std::same_as<T, std::vector<std::string>>;
 
 // What a component is constructed with. Valid, and to be used by one thread, only during the
 // constructor.
 class ComponentOptions {
  public:
-  using Parameters = std::map<std::string, ParameterText, std::less<>>;
+  using Parameters = ParameterOverrides;
 
   ComponentOptions(const Context& context, std::string name, std::string name_space,
                    Parameters parameters, Remaps remaps = {});
@@ -53,23 +42,31 @@ class ComponentOptions {
   const std::string& name_space() const noexcept { return name_space_; }
   const Remaps& remaps() const noexcept { return remaps_; }
 
-  // The parameter's value, or `absent` if the file does not give it. Throws std::invalid_argument
-  // naming the parameter when its text is no T (bool: true or false; numbers: decimal).
-  template <ParameterType T>
-  T parameter(std::string_view name, const std::type_identity_t<T>& absent) const;
+  // Values for parameters, which the node takes over: see Node::declare_parameter.
+  const Parameters& parameters() const noexcept { return parameters_; }
 
-  // Parameters of the file that the component did not ask for: misspelt ones, most likely.
-  std::vector<std::string> unread_parameters() const;
+  // For what is needed before there is a node: the parameter's value, or `absent` if the file does
+  // not give it. `cie run` declares it afterwards as a read-only parameter of the node, unless the
+  // component did. Throws std::invalid_argument naming the parameter when its text is no T (bool:
+  // true or false; numbers: decimal).
+  template <ParameterType T>
+  T parameter(std::string_view name, const std::type_identity_t<T>& absent) const {
+    return std::get<T>(read(name, ParameterValue{absent}));
+  }
+  // What was read by parameter().
+  const std::map<std::string, ParameterValue, std::less<>>& read_parameters() const noexcept {
+    return read_;
+  }
 
  private:
-  const ParameterText* find(std::string_view name) const;
+  ParameterValue read(std::string_view name, ParameterValue absent) const;
 
   const Context* context_;
   std::string name_;
   std::string name_space_;
   Parameters parameters_;
   Remaps remaps_;
-  mutable std::set<std::string, std::less<>> read_;
+  mutable std::map<std::string, ParameterValue, std::less<>> read_;
 };
 
 // Grows by one whenever a component built before cannot be used any more.

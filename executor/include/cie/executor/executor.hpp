@@ -5,6 +5,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <array>
 #include <chrono>
 #include <concepts>
 #include <cstdint>
@@ -14,6 +15,7 @@
 #include <stdexcept>
 #include <stop_token>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -58,7 +60,14 @@ enum class OnError : std::uint8_t {
   warn     // the handler is told, the callback runs as the kernel left it
 };
 
+// How the threads of an executor wait, and find what they are to run.
+enum class Dispatch : std::uint8_t {
+  lean,     // on one futex word each, or on one queue for several
+  wait_set  // as rclcpp does, on DDS wait sets that are collected anew for every wait: a baseline
+};
+
 struct ExecutorOptions {
+  Dispatch dispatch = Dispatch::lean;
   // Null: threads run as the kernel starts them. Callback threads of the isolated executor take the
   // entry of their callback's logical id; all other threads that of their name.
   std::shared_ptr<const SchedulingSpec> spec{};
@@ -145,6 +154,7 @@ class SingleThreadedExecutor final : public Executor {
 // stands in a queue until its turn comes, and goes to the queue's end if it has more to do.
 class EventsExecutor final : public Executor {
  public:
+  // Throws std::invalid_argument for Dispatch::wait_set: an order of events is what that has not.
   explicit EventsExecutor(ExecutorOptions options = {});
 };
 
@@ -153,5 +163,14 @@ class MultiThreadedExecutor final : public Executor {
  public:
   explicit MultiThreadedExecutor(ExecutorOptions options = {});
 };
+
+// What users call the executors: by their kind, and with "-waitset" the baselines that dispatch as
+// rclcpp does. The traces of those name the kind.
+inline constexpr std::array<std::string_view, 7> kExecutorNames{
+    "isolated", "single", "multi", "events", "isolated-waitset", "single-waitset", "multi-waitset"};
+
+// The executor of this name; the options' dispatch is the name's. Throws std::invalid_argument for
+// another name.
+std::unique_ptr<Executor> make_executor(std::string_view name, ExecutorOptions options = {});
 
 }  // namespace cie

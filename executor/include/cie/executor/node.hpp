@@ -5,6 +5,7 @@
 #include <cie/executor/client.hpp>
 #include <cie/executor/context.hpp>
 #include <cie/executor/message.hpp>
+#include <cie/executor/parameters.hpp>
 #include <cie/executor/publisher.hpp>
 #include <cie/executor/qos.hpp>
 #include <cie/executor/service.hpp>
@@ -23,6 +24,8 @@
 #include <type_traits>
 #include <typeinfo>
 #include <utility>
+#include <variant>
+#include <vector>
 
 namespace cie {
 
@@ -75,7 +78,7 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 class Node {
  public:
   Node(const Context& context, std::string_view name, std::string_view name_space = "/",
-       const Remaps& remaps = {});
+       const Remaps& remaps = {}, const ParameterOverrides& parameters = {});
   // As the application's file says (component.hpp).
   explicit Node(const ComponentOptions& options);
   ~Node();
@@ -150,6 +153,53 @@ class Node {
         *state_, service, qos, MessageTraits<Request>::descriptor(),
         MessageTraits<Response>::descriptor(), options, typeid(Client<Request, Response>)));
   }
+
+  // --- parameters: from any thread ---
+  // Declares a parameter and returns its value: that of the application's file or the command line,
+  // else `value`. From the first one on, the node answers the parameter services of ROS 2, on the
+  // thread "cie-parameters" of the process, and tells changes on /parameter_events. Throws
+  // ParameterError (declared twice, no value that fits), ParametersRefused as creating a callback
+  // does, std::logic_error in an on-set callback.
+  ParameterValue declare_parameter(std::string_view name, ParameterValue value,
+                                   ParameterDescriptor descriptor = {});
+  template <ParameterType T>
+  T declare_parameter(std::string_view name, const std::type_identity_t<T>& value,
+                      ParameterDescriptor descriptor = {}) {
+    return std::get<T>(declare_parameter(name, ParameterValue{value}, std::move(descriptor)));
+  }
+  // Throws ParameterError for one that is not declared, or is read-only.
+  void undeclare_parameter(std::string_view name);
+  bool has_parameter(std::string_view name) const;
+
+  // Throw ParameterError for one that is not declared, or is no T.
+  ParameterValue get_parameter(std::string_view name) const;
+  template <ParameterType T>
+  T get_parameter(std::string_view name) const {
+    ParameterValue value = get_parameter(name);
+    if (T* const typed = std::get_if<T>(&value)) return std::move(*typed);
+    throw ParameterError{"parameter \"" + std::string{name} + "\" is of type " +
+                         std::string{kind_name(kind_of(value))}};
+  }
+  ParameterDescriptor describe_parameter(std::string_view name) const;
+
+  // What is not declared, read-only, of another type, out of range, or refused by a callback is not
+  // set, and the result says so. Each for itself, or all or none. Throw std::logic_error in an
+  // on-set callback, and what callbacks throw.
+  SetParametersResult set_parameter(std::string_view name, ParameterValue value);
+  std::vector<SetParametersResult> set_parameters(const std::vector<Parameter>& parameters);
+  SetParametersResult set_parameters_atomically(const std::vector<Parameter>& parameters);
+
+  // Names, ascending, that are one of the prefixes (none: all) or begin with it and a dot, with
+  // less than `depth` dots behind it (0: any number).
+  std::vector<std::string> list_parameters(const std::vector<std::string>& prefixes = {},
+                                           std::uint64_t depth = 0) const;
+
+  // In service until the handle goes. The function may still be running then on another thread.
+  std::shared_ptr<void> add_on_set_parameters_callback(OnSetParameters function);
+  std::shared_ptr<void> add_post_set_parameters_callback(PostSetParameters function);
+
+  // Values given for parameters that were not declared so far.
+  std::vector<std::string> unused_parameter_overrides() const;
 
   // For the classes of this library.
   const std::shared_ptr<executor::NodeState>& state() const noexcept { return state_; }

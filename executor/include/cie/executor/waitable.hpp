@@ -23,7 +23,7 @@ class Waitable {
   // Makes one instance ready, released now. Triggers that come before it starts are one with it;
   // one that comes while it runs makes another. What the caller wrote before is seen by the
   // instance. Any thread; also a signal handler, unless several threads serve the callback
-  // (MultiThreadedExecutor, a reentrant group): those take a lock.
+  // (MultiThreadedExecutor, a reentrant group) or Dispatch::wait_set: those take a lock.
   void trigger() noexcept;
 
   const std::string& logical_id() const noexcept;

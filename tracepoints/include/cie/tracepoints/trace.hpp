@@ -101,8 +101,8 @@ struct CallbackInfo {
   std::uint64_t deadline_ns = 0;
 };
 
-// `base` itself if no callback of this process ever had it, else `base#2`, `base#3`, … in creation
-// order. Thread-safe; claims the id it returns.
+// `base` itself if no living callback of this process has it, else the first free one of `base#2`,
+// `base#3`, … Thread-safe; claims the id it returns until the callback that gets it goes.
 std::string unique_logical_id(std::string_view base);
 
 struct CallbackState;
@@ -118,7 +118,8 @@ class Callback {
   CallbackId id() const noexcept { return id_; }
 
   // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
-  // so far. Thread-safe (one atomic increment).
+  // so far. Calls for one callback must not overlap, as those of a queue under its lock do not;
+  // only those of a waitable may, from any thread or signal handler (one atomic increment).
   void release(std::uint64_t overwritten) noexcept;
   // Samples overwritten in its queue so far, when that is learnt without a release: after the last
   // one, or as the queue goes. Never lowers what is known; emits nothing, but callback_fini and

@@ -1,0 +1,291 @@
+#include "parameter_messages.hpp"
+
+#include <cie/executor/message.hpp>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <exception>
+#include <set>
+#include <type_traits>
+
+#include <rcl_interfaces.h>
+
+namespace cie::executor {
+namespace {
+
+// --- sequences --------------------------------------------------------------------------------
+
+// Of a zeroed message: `length` zeroed elements.
+template <typename Sequence>
+void fill_sequence(Sequence& sequence, std::size_t length) {
+  using Element = std::remove_pointer_t<decltype(sequence._buffer)>;
+  if (length == 0) return;
+  sequence._buffer = static_cast<Element*>(allocate_contents(length * sizeof(Element)));
+  sequence._length = sequence._maximum = static_cast<std::uint32_t>(length);
+  sequence._release = true;
+}
+
+template <typename Sequence>
+auto elements(Sequence& sequence) {
+  return std::span{sequence._buffer, sequence._length};
+}
+
+template <typename Sequence>
+std::vector<std::string> texts(const Sequence& sequence) {
+  std::vector<std::string> texts;
+  for (const char* const text : elements(sequence))
+    texts.emplace_back(text == nullptr ? "" : text);
+  return texts;
+}
+
+template <typename Sequence>
+void fill_texts(Sequence& sequence, const std::vector<std::string>& texts) {
+  fill_sequence(sequence, texts.size());
+  for (std::size_t i = 0; i < texts.size(); ++i)
+    set_text(sequence._buffer[i], texts[i]);
+}
+
+template <typename Sequence, typename T>
+void fill_numbers(Sequence& sequence, const std::vector<T>& numbers) {
+  fill_sequence(sequence, numbers.size());
+  std::ranges::copy(numbers, sequence._buffer);
+}
+
+template <typename T, typename Sequence>
+std::vector<T> numbers(const Sequence& sequence) {
+  return std::vector<T>(sequence._buffer, sequence._buffer + sequence._length);
+}
+
+// --- values -----------------------------------------------------------------------------------
+
+using ValueMessage = rcl_interfaces_msg_dds__ParameterValue_;
+
+struct FillValue {
+  ValueMessage& message;
+  void operator()(std::monostate) const {}
+  void operator()(bool value) const { message.bool_value = value; }
+  void operator()(std::int64_t value) const { message.integer_value = value; }
+  void operator()(double value) const { message.double_value = value; }
+  void operator()(const std::string& value) const { set_text(message.string_value, value); }
+  void operator()(const std::vector<std::uint8_t>& values) const {
+    fill_numbers(message.byte_array_value, values);
+  }
+  void operator()(const std::vector<bool>& values) const {
+    fill_numbers(message.bool_array_value, values);
+  }
+  void operator()(const std::vector<std::int64_t>& values) const {
+    fill_numbers(message.integer_array_value, values);
+  }
+  void operator()(const std::vector<double>& values) const {
+    fill_numbers(message.double_array_value, values);
+  }
+  void operator()(const std::vector<std::string>& values) const {
+    fill_texts(message.string_array_value, values);
+  }
+};
+
+void fill_value(ValueMessage& message, const ParameterValue& value) {
+  message.type = static_cast<std::uint8_t>(kind_of(value));
+  std::visit(FillValue{message}, value);
+}
+
+ParameterValue value_of(const ValueMessage& message) {
+  switch (static_cast<ParameterKind>(message.type)) {
+    case ParameterKind::boolean:
+      return bool{message.bool_value};
+    case ParameterKind::integer:
+      return std::int64_t{message.integer_value};
+    case ParameterKind::floating_point:
+      return message.double_value;
+    case ParameterKind::text:
+      return std::string{message.string_value == nullptr ? "" : message.string_value};
+    case ParameterKind::bytes:
+      return numbers<std::uint8_t>(message.byte_array_value);
+    case ParameterKind::booleans:
+      return numbers<bool>(message.bool_array_value);
+    case ParameterKind::integers:
+      return numbers<std::int64_t>(message.integer_array_value);
+    case ParameterKind::floating_points:
+      return numbers<double>(message.double_array_value);
+    case ParameterKind::texts:
+      return texts(message.string_array_value);
+    default:  // also a number that is no kind
+      return std::monostate{};
+  }
+}
+
+template <typename Sequence>
+std::vector<Parameter> parameters_of(const Sequence& sequence) {
+  std::vector<Parameter> parameters;
+  for (const auto& each : elements(sequence))
+    parameters.push_back({each.name == nullptr ? "" : each.name, value_of(each.value)});
+  return parameters;
+}
+
+template <typename Sequence>
+void fill_parameters(Sequence& sequence, const std::vector<Parameter>& parameters) {
+  fill_sequence(sequence, parameters.size());
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    set_text(sequence._buffer[i].name, parameters[i].name);
+    fill_value(sequence._buffer[i].value, parameters[i].value);
+  }
+}
+
+// --- services ---------------------------------------------------------------------------------
+
+// What is not declared is "not set", as in ROS 2.
+ParameterValue value_or_nothing(const ParameterStore& store, const std::string& name) {
+  try {
+    return store.get(name);
+  } catch (const ParameterError&) {
+    return {};
+  }
+}
+
+SetParametersResult set(ParameterStore& store, const std::vector<Parameter>& parameters) {
+  try {
+    return store.set(parameters);
+  } catch (const std::exception& error) {  // a callback's
+    return {.is_successful = false, .reason = error.what()};
+  } catch (...) {
+    return {.is_successful = false, .reason = "a callback threw what is no std::exception"};
+  }
+}
+
+void fill_result(rcl_interfaces_msg_dds__SetParametersResult_& message,
+                 const SetParametersResult& result) {
+  message.successful = result.is_successful;
+  set_text(message.reason, result.reason);
+}
+
+void get_parameters(ParameterStore& store, const void* request, void* response) {
+  const auto names =
+      texts(static_cast<const rcl_interfaces_srv_dds__GetParameters_Request_*>(request)->names);
+  auto& values = static_cast<rcl_interfaces_srv_dds__GetParameters_Response_*>(response)->values;
+  fill_sequence(values, names.size());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    fill_value(values._buffer[i], value_or_nothing(store, names[i]));
+}
+
+void get_parameter_types(ParameterStore& store, const void* request, void* response) {
+  std::vector<std::uint8_t> types;
+  for (const std::string& name : texts(
+           static_cast<const rcl_interfaces_srv_dds__GetParameterTypes_Request_*>(request)->names))
+    types.push_back(static_cast<std::uint8_t>(kind_of(value_or_nothing(store, name))));
+  fill_numbers(static_cast<rcl_interfaces_srv_dds__GetParameterTypes_Response_*>(response)->types,
+               types);
+}
+
+void set_parameters(ParameterStore& store, const void* request, void* response) {
+  const auto parameters = parameters_of(
+      static_cast<const rcl_interfaces_srv_dds__SetParameters_Request_*>(request)->parameters);
+  auto& results = static_cast<rcl_interfaces_srv_dds__SetParameters_Response_*>(response)->results;
+  fill_sequence(results, parameters.size());
+  for (std::size_t i = 0; i < parameters.size(); ++i)
+    fill_result(results._buffer[i], set(store, {parameters[i]}));
+}
+
+void set_parameters_atomically(ParameterStore& store, const void* request, void* response) {
+  const auto parameters = parameters_of(
+      static_cast<const rcl_interfaces_srv_dds__SetParametersAtomically_Request_*>(request)
+          ->parameters);
+  fill_result(
+      static_cast<rcl_interfaces_srv_dds__SetParametersAtomically_Response_*>(response)->result,
+      set(store, parameters));
+}
+
+void fill_descriptor(rcl_interfaces_msg_dds__ParameterDescriptor_& message,
+                     const ParameterStore& store, const std::string& name) {
+  set_text(message.name, name);
+  ParameterDescriptor descriptor;
+  try {
+    descriptor = store.describe(name);
+    message.type = static_cast<std::uint8_t>(kind_of(store.get(name)));
+  } catch (const ParameterError&) {
+    // not declared: but for the name, empty, as in ROS 2
+  }
+  set_text(message.description, descriptor.description);
+  set_text(message.additional_constraints, descriptor.additional_constraints);
+  message.read_only = descriptor.is_read_only;
+  message.dynamic_typing = descriptor.is_dynamically_typed;
+  if (const auto& range = descriptor.integer_range) {
+    fill_sequence(message.integer_range, 1);
+    *message.integer_range._buffer = {
+        .from_value = range->from, .to_value = range->to, .step = range->step};
+  }
+  if (const auto& range = descriptor.floating_point_range) {
+    fill_sequence(message.floating_point_range, 1);
+    *message.floating_point_range._buffer = {
+        .from_value = range->from, .to_value = range->to, .step = range->step};
+  }
+}
+
+void describe_parameters(ParameterStore& store, const void* request, void* response) {
+  const auto names = texts(
+      static_cast<const rcl_interfaces_srv_dds__DescribeParameters_Request_*>(request)->names);
+  auto& descriptors =
+      static_cast<rcl_interfaces_srv_dds__DescribeParameters_Response_*>(response)->descriptors;
+  fill_sequence(descriptors, names.size());
+  for (std::size_t i = 0; i < names.size(); ++i)
+    fill_descriptor(descriptors._buffer[i], store, names[i]);
+}
+
+void list_parameters(ParameterStore& store, const void* request, void* response) {
+  const auto& asked = *static_cast<const rcl_interfaces_srv_dds__ListParameters_Request_*>(request);
+  const auto names = store.list(texts(asked.prefixes), asked.depth);
+  std::set<std::string> prefixes;  // of the names: what stands before their last dot
+  for (const std::string& name : names) {
+    if (const auto dot = name.rfind('.'); dot != std::string::npos) {
+      prefixes.insert(name.substr(0, dot));
+    }
+  }
+  auto& result = static_cast<rcl_interfaces_srv_dds__ListParameters_Response_*>(response)->result;
+  fill_texts(result.names, names);
+  fill_texts(result.prefixes, {prefixes.begin(), prefixes.end()});
+}
+
+const std::array<ParameterService, 6> kServices{{
+    {"get_parameters", &rcl_interfaces_srv_dds__GetParameters_Request__desc,
+     &rcl_interfaces_srv_dds__GetParameters_Response__desc, get_parameters},
+    {"get_parameter_types", &rcl_interfaces_srv_dds__GetParameterTypes_Request__desc,
+     &rcl_interfaces_srv_dds__GetParameterTypes_Response__desc, get_parameter_types},
+    {"set_parameters", &rcl_interfaces_srv_dds__SetParameters_Request__desc,
+     &rcl_interfaces_srv_dds__SetParameters_Response__desc, set_parameters},
+    {"set_parameters_atomically", &rcl_interfaces_srv_dds__SetParametersAtomically_Request__desc,
+     &rcl_interfaces_srv_dds__SetParametersAtomically_Response__desc, set_parameters_atomically},
+    {"describe_parameters", &rcl_interfaces_srv_dds__DescribeParameters_Request__desc,
+     &rcl_interfaces_srv_dds__DescribeParameters_Response__desc, describe_parameters},
+    {"list_parameters", &rcl_interfaces_srv_dds__ListParameters_Request__desc,
+     &rcl_interfaces_srv_dds__ListParameters_Response__desc, list_parameters},
+}};
+
+}  // namespace
+
+std::span<const ParameterService> parameter_services() noexcept { return kServices; }
+
+const dds_topic_descriptor_t& parameter_event_type() noexcept {
+  return rcl_interfaces_msg_dds__ParameterEvent__desc;
+}
+
+void fill_parameter_event(void* message, std::string_view node, ParameterStore::Change change,
+                          const std::vector<Parameter>& parameters) {
+  auto& event = *static_cast<rcl_interfaces_msg_dds__ParameterEvent_*>(message);
+  using std::chrono::nanoseconds;
+  using std::chrono::seconds;
+  const nanoseconds now = std::chrono::system_clock::now().time_since_epoch();
+  const auto whole = std::chrono::duration_cast<seconds>(now);
+  event.stamp.sec = static_cast<std::int32_t>(whole.count());
+  event.stamp.nanosec = static_cast<std::uint32_t>((now - whole).count());
+  set_text(event.node, node);
+  switch (change) {
+    case ParameterStore::Change::declared:
+      return fill_parameters(event.new_parameters, parameters);
+    case ParameterStore::Change::set:
+      return fill_parameters(event.changed_parameters, parameters);
+    case ParameterStore::Change::undeclared:
+      return fill_parameters(event.deleted_parameters, parameters);
+  }
+}
+
+}  // namespace cie::executor

@@ -1,0 +1,72 @@
+#include "parameter_server.hpp"
+
+#include "clock.hpp"
+#include "threads.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <utility>
+
+#include <pthread.h>
+
+namespace cie::executor {
+
+ParameterServer::ParameterServer() {
+  thread_ = std::jthread{[this](std::stop_token stop) { run(std::move(stop)); }};
+  std::unique_lock lock{mutex_};
+  changed_.wait(lock, [this] { return trace_ != nullptr; });
+}
+
+ParameterServer::~ParameterServer() {
+  trace_.reset();  // while the thread lives: its last read-back is of what it ran as
+  thread_.request_stop();
+  wakeup_.notify();
+}
+
+void ParameterServer::add(Endpoint& endpoint) {
+  {
+    const std::lock_guard lock{mutex_};
+    endpoints_.push_back(&endpoint);
+  }
+  wakeup_.notify();
+}
+
+void ParameterServer::remove(Endpoint& endpoint) {
+  std::unique_lock lock{mutex_};
+  std::erase(endpoints_, &endpoint);
+  if (std::this_thread::get_id() == thread_.get_id()) return;
+  changed_.wait(lock, [this, &endpoint] { return serving_ != &endpoint; });
+}
+
+void ParameterServer::serve_all() {
+  std::unique_lock lock{mutex_};
+  for (std::size_t i = 0; i < endpoints_.size(); ++i) {
+    serving_ = endpoints_[i];
+    lock.unlock();
+    serving_->serve();
+    lock.lock();
+    serving_ = nullptr;
+    changed_.notify_all();
+  }
+}
+
+void ParameterServer::run(std::stop_token stop) {
+  set_current_thread_name(kThreadName);
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  {
+    auto trace =
+        std::make_shared<trace::Thread>(ThreadRole::worker, kNoCallback, kNoGroup, kThreadName);
+    trace->emit_sched(SchedMoment::initial, 0);
+    const std::lock_guard lock{mutex_};
+    trace_ = std::move(trace);
+    changed_.notify_all();
+  }
+  while (!stop.stop_requested()) {
+    serve_all();
+    wakeup_.wait_until(kNever);
+  }
+}
+
+}  // namespace cie::executor
