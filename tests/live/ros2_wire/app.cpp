@@ -1,11 +1,12 @@
 // An application of ours, for wire_test.py, which tells it line by line what to make and do:
 //
 //   node NAME NAMESPACE   publisher|subscription|service|client NAME   drop WHAT
-//   say TEXT   shout TEXT (by pointer)   call A B
+//   parameter NAME INTEGER   say TEXT   shout TEXT (by pointer)   call A B
 #include <cie/executor/executor.hpp>
 #include <cie/executor/node.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <mutex>
@@ -54,6 +55,8 @@ class App {
           [](const Request& request, Response& response) { response.sum = request.a + request.b; });
     } else if (verb == "client") {
       client_ = node_->create_client<Request, Response>(first);
+    } else if (verb == "parameter") {
+      node_->declare_parameter<std::int64_t>(first, std::stoll(second));
     } else if (verb == "say" || verb == "shout") {
       say(first, verb == "shout");
     } else if (verb == "call") {

@@ -289,6 +289,25 @@ class Endpoints(OnTheWire):
             self.app.wait_for(lambda line: line == f"sum {a + b}")
         self.assertEqual(len(numbers), 2)
 
+    def test_parameters_are_asked_for_as_in_ros_2(self):
+        self.tell("node talker /lab")
+        self.tell("parameter gain 5")
+        kinds = "rcl_interfaces::srv::dds_::GetParameters_"
+        requests, replies = (f"{prefix}/lab/talker/get_parameters{suffix}"
+                             for prefix, suffix in (("rq", "Request"), ("rr", "Reply")))
+        self.assertEqual(self.peer.wait_for_json(seen="sub", topic=requests)["type"],
+                         kinds + "Request_")
+        self.peer.make("sub", replies, kinds + "Response_", user_data=CLIENT)
+        self.peer.make("pub", requests, kinds + "Request_", user_data=CLIENT)
+        self.peer.write(requests, LITTLE + struct.pack("<Qqi", 9, 1, 1) + cdr_string("gain")[4:])
+        answer = Decoder(self.peer.next_sample(replies))
+        self.assertEqual((answer.number(8), answer.number(8), answer.number()), (9, 1, 1))
+        # A ParameterValue: type 2 is an integer, and only that member is set.
+        self.assertEqual((answer.number(1), answer.number(1), answer.number(8), answer.number(8)),
+                         (2, 0, 5, 0))
+        self.assertEqual((answer.text(), [answer.number() for _ in range(5)]), ("", [0] * 5))
+        answer.end()
+
 
 class Graph(OnTheWire):
     def endpoint(self, kind, topic):
