@@ -23,9 +23,7 @@ class MessagePool {
     explicit Lent(MessagePool& pool) noexcept : pool_(pool) {}
     Lent(const Lent&) = delete;
     Lent& operator=(const Lent&) = delete;
-    ~Lent() {
-      if (memory_ != nullptr) pool_.give_back(std::move(message_));
-    }
+    ~Lent() { give_back(); }
     // The pool's, to write to; the same one when called again. Throws std::bad_alloc.
     void* memory() {
       if (memory_ == nullptr) {
@@ -34,15 +32,22 @@ class MessagePool {
       }
       return memory_;
     }
-    // Somebody else's, before memory() was called.
-    void refer_to(MessageHandle message) noexcept { message_ = std::move(message); }
+    // Somebody else's, instead of the pool's.
+    void refer_to(MessageHandle message) noexcept {
+      give_back();
+      message_ = std::move(message);
+    }
     const MessageHandle& handle() const noexcept { return message_; }
     const void* get() const noexcept { return message_.get(); }
 
    private:
+    void give_back() noexcept {
+      if (std::exchange(memory_, nullptr) != nullptr) pool_.give_back(std::move(message_));
+    }
+
     MessagePool& pool_;
     MessageHandle message_;
-    void* memory_ = nullptr;
+    void* memory_ = nullptr;  // of message_; null: it is somebody else's
   };
 
   // Throws std::bad_alloc.
