@@ -1,5 +1,7 @@
 #include "message_data.hpp"
 
+#include "cdr_bytes.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -20,55 +22,11 @@
 #include <dds/ddsi/ddsi_sertype.h>
 #include <dds/ddsi/q_protocol.h>
 #include <dds/ddsi/q_radmin.h>
-#include <dds/ddsrt/heap.h>
 // clang-format on
 
 namespace cie::executor {
 
 namespace {
-
-// A message as it travels: four bytes that say how it is encoded, then the message, a multiple of
-// four bytes. Cyclone aligns by the distance from the beginning of the memory, so the message
-// stands at a multiple of eight, and the length before the encoding. Owned like malloc's memory.
-class Bytes {
- public:
-  static constexpr std::uint32_t kEncoding = sizeof(std::uint32_t);
-  static constexpr std::uint32_t kMessage = 2 * sizeof(std::uint32_t);
-  static constexpr std::uint32_t kMostSize = std::numeric_limits<std::int32_t>::max();
-
-  explicit Bytes(unsigned char* memory) noexcept : memory_(memory) {}
-
-  unsigned char* memory() const noexcept { return memory_; }
-  unsigned char* encoding() const noexcept { return memory_ + kEncoding; }
-  unsigned char* message() const noexcept { return memory_ + kMessage; }
-  // Of encoding and message.
-  std::uint32_t size() const noexcept {
-    std::uint32_t size = 0;
-    std::memcpy(&size, memory_, sizeof size);
-    return size;
-  }
-  // Writes length and encoding around a message of so many bytes in this machine's byte order. The
-  // memory has three bytes more.
-  void complete(std::uint32_t message_size) const noexcept {
-    const std::uint32_t padding = (4 - message_size % 4) % 4;
-    std::memset(message() + message_size, 0, padding);
-    const std::uint16_t identifier =
-        ddsi_sertype_get_native_enc_identifier(CDR_ENC_VERSION_1, CDR_ENC_FORMAT_PLAIN);
-    std::memcpy(encoding(), &identifier, sizeof identifier);
-    encoding()[2] = 0;
-    encoding()[3] = static_cast<unsigned char>(padding);
-    const std::uint32_t size = kMessage - kEncoding + message_size + padding;
-    std::memcpy(memory_, &size, sizeof size);
-  }
-
- private:
-  unsigned char* memory_;
-};
-
-struct FreeBytes {
-  void operator()(unsigned char* memory) const noexcept { dds_free(memory); }
-};
-using BytesPtr = std::unique_ptr<unsigned char, FreeBytes>;
 
 struct PointerType final : ddsi_sertype {
   LayoutPtr layout;
@@ -85,49 +43,22 @@ const MessageLayout& layout_of(const ddsi_sertype* type) noexcept {
   return *static_cast<const PointerType*>(type)->layout;
 }
 
-// Null if the message has a value that its type forbids.
-BytesPtr serialize(const MessageLayout& layout, const void* message) noexcept {
-  constexpr std::uint32_t kFirstSize = 128;
-  dds_ostream_t stream;
-  dds_ostream_init(&stream, kFirstSize, CDR_ENC_VERSION_1);
-  stream.m_index = Bytes::kMessage;
-  const bool is_written = dds_stream_write(&stream, static_cast<const char*>(message),
-                                           layout.operations().data()) != nullptr;
-  BytesPtr memory{stream.m_buffer};
-  if (!is_written) return nullptr;
-  const std::uint32_t size = stream.m_index - Bytes::kMessage;
-  const std::uint32_t needed = stream.m_index + sizeof(std::uint32_t);
-  if (stream.m_size < needed) {
-    memory.reset(static_cast<unsigned char*>(dds_realloc(memory.release(), needed)));
-  }
-  Bytes{memory.get()}.complete(size);
-  return memory;
-}
-
-// An encoding and no message: what is sent for a message that cannot be, and for a key.
-BytesPtr no_message() noexcept {
-  BytesPtr memory{
-      static_cast<unsigned char*>(ddsrt_malloc(Bytes::kMessage + sizeof(std::uint32_t)))};
-  Bytes{memory.get()}.complete(0);
-  return memory;
-}
-
 // Whoever comes first makes the bytes: the writing thread as a rule. Two at once make them twice.
-Bytes bytes_of(const ddsi_serdata* sample) noexcept {
+CdrBytes bytes_of(const ddsi_serdata* sample) noexcept {
   // Cyclone asks for the bytes of a const sample; making them does not change what it is.
   auto& data = const_cast<MessageData&>(*static_cast<const MessageData*>(sample));
-  if (auto* const memory = data.bytes.load(std::memory_order_acquire)) return Bytes{memory};
-  BytesPtr made;
-  if (data.message != nullptr) made = serialize(layout_of(data.type), data.message.get());
+  if (auto* const memory = data.bytes.load(std::memory_order_acquire)) return CdrBytes{memory};
+  CdrBytesPtr made;
+  if (data.message != nullptr) made = cdr_of(layout_of(data.type), data.message.get());
   if (made == nullptr) {
     data.is_refused = data.message != nullptr;
-    made = no_message();
+    made = cdr_of_nothing();
   }
   unsigned char* expected = nullptr;
   if (data.bytes.compare_exchange_strong(expected, made.get(), std::memory_order_acq_rel)) {
-    return Bytes{made.release()};
+    return CdrBytes{made.release()};
   }
-  return Bytes{expected};
+  return CdrBytes{expected};
 }
 
 MessageData* make_data(const ddsi_sertype* type, ddsi_serdata_kind kind) noexcept {
@@ -142,11 +73,11 @@ bool equal_keys(const ddsi_serdata*, const ddsi_serdata*) noexcept { return true
 
 std::uint32_t get_size(const ddsi_serdata* sample) noexcept { return bytes_of(sample).size(); }
 
-// From what came over the network: `memory` has room as Bytes::complete() wants it. Nothing is read
-// of it before it has been checked.
-ddsi_serdata* from_bytes(const ddsi_sertype* type, ddsi_serdata_kind kind, BytesPtr memory,
+// From what came over the network: `memory` has room as CdrBytes::complete() wants it. Nothing is
+// read of it before it has been checked.
+ddsi_serdata* from_bytes(const ddsi_sertype* type, ddsi_serdata_kind kind, CdrBytesPtr memory,
                          std::uint32_t size) noexcept {
-  const Bytes bytes{memory.get()};
+  const CdrBytes bytes{memory.get()};
   std::uint16_t identifier = 0;
   std::memcpy(&identifier, bytes.encoding(), sizeof identifier);
   if (identifier != CDR_LE && identifier != CDR_BE) return nullptr;
@@ -154,7 +85,7 @@ ddsi_serdata* from_bytes(const ddsi_sertype* type, ddsi_serdata_kind kind, Bytes
   std::uint32_t end = 0;
   if (kind == SDK_DATA &&
       dds_stream_normalize_data(reinterpret_cast<char*>(bytes.message()), &end,
-                                size - Bytes::kEncoding, is_foreign, CDR_ENC_VERSION_1,
+                                size - CdrBytes::kEncoding, is_foreign, CDR_ENC_VERSION_1,
                                 layout_of(type).operations().data()) == nullptr) {
     return nullptr;
   }
@@ -165,17 +96,11 @@ ddsi_serdata* from_bytes(const ddsi_sertype* type, ddsi_serdata_kind kind, Bytes
   return data;
 }
 
-BytesPtr room_for(std::size_t size) noexcept {
-  if (size < Bytes::kEncoding || size > Bytes::kMostSize) return nullptr;
-  return BytesPtr{
-      static_cast<unsigned char*>(ddsrt_malloc_s(Bytes::kEncoding + size + sizeof(std::uint32_t)))};
-}
-
 ddsi_serdata* from_network(const ddsi_sertype* type, ddsi_serdata_kind kind,
                            const nn_rdata* fragment, std::size_t size) noexcept {
-  BytesPtr memory = room_for(size);
+  CdrBytesPtr memory = room_for_cdr(size);
   if (memory == nullptr) return nullptr;
-  unsigned char* const target = Bytes{memory.get()}.encoding();
+  unsigned char* const target = CdrBytes{memory.get()}.encoding();
   std::uint32_t end = 0;  // of what is there; fragments may overlap, but leave no gap
   for (; fragment != nullptr; fragment = fragment->nextfrag) {
     if (fragment->maxp1 <= end) continue;
@@ -191,9 +116,9 @@ ddsi_serdata* from_network(const ddsi_sertype* type, ddsi_serdata_kind kind,
 
 ddsi_serdata* from_parts(const ddsi_sertype* type, ddsi_serdata_kind kind, ddsrt_msg_iovlen_t count,
                          const ddsrt_iovec_t* parts, std::size_t size) noexcept {
-  BytesPtr memory = room_for(size);
+  CdrBytesPtr memory = room_for_cdr(size);
   if (memory == nullptr) return nullptr;
-  unsigned char* target = Bytes{memory.get()}.encoding();
+  unsigned char* target = CdrBytes{memory.get()}.encoding();
   std::size_t room = size;
   for (const ddsrt_iovec_t& part : std::span{parts, count}) {
     const std::size_t copied = std::min<std::size_t>(part.iov_len, room);
@@ -212,9 +137,9 @@ ddsi_serdata* from_key_hash(const ddsi_sertype* type, const ddsi_keyhash*) noexc
 // What dds_write() and dds_register_instance() make: the message stays the caller's.
 ddsi_serdata* from_sample(const ddsi_sertype* type, ddsi_serdata_kind kind,
                           const void* sample) noexcept {
-  BytesPtr memory;
+  CdrBytesPtr memory;
   if (kind == SDK_DATA) {
-    memory = serialize(layout_of(type), sample);
+    memory = cdr_of(layout_of(type), sample);
     if (memory == nullptr) return nullptr;
   }
   MessageData* const data = make_data(type, kind);
@@ -241,9 +166,9 @@ void to_ser_unref(ddsi_serdata* sample, const ddsrt_iovec_t*) noexcept {
 bool to_sample(const ddsi_serdata* sample, void* message, void** memory, void*) noexcept {
   if (memory != nullptr) return false;  // nobody has asked for contents outside the heap yet
   if (sample->kind != SDK_DATA) return true;
-  const Bytes bytes = bytes_of(sample);
+  const CdrBytes bytes = bytes_of(sample);
   dds_istream_t stream;
-  dds_istream_init(&stream, bytes.size() - Bytes::kEncoding, bytes.message(), CDR_ENC_VERSION_1);
+  dds_istream_init(&stream, bytes.size() - CdrBytes::kEncoding, bytes.message(), CDR_ENC_VERSION_1);
   dds_stream_read(&stream, static_cast<char*>(message),
                   layout_of(sample->type).operations().data());
   return true;
