@@ -1,5 +1,6 @@
 // cie-demo: a small car in two processes, to be run under any of the executors.
 #include <cie/executor/executor.hpp>
+#include <cie/executor/on_hangup.hpp>
 
 #include "graph.hpp"
 
@@ -11,6 +12,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -56,11 +58,11 @@ std::unique_ptr<cie::Executor> make_executor(const Settings& settings) {
   cie::ExecutorOptions options;
   options.threads = settings.threads;
   options.on_error = settings.on_error == "warn" ? cie::OnError::warn : cie::OnError::refuse;
-  if (options.on_error == cie::OnError::warn) {
-    options.on_parameter_problem = [](const cie::ParameterProblem& problem) {
-      std::fprintf(stderr, "cie-demo: warning: %s\n", problem.text().c_str());
-    };
-  }
+  const bool refuses = options.on_error == cie::OnError::refuse;
+  options.on_parameter_problem = [refuses](const cie::ParameterProblem& problem) {
+    const bool is_thrown_too = refuses && !problem.is_from_outside;
+    if (!is_thrown_too) std::fprintf(stderr, "cie-demo: warning: %s\n", problem.text().c_str());
+  };
   if (!settings.spec.empty()) {
     options.spec = std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
   }
@@ -79,7 +81,18 @@ void wait_for_readers(const Nodes& nodes) {
   }
 }
 
-void run_part(const Settings& settings) {
+// At SIGHUP, in both processes.
+void reload(cie::Executor& executor, const Settings& settings) noexcept {
+  try {
+    executor.reload_spec(
+        std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec)));
+    std::fprintf(stderr, "cie-demo: runs by %s as it is now\n", settings.spec.c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cie-demo: the former spec stays in force: %s\n", error.what());
+  }
+}
+
+void run_part(const Settings& settings, pid_t other_part = 0) {
   catch_signals();
   prctl(PR_SET_NAME, ("demo-" + settings.part).c_str());  // what `ps` and the trace call it
   Work::set_load(settings.load);
@@ -89,6 +102,13 @@ void run_part(const Settings& settings) {
   for (const auto& node : nodes)
     executor->add_node(node->node());
   running = executor.get();
+  std::optional<cie::OnHangup> on_hangup;
+  if (!settings.spec.empty()) {
+    on_hangup.emplace([&executor, &settings, other_part] {
+      if (other_part != 0) kill(other_part, SIGHUP);
+      reload(*executor, settings);
+    });
+  }
   wait_for_readers(nodes);
   if (is_asked_to_stop) executor->cancel();
   executor->spin_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -142,6 +162,7 @@ class PlanningProcess {
   ~PlanningProcess() {
     if (pid_ > 0) stop();
   }
+  pid_t pid() const noexcept { return pid_; }
   // True if it ended well.
   bool stop() {
     kill(pid_, SIGTERM);
@@ -157,6 +178,7 @@ class PlanningProcess {
 };
 
 int run(Settings settings) {
+  if (!settings.spec.empty()) cie::hold_hangups();
   if (settings.part != "both") {
     run_part(settings);
     return 0;
@@ -164,15 +186,12 @@ int run(Settings settings) {
   if (settings.tag.empty()) settings.tag = "demo-" + std::to_string(getpid());
   PlanningProcess planning{settings};
   settings.part = "sensing";
-  run_part(settings);
+  run_part(settings, planning.pid());
   return planning.stop() ? 0 : 1;
 }
 
-}  // namespace
-}  // namespace demo
-
-int main(int argc, char** argv) {
-  demo::Settings settings;
+int command_line(int argc, char** argv) {
+  Settings settings;
   CLI::App app{
       "A sensor -> transform -> fusion -> command graph over Cyclone DDS: 26 callbacks in two\n"
       "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
@@ -207,10 +226,19 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  return run(settings);
+}
+
+}  // namespace
+}  // namespace demo
+
+int main(int argc, char** argv) {
   try {
-    return demo::run(settings);
+    return demo::command_line(argc, argv);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "cie-demo: %s\n", error.what());
-    return 2;
+  } catch (...) {
+    std::fputs("cie-demo: unknown exception\n", stderr);
   }
+  return 2;
 }
