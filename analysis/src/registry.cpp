@@ -20,6 +20,10 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
                   .period_ns = event.period_ns,
                   .cpus = {event.cpus.begin(), event.cpus.end()},
                   .error = event.error,
+                  .slice_ns = event.slice_ns,
+                  .util_min = event.util_min,
+                  .util_max = event.util_max,
+                  .change = event.change,
                   .starts_before = 0};
 }
 
@@ -171,6 +175,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
   if (process.run_begin) return;
   process.run_begin = ref(head);
+  process.first_spec_sha256 = event.spec_sha256;
   process.first_moment = event.moment;
   process.boot_id = event.boot_id;
   process.tool_version = event.tool_version;

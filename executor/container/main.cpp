@@ -1,4 +1,6 @@
 // cie-run: the component container. `cie run` starts it.
+#include <cie/executor/on_hangup.hpp>
+
 #include "app_file.hpp"
 #include "container.hpp"
 #include "control.hpp"
@@ -25,7 +27,8 @@ constexpr const char* kDescription =
     "until SIGINT or SIGTERM. With --control, gives an order to a container that runs:\n"
     "  list                   its components: name, class, library\n"
     "  load APP.yaml [NAME…]  the components of that file that are not loaded, or those named\n"
-    "  unload NAME            a component, as list names it";
+    "  unload NAME            a component, as list names it\n"
+    "  reload                 the spec's file, as SIGHUP does";
 constexpr const char* kFooter =
     "\nExample:\n"
     "  cie run app.yaml --executor single\n"
@@ -84,12 +87,13 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
   try {
     const std::string order = words.empty() ? "" : words.front();
     if (order == "list" && words.size() == 1) return {.text = container.list()};
+    if (order == "reload" && words.size() == 1) return {.text = container.reload_spec()};
     if (order == "unload" && words.size() == 2) return {.text = container.unload(words[1])};
     if (order == "load" && words.size() >= 2) {
       const AppFile app = AppFile::load(words[1]);
       return {.text = container.load_more(app, {words.begin() + 2, words.end()})};
     }
-    return unusable("no such order: list, load APP.yaml [NAME…] and unload NAME are known");
+    return unusable("no such order: list, load APP.yaml [NAME…], unload NAME and reload are known");
   } catch (const SpecError& error) {
     return unusable(error.what());
   } catch (const std::exception& error) {
@@ -115,6 +119,18 @@ int give_order(int pid, std::vector<std::string> words) {
   }
 }
 
+// Null without a spec: SIGHUP then ends the process, as it does others.
+std::unique_ptr<OnHangup> reload_on_hangup(Container& container) {
+  if (!container.has_spec()) return nullptr;
+  return std::make_unique<OnHangup>([&container] {
+    try {
+      container.reload_spec();
+    } catch (const std::exception&) {
+      // It was said already, and the former spec stays in force.
+    }
+  });
+}
+
 // Null if it cannot be; the components run all the same.
 std::unique_ptr<ControlServer> listen_for_orders(Container& container) {
   try {
@@ -135,6 +151,7 @@ int serve(Container& container, const AppFile& app) {
   try {
     const Registration registration{container};
     const auto control = listen_for_orders(container);
+    const auto hangup = reload_on_hangup(container);
     const std::size_t missing = app.components.size() - loaded;
     say(counted(loaded, "component") + " under the executor \"" + app.executor + "\"" +
         (missing == 0 ? "" : ", " + std::to_string(missing) + " could not be loaded"));
@@ -154,6 +171,7 @@ int run(const std::string& file, const std::string& executor) {
   try {
     AppFile app = AppFile::load(file);
     if (!executor.empty()) app.executor = executor;
+    if (app.spec) hold_hangups();
     Container container{app, say};
     return serve(container, app);
   } catch (const SpecError& error) {
@@ -168,15 +186,12 @@ int run(const std::string& file, const std::string& executor) {
   }
 }
 
-}  // namespace
-}  // namespace cie::container
-
-int main(int argc, char** argv) {
+int command_line(int argc, char** argv) {
   std::string file;
   std::string executor;
-  CLI::App app{cie::container::kDescription};
+  CLI::App app{kDescription};
   app.name("cie-run");
-  app.footer(cie::container::kFooter);
+  app.footer(kFooter);
   std::vector<std::string> order;
   int pid = 0;
   auto* const application = app.add_option("APP", file, "Application file (YAML)");
@@ -193,8 +208,22 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : cie::container::unusable_input;
+    return app.exit(error) == 0 ? 0 : unusable_input;
   }
-  if (!order.empty()) return cie::container::give_order(pid, order);
-  return cie::container::run(file, executor);
+  if (!order.empty()) return give_order(pid, order);
+  return run(file, executor);
+}
+
+}  // namespace
+}  // namespace cie::container
+
+int main(int argc, char** argv) {
+  try {
+    return cie::container::command_line(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cie-run: %s\n", error.what());
+  } catch (...) {
+    std::fputs("cie-run: unknown exception\n", stderr);
+  }
+  return cie::container::failed;
 }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cie/executor/service.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include "message_pool.hpp"
-#include "pi_mutex.hpp"
 #include "service_endpoint.hpp"
 #include "writer.hpp"
 
@@ -38,7 +38,7 @@ class Replier {
   dds_entity_t request_reader_ = 0;
   ErasedServiceFunction function_;
   MessagePool responses_;
-  PiMutex mutex_;                          // of what follows
+  PriorityMutex mutex_;                    // of what follows
   std::array<std::uint64_t, 64> known_{};  // writers of the latest clients that need no waiting
   std::size_t next_known_ = 0;
 };

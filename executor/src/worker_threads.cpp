@@ -20,8 +20,7 @@ void WorkerThreads::start(const std::string& name, FunctionLoop::Function functi
         on_failure_(
             {.callback = kNoCallback, .logical_id = name, .exception = std::move(exception)});
       });
-  const ThreadPlan plan{
-      .role = ThreadRole::worker, .name = name, .entry = configurator_.entry_of_thread(name)};
+  const ThreadPlan plan{.role = ThreadRole::worker, .name = name};
   const auto thread = std::make_shared<Team>(std::move(loop), std::vector{plan}, configurator_);
   accept(thread->wait_configured());  // a thread that is not accepted ends with this scope
   const std::lock_guard lock{mutex_};

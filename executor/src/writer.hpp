@@ -3,12 +3,12 @@
 
 #include <cie/executor/publisher.hpp>
 #include <cie/executor/qos.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
 #include "graph.hpp"
 #include "names.hpp"
-#include "pi_mutex.hpp"
 #include "topic.hpp"
 
 #include <cstdint>
@@ -62,7 +62,7 @@ class Writer {
   dds::Entity writer_;
   Graph::Member graph_member_;
   std::uint64_t gid_ = 0;
-  PiMutex mutex_;  // keeps number, timestamp and message in one order
+  PriorityMutex mutex_;  // keeps number, timestamp and message in one order
   std::optional<trace::Publisher> trace_;
 };
 

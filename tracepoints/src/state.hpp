@@ -54,6 +54,7 @@ struct SchedRecord {
   SchedMoment moment{};
   std::uint32_t n = 0;
   std::int32_t error = 0;
+  std::uint32_t change = 0;
   SchedReadBack parameters;
 };
 
@@ -66,6 +67,7 @@ struct ThreadState {
   std::int64_t start_ns = 0;
   // Guarded by the registry's lock.
   std::uint32_t read_backs = 0;
+  std::uint32_t change = 0;
   std::vector<SchedRecord> unsent;  // read back before the first Run
 };
 

@@ -72,6 +72,11 @@ struct Payload {
     if (field.kind != Field::Kind::integer) return std::nullopt;
     return field.number;
   }
+  template <typename Integer>
+  std::optional<Integer> optional(std::size_t slot) const noexcept {
+    const auto value = integer(slot);
+    return value ? std::optional(static_cast<Integer>(*value)) : std::nullopt;
+  }
   // An id of the contract; "none" where the trace has no such field.
   template <typename Id>
   Id id(std::size_t slot) const noexcept {

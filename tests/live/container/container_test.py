@@ -282,6 +282,41 @@ class Orders(unittest.TestCase):
                 self.assertEqual(order(*words)[0], UNUSABLE, words)
             self.assertEqual(len(order("list")[1].splitlines()), 1)
 
+    def policies(self, running):
+        """The policy of each thread, by the kernel's word."""
+        tasks = Path(f"/proc/{running.process.pid}/task").iterdir()
+        return {(task / "comm").read_text().strip(): os.sched_getscheduler(int(task.name))
+                for task in tasks}
+
+    def test_reload_by_order_and_by_signal(self):
+        spec = scratch / "reloaded.yaml"
+        entry = "dds_threads:\n  - {name: recvUC, policy: %s}\n"
+        spec.write_text(entry % "SCHED_BATCH")
+        with Running(app_file(component("one"), head=f"spec: {spec}\n")) as running:
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_BATCH)
+            spec.write_text(entry % "SCHED_IDLE")
+            code, said, _ = order("reload")
+            self.assertEqual((code, self.policies(running)["recvUC"]),
+                             (ENDED_WELL, os.SCHED_IDLE))
+            self.assertIn(str(spec), said)
+            spec.write_text(entry % "SCHED_SOON")
+            code, _, error = order("reload")
+            self.assertEqual(code, UNUSABLE)
+            self.assertIn("SCHED_SOON", error)
+            running.process.send_signal(signal.SIGHUP)
+            wait_for(lambda: running.text().count("the former spec stays in force") == 2)
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_IDLE)
+            spec.write_text(entry % "SCHED_OTHER")
+            running.process.send_signal(signal.SIGHUP)
+            wait_for(lambda: running.text().count("as it is now") == 2)
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_OTHER)
+            self.assertEqual(running.end()[0], ENDED_WELL)
+
+    def test_without_a_spec_there_is_nothing_to_reload(self):
+        with Running(app_file(component("one"))) as running:
+            self.assertEqual(order("reload")[0], FAILED)
+            self.assertEqual(running.end(signal.SIGHUP)[0], -signal.SIGHUP)
+
     def test_reaches_the_container_that_is_meant(self):
         self.assertEqual(order("list")[0], UNUSABLE)
         with Running(app_file(component("first"))) as first:

@@ -148,6 +148,10 @@ struct ThreadSched {
   std::uint64_t period_ns = 0;
   std::span<const std::uint32_t> cpus;
   std::int32_t error = 0;
+  std::optional<std::uint64_t> slice_ns{};  // from here on absent in older recordings
+  std::optional<std::uint32_t> util_min{};
+  std::optional<std::uint32_t> util_max{};
+  std::uint32_t change = 0;  // of the thread's parameters: which one this read-back belongs to
 };
 struct CallbackRelease {
   CallbackId callback{};
