@@ -11,6 +11,7 @@
 #include <new>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -30,6 +31,8 @@ struct Settings {
   std::vector<std::string> placements{"intra", "inter"};
   std::vector<std::string> phases{"staggered", "aligned"};
   std::vector<unsigned> pairs{1, 8, 24};
+  std::vector<unsigned> payloads{32};
+  std::vector<std::string> passings{"copy"};
   Workload common;
   double seconds = 3;
   int period_ms = 10;
@@ -67,6 +70,19 @@ void print_cell(const std::optional<std::uint64_t>& count, double messages) {
     std::printf(" %9.2f", static_cast<double>(*count) / messages);
   } else {
     std::printf(" %9s", "-");
+  }
+}
+
+const char* name_of(Passing passing) {
+  switch (passing) {
+    case Passing::copy:
+      return "copy";
+    case Passing::pointer:
+      return "pointer";
+    case Passing::shared:
+      return "shared";
+    default:
+      return "serialized";
   }
 }
 
@@ -109,10 +125,10 @@ bool measure(const Workload& workload, double seconds) {
         board->latency_ns.begin() + static_cast<std::ptrdiff_t>(std::min<std::uint64_t>(
                                         board->messages.load(), Board::kSamples)));
     std::ranges::sort(latencies);
-    std::printf("%-16s %-6s %-10s %5u %9.0f", workload.executor.c_str(),
+    std::printf("%-16s %-6s %-10s %8u %-10s %5u %9.0f", workload.executor.c_str(),
                 workload.placement == Placement::intra ? "intra" : "inter",
-                workload.phases == Phases::aligned ? "aligned" : "staggered", workload.pairs,
-                messages);
+                workload.phases == Phases::aligned ? "aligned" : "staggered", workload.payload,
+                name_of(workload.passing), workload.pairs, messages);
     print_cell(counts.system_calls, messages);
     print_cell(counts.context_switches, messages);
     std::printf(" %9.2f %9.1f %9.1f\n",
@@ -132,31 +148,53 @@ void make_tracefs_visible() {
   mount("none", "/sys/kernel/tracing", "tracefs", 0, nullptr);
 }
 
+// The table's rows: every combination, the last setting changing fastest.
+std::vector<Workload> rows(const Settings& settings) {
+  std::vector<Workload> rows{settings.common};
+  rows.front().period = std::chrono::milliseconds{settings.period_ms};
+  const auto multiply = [&rows](const auto& values, auto set) {
+    std::vector<Workload> product;
+    for (const Workload& row : rows) {
+      for (const auto& value : values) {
+        product.push_back(row);
+        set(product.back(), value);
+      }
+    }
+    rows = std::move(product);
+  };
+  multiply(settings.placements, [](Workload& row, const std::string& value) {
+    row.placement = value == "intra" ? Placement::intra : Placement::inter;
+  });
+  multiply(settings.phases, [](Workload& row, const std::string& value) {
+    row.phases = value == "aligned" ? Phases::aligned : Phases::staggered;
+  });
+  multiply(settings.executors,
+           [](Workload& row, const std::string& value) { row.executor = value; });
+  multiply(settings.payloads, [](Workload& row, unsigned value) { row.payload = value; });
+  multiply(settings.passings, [](Workload& row, const std::string& value) {
+    row.passing = value == "copy"      ? Passing::copy
+                  : value == "pointer" ? Passing::pointer
+                  : value == "shared"  ? Passing::shared
+                                       : Passing::serialized;
+  });
+  multiply(settings.pairs, [](Workload& row, unsigned value) { row.pairs = value; });
+  return rows;
+}
+
 int run(const Settings& settings) {
   make_tracefs_visible();
-  std::printf("period %d ms, payload %u bytes, %s, %s, %.1f s per row\n\n", settings.period_ms,
-              settings.common.payload, settings.common.best_effort ? "best effort" : "reliable",
+  std::printf("period %d ms, %s, %s, %.1f s per row\n\n", settings.period_ms,
+              settings.common.best_effort ? "best effort" : "reliable",
               settings.common.fifo_priority > 0
                   ? ("SCHED_FIFO " + std::to_string(settings.common.fifo_priority)).c_str()
                   : "SCHED_OTHER",
               settings.seconds);
-  std::printf("%-16s %-6s %-10s %5s %9s %9s %9s %9s %9s %9s\n", "executor", "path", "phases", "N",
-              "messages", "calls/msg", "ctxsw/msg", "cpu us", "p50 us", "p99 us");
+  std::printf("%-16s %-6s %-10s %8s %-10s %5s %9s %9s %9s %9s %9s %9s\n", "executor", "path",
+              "phases", "bytes", "passing", "N", "messages", "calls/msg", "ctxsw/msg", "cpu us",
+              "p50 us", "p99 us");
   bool is_good = true;
-  for (const std::string& placement : settings.placements) {
-    for (const std::string& phases : settings.phases) {
-      for (const std::string& executor : settings.executors) {
-        for (const unsigned pairs : settings.pairs) {
-          Workload workload = settings.common;
-          workload.executor = executor;
-          workload.placement = placement == "intra" ? Placement::intra : Placement::inter;
-          workload.phases = phases == "aligned" ? Phases::aligned : Phases::staggered;
-          workload.pairs = pairs;
-          workload.period = std::chrono::milliseconds{settings.period_ms};
-          is_good = measure(workload, settings.seconds) && is_good;
-        }
-      }
-    }
+  for (const Workload& workload : rows(settings)) {
+    is_good = measure(workload, settings.seconds) && is_good;
   }
   return is_good ? 0 : 1;
 }
@@ -186,7 +224,15 @@ int main(int argc, char** argv) {
       ->delimiter(',');
   app.add_option("--seconds", settings.seconds, "Per row")->check(CLI::Range(0.1, 3600.0));
   app.add_option("--period", settings.period_ms, "Milliseconds")->check(CLI::Range(1, 10000));
-  app.add_option("--payload", settings.common.payload, "Bytes")->check(CLI::Range(0U, 10000000U));
+  app.add_option("--payload", settings.payloads, "Bytes")
+      ->check(CLI::Range(0U, 10000000U))
+      ->delimiter(',');
+  app.add_option(
+         "--passing", settings.passings,
+         "copy: publish a reference; pointer: hand the message over; serialized: by Cyclone "
+         "DDS alone; shared: through shared memory, with iox-roudi running")
+      ->check(CLI::IsMember({"copy", "pointer", "serialized", "shared"}))
+      ->delimiter(',');
   app.add_option("--threads", settings.common.threads, "Of multi; 0: one for each CPU");
   app.add_option("--fifo", settings.common.fifo_priority, "SCHED_FIFO priority; 0: SCHED_OTHER")
       ->check(CLI::Range(0, 99));

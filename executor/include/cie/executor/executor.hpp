@@ -41,7 +41,8 @@ struct ParameterProblem {
   std::string text() const;
 };
 
-// Thrown under OnError::refuse, before any callback of the threads concerned runs.
+// Thrown under OnError::refuse: by spin() and add_node() before any callback of the threads
+// concerned runs, by reload_spec() after everything is as it was.
 class ParametersRefused : public std::runtime_error {
  public:
   explicit ParametersRefused(std::vector<ParameterProblem> problems);
@@ -59,8 +60,14 @@ struct CallbackFailure {
 };
 
 enum class OnError : std::uint8_t {
-  refuse,  // spin() and add_node() throw ParametersRefused
+  refuse,  // spin(), add_node() and reload_spec() throw ParametersRefused
   warn     // the handler is told, the callback runs as the kernel left it
+};
+
+// How the threads of an executor wait, and find what they are to run.
+enum class Dispatch : std::uint8_t {
+  lean,     // on one futex word each, or on one queue for several
+  wait_set  // as rclcpp does, on DDS wait sets that are collected anew for every wait: a baseline
 };
 
 // What happens when an audit finds a thread that somebody else gave other parameters.
@@ -74,12 +81,6 @@ enum class LockMemory : std::uint8_t {
   no,
   on_fault,  // each page from its first use on
   all        // all pages, also those never used: 8 MB for the stack of every thread
-};
-
-// How the threads of an executor wait, and find what they are to run.
-enum class Dispatch : std::uint8_t {
-  lean,     // on one futex word each, or on one queue for several
-  wait_set  // as rclcpp does, on DDS wait sets that are collected anew for every wait: a baseline
 };
 
 struct ExecutorOptions {
