@@ -134,8 +134,17 @@ class Example(unittest.TestCase):
                 if expected == 0:
                     self.assertEqual(failed, set(), done.stdout)
                     self.assertEqual([verdict["M2"], verdict["S1"]], ["PASS", "PASS"])
+                    self.assert_has_a_judged_thread(trace, done.stdout, "cie-parameters")
                 else:  # its callbacks share threads, which is found
                     self.assertEqual(verdict["M2"], "FAIL")
+
+    def assert_has_a_judged_thread(self, trace, verdicts, name):
+        report = json.loads(self.cie("report", trace, "--format", "json").stdout)
+        [thread] = [each for each in report["threads"] if each["name"] == name]
+        self.assertEqual((thread["role"], thread["callbacks"]), ("worker", []))
+        [s1] = [rule for rule in json.loads(verdicts)["rules"] if rule["id"] == "S1"]
+        judged = {each["subject"]: each["verdict"] for each in s1["subjects"]}
+        self.assertEqual(judged[f"thread {thread['tid']}"], "PASS")
 
     def cie(self, *arguments):
         return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True,
@@ -318,6 +327,54 @@ class Orders(unittest.TestCase):
                 self.assertEqual(running.end()[0], ENDED_WELL)
         finally:
             folder.chmod(0o700)
+
+
+class Parameters(unittest.TestCase):
+    """As the file, the command line and orders give them."""
+
+    def test_are_listed_described_and_set_by_orders(self):
+        file = app_file(component("tuned", of="Tunable", more="parameters: {rate: 3, gain.x: 0.5}"),
+                        component("plain"))
+        with Running(file, "-p", "/tuned:rate:=4") as running:
+            code, out, err = order("param", "list")
+            self.assertEqual((code, err), (ENDED_WELL, ""))
+            self.assertEqual(out.splitlines(), ["/tuned frame base", "/tuned gain.x 0.5",
+                                                "/tuned rate 4"])
+            self.assertEqual(order("param", "list", "/plain")[1], "")
+            self.assertEqual(order("param", "set", "/tuned", "rate", "7")[:2],
+                             (ENDED_WELL, "/tuned rate 7\n"))
+            self.assertEqual(order("param", "get", "/tuned", "rate")[:2], (ENDED_WELL, "7\n"))
+            code, out, _ = order("param", "describe", "/tuned", "rate")
+            self.assertEqual(code, ENDED_WELL)
+            for part in ("type: integer", "description: per second", "range: 1 to 10"):
+                self.assertIn(part, out)
+            for words, reason in ((("rate", "11"), "not in the range 1 to 10"),
+                                  (("rate", "fast"), "write a whole number"),
+                                  (("rate", "5"), "five is right out"),
+                                  (("frame", "map"), "read-only"),
+                                  (("absent", "1"), "is not declared")):
+                code, _, err = order("param", "set", "/tuned", *words)
+                self.assertEqual(code, FAILED, words)
+                self.assertIn(reason, err)
+            self.assertEqual(order("param", "get", "/absent", "rate")[0], FAILED)
+            self.assertEqual(order("param", "get", "/tuned")[0], UNUSABLE)
+            self.assertEqual(order("unload", "/tuned")[0], ENDED_WELL)
+            self.assertEqual(running.end()[0], ENDED_WELL, running.text())
+
+    def test_of_a_command_line_that_means_nobody_are_refused(self):
+        file = app_file(component("plain"))
+        for argument, reason in (("/absent:rate:=4", 'no component "/absent"'),
+                                 ("rate=4", "NODE:NAME:=VALUE")):
+            code, said = run_to_its_end(file, "-p", argument)
+            self.assertEqual(code, UNUSABLE, said)
+            self.assertIn(reason, said)
+
+    def test_that_do_not_fit_keep_their_component_from_loading(self):
+        file = app_file(component("plain"), component("tuned", of="Tunable"))
+        code, _, said = run_and_end(file, "-p", "/tuned:rate:=11")
+        self.assertEqual(code, ENDED_WELL)
+        self.assertIn('component "/tuned"', said)
+        self.assertIn("11 is not in the range 1 to 10", said)
 
 
 class BadFiles(unittest.TestCase):
