@@ -44,6 +44,9 @@ class Reader {
   // Triggered while samples wait. Must go before the reader does. Throws dds::Error.
   dds::Entity new_read_condition() const;
 
+  // How many samples wait, about.
+  std::uint64_t queued() const noexcept { return delivery_->count().queued(); }
+
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;
 
