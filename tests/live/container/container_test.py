@@ -329,6 +329,96 @@ class Orders(unittest.TestCase):
             folder.chmod(0o700)
 
 
+class Mapping(unittest.TestCase):
+    """One callback to one thread, and back, whatever comes and goes: judged on recordings."""
+
+    app = property(lambda _: options.programs / "components" / "app.yaml")
+
+    def setUp(self):
+        if not options.record:
+            self.skipTest("cie and cie-record are not built, or with sanitizers")
+
+    def judge(self, trace):
+        """The verdicts by rule, none of them FAIL; and the callbacks of the report."""
+        spec = self.app.parent / "spec.yaml"
+        verdicts, report = (json.loads(self.cie(command, trace, "--spec", spec,
+                                                "--format", "json").stdout)
+                            for command in ("verify", "report"))
+        failed = [rule for rule in verdicts["rules"]
+                  if rule["verdict"] == "FAIL" and rule["id"] not in TIMING]
+        self.assertEqual(failed, [])
+        return {rule["id"]: rule for rule in verdicts["rules"]}, report["callbacks"]
+
+    def cie(self, *arguments):
+        return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True,
+                              timeout=90, check=False)
+
+    def assert_mapping_passes(self, rules):
+        self.assertEqual({name: rules[name]["verdict"]
+                          for name in ("M1", "M2", "M3", "M4", "M7", "M8", "S1", "S2", "E1", "E2")},
+                         dict.fromkeys(("M1", "M2", "M3", "M4", "M7", "M8", "S1", "S2", "E1", "E2"),
+                                       "PASS"))
+
+    def test_holds_while_components_are_unloaded_loaded_again_and_added(self):
+        trace = scratch / "trace-reload"
+        added = app_file(component("added"))
+        sockets = Path(os.environ["XDG_RUNTIME_DIR"], "cie-run")
+        with subprocess.Popen([options.programs / "cie", "record", "-o", trace, "--",
+                               options.programs / "cie-run", self.app], stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL) as recorder:
+            wait_for(lambda: order("list")[0] == ENDED_WELL)
+            for _ in range(3):
+                time.sleep(0.2)  # a few instances each
+                self.assertEqual(order("unload", "/example/talker")[0], ENDED_WELL)
+                self.assertEqual(order("load", self.app)[0], ENDED_WELL)
+                self.assertEqual(order("load", added)[0], ENDED_WELL)
+                time.sleep(0.2)
+                self.assertEqual(order("unload", "/added")[0], ENDED_WELL)
+            [socket_of_container] = sockets.glob("*.sock")
+            os.kill(int(socket_of_container.stem), signal.SIGTERM)
+            recorder.wait(timeout=60)
+        rules, callbacks = self.judge(trace)
+        self.assert_mapping_passes(rules)
+        self.assertEqual(rules["M5"]["verdict"], "PASS")
+        # Each life of the talker's timer is called as in the spec, and ran as it says.
+        lives = [each for each in callbacks if each["logical_id"] == "/example/talker@Timer(20000000)"]
+        self.assertEqual(len(lives), 4)
+        for life in lives:
+            self.assertGreater(life["instances"], 0)
+            self.assertTrue(life["isolated"])
+        self.assertEqual(sum(each["logical_id"] == "/added@Timer(50000000)" for each in callbacks), 3)
+
+    def test_holds_over_a_restart(self):
+        trace = scratch / "trace-restart"
+        once = f"timeout --preserve-status -s TERM 1 {options.programs / 'cie-run'} {self.app}"
+        done = self.cie("record", "-o", trace, "--", "sh", "-c", f"{once}; {once}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rules, callbacks = self.judge(trace)
+        self.assert_mapping_passes(rules)
+        self.assertEqual(rules["M5"]["verdict"], "PASS")
+        self.assertEqual(len({each["pid"] for each in callbacks}), 2)
+
+
+class Leaks(unittest.TestCase):
+
+    def test_nothing_is_left_of_a_component_that_came_and_went(self):
+        def resources(process):
+            maps = Path(f"/proc/{process.pid}/maps").read_text().splitlines()
+            return (len(list(Path(f"/proc/{process.pid}/task").iterdir())),
+                    len(list(Path(f"/proc/{process.pid}/fd").iterdir())),
+                    sum(" /" in line for line in maps))
+        file = app_file(component("kept", library="libnodelete.so"), component("moved", of="Tunable"))
+        with Running(file) as running:
+            counts = []
+            for _ in range(12):
+                self.assertEqual(order("unload", "/moved")[0], ENDED_WELL)
+                self.assertEqual(order("load", file)[0], ENDED_WELL)
+                counts.append(resources(running.process))
+            # What DDS and the C library make once, they have made in the first lives.
+            wait_for(lambda: resources(running.process) == counts[1])
+            self.assertEqual(resources(running.process), counts[1])
+
+
 class Parameters(unittest.TestCase):
     """As the file, the command line and orders give them."""
 
