@@ -239,13 +239,15 @@ SetParametersResult ParameterStore::set(const std::vector<Parameter>& parameters
 
 std::vector<std::string> ParameterStore::list(const std::vector<std::string>& prefixes,
                                               std::uint64_t depth) const {
-  static const std::vector<std::string> kAll{""};
   std::vector<std::string> names;
   const std::lock_guard lock{values_mutex_};
-  for (const auto& [name, declared] : declared_) {
-    const bool is_wanted = std::ranges::any_of(
-        prefixes.empty() ? kAll : prefixes,
-        [&](const std::string& prefix) { return is_listed(name, prefix, depth); });
+  for (const auto& declared : declared_) {
+    const std::string& name = declared.first;
+    const bool is_wanted = prefixes.empty()
+                               ? is_listed(name, "", depth)
+                               : std::ranges::any_of(prefixes, [&](const std::string& prefix) {
+                                   return is_listed(name, prefix, depth);
+                                 });
     if (is_wanted) names.push_back(name);
   }
   return names;
