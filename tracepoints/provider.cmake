@@ -10,9 +10,11 @@ inline constexpr const char* kToolVersion = \"@PROJECT_VERSION@\";
 
 cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   src/announcer.cpp
+  src/background_thread.cpp
   src/clock.cpp
   src/hot.cpp
   src/objects.cpp
+  src/priority_mutex.cpp
   src/process_info.cpp
   src/provider.cpp
   src/read_back.cpp

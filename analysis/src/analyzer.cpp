@@ -50,6 +50,7 @@ constexpr std::array<std::string_view, std::variant_size_v<EventBody>> kEventNam
     "sched_process_exit",
     "sched_migrate_task",
     "sched_pi_setprio",
+    "lttng_ust_statedump:procname",
     ""};
 
 }  // namespace
@@ -121,62 +122,62 @@ struct Analyzer::Pipeline {
       const auto process = registry.process_of(head);
       return process ? &model.callbacks[at(registry.callback(*process, id))] : nullptr;
     };
-    std::visit(Overloaded{[&](const CallbackRelease& e) {
-                            auto* callback = callback_of(e.callback);
-                            if (callback == nullptr) return;
-                            ++callback->releases;
-                            if (e.overwritten > callback->overwritten) {
-                              callback->overwritten = e.overwritten;
-                              callback->overwritten_at = ref(head);
-                            }
-                          },
-                          [&](const SampleLost& e) {
-                            auto* callback = callback_of(e.callback);
-                            if (callback == nullptr || e.total <= callback->lost) return;
-                            callback->lost = e.total;
-                            callback->lost_at = ref(head);
-                          },
-                          [&](const ThreadWakeup& e) { instances.apply(head, e); },
-                          [&](const CallbackStart& e) { instances.apply(head, e); },
-                          [&](const CallbackEnd& e) { instances.apply(head, e); },
-                          [&](const Publish& e) { instances.apply(head, e); },
-                          [&](const ClockSync& e) { instances.apply(head, e); },
-                          [&](const SchedSwitch& e) {
-                            model.hosts[at(host)].has_switches = true;
-                            if (!head.cpu) return;
-                            const auto hole =
-                                timeline.on_switch(host, *head.cpu, head.time, e, observer);
-                            if (hole) {
-                              recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
-                                                      .domain = Domain::kernel,
-                                                      .host = host,
-                                                      .begin = hole->begin,
-                                                      .end = hole->end,
-                                                      .count = std::nullopt,
-                                                      .cpu = hole->cpu,
-                                                      .note = {}});
-                            }
-                            enforcement.on_switch(head, host, e);
-                          },
-                          [&](const SchedWaking& e) {
-                            model.hosts[at(host)].has_wakings = true;
-                            timeline.on_waking(host, e.tid, head.time);
-                          },
-                          [&](const SchedWakeup& e) {
-                            model.hosts[at(host)].has_wakings = true;
-                            timeline.on_wakeup(host, e.tid, head.time);
-                          },
-                          [&](const SchedProcessFork& e) {
-                            model.hosts[at(host)].has_forks = true;
-                            enforcement.on_fork(head, host, e);
-                          },
-                          [&](const SchedProcessExit& e) {
-                            registry.apply(head, e);
-                            timeline.on_exit(host, e.tid);
-                          },
-                          [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
-                          [](const auto&) {}},
-               event.body);
+    std::visit(
+        Overloaded{[&](const CallbackRelease& e) {
+                     auto* callback = callback_of(e.callback);
+                     if (callback == nullptr) return;
+                     ++callback->releases;
+                     if (e.overwritten > callback->overwritten) {
+                       callback->overwritten = e.overwritten;
+                       callback->overwritten_at = ref(head);
+                     }
+                   },
+                   [&](const SampleLost& e) {
+                     auto* callback = callback_of(e.callback);
+                     if (callback == nullptr || e.total <= callback->lost) return;
+                     callback->lost = e.total;
+                     callback->lost_at = ref(head);
+                   },
+                   [&](const ThreadWakeup& e) { instances.apply(head, e); },
+                   [&](const CallbackStart& e) { instances.apply(head, e); },
+                   [&](const CallbackEnd& e) { instances.apply(head, e); },
+                   [&](const Publish& e) { instances.apply(head, e); },
+                   [&](const ClockSync& e) { instances.apply(head, e); },
+                   [&](const SchedSwitch& e) {
+                     model.hosts[at(host)].has_switches = true;
+                     if (!head.cpu) return;
+                     const auto hole = timeline.on_switch(host, *head.cpu, head.time, e, observer);
+                     if (hole) {
+                       recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
+                                               .domain = Domain::kernel,
+                                               .host = host,
+                                               .begin = hole->begin,
+                                               .end = hole->end,
+                                               .count = std::nullopt,
+                                               .cpu = hole->cpu,
+                                               .note = {}});
+                     }
+                     enforcement.on_switch(head, host, e);
+                   },
+                   [&](const SchedWaking& e) {
+                     model.hosts[at(host)].has_wakings = true;
+                     timeline.on_waking(host, e.tid, head.time);
+                   },
+                   [&](const SchedWakeup& e) {
+                     model.hosts[at(host)].has_wakings = true;
+                     timeline.on_wakeup(host, e.tid, head.time);
+                   },
+                   [&](const SchedProcessFork& e) {
+                     model.hosts[at(host)].has_forks = true;
+                     enforcement.on_fork(head, host, e);
+                   },
+                   [&](const SchedProcessExit& e) {
+                     registry.apply(head, e);
+                     timeline.on_exit(host, e.tid);
+                   },
+                   [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
+                   [&](const ProcessName& e) { registry.apply(head, e); }, [](const auto&) {}},
+        event.body);
   }
 
   void state(const Event& event) {

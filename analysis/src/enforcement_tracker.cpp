@@ -12,6 +12,16 @@ constexpr std::size_t kMaxForks = 65'536;
 
 bool is_real_time(std::int32_t prio) noexcept { return prio < kFirstFairPriority; }
 
+// The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
+bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
+  const auto is_same = [&](auto field) {
+    const auto wanted = asked_for(thread, expected, field);
+    return !wanted || !(audit.*field) || audit.*field == wanted;
+  };
+  return is_same(&ReadBack::slice_ns) && is_same(&ReadBack::util_min) &&
+         is_same(&ReadBack::util_max);
+}
+
 }  // namespace
 
 std::int32_t kernel_priority(const ReadBack& read_back) {
@@ -53,18 +63,24 @@ const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
 }
 
 void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
+  auto& state = threads_[index];
+  if (event.moment == SchedMoment::applied) state.is_changing = false;
   if (event.moment != SchedMoment::audit) return;
   auto& thread = model_.threads[at(index)];
   const auto* expected = reference(thread);
-  if (expected == nullptr || !thread.last_read_back) return;
+  if (expected == nullptr || !thread.last_read_back || state.is_changing) return;
+  // The audit that announces a change is the last one to compare with what was applied before.
+  state.is_changing = event.change > expected->change;
   ++thread.audits_checked;
-  if (!thread.audit_mismatch && !is_same_parameters(*expected, *thread.last_read_back)) {
-    thread.audit_mismatch = {*expected, *thread.last_read_back};
-  }
+  const auto& audit = *thread.last_read_back;
+  const bool is_same = is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit);
+  if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {*expected, audit};
 }
 
-void EnforcementTracker::check_cpu(const EventHead& head, ThreadFacts& thread, bool is_switch) {
+void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
+  auto& thread = model_.threads[at(index)];
   if (!head.cpu || !thread.last_read_back || thread.last_read_back->cpus.empty()) return;
+  if (threads_[index].is_changing) return;
   ++thread.cpus_checked;
   if (is_switch) ++thread.switch_cpus_checked;
   const auto& cpus = thread.last_read_back->cpus;
@@ -79,7 +95,7 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadFacts& thread, b
 }
 
 void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index) {
-  check_cpu(head, model_.threads[at(index)], false);
+  check_cpu(head, index, false);
 }
 
 void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
@@ -87,7 +103,7 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   const auto index = registry_.thread_by_tid(host, tid);
   if (!index) return;
   auto& thread = model_.threads[at(*index)];
-  if (thread.fini || threads_[*index].is_boosted) return;
+  if (thread.fini || threads_[*index].is_boosted || threads_[*index].is_changing) return;
   const auto* expected = reference(thread);
   if (expected == nullptr) return;
   ++thread.switches_checked;
@@ -130,8 +146,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   }
   check_priority(head, host, event.next_tid, event.next_prio);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
-    auto& thread = model_.threads[at(*index)];
-    if (!thread.fini) check_cpu(head, thread, true);
+    if (!model_.threads[at(*index)].fini) check_cpu(head, *index, true);
   }
 }
 

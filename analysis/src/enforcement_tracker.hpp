@@ -32,7 +32,8 @@ class EnforcementTracker {
 
  private:
   struct OfThread {
-    bool is_boosted = false;  // runs at a priority inherited through a mutex
+    bool is_changing = false;  // an audit told that its parameters change; no `applied` since
+    bool is_boosted = false;   // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     Duration busy_before;                   // of earlier incarnations of its tid
@@ -49,7 +50,7 @@ class EnforcementTracker {
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
   const ReadBack* reference(const ThreadFacts& thread) const;
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
-  void check_cpu(const EventHead& head, ThreadFacts& thread, bool is_switch);
+  void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
 
   Model& model_;

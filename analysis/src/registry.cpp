@@ -20,6 +20,10 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
                   .period_ns = event.period_ns,
                   .cpus = {event.cpus.begin(), event.cpus.end()},
                   .error = event.error,
+                  .slice_ns = event.slice_ns,
+                  .util_min = event.util_min,
+                  .util_max = event.util_max,
+                  .change = event.change,
                   .starts_before = 0};
 }
 
@@ -167,9 +171,11 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.has_cie_events = true;
   process.executor = event.executor;
   if (event.moment == RunMoment::announce) ++process.announcements;
+  if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
   if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
   if (process.run_begin) return;
   process.run_begin = ref(head);
+  process.first_spec_sha256 = event.spec_sha256;
   process.first_moment = event.moment;
   process.boot_id = event.boot_id;
   process.tool_version = event.tool_version;
@@ -339,6 +345,11 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
 void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
   const auto index = thread_by_tid(host_of(head), event.tid);
   if (index) model_.threads[at(*index)].kernel_exit = ref(head);
+}
+
+void Registry::apply(const EventHead& head, const ProcessName& event) {
+  const auto process = process_of(head);
+  if (process) model_.processes[at(*process)].name = event.name;
 }
 
 std::optional<std::uint32_t> Registry::publisher_by_gid(std::uint64_t gid) const {

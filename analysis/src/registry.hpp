@@ -49,6 +49,7 @@ class Registry {
   // Returns the thread whose parameters were read back.
   std::optional<ThreadIndex> apply(const EventHead& head, const ThreadSched& event);
   void apply(const EventHead& head, const SchedProcessExit& event);
+  void apply(const EventHead& head, const ProcessName& event);
 
   // Publisher by the 64-bit writer gid it announced on any host. Empty if unknown.
   std::optional<std::uint32_t> publisher_by_gid(std::uint64_t gid) const;

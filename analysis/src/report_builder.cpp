@@ -229,7 +229,10 @@ ThreadReport report_of(const Model& model, const ThreadFacts& facts) {
         .deadline_ns = last->deadline_ns,
         .period_ns = last->period_ns,
         .cpus = last->cpus,
-        .error = last->error};
+        .error = last->error,
+        .slice_ns = asked_for(facts, *last, &ReadBack::slice_ns),
+        .util_min = asked_for(facts, *last, &ReadBack::util_min),
+        .util_max = asked_for(facts, *last, &ReadBack::util_max)};
   }
   report.busy_ns = facts.busy_ns;
   return report;

@@ -31,7 +31,8 @@ struct ProcessFacts {
   std::optional<RunMoment> first_moment{};
   std::string executor{};
   std::string boot_id{};
-  std::string spec_sha256{};
+  std::string spec_sha256{};        // of the last run_begin that names one
+  std::string first_spec_sha256{};  // of the first run_begin seen: another one if it was reloaded
   std::string tool_version{};
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;
@@ -74,7 +75,11 @@ struct ReadBack {
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus{};
   std::int32_t error = 0;
-  std::uint64_t starts_before = 0;  // callback starts seen on the thread before it
+  std::optional<std::uint64_t> slice_ns{};  // empty: the recording does not tell; 0: has none
+  std::optional<std::uint32_t> util_min{};  // likewise
+  std::optional<std::uint32_t> util_max{};  // 0: the kernel has no utilization clamps
+  std::uint32_t change = 0;                 // of the parameters; 0: the first configuration
+  std::uint64_t starts_before = 0;          // callback starts seen on the thread before it
 };
 
 // A hole in contiguous numbers: `missing` numbers are absent between two events.
@@ -168,6 +173,17 @@ struct ThreadFacts {
   std::optional<std::int64_t> busy_ns{};  // on-CPU time
   bool is_fork_child_of_real_time = false;
 };
+
+// The slice or clamp of a read-back if somebody asked for it, which shows when it is not the one
+// with which the thread began. 0: the policy or the kernel has none.
+template <typename Integer>
+std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read_back,
+                                 std::optional<Integer> ReadBack::*field) {
+  const auto& value = read_back.*field;
+  if (!thread.initial || !value || *value == 0) return std::nullopt;
+  const auto& began = *thread.initial.*field;
+  return began && *began != *value ? value : std::nullopt;
+}
 
 // A child created by a real-time thread (S5), seen through fork events.
 struct ForkFacts {

@@ -18,8 +18,11 @@ using yaml::Value;
 constexpr std::int64_t kMostDomain = 230;
 constexpr std::size_t kMaxComponents = 1'000;
 
-constexpr std::array<std::string_view, 7> kKeys{
-    "components", "executor", "spec", "on_error", "domain", "loopback", "discovery_tag"};
+constexpr std::array<std::string_view, 11> kKeys{
+    "components",    "executor",     "spec",      "on_error",    "domain",        "loopback",
+    "discovery_tag", "audit_period", "on_change", "lock_memory", "prefault_stack"};
+constexpr std::int64_t kMostPrefault = std::int64_t{1} << 30U;
+constexpr std::int64_t kLeastAuditPeriod = 10'000'000;  // ns: more often it would be felt
 constexpr std::array<std::string_view, 6> kComponentKeys{"library",   "class",      "name",
                                                          "namespace", "parameters", "remaps"};
 
@@ -105,6 +108,35 @@ void read_network(const Fields& fields, AppFile& app) {
   }
 }
 
+// How threads are prepared and watched.
+void read_care(const Fields& fields, AppFile& app) {
+  if (const auto period = fields.integer("audit_period", 0)) {
+    if (*period != 0 && *period < kLeastAuditPeriod) {
+      fields.find("audit_period")
+          ->fail("\"audit_period\" is below 10 ms; write 0 for none, or 10000000 ns and more");
+    }
+    app.audit_period = std::chrono::nanoseconds{*period};
+  }
+  if (const Value* const value = fields.find("lock_memory")) {
+    const std::string& name = value->text("lock_memory");
+    if (name != "no" && name != "on_fault" && name != "all") {
+      value->fail("\"lock_memory\" is \"" + name + "\"; write no, on_fault or all");
+    }
+    if (name == "on_fault") app.lock_memory = LockMemory::on_fault;
+    if (name == "all") app.lock_memory = LockMemory::all;
+  }
+  if (const auto bytes = fields.integer("prefault_stack", 0, kMostPrefault)) {
+    app.prefault_stack = static_cast<std::size_t>(*bytes);
+  }
+  if (const Value* const value = fields.find("on_change")) {
+    const std::string& name = value->text("on_change");
+    if (name != "report" && name != "apply_again") {
+      value->fail("\"on_change\" is \"" + name + "\"; write report or apply_again");
+    }
+    app.on_change = name == "report" ? OnChange::report : OnChange::apply_again;
+  }
+}
+
 void read_execution(const Fields& fields, AppFile& app, const std::filesystem::path& folder) {
   if (const Value* const value = fields.find("executor")) {
     const std::string& name = value->text("executor");
@@ -140,6 +172,7 @@ AppFile AppFile::parse(std::string_view text, std::string_view name,
   AppFile app;
   app.file = name;
   read_execution(fields, app, folder);
+  read_care(fields, app);
   read_network(fields, app);
   const Value* const components = fields.find("components");
   if (components == nullptr) {

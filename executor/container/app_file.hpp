@@ -5,6 +5,8 @@
 #include <cie/executor/executor.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -32,6 +34,10 @@ struct AppFile {
   std::string executor = "isolated";  // one of kExecutorNames
   OnError on_error = OnError::refuse;
   std::optional<std::filesystem::path> spec;
+  std::chrono::nanoseconds audit_period = ExecutorOptions{}.audit_period;
+  OnChange on_change = OnChange::report;
+  LockMemory lock_memory = LockMemory::no;
+  std::size_t prefault_stack = 0;
   // What the file says of the network; the rest comes from the environment.
   std::optional<std::uint32_t> domain;
   std::optional<bool> is_loopback;

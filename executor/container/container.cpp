@@ -32,17 +32,17 @@ Container::Container(const AppFile& app, Say say)
     : app_(app), say_(std::move(say)), context_(network(app)) {
   ExecutorOptions options;
   if (app_.spec) {
-    const auto spec = std::make_shared<SchedulingSpec>(
-        SchedulingSpec::load(*app_.spec, context_.options().domain));
-    check_machine(*spec);
-    options.spec = spec;
+    options.spec = load_spec();
   }
   options.on_error = app_.on_error;
-  if (app_.on_error == OnError::warn) {
-    options.on_parameter_problem = [this](const ParameterProblem& problem) {
-      say_("warning: " + problem.text());
-    };
-  }
+  options.audit_period = app_.audit_period;
+  options.on_change = app_.on_change;
+  options.lock_memory = app_.lock_memory;
+  options.prefault_stack = app_.prefault_stack;
+  options.on_parameter_problem = [this](const ParameterProblem& problem) {
+    const bool is_thrown_too = app_.on_error == OnError::refuse && !problem.is_from_outside;
+    if (!is_thrown_too) say_("warning: " + problem.text());
+  };
   options.on_exception = [this](const CallbackFailure& failure) { count_failure(failure); };
   executor_ = make_executor(app_.executor, std::move(options));
 }
@@ -169,6 +169,31 @@ std::string Container::with_node(const std::string& name,
   const auto found = std::ranges::find(members_, name, &Member::name);
   if (found == members_.end()) throw std::runtime_error{"no component \"" + name + "\" is loaded"};
   return function(found->component->node());
+}
+
+std::shared_ptr<const SchedulingSpec> Container::load_spec() const {
+  auto spec =
+      std::make_shared<SchedulingSpec>(SchedulingSpec::load(*app_.spec, context_.options().domain));
+  check_machine(*spec);
+  return spec;
+}
+
+bool Container::has_spec() const noexcept { return app_.spec.has_value(); }
+
+std::string Container::reload_spec() {
+  if (!app_.spec)
+    throw std::runtime_error{"there is no spec to load anew: the application names none"};
+  std::string line;
+  try {
+    const auto spec = load_spec();
+    executor_->reload_spec(spec);
+    line = "runs by " + app_.spec->string() + " as it is now, sha256 " + spec->sha256();
+  } catch (const std::exception& error) {
+    say_("the former spec stays in force: " + std::string{error.what()});
+    throw;
+  }
+  say_(line);
+  return line + "\n";
 }
 
 void Container::run() { executor_->spin(); }

@@ -48,6 +48,11 @@ class Container {
   // if there is no such component.
   std::string with_node(const std::string& name,
                         const std::function<std::string(Node& node)>& function) const;
+  // Reads the spec's file again and goes on under it. Returns what to tell the user. Throws
+  // SpecError, std::runtime_error or ParametersRefused when it cannot be used; the former stays in
+  // force then.
+  std::string reload_spec();
+  bool has_spec() const noexcept;
   // Serves the components until cancel(). Throws ParametersRefused when the spec cannot be applied.
   void run();
   void cancel() noexcept;  // async-signal-safe
@@ -61,6 +66,7 @@ class Container {
     std::unique_ptr<LoadedComponent> component;
   };
 
+  std::shared_ptr<const SchedulingSpec> load_spec() const;
   void check_machine(const SchedulingSpec& spec) const;
   // With mutex_ held. Returns what to tell; throws std::runtime_error saying which and why not.
   std::string load(const ComponentEntry& entry, const std::string& file);

@@ -1,4 +1,6 @@
 // cie-run: the component container. `cie run` starts it.
+#include <cie/executor/on_hangup.hpp>
+
 #include "app_file.hpp"
 #include "container.hpp"
 #include "control.hpp"
@@ -29,7 +31,8 @@ constexpr const char* kDescription =
     "  load APP.yaml [NAME…]  the components of that file that are not loaded, or those named\n"
     "  unload NAME            a component, as list names it\n"
     "  param list [NODE]      parameters of one component or of all, with their values\n"
-    "  param get NODE NAME, param set NODE NAME VALUE, param describe NODE NAME";
+    "  param get NODE NAME, param set NODE NAME VALUE, param describe NODE NAME\n"
+    "  reload                 the spec's file, as SIGHUP does";
 constexpr const char* kFooter =
     "\nExample:\n"
     "  cie run app.yaml --executor single\n"
@@ -89,6 +92,7 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
   try {
     const std::string order = words.empty() ? "" : words.front();
     if (order == "list" && words.size() == 1) return {.text = container.list()};
+    if (order == "reload" && words.size() == 1) return {.text = container.reload_spec()};
     if (order == "unload" && words.size() == 2) return {.text = container.unload(words[1])};
     if (order == "load" && words.size() >= 2) {
       const AppFile app = AppFile::load(words[1]);
@@ -98,7 +102,7 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
       return {.text = follow_parameter_order(container, {words.begin() + 1, words.end()})};
     }
     return unusable(
-        "no such order: list, load APP.yaml [NAME…], unload NAME and param … are known");
+        "no such order: list, load APP.yaml [NAME…], unload NAME, reload and param … are known");
   } catch (const SpecError& error) {
     return unusable(error.what());
   } catch (const std::invalid_argument& error) {
@@ -126,6 +130,18 @@ int give_order(int pid, std::vector<std::string> words) {
   }
 }
 
+// Null without a spec: SIGHUP then ends the process, as it does others.
+std::unique_ptr<OnHangup> reload_on_hangup(Container& container) {
+  if (!container.has_spec()) return nullptr;
+  return std::make_unique<OnHangup>([&container] {
+    try {
+      container.reload_spec();
+    } catch (const std::exception&) {
+      // It was said already, and the former spec stays in force.
+    }
+  });
+}
+
 // Null if it cannot be; the components run all the same.
 std::unique_ptr<ControlServer> listen_for_orders(Container& container) {
   try {
@@ -146,6 +162,7 @@ int serve(Container& container, const AppFile& app) {
   try {
     const Registration registration{container};
     const auto control = listen_for_orders(container);
+    const auto hangup = reload_on_hangup(container);
     const std::size_t missing = app.components.size() - loaded;
     say(counted(loaded, "component") + " under the executor \"" + app.executor + "\"" +
         (missing == 0 ? "" : ", " + std::to_string(missing) + " could not be loaded"));
@@ -177,6 +194,7 @@ int run(const Arguments& arguments) {
       override_parameters(app, file);
     for (const std::string& assignment : arguments.parameters)
       override_parameter(app, assignment);
+    if (app.spec) hold_hangups();
     Container container{app, say};
     return serve(container, app);
   } catch (const SpecError& error) {
@@ -191,14 +209,11 @@ int run(const Arguments& arguments) {
   }
 }
 
-}  // namespace
-}  // namespace cie::container
-
-int main(int argc, char** argv) {
-  cie::container::Arguments arguments;
-  CLI::App app{cie::container::kDescription};
+int command_line(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app{kDescription};
   app.name("cie-run");
-  app.footer(cie::container::kFooter);
+  app.footer(kFooter);
   std::vector<std::string> order;
   int pid = 0;
   auto* const application = app.add_option("APP", arguments.file, "Application file (YAML)");
@@ -223,8 +238,22 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     if (arguments.file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : cie::container::unusable_input;
+    return app.exit(error) == 0 ? 0 : unusable_input;
   }
-  if (!order.empty()) return cie::container::give_order(pid, order);
-  return cie::container::run(arguments);
+  if (!order.empty()) return give_order(pid, order);
+  return run(arguments);
+}
+
+}  // namespace
+}  // namespace cie::container
+
+int main(int argc, char** argv) {
+  try {
+    return cie::container::command_line(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cie-run: %s\n", error.what());
+  } catch (...) {
+    std::fputs("cie-run: unknown exception\n", stderr);
+  }
+  return cie::container::failed;
 }

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cie/executor/client.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include "callback.hpp"
 #include "clock.hpp"
 #include "message_pool.hpp"
-#include "pi_mutex.hpp"
 #include "reader.hpp"
 #include "writer.hpp"
 
@@ -63,7 +63,7 @@ class ClientCallback final : public Callback {
   std::int64_t timeout_ns_;
   MessagePool messages_;
   std::atomic<std::int64_t> next_due_ns_{kNever};
-  mutable PiMutex mutex_;                     // of what follows
+  mutable PriorityMutex mutex_;               // of what follows
   std::map<std::int64_t, Request> requests_;  // by seq, and so by deadline
   std::int64_t last_seq_ = 0;
 };

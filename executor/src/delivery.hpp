@@ -1,11 +1,11 @@
 // What happens to a sample on the thread that delivers it: the receive thread, or the publisher's.
 #pragma once
 
+#include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "arrival_log.hpp"
 #include "callback.hpp"
-#include "pi_mutex.hpp"
 #include "queue_count.hpp"
 #include "wakeup.hpp"
 
@@ -61,7 +61,7 @@ class Delivery {
  private:
   void announce() noexcept;
 
-  PiMutex mutex_;
+  PriorityMutex mutex_;
   ArrivalLog arrivals_;
   QueueCount count_;
   ReadySink* sink_ = nullptr;

@@ -30,7 +30,8 @@ ExecutorOptions without_wait_set(ExecutorOptions options) {
 }  // namespace
 
 std::string ParameterProblem::text() const {
-  return file + ":" + std::to_string(line) + ": \"" + entry + "\": thread \"" + thread +
+  const std::string place = line > 0 ? file + ":" + std::to_string(line) : file;
+  return (place.empty() ? "" : place + ": ") + "\"" + entry + "\": thread \"" + thread +
          "\": " + reason;
 }
 
@@ -56,6 +57,9 @@ void Executor::cancel() noexcept { core_->cancel(); }
 void Executor::start_worker(const std::string& name,
                             std::function<void(std::stop_token)> function) {
   core_->spawn_thread(name, std::move(function));
+}
+void Executor::reload_spec(std::shared_ptr<const SchedulingSpec> spec) {
+  core_->reload_spec(std::move(spec));
 }
 bool Executor::is_spinning() const noexcept { return core_->is_spinning(); }
 std::vector<ParameterProblem> Executor::parameter_problems() const { return core_->problems(); }

@@ -1,5 +1,6 @@
 #include "executor_core.hpp"
 
+#include "audit_thread.hpp"
 #include "clock.hpp"
 #include "events_loop.hpp"
 #include "node_state.hpp"
@@ -9,6 +10,8 @@
 #include "wait_set_loop.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -162,9 +165,10 @@ std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_isolated(const Callbacks&
   std::vector<TeamPtr> teams;
   std::vector<ParameterProblem> problems;
   for (const auto& [group, members] : groups) {
-    const auto found = conflicts(members);
+    const ThreadPlan plan = plan_for_group(members);
+    const auto found = configurator_.conflicts({.name = plan.name, .callbacks = plan.callbacks});
     problems.insert(problems.end(), found.begin(), found.end());
-    teams.push_back(start_group_team(members));
+    teams.push_back(start_group_team(*group, plan));
   }
   for (const TeamPtr& team : teams) {
     const auto found = team->wait_configured();
@@ -179,37 +183,22 @@ std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_isolated(const Callbacks&
   return teams;
 }
 
-// One thread cannot run as two entries say.
-std::vector<ParameterProblem> ExecutorCore::conflicts(const Callbacks& callbacks_of_group) {
-  std::vector<ParameterProblem> found;
-  const SpecEntry* first = nullptr;
-  for (const auto& callback : callbacks_of_group) {
-    const SpecEntry* const entry = configurator_.entry_of_callback(callback->logical_id());
-    if (entry == nullptr) continue;
-    if (first == nullptr) first = entry;
-    if (entry->parameters == first->parameters) continue;
-    found.push_back(configurator_.problem(
-        *entry, callbacks_of_group.front()->label(), 0,
-        "its group shares a thread, which line " + std::to_string(first->line) +
-            " already configures otherwise: give both the same parameters, or the callback a "
-            "group of its own"));
-    configurator_.report(found.back());
-  }
-  return found;
-}
-
-ExecutorCore::TeamPtr ExecutorCore::start_group_team(const Callbacks& callbacks_of_group) {
+ThreadPlan ExecutorCore::plan_for_group(const Callbacks& callbacks_of_group) {
   const Callback& first = *callbacks_of_group.front();
   const GroupState& group = first.group();
-  const bool is_reentrant = group.type() == GroupType::reentrant;
   ThreadPlan plan{.role = ThreadRole::callback, .group = group.id(), .name = first.label()};
   // A thread that serves several callbacks is announced as what it is meant to be, an isolated one,
   // but without a callback: the verifier finds the group (rule M8).
+  const bool is_reentrant = group.type() == GroupType::reentrant;
   if (callbacks_of_group.size() == 1 && !is_reentrant) plan.callback = first.id();
-  for (const auto& callback : callbacks_of_group) {
-    if (plan.entry == nullptr) plan.entry = configurator_.entry_of_callback(callback->logical_id());
-  }
-  if (!is_reentrant) {
+  for (const auto& callback : callbacks_of_group)
+    plan.callbacks.push_back(callback->logical_id());
+  return plan;
+}
+
+ExecutorCore::TeamPtr ExecutorCore::start_group_team(const GroupState& group,
+                                                     const ThreadPlan& plan) {
+  if (group.type() != GroupType::reentrant) {
     return std::make_shared<Team>(group_loop(group.type()), std::vector{plan}, configurator_);
   }
   const std::vector<ThreadPlan> plans(std::max(options_.reentrant_threads, 1U), plan);
@@ -240,8 +229,7 @@ std::vector<ExecutorCore::TeamPtr> ExecutorCore::serve_pooled(const Callbacks& c
     std::vector<ThreadPlan> plans;
     for (unsigned i = 0; i < pool_size(); ++i) {
       const std::string name = "cie-pool-" + std::to_string(i);
-      plans.push_back(
-          {.role = ThreadRole::pool, .name = name, .entry = configurator_.entry_of_thread(name)});
+      plans.push_back({.role = ThreadRole::pool, .name = name});
     }
     try {
       team = std::make_shared<Team>(group_loop(GroupType::reentrant), plans, configurator_);
@@ -260,8 +248,8 @@ void ExecutorCore::configure_workers_of(const NodeState& node) {
   std::vector<ParameterProblem> problems;
   for (const WorkerThread& worker : node.context()->workers()) {
     if (!configured_workers_.insert(worker.trace).second) continue;
-    const auto found = configurator_.configure(*worker.trace, worker.name,
-                                               configurator_.entry_of_thread(worker.name));
+    const auto found =
+        configurator_.configure(node.context(), *worker.trace, {.name = worker.name});
     problems.insert(problems.end(), found.begin(), found.end());
   }
   refuse_if_any(problems);
@@ -326,8 +314,10 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
     trace::Thread dispatcher{ThreadRole::dispatcher, kNoCallback, kNoGroup, name};
     dispatcher.emit_sched(SchedMoment::initial, 0);
     run_.set_status(1);
+    std::optional<ThreadConfigurator::Configured> configured;
     {
       const std::lock_guard lock{mutex_};
+      refuse_if_any(configurator_.lock_process_memory());
       Callbacks all;
       for (const auto& node : nodes_) {
         configure_workers_of(*node);
@@ -337,10 +327,18 @@ void ExecutorCore::spin(std::int64_t deadline_ns) {
       // After the teams, whose threads inherit what this one was started with, not what it is
       // given; and before any of them runs a callback. This one's own callbacks come last.
       const auto teams = own_loop_ == nullptr ? serve(all) : std::vector<TeamPtr>{};
-      refuse_if_any(configurator_.configure(dispatcher, name, configurator_.entry_of_thread(name)));
-      if (own_loop_ != nullptr) serve(all);
+      configured.emplace(configurator_.configure(dispatcher, {.name = name}));
+      refuse_if_any(configured->problems);
+      if (own_loop_ != nullptr) {
+        refuse_if_any(configurator_.prepare_stack(name));
+        serve(all);
+      }
       open_gates(teams);
       is_serving_ = true;
+    }
+    std::optional<AuditThread> audit;
+    if (options_.audit_period > std::chrono::nanoseconds::zero()) {
+      audit.emplace(configurator_, options_.audit_period);
     }
     wait_for_end(deadline_ns);
   }
@@ -392,6 +390,14 @@ void ExecutorCore::cancel() noexcept {
   }
 }
 
+// --- parameters ---------------------------------------------------------------------------------
+
+void ExecutorCore::reload_spec(std::shared_ptr<const SchedulingSpec> spec) {
+  const std::lock_guard lock{mutex_};  // no thread starts meanwhile
+  configurator_.reload(spec);
+  run_.set_spec(spec ? spec->sha256() : std::string{});
+}
+
 // --- workers ------------------------------------------------------------------------------------
 
 void ExecutorCore::spawn_thread(const std::string& name, FunctionLoop::Function function) {
@@ -405,19 +411,18 @@ void ExecutorCore::on_failure(Callback& callback, std::exception_ptr exception) 
   fail({callback.id(), callback.logical_id(), std::move(exception)});
 }
 
-void ExecutorCore::fail(const CallbackFailure& failure) noexcept {
-  std::exception_ptr exception = failure.exception;
+void ExecutorCore::fail(CallbackFailure failure) noexcept {
   try {
     if (options_.on_exception) {
       options_.on_exception(failure);
       return;
     }
   } catch (...) {
-    exception = std::current_exception();  // the handler's own, which says more
+    failure.exception = std::current_exception();  // the handler's own, which says more
   }
   {
     const std::lock_guard lock{failure_mutex_};
-    if (!failure_) failure_ = std::move(exception);
+    if (!failure_) failure_ = std::move(failure.exception);
   }
   cancel();
 }

@@ -44,6 +44,7 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   void cancel() noexcept;
   bool is_spinning() const noexcept { return is_spinning_.load(std::memory_order_acquire); }
   std::vector<ParameterProblem> problems() const { return configurator_.problems(); }
+  void reload_spec(std::shared_ptr<const SchedulingSpec> spec);
 
   void spawn_thread(const std::string& name, FunctionLoop::Function function);
   // Asks all threads of spawn_thread() to stop and joins them; final.
@@ -64,15 +65,15 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   std::vector<TeamPtr> serve_isolated(const Callbacks& callbacks);
   std::vector<TeamPtr> serve_pooled(const Callbacks& callbacks);
   static void open_gates(const std::vector<TeamPtr>& teams);
-  std::vector<ParameterProblem> conflicts(const Callbacks& callbacks_of_group);
-  TeamPtr start_group_team(const Callbacks& callbacks_of_group);
+  static ThreadPlan plan_for_group(const Callbacks& callbacks_of_group);
+  TeamPtr start_group_team(const GroupState& group, const ThreadPlan& plan);
   void configure_workers_of(const NodeState& node);
   void refuse_if_any(const std::vector<ParameterProblem>& problems) const;
   unsigned pool_size() const;
   std::unique_ptr<Loop> group_loop(GroupType type);
   void wait_for_end(std::int64_t deadline_ns);
   void wait_for_cancel(std::int64_t deadline_ns);
-  void fail(const CallbackFailure& failure) noexcept;
+  void fail(CallbackFailure failure) noexcept;
 
   const ExecutorKind kind_;
   const ExecutorOptions options_;
@@ -93,7 +94,8 @@ class ExecutorCore final : public FailureSink, public std::enable_shared_from_th
   std::mutex failure_mutex_;
   std::exception_ptr failure_;
 
-  WorkerThreads workers_{configurator_, [this](const CallbackFailure& failure) { fail(failure); }};
+  WorkerThreads workers_{configurator_,
+                         [this](CallbackFailure failure) { fail(std::move(failure)); }};
 };
 
 }  // namespace cie::executor

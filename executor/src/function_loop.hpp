@@ -17,16 +17,19 @@ class FunctionLoop final : public Loop {
   using Function = std::function<void(std::stop_token)>;
   using FailureHandler = std::function<void(std::exception_ptr)>;
 
-  // `on_failure` is told, on the worker's thread, what the function throws; it must not throw.
+  // `on_failure` is told, on the worker's thread, what the function throws, and becomes its owner;
+  // it must not throw.
   FunctionLoop(Function function, FailureHandler on_failure)
       : function_(std::move(function)), on_failure_(std::move(on_failure)) {}
 
   void run(std::int64_t) override {
+    std::exception_ptr failure;
     try {
       function_(stop_.get_token());
     } catch (...) {
-      on_failure_(std::current_exception());
+      failure = std::current_exception();
     }
+    if (failure) on_failure_(std::move(failure));
   }
   void stop() noexcept override { stop_.request_stop(); }
 

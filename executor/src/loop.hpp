@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace cie::executor {
@@ -42,14 +43,17 @@ class Loop {
   virtual bool is_on_own_thread() const noexcept = 0;
 };
 
-// Runs one instance; true if there was one. What the user's function throws ends up in `failures`.
+// Runs one instance; true if there was one. What the user's function throws is handed over
+// to `failures` whole, so that those who are told of it free it.
 inline bool execute(Callback& callback, FailureSink& failures) noexcept {
+  std::exception_ptr failure;
   try {
     return callback.execute_one();
   } catch (...) {
-    failures.on_failure(callback, std::current_exception());
-    return true;
+    failure = std::current_exception();
   }
+  failures.on_failure(callback, std::move(failure));
+  return true;
 }
 
 }  // namespace cie::executor

@@ -2,8 +2,7 @@
 #pragma once
 
 #include <cie/executor/parameters.hpp>
-
-#include "pi_mutex.hpp"
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include <atomic>
 #include <cstdint>
@@ -93,7 +92,7 @@ class ParameterStore {
   ChangeSink change_sink_;
   std::mutex changing_mutex_;
   std::atomic<std::thread::id> changing_{};  // who holds it
-  mutable PiMutex values_mutex_;             // of what follows
+  mutable PriorityMutex values_mutex_;       // of what follows
   std::map<std::string, Declared, std::less<>> declared_;
   std::set<std::string, std::less<>> ever_declared_;
   // Lives as long as one of its handles does, even if the store is gone.

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cie/executor/service.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include "message_pool.hpp"
-#include "pi_mutex.hpp"
 #include "service_endpoint.hpp"
 #include "writer.hpp"
 
@@ -34,7 +34,7 @@ class Replier {
   const dds_topic_descriptor& type_;
   ErasedServiceFunction function_;
   MessagePool responses_;
-  PiMutex mutex_;                          // of what follows
+  PriorityMutex mutex_;                    // of what follows
   std::array<std::uint64_t, 64> known_{};  // the latest clients that need no waiting any more
   std::size_t next_known_ = 0;
 };

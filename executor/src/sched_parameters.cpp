@@ -1,33 +1,19 @@
 #include "sched_parameters.hpp"
 
+#include <cie/tracepoints/sched_attr.hpp>
+
+#include "refusal.hpp"
+
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 #include <memory>
 #include <string_view>
-#include <system_error>
 
 #include <sched.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 namespace cie::executor {
 namespace {
-
-// The kernel's struct sched_attr in its first version; the C library of Debian 12 lacks it.
-struct SchedAttr {
-  std::uint32_t size = sizeof(SchedAttr);
-  std::uint32_t policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime = 0;
-  std::uint64_t deadline = 0;
-  std::uint64_t period = 0;
-};
-static_assert(sizeof(SchedAttr) == 48);
-
-constexpr std::uint64_t kFlagResetOnFork = 1;
 
 bool is_real_time(Policy policy) noexcept {
   return policy == Policy::fifo || policy == Policy::round_robin || policy == Policy::deadline;
@@ -58,55 +44,9 @@ std::string describe_policy(const ThreadParameters& parameters) {
             std::to_string(parameters.deadline_ns) + "/" + std::to_string(parameters.period_ns) +
             " ns";
   }
+  if (parameters.util_min) text += " uclamp_min " + std::to_string(*parameters.util_min);
+  if (parameters.util_max) text += " uclamp_max " + std::to_string(*parameters.util_max);
   return text;
-}
-
-// The real-time budget of this process's cpu control group, where the kernel has such (version 1
-// with RT_GROUP_SCHED); -1 otherwise.
-std::int64_t group_rt_runtime_us() {
-  std::ifstream groups{"/proc/self/cgroup"};
-  for (std::string line; std::getline(groups, line);) {
-    const auto first = line.find(':');
-    const auto second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = "," + line.substr(first + 1, second - first - 1) + ",";
-    if (controllers.find(",cpu,") == std::string::npos) continue;
-    std::ifstream file{"/sys/fs/cgroup/cpu" + line.substr(second + 1) + "/cpu.rt_runtime_us"};
-    std::int64_t runtime = -1;
-    if (file >> runtime) return runtime;
-  }
-  return -1;
-}
-
-std::string remedy_for_policy(int error, const ThreadParameters& parameters) {
-  const bool is_deadline = parameters.policy == Policy::deadline;
-  switch (error) {
-    case EPERM:
-      if (has_priority(*parameters.policy) && group_rt_runtime_us() == 0) {
-        return "the cpu control group has no real-time budget: write one to its "
-               "cpu.rt_runtime_us, or leave the group";
-      }
-      if (is_deadline && parameters.cpus) {
-        return "CAP_SYS_NICE is needed, and SCHED_DEADLINE does not go with a subset of the CPUs "
-               "outside a cpuset of its own: remove the affinity";
-      }
-      return "CAP_SYS_NICE is needed: run as root, or with `setpriv --ambient-caps +sys_nice "
-             "--inh-caps +sys_nice`";
-    case EBUSY:
-      return "the deadline threads together would exceed the CPU time that "
-             "/proc/sys/kernel/sched_rt_runtime_us admits, or the thread may not use all CPUs: "
-             "lower runtime/period or remove the affinity";
-    case EINVAL:
-      return is_deadline ? "the kernel wants 1024 ns <= runtime <= deadline <= period, and a "
-                           "period of 100 us to 4 s"
-                         : "the kernel does not take these values for this policy";
-    default:
-      return "the kernel gives no other reason";
-  }
-}
-
-std::string words(int error, const std::string& remedy) {
-  return std::generic_category().message(error) + " (" + remedy + ")";
 }
 
 struct FreeCpuSet {
@@ -125,43 +65,69 @@ int set_affinity(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
   return sched_setaffinity(static_cast<pid_t>(tid), size, set.get()) == 0 ? 0 : errno;
 }
 
+bool has_affinity(std::uint32_t tid, const std::vector<std::uint32_t>& cpus) {
+  const auto now = trace::read_back(tid);
+  return now && now->cpus == cpus;
+}
+
+SchedRequest request_cpus(std::uint32_t tid, const ThreadParameters& parameters,
+                          ExclusiveCpusets& cpusets) {
+  if (parameters.has_exclusive_cpuset && parameters.cpus)
+    return cpusets.join(tid, *parameters.cpus);
+  cpusets.leave(tid);
+  // What is so already is not asked for: a SCHED_DEADLINE thread may not even ask.
+  if (!parameters.cpus || has_affinity(tid, *parameters.cpus)) return {};
+  const int error = set_affinity(tid, *parameters.cpus);
+  if (error == 0) return {};
+  return {.error = error,
+          .what = "CPUs " + cpu_list(*parameters.cpus),
+          .reason = why_affinity_refused(error, cpusets.kernel())};
+}
+
 int set_policy(std::uint32_t tid, const ThreadParameters& parameters) noexcept {
   const Policy policy = *parameters.policy;
   SchedAttr attributes;
   attributes.policy = static_cast<std::uint32_t>(policy);
-  if (is_real_time(policy)) attributes.flags = kFlagResetOnFork;
+  if (is_real_time(policy)) attributes.flags = kSchedFlagResetOnFork;
   if (has_nice(policy)) attributes.nice = parameters.nice;
   if (has_priority(policy)) attributes.priority = parameters.priority;
   if (parameters.slice_ns) attributes.runtime = *parameters.slice_ns;
+  if (parameters.util_min) {
+    attributes.flags |= kSchedFlagUtilMin;
+    attributes.util_min = *parameters.util_min;
+  }
+  if (parameters.util_max) {
+    attributes.flags |= kSchedFlagUtilMax;
+    attributes.util_max = *parameters.util_max;
+  }
   if (policy == Policy::deadline) {
     attributes.runtime = parameters.runtime_ns;
     attributes.deadline = parameters.deadline_ns;
     attributes.period = parameters.period_ns;
   }
-  return syscall(SYS_sched_setattr, tid, &attributes, 0U) == 0 ? 0 : errno;
+  return set_sched_attr(tid, attributes);
 }
 
 }  // namespace
 
-SchedRequest request(std::uint32_t tid, const ThreadParameters& parameters) {
-  if (parameters.cpus) {
-    if (const int error = set_affinity(tid, *parameters.cpus); error != 0) {
-      return {.error = error,
-              .what = "CPUs " + cpu_list(*parameters.cpus),
-              .reason = words(error, error == EINVAL ? "none of these CPUs is online and allowed "
-                                                       "to this process: see `nproc` and "
-                                                       "`taskset -p`"
-                                                     : "see `taskset -p` and the cpuset")};
-    }
+SchedRequest request(std::uint32_t tid, const ThreadParameters& parameters,
+                     ExclusiveCpusets& cpusets) {
+  SchedAttr now;
+  const bool was_deadline = get_sched_attr(tid, now) == 0 &&
+                            Policy{static_cast<std::int32_t>(now.policy)} == Policy::deadline;
+  const bool leaves_deadline =
+      was_deadline && parameters.policy && parameters.policy != Policy::deadline;
+  if (!leaves_deadline) {
+    if (auto refusal = request_cpus(tid, parameters, cpusets); refusal.error != 0) return refusal;
   }
   if (parameters.policy) {
     if (const int error = set_policy(tid, parameters); error != 0) {
       return {.error = error,
               .what = describe_policy(parameters),
-              .reason = words(error, remedy_for_policy(error, parameters))};
+              .reason = why_policy_refused(error, parameters, cpusets.kernel())};
     }
   }
-  return {};
+  return leaves_deadline ? request_cpus(tid, parameters, cpusets) : SchedRequest{};
 }
 
 std::vector<std::string> differences(const ThreadParameters& asked,
@@ -185,6 +151,8 @@ std::vector<std::string> differences(const ThreadParameters& asked,
       compare("slice", *asked.slice_ns, reported.slice_ns);
       if (reported.slice_ns == 0 && !found.empty()) found.back() += " (it needs Linux 6.12)";
     }
+    if (asked.util_min) compare("uclamp_min", *asked.util_min, reported.util_min);
+    if (asked.util_max) compare("uclamp_max", *asked.util_max, reported.util_max);
     if (has_priority(policy)) compare("priority", asked.priority, reported.priority);
     if (policy == Policy::deadline) {
       compare("runtime", asked.runtime_ns, reported.runtime_ns);

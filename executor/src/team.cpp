@@ -1,66 +1,13 @@
 #include "team.hpp"
 
 #include "clock.hpp"
-#include "sched_parameters.hpp"
 #include "threads.hpp"
 
 #include <algorithm>
+#include <system_error>
 #include <utility>
 
 namespace cie::executor {
-
-const SpecEntry* ThreadConfigurator::entry_of_callback(
-    const std::string& logical_id) const noexcept {
-  return options_.spec ? options_.spec->find_callback(logical_id) : nullptr;
-}
-
-const SpecEntry* ThreadConfigurator::entry_of_thread(const std::string& name) const noexcept {
-  return options_.spec ? options_.spec->find_thread(name) : nullptr;
-}
-
-ParameterProblem ThreadConfigurator::problem(const SpecEntry& entry, const std::string& thread,
-                                             int error, std::string reason) const {
-  return {.file = options_.spec->name(),
-          .line = entry.line,
-          .entry = entry.id,
-          .thread = thread,
-          .error = error,
-          .reason = std::move(reason)};
-}
-
-void ThreadConfigurator::report(const ParameterProblem& problem) {
-  const std::lock_guard lock{mutex_};
-  problems_.push_back(problem);
-  if (options_.on_parameter_problem) options_.on_parameter_problem(problem);
-}
-
-std::vector<ParameterProblem> ThreadConfigurator::problems() const {
-  const std::lock_guard lock{mutex_};
-  return problems_;
-}
-
-std::vector<ParameterProblem> ThreadConfigurator::configure(trace::Thread& thread,
-                                                            const std::string& name,
-                                                            const SpecEntry* entry) {
-  SchedRequest outcome;
-  if (entry != nullptr) outcome = request(thread.tid(), entry->parameters);
-  const auto reported = thread.emit_sched(SchedMoment::applied, outcome.error);
-  std::vector<ParameterProblem> found;
-  if (entry == nullptr) return found;
-  if (outcome.error != 0) {
-    found.push_back(
-        problem(*entry, name, outcome.error, "cannot set " + outcome.what + ": " + outcome.reason));
-  } else if (!reported) {
-    found.push_back(problem(*entry, name, 0, "the thread ended before it could be read back"));
-  } else {
-    for (const std::string& difference : differences(entry->parameters, *reported)) {
-      found.push_back(problem(*entry, name, 0, "read back after setting: " + difference));
-    }
-  }
-  for (const ParameterProblem& each : found)
-    report(each);
-  return found;
-}
 
 Team::Team(std::unique_ptr<Loop> loop, const std::vector<ThreadPlan>& plans,
            ThreadConfigurator& configurator)
@@ -69,6 +16,11 @@ Team::Team(std::unique_ptr<Loop> loop, const std::vector<ThreadPlan>& plans,
     for (const ThreadPlan& plan : plans) {
       threads_.emplace_back([this, plan] { run(plan); });
     }
+  } catch (const std::system_error& error) {
+    stop();
+    join();
+    throw std::system_error{
+        error.code(), "cannot start a thread: " + configurator.why_no_thread(error.code().value())};
   } catch (...) {
     stop();
     join();
@@ -86,7 +38,10 @@ void Team::run(const ThreadPlan& plan) noexcept {
   try {
     trace::Thread thread{plan.role, plan.callback, plan.group, plan.name};
     thread.emit_sched(SchedMoment::initial, 0);
-    const auto problems = configurator_.configure(thread, plan.name, plan.entry);
+    auto problems = configurator_.prepare_stack(plan.name);
+    const auto configured =
+        configurator_.configure(thread, {.name = plan.name, .callbacks = plan.callbacks});
+    problems.insert(problems.end(), configured.problems.begin(), configured.problems.end());
     {
       std::unique_lock lock{mutex_};
       problems_.insert(problems_.end(), problems.begin(), problems.end());

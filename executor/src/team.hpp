@@ -2,10 +2,10 @@
 #pragma once
 
 #include <cie/executor/executor.hpp>
-#include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "loop.hpp"
+#include "thread_configurator.hpp"
 
 #include <condition_variable>
 #include <exception>
@@ -17,37 +17,14 @@
 
 namespace cie::executor {
 
-// Gives a thread its parameters and tells how that went. Thread-safe.
-class ThreadConfigurator {
- public:
-  explicit ThreadConfigurator(const ExecutorOptions& options) : options_(options) {}
-
-  // Asks the kernel for what `entry` wants (null: nothing), emits the `applied` read-back, compares
-  // it, and passes the problems to the handler. Any thread of this process may be configured.
-  std::vector<ParameterProblem> configure(trace::Thread& thread, const std::string& name,
-                                          const SpecEntry* entry);
-  // The spec's entry for a callback's thread, or for another thread by its name; null if none.
-  const SpecEntry* entry_of_callback(const std::string& logical_id) const noexcept;
-  const SpecEntry* entry_of_thread(const std::string& name) const noexcept;
-  // Tells the handler and remembers.
-  void report(const ParameterProblem& problem);
-  std::vector<ParameterProblem> problems() const;
-  ParameterProblem problem(const SpecEntry& entry, const std::string& thread, int error,
-                           std::string reason) const;
-
- private:
-  const ExecutorOptions& options_;
-  mutable std::mutex mutex_;
-  std::vector<ParameterProblem> problems_;
-};
-
-// What each thread of a team is announced as, and the entry that configures it.
+// What each thread of a team is announced as, and whose entry of the spec configures it: that of
+// the first of `callbacks` (logical ids) that has one, or, without callbacks, that of the name.
 struct ThreadPlan {
   ThreadRole role = ThreadRole::pool;
   CallbackId callback = kNoCallback;
   GroupId group = kNoGroup;
-  std::string name;
-  const SpecEntry* entry = nullptr;
+  std::string name{};
+  std::vector<std::string> callbacks{};
 };
 
 // A thread names itself, announces itself, applies its parameters, reads them back and emits them;

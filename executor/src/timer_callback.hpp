@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cie/executor/timer.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include "callback.hpp"
-#include "pi_mutex.hpp"
 #include "timer_schedule.hpp"
 
 #include <cstdint>
@@ -37,7 +37,7 @@ class TimerCallback final : public Callback {
   std::optional<std::int64_t> start_ns_;
   std::int64_t phase_ns_;
   TimerSchedule schedule_;
-  mutable PiMutex mutex_;  // of what follows, and of starting and stopping the schedule
+  mutable PriorityMutex mutex_;  // of what follows, and of starting and stopping the schedule
   ReadySink* sink_ = nullptr;
   bool is_begun_ = false;  // its time runs, or has ended
   bool is_cancelled_ = false;

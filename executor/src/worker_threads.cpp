@@ -16,11 +16,11 @@ void WorkerThreads::start(const std::string& name, FunctionLoop::Function functi
                                 "\": give it 1 to 15 printable characters"};
   }
   auto loop = std::make_unique<FunctionLoop>(
-      std::move(function), [this, name](const std::exception_ptr& exception) {
-        on_failure_({.callback = kNoCallback, .logical_id = name, .exception = exception});
+      std::move(function), [this, name](std::exception_ptr exception) {
+        on_failure_(
+            {.callback = kNoCallback, .logical_id = name, .exception = std::move(exception)});
       });
-  const ThreadPlan plan{
-      .role = ThreadRole::worker, .name = name, .entry = configurator_.entry_of_thread(name)};
+  const ThreadPlan plan{.role = ThreadRole::worker, .name = name};
   const auto thread = std::make_shared<Team>(std::move(loop), std::vector{plan}, configurator_);
   accept(thread->wait_configured());  // a thread that is not accepted ends with this scope
   const std::lock_guard lock{mutex_};

@@ -17,7 +17,7 @@ namespace cie::executor {
 // Thread-safe. end() comes before destruction.
 class WorkerThreads {
  public:
-  using FailureHandler = std::function<void(const CallbackFailure&)>;
+  using FailureHandler = std::function<void(CallbackFailure)>;
   // Both outlive the threads; `on_failure` must not throw.
   WorkerThreads(ThreadConfigurator& configurator, FailureHandler on_failure)
       : configurator_(configurator), on_failure_(std::move(on_failure)) {}

@@ -3,11 +3,11 @@
 
 #include <cie/executor/publisher.hpp>
 #include <cie/executor/qos.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
 #include "names.hpp"
-#include "pi_mutex.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -43,7 +43,7 @@ class Writer {
   dds::Entity topic_;
   dds::Entity writer_;
   std::uint64_t gid_ = 0;
-  PiMutex mutex_;  // keeps number, timestamp and message in one order
+  PriorityMutex mutex_;  // keeps number, timestamp and message in one order
   std::optional<trace::Publisher> trace_;
 };
 

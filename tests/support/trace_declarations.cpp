@@ -68,6 +68,7 @@ bool Writer::declare(const Line& line) {
     current_ = &processes_.emplace_back();
     current_->pid = line.number("pid", 100);
     current_->executor = line.value("executor", "isolated");
+    current_->spec = line.value("spec", "");
     current_->from = line.number("from", kPrologue);
     if (line.gives("until")) current_->until = line.number("until", 0);
     current_->is_attached = line.has("attached");

@@ -4,25 +4,31 @@
 
 namespace cie::test::text {
 
+RunBegin Writer::run_begin(const Process& process, std::int64_t time, const std::string& spec,
+                           RunMoment moment) {
+  return {.contract_version = kContractVersion,
+          .tool_version = "text",
+          .executor = keep(process.executor),
+          .boot_id = "boot",
+          .host = "robot",
+          .pid = static_cast<std::uint32_t>(process.pid),
+          .pid_ns = 1,
+          .process_start_ns = process.from - 1,
+          .monotonic_ns = time,
+          .realtime_ns = 1'000'000'000 + time,
+          .online_cpus = 2,
+          .spec_sha256 = keep(spec),
+          .moment = moment};
+}
+
 void Writer::prologue() {
   for (auto& process : processes_) {
     auto& time = process.cursor;
     time = process.from;
     const auto main = main_of(process);
     add(time, main,
-        RunBegin{.contract_version = kContractVersion,
-                 .tool_version = "text",
-                 .executor = keep(process.executor),
-                 .boot_id = "boot",
-                 .host = "robot",
-                 .pid = static_cast<std::uint32_t>(process.pid),
-                 .pid_ns = 1,
-                 .process_start_ns = process.from - 1,
-                 .monotonic_ns = time,
-                 .realtime_ns = 1'000'000'000 + time,
-                 .online_cpus = 2,
-                 .spec_sha256 = "",
-                 .moment = process.is_attached ? RunMoment::announce : RunMoment::start});
+        run_begin(process, time, process.spec,
+                  process.is_attached ? RunMoment::announce : RunMoment::start));
     ++time;
     add(time, main, ClockSync{.monotonic_ns = time, .realtime_ns = 1'000'000'000 + time});
     ++time;

@@ -25,7 +25,13 @@ void Writer::read_back(std::int64_t time, const Line& line, Thread& thread, Sche
                     .deadline_ns = line.number<std::uint64_t>("deadline", 0),
                     .period_ns = line.number<std::uint64_t>("period", 0),
                     .cpus = cpus,
-                    .error = line.number<std::int32_t>("error", 0)};
+                    .error = line.number<std::int32_t>("error", 0),
+                    .slice_ns = line.number<std::uint64_t>("slice", 0),
+                    .util_min = line.number<std::uint32_t>("util_min", 0),
+                    .util_max = line.number<std::uint32_t>("util_max", 1024),
+                    .change = line.number<std::uint32_t>("change", 0)};
+  if (line.has("old")) event.slice_ns = std::nullopt;
+  if (line.has("old")) event.util_min = event.util_max = std::nullopt;
   thread.read_backs = event.n + 1;
   if (moment == SchedMoment::applied) {
     thread.prio = event.policy == 6     ? -1
@@ -53,6 +59,9 @@ bool Writer::state_event(std::int64_t time, const Line& line) {
     auto init = callback.init;
     init.next_seq = callback.next;
     add(time, main_of(*callback.process), init);
+  } else if (verb == "reload") {
+    add(time, main_of(process()),
+        run_begin(process(), time, line.value("spec", ""), RunMoment::announce));
   } else if (verb == "fini") {
     auto& callback = named(callbacks_, line, line.word(2));
     callback.has_fini = true;

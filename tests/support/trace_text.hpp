@@ -14,7 +14,7 @@
 // are counted. What is then to be missing is erased from `events`.
 //
 // Directives (names are words; a callback's thread has the callback's name):
-//   process NAME [pid=100] [executor=isolated] [from=T] [until=T] [attached] [crash]
+//   process NAME [pid=100] [executor=isolated] [spec=SHA256] [from=T] [until=T] [attached] [crash]
 //       what is declared from here on belongs to it; one is there without being declared
 //   callback NAME [timer|subscription|service|client|waitable] [id=LOGICAL] [period=10]
 //   [deadline=0]
@@ -28,9 +28,11 @@
 //   start C [release=T|none] [missed=N] [seq=N] [from=P:SEQ]     release: the last release or
 //   wakeup end C [seq=N] [exception] · publish P on=T [seq=N] initial|applied|audit T
 //   [policy=fifo|rr|other|batch|idle|deadline] [priority= nice= runtime=
-//       deadline= period= cpus=0,1 error= n=]
+//       deadline= period= cpus=0,1 error= n= slice= util_min= util_max= change=] [old]   old: as
+//       recordings had it before slice and clamps
 //   begin T · finish T                 thread_init, thread_fini, instead of those that are added
 //   init C · fini C                    callback_init (again), callback_fini, likewise
+//   reload [spec=SHA256]               run_begin again, for another spec
 //   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T
 //       `idle` is the idle thread; states are the kernel's (0 runnable, 1 blocked)
 //   preempt T by=T · block T · resume T       switches on T's CPU

@@ -60,6 +60,7 @@ std::optional<Enum> from_label(std::string_view text) {
 struct Process {
   std::int64_t pid = 100;
   std::string executor = "isolated";
+  std::string spec;  // its sha256
   std::int64_t from = kPrologue;
   std::int64_t cursor = kPrologue;  // where the next added event of the prologue goes
   std::optional<std::int64_t> until;
@@ -175,6 +176,8 @@ class Writer {
                  const Line& line);
   void thread_init(std::int64_t time, Thread& thread);
   void thread_fini(std::int64_t time, Thread& thread);
+  RunBegin run_begin(const Process& process, std::int64_t time, const std::string& spec,
+                     RunMoment moment);
   void prologue();
   void configure(Thread& thread, const std::vector<TimedLine>& lines);
   void epilogue();

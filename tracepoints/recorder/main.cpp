@@ -15,7 +15,7 @@ constexpr int kUsage = 2;
 constexpr int kFailed = 4;
 
 int fail(int status, const std::string& text) {
-  std::fprintf(stderr, "cie-record: %s\n", text.c_str());
+  std::fprintf(stderr, "cie record: %s\n", text.c_str());
   return status;
 }
 

@@ -44,12 +44,12 @@ void refuse_what_is_missing(const std::string& kernel, bool is_snapshot, const s
 
 // CLI11 cannot know that a command follows.
 std::string help_of(const CLI::App& app) {
-  const std::string generated = "Usage: cie-record [OPTIONS]";
+  const std::string generated = "Usage: cie record [OPTIONS]";
   std::string help = app.help();
   if (const std::size_t at = help.find(generated); at != std::string::npos) {
     help.replace(at, generated.size(),
-                 "Usage: cie-record [OPTIONS] -- CMD [ARG...]\n"
-                 "       cie-record [OPTIONS] --attach");
+                 "Usage: cie record [OPTIONS] -- CMD [ARG...]\n"
+                 "       cie record [OPTIONS] --attach");
   }
   return help;
 }
@@ -65,7 +65,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
 
   CLI::App app{"Records a run of callback-isolated executors with LTTng into a directory.",
-               "cie-record"};
+               "cie record"};
   app.footer(
       "CMD runs with its output untouched; Ctrl-C and SIGTERM reach it, and the recording ends "
       "with\n"
@@ -122,9 +122,9 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     return {.options = std::nullopt, .text = std::string("cie-record ") + kToolVersion + '\n'};
   } catch (const CLI::ExtrasError& error) {
     throw UsageError(std::string(error.what()) +
-                     " (see cie-record --help; the command to record follows after --)");
+                     " (see cie record --help; the command to record follows after --)");
   } catch (const CLI::ParseError& error) {
-    throw UsageError(std::string(error.what()) + " (see cie-record --help)");
+    throw UsageError(std::string(error.what()) + " (see cie record --help)");
   }
 
   refuse_what_is_missing(kernel, is_snapshot, live);
@@ -133,7 +133,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
   if (!is_attach && options.command.empty()) {
     throw UsageError(
-        "nothing to record: give a command after --, or --attach (see cie-record --help)");
+        "nothing to record: give a command after --, or --attach (see cie record --help)");
   }
   if (duration->count() > 0 && !is_attach) {
     throw UsageError("--duration goes with --attach; a command ends its recording itself");

@@ -324,7 +324,7 @@ void Recording::show_progress() {
 
 void Recording::warn(const std::string& text) {
   const char* line_end = shown_seconds_ >= 0 ? "\n" : "";
-  std::fprintf(stderr, "%scie-record: warning: %s\n", line_end, text.c_str());
+  std::fprintf(stderr, "%scie record: warning: %s\n", line_end, text.c_str());
 }
 
 void Recording::problem(const std::string& text) { manifest_.problems.push_back(text); }

@@ -23,10 +23,19 @@ constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
 
 const std::vector<std::string>& state_events() {
-  static const std::vector<std::string> names{
-      "cie:run_begin",     "cie:run_end",       "cie:node_init",      "cie:group_init",
-      "cie:callback_init", "cie:callback_fini", "cie:publisher_init", "cie:publisher_fini",
-      "cie:thread_init",   "cie:thread_fini",   "cie:thread_sched",   "cie:clock_sync"};
+  static const std::vector<std::string> names{"cie:run_begin",
+                                              "cie:run_end",
+                                              "cie:node_init",
+                                              "cie:group_init",
+                                              "cie:callback_init",
+                                              "cie:callback_fini",
+                                              "cie:publisher_init",
+                                              "cie:publisher_fini",
+                                              "cie:thread_init",
+                                              "cie:thread_fini",
+                                              "cie:thread_sched",
+                                              "cie:clock_sync",
+                                              "lttng_ust_statedump:procname"};
   return names;
 }
 

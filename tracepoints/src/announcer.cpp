@@ -3,16 +3,11 @@
 #include "clock.hpp"
 #include "provider.h"
 
-#include <cerrno>
-#include <csignal>
 #include <ctime>
 #include <new>
-#include <system_error>
 #include <utility>
 
 #include <linux/futex.h>
-#include <sched.h>
-#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -22,8 +17,6 @@ namespace {
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr std::int64_t kPollWhileUntraced = 600'000'000;
 constexpr std::int64_t kSettle = 150'000'000;
-constexpr int kNice = 10;
-constexpr std::size_t kStackSize = 256UL * 1024;
 
 // Bumped whenever the announcer has something to look at; its futex.
 std::atomic<std::uint32_t> wakeups{0};
@@ -45,24 +38,6 @@ void wait(std::uint32_t seen_wakeups, std::int64_t nanoseconds) noexcept {
   syscall(SYS_futex, &wakeups, FUTEX_WAIT_PRIVATE, seen_wakeups, &timeout, nullptr, 0);
 }
 
-// An ordinary thread even if its creator is real-time: the attributes say so before it exists.
-int create_thread(pthread_t* thread, void* (*enter)(void*), void* argument) {
-  pthread_attr_t attributes{};
-  pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, kStackSize);
-  const sched_param no_priority{};
-  pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
-  pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
-  pthread_attr_setschedparam(&attributes, &no_priority);
-  int error = pthread_create(thread, &attributes, enter, argument);
-  if (error == EPERM) {  // SCHED_IDLE without the right to leave it: stay there
-    pthread_attr_setinheritsched(&attributes, PTHREAD_INHERIT_SCHED);
-    error = pthread_create(thread, &attributes, enter, argument);
-  }
-  pthread_attr_destroy(&attributes);
-  return error;
-}
-
 }  // namespace
 
 Announcer::Announcer(std::function<void()> announce, std::function<void()> sync_clocks)
@@ -70,27 +45,12 @@ Announcer::Announcer(std::function<void()> announce, std::function<void()> sync_
       sync_clocks_(std::move(sync_clocks)),
       seen_(session_starts.load(std::memory_order_acquire)) {
   watch_session_starts(&count_session_start);
-  sigset_t all;
-  sigset_t previous;
-  sigfillset(&all);
-  pthread_sigmask(SIG_SETMASK, &all, &previous);  // the new thread inherits it
-  const int error = create_thread(&thread_, &Announcer::enter, this);
-  pthread_sigmask(SIG_SETMASK, &previous, nullptr);
-  if (error != 0) {
-    throw std::system_error(error, std::generic_category(),
-                            "cannot create the thread \"cie-announce\"");
-  }
+  thread_.emplace("cie-announce", [this] { run(); });
 }
 
 Announcer::~Announcer() {
   is_stopping_.store(true, std::memory_order_release);
   wake();
-  pthread_join(thread_, nullptr);
-}
-
-void* Announcer::enter(void* self) noexcept {
-  static_cast<Announcer*>(self)->run();
-  return nullptr;
 }
 
 // Without memory for the read-backs the announcement is tried again at the next wake-up.
@@ -104,12 +64,7 @@ bool Announcer::try_announce() noexcept {
 }
 
 void Announcer::run() noexcept {
-  const auto tid = static_cast<id_t>(syscall(SYS_gettid));
-  if (getpriority(PRIO_PROCESS, tid) < kNice) {
-    setpriority(PRIO_PROCESS, tid, kNice);
-  }
-  pthread_setname_np(pthread_self(), "cie-announce");  // from here on it is what its name says
-  std::uint32_t announced_events = enabled_events();   // to those a session had at run_begin
+  std::uint32_t announced_events = enabled_events();  // to those a session had at run_begin
   std::int64_t next_sync = monotonic_now_ns();
   while (true) {
     const std::uint32_t seen_wakeups = wakeups.load(std::memory_order_acquire);

@@ -1,11 +1,12 @@
 // The background thread that announces all state whenever tracing starts, and emits `clock_sync`.
 #pragma once
 
+#include <cie/tracepoints/background_thread.hpp>
+
 #include <atomic>
 #include <cstdint>
 #include <functional>
-
-#include <pthread.h>
+#include <optional>
 
 namespace cie::trace {
 
@@ -26,7 +27,6 @@ class Announcer {
   Announcer& operator=(const Announcer&) = delete;
 
  private:
-  static void* enter(void* self) noexcept;
   void run() noexcept;
   bool try_announce() noexcept;
 
@@ -34,7 +34,7 @@ class Announcer {
   std::function<void()> sync_clocks_;
   std::uint32_t seen_;  // session starts that were announced already
   std::atomic<bool> is_stopping_{false};
-  pthread_t thread_{};
+  std::optional<BackgroundThread> thread_;  // last: it uses all of them
 };
 
 }  // namespace cie::trace

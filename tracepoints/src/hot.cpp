@@ -42,7 +42,7 @@ std::int64_t realtime_ns() noexcept {
 
 void Callback::release(std::uint64_t overwritten) noexcept {
   CallbackState& state = *state_;
-  const std::uint64_t seq = state.released.fetch_add(1, std::memory_order_relaxed);
+  const std::uint64_t seq = take(state.released, state.releases_may_overlap);
   raise_to(state.overwritten, overwritten);
   count_before_emit();
   emit::callback_release(id_, seq, overwritten);

@@ -26,6 +26,10 @@ void Run::set_status(std::int32_t status) noexcept {
   Registry::instance().set_status(generation_, status);
 }
 
+void Run::set_spec(std::string_view spec_sha256) {
+  Registry::instance().set_spec(generation_, spec_sha256);
+}
+
 Node::Node(std::string_view name) : id_(Registry::instance().add_node(name)) {}
 
 Node::~Node() { Registry::instance().remove_node(id_); }
@@ -62,6 +66,7 @@ Thread::Thread(ThreadRole role, CallbackId callback, GroupId group, std::string_
                                               .tid = tid_,
                                               .start_ns = monotonic_now_ns(),
                                               .read_backs = 0,
+                                              .change = 0,
                                               .unsent = {}})) {}
 
 Thread::~Thread() {
@@ -75,6 +80,11 @@ std::optional<SchedReadBack> Thread::emit_sched(SchedMoment moment, std::int32_t
     Registry::instance().record_sched(*state_, moment, error, *parameters);
   }
   return parameters;
+}
+
+void Thread::begin_change() {
+  Registry::instance().begin_change(*state_);
+  emit_sched(SchedMoment::audit, 0);
 }
 
 }  // namespace cie::trace

@@ -77,6 +77,10 @@ struct ThreadSchedEvent {
   const std::uint32_t* cpus;
   std::uint32_t cpu_count;
   std::int32_t error;
+  std::uint64_t slice_ns;
+  std::uint32_t util_min;
+  std::uint32_t util_max;
+  std::uint32_t change;
 };
 
 }  // namespace cie::trace

@@ -210,6 +210,10 @@ LTTNG_UST_TRACEPOINT_EVENT(cie, thread_sched,
     lttng_ust_field_integer(std::uint64_t, period_ns, e->period_ns)
     lttng_ust_field_sequence(std::uint32_t, cpus, e->cpus, std::uint32_t, e->cpu_count)
     lttng_ust_field_integer(std::int32_t, error, e->error)
+    lttng_ust_field_integer(std::uint64_t, slice_ns, e->slice_ns)
+    lttng_ust_field_integer(std::uint32_t, util_min, e->util_min)
+    lttng_ust_field_integer(std::uint32_t, util_max, e->util_max)
+    lttng_ust_field_integer(std::uint32_t, change, e->change)
   )
 )
 

@@ -1,4 +1,5 @@
 // Reads a thread's scheduling parameters back from the kernel.
+#include <cie/tracepoints/sched_attr.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include <cerrno>
@@ -12,19 +13,6 @@
 
 namespace cie::trace {
 namespace {
-
-// struct sched_attr of uapi/linux/sched/types.h, first published size.
-struct SchedAttr {
-  std::uint32_t size = 0;
-  std::uint32_t policy = 0;
-  std::uint64_t flags = 0;
-  std::int32_t nice = 0;
-  std::uint32_t priority = 0;
-  std::uint64_t runtime = 0;
-  std::uint64_t deadline = 0;
-  std::uint64_t period = 0;
-};
-static_assert(sizeof(SchedAttr) == 48);
 
 constexpr std::uint32_t kDeadlinePolicy = 6;  // SCHED_DEADLINE, which glibc 2.36 does not define
 
@@ -56,11 +44,10 @@ std::optional<std::vector<std::uint32_t>> read_affinity(pid_t tid) {
 
 std::optional<SchedReadBack> read_back(std::uint32_t tid) {
   SchedAttr attr;
-  const auto kernel_tid = static_cast<pid_t>(tid);
-  if (syscall(SYS_sched_getattr, kernel_tid, &attr, sizeof attr, 0U) != 0) {
+  if (get_sched_attr(tid, attr) != 0) {
     return std::nullopt;
   }
-  std::optional<std::vector<std::uint32_t>> cpus = read_affinity(kernel_tid);
+  std::optional<std::vector<std::uint32_t>> cpus = read_affinity(static_cast<pid_t>(tid));
   if (!cpus) {
     return std::nullopt;
   }
@@ -75,7 +62,32 @@ std::optional<SchedReadBack> read_back(std::uint32_t tid) {
       .deadline_ns = is_deadline ? attr.deadline : 0,
       .period_ns = is_deadline ? attr.period : 0,
       .cpus = std::move(*cpus),
-      .slice_ns = attr.policy == SCHED_OTHER ? attr.runtime : 0};
+      .slice_ns = attr.policy == SCHED_OTHER ? attr.runtime : 0,
+      .util_min = attr.util_min,
+      .util_max = attr.util_max};
 }
 
 }  // namespace cie::trace
+
+namespace cie {
+namespace {
+
+constexpr std::uint32_t kFirstVersion = 48;  // bytes of struct sched_attr without the clamps
+
+}  // namespace
+
+int set_sched_attr(std::uint32_t tid, SchedAttr attributes) noexcept {
+  const bool has_clamps = (attributes.flags & (kSchedFlagUtilMin | kSchedFlagUtilMax)) != 0;
+  attributes.size = has_clamps ? static_cast<std::uint32_t>(sizeof attributes) : kFirstVersion;
+  return syscall(SYS_sched_setattr, static_cast<pid_t>(tid), &attributes, 0U) == 0 ? 0 : errno;
+}
+
+int get_sched_attr(std::uint32_t tid, SchedAttr& attributes) noexcept {
+  attributes = {};
+  return syscall(SYS_sched_getattr, static_cast<pid_t>(tid), &attributes, sizeof attributes, 0U) ==
+                 0
+             ? 0
+             : errno;
+}
+
+}  // namespace cie

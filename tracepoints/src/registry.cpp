@@ -4,6 +4,7 @@
 #include "state_events.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <new>
 #include <utility>
 
@@ -12,7 +13,7 @@
 namespace cie::trace {
 namespace {
 
-constexpr std::time_t kPatienceAtExitSeconds = 1;
+constexpr std::chrono::seconds kPatienceAtExit{1};
 
 }  // namespace
 
@@ -204,11 +205,26 @@ void Registry::record_sched(ThreadState& thread, SchedMoment moment, std::int32_
   SchedRecord record{.moment = moment, .error = error, .parameters = parameters};
   const Guard guard(*this);
   record.n = thread.read_backs++;
+  record.change = thread.change;
   if (live_->is_running) {
     emit_sched(thread, record);
   } else {
     thread.unsent.push_back(std::move(record));
   }
+}
+
+void Registry::begin_change(ThreadState& thread) {
+  const Guard guard(*this);
+  ++thread.change;
+}
+
+void Registry::set_spec(std::uint64_t generation, std::string_view spec_sha256) {
+  const Guard guard(*this);
+  if (generation != generation_ || !live_->is_running) {
+    return;
+  }
+  live_->spec_sha256 = spec_sha256;
+  emit_run_begin(RunMoment::announce);
 }
 
 std::string Registry::unique_logical_id(std::string_view base) {
@@ -231,6 +247,7 @@ void Registry::announce() {
       emit_sched(*thread, {.moment = SchedMoment::audit,
                            .n = thread->read_backs++,
                            .error = 0,
+                           .change = thread->change,
                            .parameters = std::move(*parameters)});
     }
   }
@@ -296,7 +313,7 @@ std::unique_ptr<Announcer> Registry::end_if_empty() {
 
 void Registry::finish_at_exit() noexcept {
   touch_current_thread();
-  if (!mutex_.try_lock_for(kPatienceAtExitSeconds)) {
+  if (!mutex_.try_lock_for(kPatienceAtExit)) {
     return;  // exit() was called with the lock held, from a signal handler: no run_end, no deadlock
   }
   Live& live = *live_;

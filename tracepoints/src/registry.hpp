@@ -2,11 +2,11 @@
 // first, `run_end` last, and an announcement never interleaves with a registration.
 #pragma once
 
+#include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "announcer.hpp"
 #include "payload.hpp"
-#include "priority_mutex.hpp"
 #include "process_info.hpp"
 #include "state.hpp"
 
@@ -46,6 +46,10 @@ class Registry {
   // Numbers, keeps (before a Run) or emits one read-back of a registered thread.
   void record_sched(ThreadState& thread, SchedMoment moment, std::int32_t error,
                     const SchedReadBack& parameters);
+  // From the next read-back on, the thread's parameters belong to another change of them.
+  void begin_change(ThreadState& thread);
+  // What `run_begin` names from now on; emits one with moment announce.
+  void set_spec(std::uint64_t generation, std::string_view spec_sha256);
 
   std::string unique_logical_id(std::string_view base);
 

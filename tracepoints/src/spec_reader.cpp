@@ -23,11 +23,12 @@ constexpr std::int64_t kMaxCpu = 1023;              // of cpu_set_t
 constexpr std::int64_t kMinDeadlineRuntime = 1024;  // the kernel's resolution: 2^10 ns
 constexpr std::int64_t kMinSlice = 100'000;         // beyond these the kernel would clamp it
 constexpr std::int64_t kMaxSlice = 100'000'000;
+constexpr std::int64_t kMaxUtilization = 1024;
 constexpr std::int64_t kMaxDomain = 232;
 
-constexpr std::array<std::string_view, 11> kParameterKeys{
-    "affinity", "policy", "priority", "nice",      "runtime", "deadline",
-    "period",   "id",     "name",     "domain_id", "slice"};
+constexpr std::array<std::string_view, 14> kParameterKeys{
+    "affinity", "policy", "priority",  "nice",  "runtime",    "deadline",   "period",
+    "id",       "name",   "domain_id", "slice", "uclamp_min", "uclamp_max", "cpuset"};
 constexpr std::array<std::string_view, 7> kBoundKeys{
     "response_deadline",       "wcet",
     "min_inter_arrival",       "max_inter_arrival",
@@ -142,6 +143,33 @@ void reject_priorities(const Fields& fields, std::string_view policy) {
   }
 }
 
+void read_clamps(const Fields& fields, std::string_view policy, ThreadParameters& parameters) {
+  if (parameters.policy == Policy::deadline) {
+    for (const auto key : {"uclamp_min", "uclamp_max"})
+      reject(fields, key, policy, "its runtime says how much it needs; remove it");
+  }
+  const auto min = fields.integer("uclamp_min", 0, kMaxUtilization);
+  const auto max = fields.integer("uclamp_max", 1, kMaxUtilization);
+  if (min) parameters.util_min = static_cast<std::uint32_t>(*min);
+  if (max) parameters.util_max = static_cast<std::uint32_t>(*max);
+  if (min && max && *min > *max) {
+    fields.find("uclamp_min")->fail("\"uclamp_min\" is beyond \"uclamp_max\"; exchange them");
+  }
+}
+
+void read_cpuset(const Fields& fields, ThreadParameters& parameters) {
+  const Value* const cpuset = fields.find("cpuset");
+  if (cpuset == nullptr) return;
+  if (parameters.policy != Policy::deadline || !parameters.cpus) {
+    cpuset->fail("\"cpuset\" is for SCHED_DEADLINE with \"affinity\"; remove it");
+  }
+  const std::string& text = cpuset->text("cpuset");
+  if (text != "exclusive") {
+    cpuset->fail("\"cpuset\" is \"" + text + "\"; write exclusive, or remove it");
+  }
+  parameters.has_exclusive_cpuset = true;
+}
+
 ThreadParameters read_parameters(const Fields& fields) {
   ThreadParameters parameters;
   const Value* affinity = fields.find("affinity");
@@ -152,6 +180,8 @@ ThreadParameters read_parameters(const Fields& fields) {
     reject_deadline_keys(fields, "an entry without \"policy\"");
     reject_priorities(fields, "an entry without \"policy\"");
     reject(fields, "slice", "an entry without \"policy\"", "write SCHED_OTHER as \"policy\"");
+    for (const auto key : {"uclamp_min", "uclamp_max", "cpuset"})
+      reject(fields, key, "an entry without \"policy\"", "write the \"policy\" too");
     return parameters;
   }
   const std::string& name = policy->text("policy");
@@ -185,6 +215,8 @@ ThreadParameters read_parameters(const Fields& fields) {
       read_deadline(fields, parameters);
       break;
   }
+  read_clamps(fields, name, parameters);
+  read_cpuset(fields, parameters);
   return parameters;
 }
 

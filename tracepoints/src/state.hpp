@@ -19,13 +19,17 @@ inline constexpr std::size_t kCacheLine = 64;
 
 struct CallbackState {
   CallbackState(CallbackId callback, CallbackInfo callback_info, bool may_overlap_itself)
-      : id(callback), may_overlap(may_overlap_itself), info(std::move(callback_info)) {}
+      : id(callback),
+        may_overlap(may_overlap_itself),
+        releases_may_overlap(callback_info.kind == CallbackKind::waitable),
+        info(std::move(callback_info)) {}
 
   // Written by the thread that runs the callback …
   alignas(kCacheLine) std::atomic<std::uint64_t> started{0};
   std::atomic<std::uint64_t> ended{0};
   const CallbackId id;
   const bool may_overlap;  // of a reentrant or unknown group: two threads may count at once
+  const bool releases_may_overlap;  // a queue orders its arrivals; anybody may trigger a waitable
   const CallbackInfo info;
   // … and by those that make it ready, on another cache line.
   alignas(kCacheLine) std::atomic<std::uint64_t> released{0};
@@ -50,6 +54,7 @@ struct SchedRecord {
   SchedMoment moment{};
   std::uint32_t n = 0;
   std::int32_t error = 0;
+  std::uint32_t change = 0;
   SchedReadBack parameters;
 };
 
@@ -62,6 +67,7 @@ struct ThreadState {
   std::int64_t start_ns = 0;
   // Guarded by the registry's lock.
   std::uint32_t read_backs = 0;
+  std::uint32_t change = 0;
   std::vector<SchedRecord> unsent;  // read back before the first Run
 };
 

@@ -71,7 +71,11 @@ void emit_sched(const ThreadState& thread, const SchedRecord& record) noexcept {
                       .period_ns = read.period_ns,
                       .cpus = read.cpus.data(),
                       .cpu_count = static_cast<std::uint32_t>(read.cpus.size()),
-                      .error = record.error});
+                      .error = record.error,
+                      .slice_ns = read.slice_ns,
+                      .util_min = read.util_min,
+                      .util_max = read.util_max,
+                      .change = record.change});
 }
 
 void emit_fini(const CallbackState& callback) noexcept {

@@ -41,6 +41,21 @@ Parameters unknown(std::string remark) {
   return {.lines = "    policy: ~\n    affinity: ~\n", .remark = std::move(remark)};
 }
 
+// What was asked for beside the policy's own values; nothing that a spec would refuse.
+std::string slice_and_clamp_lines(const ThreadSchedReport& sched) {
+  std::string text;
+  const bool has_slice = sched.policy == static_cast<std::int32_t>(Policy::other) &&
+                         sched.slice_ns >= 100'000U && sched.slice_ns <= 100'000'000U;
+  if (has_slice) text += fmt::format("    slice: {}\n", *sched.slice_ns);
+  if (sched.policy == static_cast<std::int32_t>(Policy::deadline)) return text;
+  const auto min = sched.util_min.value_or(0);
+  const auto max = sched.util_max.value_or(1024);
+  if (max > 1024 || min > max) return text;
+  if (min > 0) text += fmt::format("    uclamp_min: {}\n", min);
+  if (max < 1024) text += fmt::format("    uclamp_max: {}\n", max);
+  return text;
+}
+
 // The policy with its values; empty if the spec has no words for it.
 std::string policy_lines(const ThreadSchedReport& sched) {
   const auto policy = static_cast<Policy>(sched.policy);
@@ -78,8 +93,9 @@ Parameters parameters_of(const ThreadReport& thread) {
   std::ranges::sort(cpus);
   cpus.erase(std::unique(cpus.begin(), cpus.end()), cpus.end());
   const bool are_usable = !cpus.empty() && cpus.back() <= kMaxCpu;
-  return {.lines = policy + (are_usable ? fmt::format("    affinity: [{}]\n", fmt::join(cpus, ", "))
-                                        : "    affinity: ~\n"),
+  return {.lines = policy + slice_and_clamp_lines(*thread.sched) +
+                   (are_usable ? fmt::format("    affinity: [{}]\n", fmt::join(cpus, ", "))
+                               : "    affinity: ~\n"),
           .remark = {}};
 }
 

@@ -116,7 +116,10 @@ Json json_of(const analysis::ThreadSchedReport& s) {
           {"deadline_ns", s.deadline_ns},
           {"period_ns", s.period_ns},
           {"cpus", array_of(s.cpus)},
-          {"error", s.error}};
+          {"error", s.error},
+          {"slice_ns", optional_json(s.slice_ns)},
+          {"util_min", optional_json(s.util_min)},
+          {"util_max", optional_json(s.util_max)}};
 }
 
 Json json_of(const analysis::ThreadReport& thread) {

@@ -42,6 +42,8 @@ struct StreamKey {
   std::int64_t cpu = -1;
   std::uint64_t instance = 0;
   std::string file{};  // where there is no instance
+  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 for a
+  // pointer's
   friend auto operator<=>(const StreamKey&, const StreamKey&) = default;
 };
 

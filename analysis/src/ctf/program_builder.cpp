@@ -246,7 +246,7 @@ class ScopeBuilder {
     }
     align(element.align);
     if (is_plain(element)) {
-      op.stride = (element.size + element.align - 1) / element.align * element.align;
+      op.stride = std::uint64_t{(element.size + element.align - 1) / element.align} * element.align;
       if (!is_number(element)) want = {};
       const bool is_text = element.is_text && element.size == 8 && is_whole_byte();
       note_slot(want, element);

@@ -29,6 +29,7 @@ struct Field {
 // What a vocabulary asks for: a name, or alternatives "prev_tid|prev_pid" of which the first one
 // present counts, and the labels if it is an enumeration of the contract.
 struct FieldRequest {
+  // Implicit: tables of requests are lists of names. NOLINTNEXTLINE(google-explicit-constructor)
   constexpr FieldRequest(const char* field_names) : names(field_names) {}
   constexpr FieldRequest(std::string_view field_names, std::span<const std::string_view> wanted)
       : names(field_names), labels(wanted) {}
@@ -70,6 +71,11 @@ struct Payload {
     const auto& field = fields[slot];
     if (field.kind != Field::Kind::integer) return std::nullopt;
     return field.number;
+  }
+  template <typename Integer>
+  std::optional<Integer> optional(std::size_t slot) const noexcept {
+    const auto value = integer(slot);
+    return value ? std::optional(static_cast<Integer>(*value)) : std::nullopt;
   }
   // An id of the contract; "none" where the trace has no such field.
   template <typename Id>

@@ -32,6 +32,7 @@ const Translation* find_translation(std::string_view event);
 // The tables of each vocabulary. At most kMaxSlots fields each.
 const std::vector<Translation>& cie_vocabulary();
 const std::vector<Translation>& kernel_vocabulary();
+const std::vector<Translation>& lttng_vocabulary();  // what LTTng itself says of a process
 
 // Where every tracer writes who emitted an event: process, thread.
 const std::vector<FieldRequest>& context_requests();

@@ -96,7 +96,11 @@ void thread_sched(const Payload& p, VocabularyState&, EventBody& body) {
                      .deadline_ns = p.number<std::uint64_t>(8),
                      .period_ns = p.number<std::uint64_t>(9),
                      .cpus = p.integers(10),
-                     .error = p.number<std::int32_t>(11)};
+                     .error = p.number<std::int32_t>(11),
+                     .slice_ns = p.optional<std::uint64_t>(12),
+                     .util_min = p.optional<std::uint32_t>(13),
+                     .util_max = p.optional<std::uint32_t>(14),
+                     .change = p.number<std::uint32_t>(15)};
 }
 
 void callback_release(const Payload& p, VocabularyState&, EventBody& body) {
@@ -171,7 +175,8 @@ const std::vector<Translation>& cie_vocabulary() {
       {"cie:thread_fini", {"tid", "read_backs"}, thread_fini},
       {"cie:thread_sched",
        {"tid", labelled<SchedMoment>("moment"), "n", "policy", "flags", "nice", "priority",
-        "runtime_ns", "deadline_ns", "period_ns", "cpus", "error"},
+        "runtime_ns", "deadline_ns", "period_ns", "cpus", "error", "slice_ns", "util_min",
+        "util_max", "change"},
        thread_sched},
       {"cie:callback_release", {"callback_id", "release_seq", "overwritten"}, callback_release},
       {"cie:thread_wakeup", {"callback_id", labelled<WakeupReason>("reason")}, thread_wakeup},

@@ -53,8 +53,18 @@ void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIn
   if (proof.may_hide_read_back(index, applied->n, std::nullopt)) {
     judgement.overrule(proof.loss(index));
   }
-  if (is_as_specified(*applied, entry.parameters)) return;
+  const auto is_right = is_as_specified(*applied, entry.parameters);
+  if (!is_right) {
+    judgement.doubt(evidence("thread_sched", applied->at,
+                             asks(context, entry) + ", which this recording is too old to carry: " +
+                                 describe(*applied)));
+    return;
+  }
+  if (*is_right) return;
   std::string note = asks(context, entry) + "; the thread runs " + describe(*applied);
+  if (applied->change != 0) {
+    note += " (since change " + std::to_string(applied->change) + " of its parameters)";
+  }
   if (applied->error != 0)
     note += " (the request failed with errno " + std::to_string(applied->error) + ")";
   judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
@@ -126,6 +136,13 @@ std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callbac
   return isolated.empty() ? std::nullopt : std::optional(isolated.front());
 }
 
+// The spec that is judged by came into a running process, in place of another one.
+bool is_reloaded(const RuleContext& context, const ProcessFacts& process) {
+  const auto& judged_by = context.options.spec->sha256();
+  return process.spec_sha256 == judged_by && !process.first_spec_sha256.empty() &&
+         process.first_spec_sha256 != judged_by;
+}
+
 void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIndex index,
                         CallbackIndex callback_index, const SpecEntry& entry,
                         Judgement& judgement) {
@@ -146,15 +163,17 @@ void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIn
     return;
   }
   const auto match = std::ranges::find_if(thread.applied, [&entry](const ReadBack& read_back) {
-    return is_as_specified(read_back, entry.parameters);
+    return is_as_specified(read_back, entry.parameters) == true;
   });
   if (match == thread.applied.end()) {
     const bool is_audited = is_attached && thread.applied.empty() && thread.first_audit &&
-                            is_as_specified(*thread.first_audit, entry.parameters);
+                            is_as_specified(*thread.first_audit, entry.parameters) == true;
     if (is_audited && starts.first_at.time >= thread.first_audit->at.time) judgement.check();
     if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
     return;
   }
+  // What ran before ran as the former spec said.
+  if (match->change != 0 && is_reloaded(context, model.processes[at(callback.process)])) return;
   judgement.check();
   if (starts.first_at.time >= match->at.time) return;
   if (proof.may_hide_read_back(index, std::nullopt, match->n)) {
@@ -194,16 +213,20 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
 const Rule kParametersAsSpecified{
     "S1", "parameters-as-specified",
     "What the kernel reported when a thread's parameters were last applied is what the spec asks "
-    "for: policy, priority or nice, deadline triple, CPUs. A refused or forgotten request shows "
-    "here. On a process that was attached to, the first audit stands for it. INCONCLUSIVE without "
-    "such a read-back or when a later one may have been lost. Remedy: the request's errno in the "
-    "evidence; CAP_SYS_NICE, rtprio limits and cpusets are the usual causes.",
+    "for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. A "
+    "refused or forgotten request shows here. After a reload the spec to judge by is the new one. "
+    "On a process that was attached to, the first audit stands for it. INCONCLUSIVE without such a "
+    "read-back, when a later one may have been lost, or when the recording is too old to carry "
+    "what is asked for. Remedy: the request's errno in the evidence; CAP_SYS_NICE, rtprio limits "
+    "and cpusets are the usual causes.",
     judge_specified};
 
 const Rule kParametersBeforeFirstCallback{
     "S2", "parameters-before-first-callback",
     "A thread was configured before its callback ran for the first time. Configurators outside "
     "the process come too late by nature; the evidence counts the instances that ran unconfigured. "
+    "Not judged where a reload brought the spec into the running process: what ran before did so "
+    "under the former one. "
     "INCONCLUSIVE when the first start or an earlier read-back may have been lost.",
     judge_before};
 

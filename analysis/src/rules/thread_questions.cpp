@@ -177,9 +177,15 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noex
 }
 
 std::string describe(const ReadBack& read) {
-  return describe_policy(Policy{read.policy}, read.nice, read.priority, read.runtime_ns,
-                         read.deadline_ns, read.period_ns) +
-         " on CPUs " + cpu_list(read.cpus);
+  std::string text = describe_policy(Policy{read.policy}, read.nice, read.priority, read.runtime_ns,
+                                     read.deadline_ns, read.period_ns);
+  if (read.slice_ns.value_or(0) != 0) text += " slice " + std::to_string(*read.slice_ns);
+  const bool is_clamped = read.util_min.value_or(0) != 0 || read.util_max.value_or(1024) < 1024;
+  if (is_clamped && read.util_max != 0U) {
+    text += " uclamp " + std::to_string(read.util_min.value_or(0)) + ".." +
+            std::to_string(read.util_max.value_or(1024));
+  }
+  return text + " on CPUs " + cpu_list(read.cpus);
 }
 
 std::string describe(const ThreadParameters& asked) {
@@ -187,12 +193,26 @@ std::string describe(const ThreadParameters& asked) {
                          ? describe_policy(*asked.policy, asked.nice, asked.priority,
                                            asked.runtime_ns, asked.deadline_ns, asked.period_ns)
                          : "any policy";
+  if (asked.slice_ns) text += " slice " + std::to_string(*asked.slice_ns);
+  if (asked.util_min) text += " uclamp_min " + std::to_string(*asked.util_min);
+  if (asked.util_max) text += " uclamp_max " + std::to_string(*asked.util_max);
   return text += asked.cpus ? " on CPUs " + cpu_list(*asked.cpus) : " on any CPU";
 }
 
-bool is_as_specified(const ReadBack& read, const ThreadParameters& asked) {
+std::optional<bool> is_as_specified(const ReadBack& read, const ThreadParameters& asked) {
   if (asked.policy && !has_policy(read, asked)) return false;
-  return !asked.cpus || std::ranges::equal(*asked.cpus, read.cpus);
+  if (asked.cpus && !std::ranges::equal(*asked.cpus, read.cpus)) return false;
+  bool is_known = true;
+  const auto is_other = [&is_known](const auto& wanted, const auto& actual) {
+    is_known = is_known && (!wanted || actual);
+    return wanted && actual && *wanted != *actual;
+  };
+  const bool has_no_clamps = read.util_max == 0U;  // the kernel then reports 0 for both
+  if (is_other(asked.slice_ns, read.slice_ns) || is_other(asked.util_min, read.util_min) ||
+      is_other(asked.util_max, read.util_max) || (asked.util_min && has_no_clamps)) {
+    return false;
+  }
+  return is_known ? std::optional(true) : std::nullopt;
 }
 
 bool judges_parameters(const ThreadParameters& parameters) noexcept {

@@ -54,8 +54,9 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noex
 // "SCHED_FIFO 80 on CPUs 0,1".
 std::string describe(const ReadBack& read_back);
 std::string describe(const ThreadParameters& parameters);
-// What is judged (policy with its parameters, affinity) is as asked for.
-bool is_as_specified(const ReadBack& read_back, const ThreadParameters& parameters);
+// What is judged (policy with its parameters, time slice, utilization clamps, affinity) is as asked
+// for. Empty if only the recording, which is older than those fields, leaves it open.
+std::optional<bool> is_as_specified(const ReadBack& read_back, const ThreadParameters& parameters);
 bool judges_parameters(const ThreadParameters& parameters) noexcept;
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);

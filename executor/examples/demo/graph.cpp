@@ -1,10 +1,22 @@
 #include "graph.hpp"
 
+#include <array>
+#include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace demo {
 namespace {
 
+using example::Command;
+using example::Cyclic;
+using example::Fusion;
+using example::Intersection;
+using example::Place;
+using example::Sensor;
+using example::Transform;
+using example::Work;
 using namespace std::chrono_literals;
 
 constexpr std::uint32_t kCloud = 16 * 1024;

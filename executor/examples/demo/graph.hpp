@@ -3,14 +3,11 @@
 
 #include <cie/executor/context.hpp>
 
-#include "archetypes.hpp"
-
-#include <memory>
-#include <vector>
+#include "../common/runner.hpp"
 
 namespace demo {
 
-using Nodes = std::vector<std::unique_ptr<DemoNode>>;
+using example::Nodes;
 
 // Sensors, their transforms, and the fusion of the point clouds: 12 callbacks.
 Nodes make_sensing(const cie::Context& context);

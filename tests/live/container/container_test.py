@@ -291,6 +291,41 @@ class Orders(unittest.TestCase):
                 self.assertEqual(order(*words)[0], UNUSABLE, words)
             self.assertEqual(len(order("list")[1].splitlines()), 1)
 
+    def policies(self, running):
+        """The policy of each thread, by the kernel's word."""
+        tasks = Path(f"/proc/{running.process.pid}/task").iterdir()
+        return {(task / "comm").read_text().strip(): os.sched_getscheduler(int(task.name))
+                for task in tasks}
+
+    def test_reload_by_order_and_by_signal(self):
+        spec = scratch / "reloaded.yaml"
+        entry = "dds_threads:\n  - {name: recvUC, policy: %s}\n"
+        spec.write_text(entry % "SCHED_BATCH")
+        with Running(app_file(component("one"), head=f"spec: {spec}\n")) as running:
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_BATCH)
+            spec.write_text(entry % "SCHED_IDLE")
+            code, said, _ = order("reload")
+            self.assertEqual((code, self.policies(running)["recvUC"]),
+                             (ENDED_WELL, os.SCHED_IDLE))
+            self.assertIn(str(spec), said)
+            spec.write_text(entry % "SCHED_SOON")
+            code, _, error = order("reload")
+            self.assertEqual(code, UNUSABLE)
+            self.assertIn("SCHED_SOON", error)
+            running.process.send_signal(signal.SIGHUP)
+            wait_for(lambda: running.text().count("the former spec stays in force") == 2)
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_IDLE)
+            spec.write_text(entry % "SCHED_OTHER")
+            running.process.send_signal(signal.SIGHUP)
+            wait_for(lambda: running.text().count("as it is now") == 2)
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_OTHER)
+            self.assertEqual(running.end()[0], ENDED_WELL)
+
+    def test_without_a_spec_there_is_nothing_to_reload(self):
+        with Running(app_file(component("one"))) as running:
+            self.assertEqual(order("reload")[0], FAILED)
+            self.assertEqual(running.end(signal.SIGHUP)[0], -signal.SIGHUP)
+
     def test_reaches_the_container_that_is_meant(self):
         self.assertEqual(order("list")[0], UNUSABLE)
         with Running(app_file(component("first"))) as first:
@@ -362,21 +397,26 @@ class Mapping(unittest.TestCase):
     def test_holds_while_components_are_unloaded_loaded_again_and_added(self):
         trace = scratch / "trace-reload"
         added = app_file(component("added"))
-        sockets = Path(os.environ["XDG_RUNTIME_DIR"], "cie-run")
-        with subprocess.Popen([options.programs / "cie", "record", "-o", trace, "--",
-                               options.programs / "cie-run", self.app], stdout=subprocess.DEVNULL,
-                              stderr=subprocess.DEVNULL) as recorder:
-            wait_for(lambda: order("list")[0] == ENDED_WELL)
+        pid_file = scratch / "reloaded.pid"
+        command = f"echo $$ > {pid_file}; exec {options.programs / 'cie-run'} {self.app}"
+        recorder = subprocess.Popen([options.programs / "cie", "record", "-o", trace, "--",
+                                     "sh", "-c", command], stdout=subprocess.DEVNULL,
+                                    stderr=subprocess.DEVNULL)
+        try:
+            wait_for(lambda: pid_file.exists() and pid_file.read_text().endswith("\n"))
+            pid = int(pid_file.read_text())
+            wait_for(lambda: order("list", pid=pid)[0] == ENDED_WELL)
             for _ in range(3):
                 time.sleep(0.2)  # a few instances each
-                self.assertEqual(order("unload", "/example/talker")[0], ENDED_WELL)
-                self.assertEqual(order("load", self.app)[0], ENDED_WELL)
-                self.assertEqual(order("load", added)[0], ENDED_WELL)
+                for words in (("unload", "/example/talker"), ("load", self.app), ("load", added)):
+                    self.assertEqual(order(*words, pid=pid)[::2], (ENDED_WELL, ""))
                 time.sleep(0.2)
-                self.assertEqual(order("unload", "/added")[0], ENDED_WELL)
-            [socket_of_container] = sockets.glob("*.sock")
-            os.kill(int(socket_of_container.stem), signal.SIGTERM)
+                self.assertEqual(order("unload", "/added", pid=pid)[::2], (ENDED_WELL, ""))
+            os.kill(pid, signal.SIGTERM)
             recorder.wait(timeout=60)
+        finally:
+            recorder.kill()
+            recorder.wait()
         rules, callbacks = self.judge(trace)
         self.assert_mapping_passes(rules)
         self.assertEqual(rules["M5"]["verdict"], "PASS")

@@ -137,7 +137,8 @@ std::string why_not_privileged() {
   sched_param before{};
   sched_getparam(0, &before);
   if (sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) {
-    return "needs CAP_SYS_NICE and a real-time budget: " + std::string{std::strerror(errno)};
+    return "not possible here: needs CAP_SYS_NICE and a real-time budget: " +
+           std::string{std::strerror(errno)};
   }
   sched_setscheduler(0, SCHED_OTHER, &before);
   return {};

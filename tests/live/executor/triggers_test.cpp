@@ -53,6 +53,7 @@ TEST_P(Triggers, AreOneUntilTheInstanceStarts) {
   const auto executor = make();
   executor->add_node(node);
   const Spinning spinning{*executor};
+  EXPECT_TRUE(eventually([&] { return runs > 0; }));
   let_others_run();
   EXPECT_EQ(runs, 1);
 }

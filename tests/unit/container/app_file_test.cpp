@@ -31,6 +31,10 @@ TEST(AppFile, SaysWhatRunsWhere) {
 executor: multi
 spec: specs/car.yaml
 on_error: warn
+audit_period: 250000000
+on_change: apply_again
+lock_memory: on_fault
+prefault_stack: 65536
 domain: 7
 loopback: true
 discovery_tag: bench
@@ -50,12 +54,16 @@ components:
   EXPECT_EQ(app.executor, "multi");
   EXPECT_EQ(app.spec, "/opt/car/specs/car.yaml");
   EXPECT_EQ(app.on_error, OnError::warn);
+  EXPECT_EQ(app.audit_period, std::chrono::milliseconds{250});
+  EXPECT_EQ(app.on_change, OnChange::apply_again);
+  EXPECT_EQ(app.lock_memory, LockMemory::on_fault);
+  EXPECT_EQ(app.prefault_stack, 65536U);
   EXPECT_EQ(app.domain, 7U);
   EXPECT_EQ(app.is_loopback, true);
   EXPECT_EQ(app.discovery_tag, "bench");
   ASSERT_EQ(app.components.size(), 2U);
   const ComponentEntry& lidar = app.components[0];
-  EXPECT_EQ(lidar.line, 9);
+  EXPECT_EQ(lidar.line, 13);
   EXPECT_EQ(lidar.library, "/opt/car/libcar.so");
   EXPECT_EQ(lidar.class_name, "car::Lidar");
   EXPECT_EQ(lidar.qualified_name(), "/sensing/lidar");
@@ -97,6 +105,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadFile{"", "app.yaml:1: empty"}, BadFile{"executor: single\n", "no \"components\""},
         BadFile{"components: []\n", "app.yaml:1: \"components\" is empty"},
         BadFile{std::string{kGood} + "executer: multi\n", "app.yaml:5: unknown key \"executer\""},
+        BadFile{std::string{kGood} + "audit_period: 5\n", "app.yaml:5: \"audit_period\" is below"},
+        BadFile{std::string{kGood} + "lock_memory: maybe\n", "write no, on_fault or all"},
+        BadFile{std::string{kGood} + "prefault_stack: -1\n", "prefault_stack"},
+        BadFile{std::string{kGood} + "on_change: sulk\n", "write report or apply_again"},
         BadFile{std::string{kGood} + "executor: magic\n", "unknown executor \"magic\""},
         BadFile{std::string{kGood} + "on_error: ignore\n", "app.yaml:5: \"on_error\""},
         BadFile{std::string{kGood} + "loopback: yes\n", "write true or false"},

@@ -18,6 +18,12 @@ trace::SchedReadBack reported(Policy policy) {
   return read_back;
 }
 
+SchedRequest ask(const ThreadParameters& asked) {
+  const KernelView kernel;
+  ExclusiveCpusets cpusets{kernel};
+  return request(0, asked, cpusets);
+}
+
 TEST(Differences, AreNoneWhenNothingIsAsked) {
   EXPECT_THAT(differences({}, reported(Policy::fifo)), IsEmpty());
 }
@@ -81,19 +87,57 @@ TEST(Differences, CompareTheSliceIfOneIsAsked) {
 // Needs no privilege. Other threads and later tests keep theirs.
 TEST(Request, OfASliceIsReadBack) {
   std::thread{[] {
-    if (trace::read_back(0)->slice_ns == 0) GTEST_SKIP() << "this kernel has no time slices";
+    if (trace::read_back(0)->slice_ns == 0)
+      GTEST_SKIP() << "not possible here: this kernel has no time slices";
     ThreadParameters asked;
     asked.policy = Policy::other;
     asked.slice_ns = 300'000;
-    EXPECT_EQ(request(0, asked).error, 0);
+    EXPECT_EQ(ask(asked).error, 0);
     EXPECT_EQ(trace::read_back(0)->slice_ns, 300'000U);
+  }}.join();
+}
+
+TEST(Request, OfClampsIsReadBackOrRefusedByName) {
+  std::thread{[] {
+    ThreadParameters asked;
+    asked.policy = Policy::other;
+    asked.util_max = 500;
+    const SchedRequest outcome = ask(asked);
+    const auto reported = *trace::read_back(0);
+    if (outcome.error == 0) {
+      EXPECT_EQ(reported.util_max, 500U);
+    } else {
+      EXPECT_EQ(reported.util_max, 0U) << "this kernel has clamps";
+      EXPECT_THAT(outcome.what, testing::HasSubstr("uclamp_max 500"));
+      EXPECT_THAT(outcome.reason, testing::HasSubstr("CONFIG_UCLAMP_TASK"));
+    }
+  }}.join();
+}
+
+// A SCHED_DEADLINE thread cannot be given CPUs; one that leaves that policy can, afterwards.
+TEST(Request, TakesAThreadOutOfDeadlineBeforeItsCpus) {
+  std::thread{[] {
+    ThreadParameters deadline;
+    deadline.policy = Policy::deadline;
+    deadline.runtime_ns = 100'000;
+    deadline.deadline_ns = deadline.period_ns = 100'000'000;
+    const auto all = trace::read_back(0)->cpus;
+    const SchedRequest first = ask(deadline);
+    if (first.error != 0) GTEST_SKIP() << "not possible here: " << first.reason;
+    deadline.cpus = all;
+    EXPECT_EQ(ask(deadline).error, 0) << "all CPUs are what it has";
+    ThreadParameters batch;
+    batch.policy = Policy::batch;
+    batch.cpus = {{all.back()}};
+    EXPECT_EQ(ask(batch).error, 0);
+    EXPECT_THAT(differences(batch, *trace::read_back(0)), IsEmpty());
   }}.join();
 }
 
 TEST(Request, OfACpuThatIsNotThereIsRefusedInWords) {
   ThreadParameters asked;
   asked.cpus = {{1023}};
-  const SchedRequest outcome = request(0, asked);
+  const SchedRequest outcome = ask(asked);
   EXPECT_EQ(outcome.error, EINVAL);
   EXPECT_EQ(outcome.what, "CPUs 1023");
   EXPECT_THAT(outcome.reason, testing::HasSubstr("online"));

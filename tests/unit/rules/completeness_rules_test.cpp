@@ -1,5 +1,8 @@
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+#include <iterator>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -96,6 +99,22 @@ TEST(RunComplete, ComparesEveryTotalWithWhatWasSeen) {
   trace.erase<CallbackFini>();
   EXPECT_THAT(Verified(trace).evidence("T4", "process 100"),
               HasSubstr("fusion has no callback_fini"));
+}
+
+TEST(RunComplete, AsksForTheEndOfTheLastRun) {
+  auto trace = trace_of(kThreeInstances);
+  const auto is = [](const auto& kind) {
+    return [index = analysis::EventBody(kind).index()](const Event& event) {
+      return event.body.index() == index;
+    };
+  };
+  auto again = *std::ranges::find_if(trace.events, is(RunBegin{}));
+  const auto end = std::ranges::find_if(trace.events, is(RunEnd{}));
+  again.head.time = end->head.time;
+  trace.events.insert(std::next(end), again);
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("T4", "process 100"), HasSubstr("run_end interrupted"));
 }
 
 TEST(RunComplete, ComparesReleases) {

@@ -56,6 +56,22 @@ INSTANTIATE_TEST_SUITE_P(
         Applied{"    policy: SCHED_DEADLINE\n    runtime: 2000\n    deadline: 3000\n"
                 "    period: 4000\n",
                 "policy=deadline runtime=2000 deadline=3000 period=4001", Verdict::fail},
+        Applied{"    policy: SCHED_OTHER\n    slice: 100000\n", "policy=other slice=100000",
+                Verdict::pass},
+        Applied{"    policy: SCHED_OTHER\n    slice: 100000\n", "policy=other slice=2800000",
+                Verdict::fail},
+        Applied{"    policy: SCHED_OTHER\n    slice: 100000\n", "policy=other old",
+                Verdict::inconclusive},
+        Applied{"    policy: SCHED_OTHER\n    slice: 100000\n", "policy=batch old", Verdict::fail},
+        Applied{"    policy: SCHED_OTHER\n", "policy=other slice=2800000", Verdict::pass},
+        Applied{"    policy: SCHED_OTHER\n    uclamp_min: 200\n    uclamp_max: 800\n",
+                "policy=other util_min=200 util_max=800", Verdict::pass},
+        Applied{"    policy: SCHED_OTHER\n    uclamp_max: 800\n", "policy=other util_max=801",
+                Verdict::fail},
+        Applied{"    policy: SCHED_OTHER\n    uclamp_min: 0\n", "policy=other util_max=0",
+                Verdict::fail},  // a kernel without clamps reports 0 for both
+        Applied{"    policy: SCHED_OTHER\n    uclamp_min: 0\n", "policy=other old",
+                Verdict::inconclusive},
         Applied{"    affinity: [1]\n", "policy=fifo priority=3 cpus=1", Verdict::pass},
         Applied{"    affinity: [1]\n", "policy=fifo priority=3 cpus=0,1", Verdict::fail},
         Applied{"    wcet: 5\n", "policy=fifo priority=3", Verdict::not_applicable}));
@@ -121,6 +137,44 @@ TEST(ParametersBeforeFirstCallback, FailsAndCountsWhatRanUnconfigured) {
               HasSubstr("unconfigured; 2 instances did"));
   EXPECT_EQ(Verified(run_with("5 applied fusion policy=fifo priority=80 cpus=1"), kFifo80)["S2"],
             Verdict::pass);
+}
+
+// A reload of another spec: seq 0 ran as the former one said.
+std::string reloaded_with(const std::string& sha256) {
+  return "process app spec=former\n" +
+         run_with(
+             "-90 applied fusion\n"
+             "15 audit fusion change=1\n"
+             "16 applied fusion policy=fifo priority=80 cpus=1 change=1\n"
+             "17 reload app spec=" +
+             sha256);
+}
+
+TEST(Reload, IsJudgedByTheNewSpec) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  const Verified verified(reloaded_with(sha256), kFifo80);
+  EXPECT_EQ(verified["S1"], Verdict::pass);
+  EXPECT_EQ(verified["S2"], Verdict::not_applicable);
+}
+
+TEST(Reload, FailsByTheFormerSpecAndSaysThatAChangeCameLater) {
+  const Verified verified(reloaded_with("another"),
+                          "callback_groups:\n  - {id: fusion, policy: SCHED_OTHER}\n");
+  EXPECT_EQ(verified["S1"], Verdict::fail);
+  EXPECT_THAT(verified.evidence("S1", "callback fusion"),
+              HasSubstr("(since change 1 of its parameters)"));
+  EXPECT_EQ(verified["S2"], Verdict::pass);
+}
+
+TEST(Reload, OfTheSpecThatTheRunBeganWithExcusesNothing) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  EXPECT_EQ(Verified("process app spec=" + sha256 + "\n" +
+                         run_with("-90 applied fusion error=1\n"
+                                  "16 applied fusion policy=fifo priority=80 cpus=1 change=1\n"
+                                  "17 reload app spec=" +
+                                  sha256),
+                     kFifo80)["S2"],
+            Verdict::fail);
 }
 
 TEST(ParametersBeforeFirstCallback, AppliesOnlyWhenSomeReadBackMatches) {

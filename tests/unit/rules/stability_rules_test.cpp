@@ -28,6 +28,50 @@ TEST(ParametersUnchanged, ComparesAuditsWithWhatWasApplied) {
       << "the last applied before the audit counts";
 }
 
+// Somebody asked for what is not as the thread began; the kernel's own values follow the machine.
+TEST(ParametersUnchanged, ComparesSlicesThatWereAskedFor) {
+  const auto sliced = [](const char* applied, const char* audit) {
+    return Verified(std::string("callback fusion\n-100 initial fusion slice=2800000\n"
+                                "-90 applied fusion slice=") +
+                    applied +
+                    "\n10 start fusion\n12 end fusion\n30 audit fusion slice=" + audit)["S3"];
+  };
+  EXPECT_EQ(sliced("100000", "100000"), Verdict::pass);
+  EXPECT_EQ(sliced("100000", "2800000"), Verdict::fail);
+  EXPECT_EQ(sliced("2800000", "3000000"), Verdict::pass);
+}
+
+TEST(ParametersUnchanged, IsNotJudgedWhileParametersChange) {
+  EXPECT_EQ(Verified(run_with("14 audit fusion policy=fifo priority=80 change=1\n"
+                              "15 switch 0 idle fusion next_prio=29\n"
+                              "16 audit fusion policy=fifo priority=70 change=1\n"
+                              "17 applied fusion policy=fifo priority=70 change=1\n"
+                              "18 switch 0 fusion idle prio=29"))["S3"],
+            Verdict::pass);
+  EXPECT_EQ(Verified(run_with("14 audit fusion policy=fifo priority=79 change=1\n"
+                              "17 applied fusion policy=fifo priority=70 change=1"))["S3"],
+            Verdict::fail)
+      << "what it ran as before the change is judged";
+  EXPECT_EQ(Verified(run_with("14 audit fusion policy=fifo priority=80 change=1\n"
+                              "17 applied fusion policy=fifo priority=70 change=1\n"
+                              "18 switch 0 idle fusion next_prio=19"))["S3"],
+            Verdict::fail)
+      << "and what it runs as after it";
+}
+
+TEST(AllowedCpus, AreNotJudgedWhileTheyChange) {
+  const auto moved = [](const char* lines) {
+    return Verified(std::string("callback fusion\n-100 initial fusion cpus=0\n"
+                                "-90 applied fusion cpus=0\n5 start fusion\n6 end fusion\n") +
+                    lines +
+                    "\n9 start fusion cpu=1\n10 end fusion cpu=1\n"
+                    "11 applied fusion cpus=0,1 change=1")
+        .of("S4", "thread 101");
+  };
+  EXPECT_EQ(moved("8 audit fusion cpus=0 change=1"), Verdict::pass);
+  EXPECT_EQ(moved("8 audit fusion cpus=0"), Verdict::fail);
+}
+
 TEST(ParametersUnchanged, ComparesPrioritiesOfSwitches) {
   // FIFO 80 is kernel priority 19; FIFO 50 is 49.
   EXPECT_EQ(Verified(run_with("5 switch 0 idle fusion next_prio=19"))["S3"], Verdict::pass);

@@ -42,6 +42,51 @@ TEST(Slice, IsOfSchedOther) {
   EXPECT_FALSE(spec.find_callback("b")->parameters.slice_ns);
 }
 
+std::string refused(const std::string& entry) {
+  try {
+    SchedulingSpec::parse("callback_groups:\n  - {id: a, " + entry + "}\n", "spec.yaml");
+  } catch (const SpecError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Clamps, AreOfEveryPolicyThatUsesThem) {
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n"
+      "  - {id: a, policy: SCHED_OTHER, uclamp_min: 0, uclamp_max: 1024}\n"
+      "  - {id: b, policy: SCHED_FIFO, priority: 3, uclamp_max: 1}\n",
+      "spec.yaml");
+  EXPECT_EQ(spec.find_callback("a")->parameters.util_min, 0U);
+  EXPECT_EQ(spec.find_callback("a")->parameters.util_max, 1024U);
+  EXPECT_EQ(spec.find_callback("b")->parameters.util_max, 1U);
+  EXPECT_FALSE(spec.find_callback("b")->parameters.util_min);
+}
+
+TEST(Clamps, ThatDoNotFitAreErrors) {
+  EXPECT_THAT(refused("policy: SCHED_OTHER, uclamp_max: 1025"), HasSubstr("uclamp_max"));
+  EXPECT_THAT(refused("policy: SCHED_OTHER, uclamp_max: 0"), HasSubstr("uclamp_max"));
+  EXPECT_THAT(refused("policy: SCHED_OTHER, uclamp_min: 5, uclamp_max: 4"), HasSubstr("exchange"));
+  EXPECT_THAT(refused("uclamp_min: 5"), HasSubstr("without \"policy\""));
+  EXPECT_THAT(refused("policy: SCHED_DEADLINE, runtime: 2000, deadline: 3000, period: 4000, "
+                      "uclamp_min: 5"),
+              HasSubstr("does not fit SCHED_DEADLINE"));
+}
+
+TEST(Cpuset, IsForDeadlineWithAffinity) {
+  constexpr const char* kDeadline =
+      "policy: SCHED_DEADLINE, runtime: 2000, deadline: 3000, period: 4000, ";
+  const auto spec = SchedulingSpec::parse(std::string{"callback_groups:\n  - {id: a, "} +
+                                              kDeadline + "affinity: [1], cpuset: exclusive}\n",
+                                          "spec.yaml");
+  EXPECT_TRUE(spec.find_callback("a")->parameters.has_exclusive_cpuset);
+  EXPECT_THAT(refused(std::string{kDeadline} + "cpuset: exclusive"), HasSubstr("\"affinity\""));
+  EXPECT_THAT(refused(std::string{kDeadline} + "affinity: [1], cpuset: shared"),
+              HasSubstr("write exclusive"));
+  EXPECT_THAT(refused("policy: SCHED_FIFO, priority: 1, affinity: [1], cpuset: exclusive"),
+              HasSubstr("SCHED_DEADLINE"));
+}
+
 constexpr std::string_view kTwoDomains =
     "callback_groups:\n"
     "  - {id: a, domain_id: 0, policy: SCHED_OTHER, nice: 1}\n"

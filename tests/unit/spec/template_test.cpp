@@ -124,6 +124,27 @@ TEST_F(Template, JoinsWhatRanInSeveralProcesses) {
   EXPECT_FALSE(read.find_callback("/apart@Timer(1)")->parameters.policy);
 }
 
+TEST_F(Template, AsksForSlicesAndClampsThatWereAskedFor) {
+  auto sliced = sched(Policy::other);
+  sliced.slice_ns = 300'000;
+  sliced.util_min = 100;
+  sliced.util_max = 700;
+  auto odd = sched(Policy::other);
+  odd.slice_ns = 1;  // no spec may ask for it
+  odd.util_max = 1024;
+  thread(1, sliced);
+  thread(2, odd);
+  callback("/n@Timer(1)", 1);
+  callback("/n@Timer(2)", 2);
+  const auto read = spec();
+  const auto& parameters = read.find_callback("/n@Timer(1)")->parameters;
+  EXPECT_EQ(parameters.slice_ns, 300'000U);
+  EXPECT_EQ(parameters.util_min, 100U);
+  EXPECT_EQ(parameters.util_max, 700U);
+  EXPECT_FALSE(read.find_callback("/n@Timer(2)")->parameters.slice_ns);
+  EXPECT_FALSE(read.find_callback("/n@Timer(2)")->parameters.util_max);
+}
+
 TEST_F(Template, NamesWorkersInTheirSections) {
   thread(1, sched(Policy::other), "recvUC", "worker");
   thread(2, sched(Policy::batch), "logger", "worker");

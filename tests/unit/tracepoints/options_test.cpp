@@ -78,7 +78,7 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
 TEST(RecorderOptions, ExplainsItself) {
   const ParsedCommandLine help = parse_command_line({"--help"}, false);
   EXPECT_FALSE(help.options);
-  EXPECT_NE(help.text.find("cie-record [OPTIONS] -- CMD"), std::string::npos);
+  EXPECT_NE(help.text.find("cie record [OPTIONS] -- CMD"), std::string::npos);
   EXPECT_TRUE(parse_command_line({"--version"}, false).text.starts_with("cie-record "));
 }
 

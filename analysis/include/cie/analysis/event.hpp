@@ -148,6 +148,10 @@ struct ThreadSched {
   std::uint64_t period_ns = 0;
   std::span<const std::uint32_t> cpus;
   std::int32_t error = 0;
+  std::optional<std::uint64_t> slice_ns{};  // from here on absent in older recordings
+  std::optional<std::uint32_t> util_min{};
+  std::optional<std::uint32_t> util_max{};
+  std::uint32_t change = 0;  // of the thread's parameters: which one this read-back belongs to
 };
 struct CallbackRelease {
   CallbackId callback{};
@@ -229,6 +233,11 @@ struct SchedPiSetprio {
   std::int32_t new_prio = 0;
 };
 
+// --- LTTng: what a process calls itself, told when a session starts ---
+struct ProcessName {
+  std::string_view name;
+};
+
 // An event of no vocabulary we know: counted.
 struct OtherEvent {
   std::string_view name;
@@ -240,7 +249,7 @@ using EventBody =
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
                  SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
-                 SchedMigrateTask, SchedPiSetprio, OtherEvent>;
+                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
 
 struct Event {
   EventHead head;

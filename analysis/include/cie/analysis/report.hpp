@@ -97,6 +97,10 @@ struct ThreadSchedReport {
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;
   std::int32_t error = 0;
+  // These three where they are not what the thread began with: somebody asked for them.
+  std::optional<std::uint64_t> slice_ns{};
+  std::optional<std::uint32_t> util_min{};  // of 1024
+  std::optional<std::uint32_t> util_max{};
 };
 
 struct ThreadReport {

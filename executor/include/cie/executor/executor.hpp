@@ -8,6 +8,7 @@
 #include <array>
 #include <chrono>
 #include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <functional>
@@ -33,6 +34,8 @@ struct ParameterProblem {
   std::string thread{};
   int error = 0;  // errno of the refused request; 0: accepted, but another value was read back
   std::string reason{};  // in words, with the remedy
+  // An audit found it: the thread ran as asked, until somebody else changed it.
+  bool is_from_outside = false;
 
   // "demo.yaml:12: \"/lidar@Timer(100000000)\": cannot set SCHED_FIFO 80: … ".
   std::string text() const;
@@ -66,17 +69,41 @@ enum class Dispatch : std::uint8_t {
   wait_set  // as rclcpp does, on DDS wait sets that are collected anew for every wait: a baseline
 };
 
+// What happens when an audit finds a thread that somebody else gave other parameters.
+enum class OnChange : std::uint8_t {
+  report,      // the handler is told
+  apply_again  // and the thread gets again what the spec says
+};
+
+// Whether the pages of the process stay in memory (mlockall), from spin() on and for good.
+enum class LockMemory : std::uint8_t {
+  no,
+  on_fault,  // each page from its first use on
+  all        // all pages, also those never used: 8 MB for the stack of every thread
+};
+
 struct ExecutorOptions {
   Dispatch dispatch = Dispatch::lean;
   // Null: threads run as the kernel starts them. Callback threads of the isolated executor take the
   // entry of their callback's logical id; all other threads that of their name.
   std::shared_ptr<const SchedulingSpec> spec{};
   OnError on_error = OnError::refuse;
-  // Called from the thread concerned, one call at a time; must not call the executor. May be empty.
+  // How often, while spinning, an ordinary thread reads every thread's parameters back, for the
+  // trace and to find what was changed from outside; 0: never. Two system calls for each thread.
+  std::chrono::nanoseconds audit_period = std::chrono::seconds{5};
+  OnChange on_change = OnChange::report;
+  // Called from the thread concerned, from that of the audit or from reload_spec(), one call at a
+  // time; must not call the executor. May be empty.
   std::function<void(const ParameterProblem&)> on_parameter_problem{};
   // Called on the thread of the callback; spinning goes on. Empty: the executor stops, and spin()
   // throws the exception.
   std::function<void(const CallbackFailure&)> on_exception{};
+  // Both are asked for under OnError as scheduling parameters are. RLIMIT_MEMLOCK or CAP_IPC_LOCK
+  // is needed to lock.
+  LockMemory lock_memory = LockMemory::no;
+  // Bytes of its stack that each thread of callbacks touches before it first waits, so that they
+  // cost no page fault later; with `lock_memory` they then stay.
+  std::size_t prefault_stack = 0;
   // Threads of a reentrant group under the isolated executor, and of MultiThreadedExecutor (there
   // 0 means one for each CPU the process may use, at least 2).
   unsigned reentrant_threads = 4;
@@ -123,6 +150,13 @@ class Executor {
           name, [function = std::move(function)](const std::stop_token&) mutable { function(); });
     }
   }
+
+  // Goes on under another spec, also while spinning (null: without one). Of the threads that run,
+  // only those change that the spec asks to run otherwise; what it no longer asks for goes back to
+  // what the thread began with. Callbacks run on meanwhile, under the former parameters or the new
+  // ones. Under OnError::refuse the first refusal puts everything back, the former spec stays in
+  // force, and ParametersRefused is thrown; under OnError::warn the handler is told.
+  void reload_spec(std::shared_ptr<const SchedulingSpec> spec);
 
   bool is_spinning() const noexcept;
   // What on_parameter_problem was told so far.

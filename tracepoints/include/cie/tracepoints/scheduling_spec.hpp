@@ -40,7 +40,13 @@ struct ThreadParameters {
   std::uint64_t deadline_ns = 0;          // SCHED_DEADLINE
   std::uint64_t period_ns = 0;            // SCHED_DEADLINE
   std::optional<std::uint64_t> slice_ns;  // SCHED_OTHER, 100 us to 100 ms; absent: kernel's
+  // Utilization clamps, 0..1024 and 1..1024, of any policy but SCHED_DEADLINE.
+  std::optional<std::uint32_t> util_min;
+  std::optional<std::uint32_t> util_max;
   std::optional<std::vector<std::uint32_t>> cpus;  // ascending, without repetition
+  // SCHED_DEADLINE with affinity: the executor may make an exclusive cpuset of these CPUs, without
+  // which the kernel refuses the two together.
+  bool has_exclusive_cpuset = false;
   friend bool operator==(const ThreadParameters&, const ThreadParameters&) = default;
 };
 

@@ -35,7 +35,9 @@ struct SchedReadBack {
   std::uint64_t deadline_ns = 0;
   std::uint64_t period_ns = 0;
   std::vector<std::uint32_t> cpus;  // ascending
-  std::uint64_t slice_ns = 0;  // SCHED_OTHER: the time slice, 0 before Linux 6.12; not in the trace
+  std::uint64_t slice_ns = 0;       // SCHED_OTHER: the time slice; else, and before Linux 6.12, 0
+  std::uint32_t util_min = 0;       // utilization clamps, of 1024; both 0 where the kernel has none
+  std::uint32_t util_max = 0;
 };
 
 // Reads the parameters of a thread of this process (0: the caller) with sched_getattr and
@@ -59,6 +61,9 @@ class Run {
   Run& operator=(const Run&) = delete;
   // Status of `run_end`: 0 if every spin returned normally. Last call wins.
   void set_status(std::int32_t status) noexcept;
+  // The process goes on under another spec: `run_begin` is emitted again, with moment announce, and
+  // names it from now on.
+  void set_spec(std::string_view spec_sha256);
 
  private:
   std::uint64_t generation_;  // 0 in a child of fork(): belongs to the parent
@@ -118,7 +123,8 @@ class Callback {
   CallbackId id() const noexcept { return id_; }
 
   // From the thread that makes the callback ready. `overwritten`: samples overwritten in its queue
-  // so far. Thread-safe (one atomic increment).
+  // so far. Calls for one callback must not overlap, as those of a queue under its lock do not;
+  // only those of a waitable may, from any thread or signal handler (one atomic increment).
   void release(std::uint64_t overwritten) noexcept;
   // Samples overwritten in its queue so far, when that is learnt without a release: after the last
   // one, or as the queue goes. Never lowers what is known; emits nothing, but callback_fini and
@@ -186,6 +192,10 @@ class Thread {
   // the errno of the failed request, 0 otherwise. Empty when the thread is gone (nothing is
   // emitted).
   std::optional<SchedReadBack> emit_sched(SchedMoment moment, std::int32_t error);
+  // Call it before parameters that were applied are changed, and emit_sched(applied) afterwards:
+  // emits an audit with the number of the change, which tells readers that until the next `applied`
+  // the thread may run as either says.
+  void begin_change();
 
  private:
   std::uint32_t tid_;

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
-namespace demo {
+namespace example {
 namespace {
-
-constexpr std::uint32_t kQueueDepth = 10;
 
 std::int64_t now_ns() {
   return std::chrono::nanoseconds{std::chrono::system_clock::now().time_since_epoch()}.count();
@@ -14,8 +13,9 @@ std::int64_t now_ns() {
 
 }  // namespace
 
-Output::Output(cie::Node& node, const std::string& topic, std::uint32_t payload_bytes)
-    : publisher_(node.create_publisher<Sample>(topic, kQueueDepth)),
+Output::Output(cie::Node& node, const Place& place, const std::string& topic,
+               std::uint32_t payload_bytes)
+    : publisher_(node.create_publisher<Sample>(topic, place.queue_depth)),
       message_(cie::make_message<Sample>()) {
   cie::set_text(message_->frame_id, node.fully_qualified_name());
   cie::resize(message_->payload, payload_bytes);
@@ -27,12 +27,24 @@ void Output::publish(std::int64_t stamp) {
   ++message_->seq;
 }
 
+Input::Input(cie::Node& node, const Place& place, const std::string& topic, Function function)
+    : function_(std::move(function)),
+      subscription_(node.create_subscription<Sample>(
+          topic, place.queue_depth, [this](const Sample& sample) { on_sample(sample); })) {}
+
+void Input::on_sample(const Sample& sample) {
+  if (received_ > 0 && sample.seq > next_) missed_ += sample.seq - next_;
+  next_ = sample.seq + 1;
+  ++received_;
+  function_(sample);
+}
+
 Sensor::Sensor(const Place& place, const std::string& name, std::chrono::milliseconds period,
                std::chrono::milliseconds phase, const std::string& output,
                std::uint32_t payload_bytes, Work work)
-    : DemoNode(place.context, name, place.name_space),
+    : ExampleNode(place.context, name, place.name_space),
       work_(work),
-      output_(node(), output, payload_bytes) {
+      output_(node(), place, output, payload_bytes) {
   cie::TimerOptions options;
   options.phase = phase;
   timer_ = node().create_wall_timer(
@@ -46,25 +58,27 @@ Sensor::Sensor(const Place& place, const std::string& name, std::chrono::millise
 }
 
 Transform::Transform(const Place& place, const std::string& name, const std::string& input,
-                     const std::string& output, std::uint32_t payload_bytes, Work work)
-    : DemoNode(place.context, name, place.name_space),
+                     const std::string& output, std::uint32_t payload_bytes, Work work,
+                     Input::Function on_done)
+    : ExampleNode(place.context, name, place.name_space),
       work_(work),
-      output_(node(), output, payload_bytes),
-      subscription_(
-          node().create_subscription<Sample>(input, kQueueDepth, [this](const Sample& sample) {
-            work_();
-            output_.publish(sample.stamp);
-          })) {}
+      output_(node(), place, output, payload_bytes),
+      on_done_(std::move(on_done)),
+      input_(node(), place, input, [this](const Sample& sample) {
+        work_();
+        output_.publish(sample.stamp);
+        if (on_done_) on_done_(sample);
+      }) {}
 
 Fusion::Fusion(const Place& place, const std::string& name,
                const std::array<std::string, 2>& inputs, const std::string& output,
                std::uint32_t payload_bytes, Work work)
-    : DemoNode(place.context, name, place.name_space),
+    : ExampleNode(place.context, name, place.name_space),
       work_(work),
-      output_(node(), output, payload_bytes) {
+      output_(node(), place, output, payload_bytes) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    subscriptions_[i] = node().create_subscription<Sample>(
-        inputs[i], kQueueDepth, [this, i](const Sample& sample) { on_input(i, sample); });
+    inputs_.push_back(std::make_unique<Input>(
+        node(), place, inputs[i], [this, i](const Sample& sample) { on_input(i, sample); }));
   }
 }
 
@@ -84,11 +98,11 @@ void Fusion::on_input(std::size_t index, const Sample& sample) {
 
 Intersection::Intersection(const Place& place, const std::string& name,
                            const std::array<Path, 2>& paths, std::uint32_t payload_bytes, Work work)
-    : DemoNode(place.context, name, place.name_space), work_(work) {
+    : ExampleNode(place.context, name, place.name_space), work_(work) {
   for (const Path& path : paths) {
-    outputs_.push_back(std::make_unique<Output>(node(), path.output, payload_bytes));
-    subscriptions_.push_back(node().create_subscription<Sample>(
-        path.input, kQueueDepth, [this, &output = *outputs_.back()](const Sample& sample) {
+    outputs_.push_back(std::make_unique<Output>(node(), place, path.output, payload_bytes));
+    inputs_.push_back(std::make_unique<Input>(
+        node(), place, path.input, [this, &output = *outputs_.back()](const Sample& sample) {
           work_();
           output.publish(sample.stamp);
         }));
@@ -101,14 +115,15 @@ bool Intersection::is_connected() const {
 
 Cyclic::Cyclic(const Place& place, const std::string& name, std::chrono::milliseconds period,
                const std::vector<std::string>& inputs, const std::string& output,
-               std::uint32_t payload_bytes, Work work)
-    : DemoNode(place.context, name, place.name_space),
+               std::uint32_t payload_bytes, Work work, std::function<void()> on_cycle)
+    : ExampleNode(place.context, name, place.name_space),
       work_(work),
-      output_(node(), output, payload_bytes),
-      stamps_(inputs.size()) {
+      output_(node(), place, output, payload_bytes),
+      stamps_(inputs.size()),
+      on_cycle_(std::move(on_cycle)) {
   for (std::size_t i = 0; i < inputs.size(); ++i) {
-    subscriptions_.push_back(
-        node().create_subscription<Sample>(inputs[i], kQueueDepth, [this, i](const Sample& sample) {
+    inputs_.push_back(
+        std::make_unique<Input>(node(), place, inputs[i], [this, i](const Sample& sample) {
           const std::lock_guard lock{mutex_};
           stamps_[i] = sample.stamp;
         }));
@@ -117,6 +132,7 @@ Cyclic::Cyclic(const Place& place, const std::string& name, std::chrono::millise
 }
 
 void Cyclic::on_timer() {
+  if (on_cycle_) on_cycle_();
   std::int64_t oldest = std::numeric_limits<std::int64_t>::max();
   {
     const std::lock_guard lock{mutex_};
@@ -129,9 +145,8 @@ void Cyclic::on_timer() {
 }
 
 Command::Command(const Place& place, const std::string& name, const std::string& input, Work work)
-    : DemoNode(place.context, name, place.name_space),
+    : ExampleNode(place.context, name, place.name_space),
       work_(work),
-      subscription_(node().create_subscription<Sample>(input, kQueueDepth,
-                                                       [this](const Sample&) { work_(); })) {}
+      input_(node(), place, input, [this](const Sample&) { work_(); }) {}
 
-}  // namespace demo
+}  // namespace example

@@ -2,7 +2,7 @@
 
 #include <atomic>
 
-namespace demo {
+namespace example {
 namespace {
 
 constexpr double kStepsPerUnit = 400;
@@ -25,4 +25,4 @@ void Work::operator()() const {
   sink.store(value, std::memory_order_relaxed);
 }
 
-}  // namespace demo
+}  // namespace example

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace demo {
+namespace example {
 
 // About `amount` microseconds of a slow core's time, times the factor of --load. A fixed number of
 // steps, not a span of time: a preempted callback does the same work, later.
@@ -17,4 +17,4 @@ class Work {
   std::uint32_t amount_;
 };
 
-}  // namespace demo
+}  // namespace example

@@ -1,0 +1,145 @@
+#include "runner.hpp"
+
+#include <cie/executor/on_hangup.hpp>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+namespace example {
+namespace {
+
+// For the signal handler. A signal that comes before the executor is there is remembered.
+std::atomic<cie::Executor*> running{nullptr};
+std::atomic<bool> is_asked_to_stop{false};
+
+void on_signal(int) {
+  is_asked_to_stop = true;
+  if (cie::Executor* const executor = running; executor != nullptr) executor->cancel();
+}
+
+void catch_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  for (const int signal : {SIGINT, SIGTERM})
+    sigaction(signal, &action, nullptr);
+}
+
+std::shared_ptr<cie::SchedulingSpec> load_spec(const RunSettings& settings) {
+  return std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
+}
+
+std::unique_ptr<cie::Executor> make_executor(const RunSettings& settings) {
+  cie::ExecutorOptions options;
+  options.threads = settings.threads;
+  options.on_error = settings.on_error == "warn" ? cie::OnError::warn : cie::OnError::refuse;
+  const bool refuses = options.on_error == cie::OnError::refuse;
+  options.on_parameter_problem = [refuses, program = settings.program](const auto& problem) {
+    const bool is_thrown_too = refuses && !problem.is_from_outside;
+    if (is_thrown_too) return;
+    std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), problem.text().c_str());
+  };
+  if (!settings.spec.empty()) options.spec = load_spec(settings);
+  return cie::make_executor(settings.executor, std::move(options));
+}
+
+// Until everybody who is meant to listen does, so that no chain begins in the middle. Bounded:
+// another process may not be there.
+void wait_for_readers(const Nodes& nodes) {
+  using namespace std::chrono_literals;
+  const auto bound = std::chrono::steady_clock::now() + 5s;
+  for (const auto& node : nodes) {
+    while (!node->is_connected() && !is_asked_to_stop && std::chrono::steady_clock::now() < bound) {
+      std::this_thread::sleep_for(5ms);
+    }
+  }
+}
+
+void reload(cie::Executor& executor, const RunSettings& settings) noexcept {
+  const char* const program = settings.program.c_str();
+  try {
+    executor.reload_spec(load_spec(settings));
+    std::fprintf(stderr, "%s: runs by %s as it is now\n", program, settings.spec.c_str());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: the former spec stays in force: %s\n", program, error.what());
+  }
+}
+
+}  // namespace
+
+void add_options(CLI::App& app, RunSettings& settings) {
+  app.add_option("--executor", settings.executor, "Who runs the callbacks")
+      ->check(CLI::IsMember(
+          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())))
+      ->capture_default_str();
+  app.add_option("--duration", settings.duration_s, "Seconds to run")
+      ->check(CLI::Range(0.0, 86400.0))
+      ->capture_default_str();
+  app.add_option("--load", settings.load, "Factor of the callbacks' CPU work")
+      ->check(CLI::Range(0.0, 1000.0))
+      ->capture_default_str();
+  app.add_option("--threads", settings.threads, "Threads of `multi`; 0: one for each CPU")
+      ->check(CLI::Range(0U, 256U))
+      ->capture_default_str();
+  app.add_option("--spec", settings.spec, "Scheduling spec of the threads")
+      ->check(CLI::ExistingFile);
+  app.add_option("--on-error", settings.on_error, "When the spec cannot be applied")
+      ->check(CLI::IsMember({"refuse", "warn"}))
+      ->capture_default_str();
+  app.add_option("--domain", settings.domain, "DDS domain")
+      ->check(CLI::Range(0U, 230U))
+      ->capture_default_str();
+  app.add_option("--tag", settings.tag, "Only processes of the same tag see each other");
+}
+
+cie::Context::Options context_options(const RunSettings& settings) {
+  return {.domain = settings.domain, .loopback = true, .tag = settings.tag};
+}
+
+void run(const Nodes& nodes, const RunSettings& settings, const std::function<void()>& on_hangup) {
+  catch_signals();
+  Work::set_load(settings.load);
+  const auto executor = make_executor(settings);
+  for (const auto& node : nodes)
+    executor->add_node(node->node());
+  running = executor.get();
+  std::optional<cie::OnHangup> hangups;
+  if (!settings.spec.empty()) {
+    hangups.emplace([&] {
+      if (on_hangup) on_hangup();
+      reload(*executor, settings);
+    });
+  }
+  wait_for_readers(nodes);
+  if (is_asked_to_stop) executor->cancel();
+  executor->spin_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double>{settings.duration_s}));
+  running = nullptr;
+}
+
+int run_main(int argc, char** argv, CLI::App& app, const RunSettings& settings,
+             const std::function<int()>& body) noexcept {
+  try {
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      return app.exit(error) == 0 ? 0 : 2;
+    }
+    if (!settings.spec.empty()) cie::hold_hangups();
+    return body();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s: %s\n", settings.program.c_str(), error.what());
+  } catch (...) {
+    std::fprintf(stderr, "%s: unknown exception\n", settings.program.c_str());
+  }
+  return 2;
+}
+
+}  // namespace example
