@@ -2,12 +2,14 @@
 #   gnuplot -e "csv='executors.csv'; svg='executors.svg'; policy='fifo'; phases='staggered'" plot.gp
 set datafile separator ','
 set datafile missing NaN
-set terminal svg size 1000,1100 font 'sans-serif,13' background rgb 'white'
+set terminal svg size 1150,1150 font 'sans-serif,13' background rgb 'white'
 set output svg
+colours = '#d62728 #1f77b4 #7fb3d9 #2ca02c #98d17f #ff9896 #9467bd'
 executors = 'isolated single single-waitset multi multi-waitset isolated-waitset events'
 set multiplot layout 4,2 title sprintf('SCHED %s, phases %s', policy, phases) font ',15'
-set key top left samplen 2 font ',10'
-set grid ytics lc rgb '#dddddd'
+set grid ytics back lt 1 lw 0.5 lc rgb '#d0d0d0'
+set border 3 lc rgb '#808080'
+set tics nomirror
 set xlabel 'N timers of 10 ms, N subscriptions'
 set xtics (1, 4, 8, 12, 16, 20, 24)
 set xrange [0:25]
@@ -23,14 +25,17 @@ do for [metric in '10 11 13 16'] {
        : c == 13 ? 'memory (PSS), MiB' : 'publish to callback, p99, us'
   do for [path in 'intra inter'] {
     set title path.': '.name
+    if (path eq 'inter') { set key outside right top samplen 2 font ',10' } else { unset key }
     if (c == 10 || c == 11) {
       plot for [i=1:words(executors)] csv \
-        using 7:(rate(word(executors, i), path, c)) with linespoints lw 1.6 pt i ps 0.6 \
+        using 7:(rate(word(executors, i), path, c)) with linespoints lw (i == 1 ? 2.5 : 1.5) pt i ps 0.6 \
+        lc rgb word(colours, i) \
         title word(executors, i) noenhanced
     } else {
       scale = c == 13 ? 1024.0 : 1.0
       plot for [i=1:words(executors)] csv \
-        using 7:(level(word(executors, i), path, c) / scale) with linespoints lw 1.6 pt i ps 0.6 \
+        using 7:(level(word(executors, i), path, c) / scale) with linespoints lw (i == 1 ? 2.5 : 1.5) pt i ps 0.6 \
+        lc rgb word(colours, i) \
         title word(executors, i) noenhanced
     }
   }
