@@ -12,7 +12,7 @@
 namespace cie::executor {
 
 ParameterServer::ParameterServer() {
-  thread_ = std::jthread{[this](std::stop_token stop) { run(std::move(stop)); }};
+  thread_ = std::jthread{[this](const std::stop_token& stop) { run(stop); }};
   std::unique_lock lock{mutex_};
   changed_.wait(lock, [this] { return trace_ != nullptr; });
 }
@@ -50,7 +50,7 @@ void ParameterServer::serve_all() {
   }
 }
 
-void ParameterServer::run(std::stop_token stop) {
+void ParameterServer::run(const std::stop_token& stop) {
   set_current_thread_name(kThreadName);
   sigset_t all;
   sigfillset(&all);

@@ -48,7 +48,7 @@ class ParameterServer {
   const std::shared_ptr<trace::Thread>& thread() const noexcept { return trace_; }
 
  private:
-  void run(std::stop_token stop);
+  void run(const std::stop_token& stop);
   void serve_all();
 
   Wakeup wakeup_;
