@@ -126,6 +126,7 @@ void print_ratios(const std::vector<Row>& rows) {
     const auto& name = row.workload.executor;
     if (name != "isolated" && std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
+  if (names.empty()) return;
   std::printf(
       "\nisolated as a multiple of (system calls, context switches; last: system calls of "
       "the published\ncallback-isolated executor, %.1f inter and %.1f intra at N = %u)\n",
