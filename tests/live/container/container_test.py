@@ -242,7 +242,7 @@ class Orders(unittest.TestCase):
                      for task in Path(f"/proc/{running.process.pid}/task").iterdir())
             return sorted(names)
         with Running(app_file(component("kept"), component("moved"))) as running:
-            wait_for(lambda: {"kept:50ms", "moved:50ms"} <= set(threads(running)))
+            wait_for(lambda: {"cie-audit", "kept:50ms", "moved:50ms"} <= set(threads(running)))
             before = threads(running)
             self.assertEqual(order("unload", "/moved")[0], ENDED_WELL)
             self.assertEqual([name for name in before if name != "moved:50ms"], threads(running))
