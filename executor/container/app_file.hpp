@@ -23,7 +23,7 @@ struct ComponentEntry {
   std::string name;  // of the node
   std::string name_space = "/";
   ComponentOptions::Parameters parameters;
-  TopicRemaps remaps;
+  Remaps remaps;
 
   // "/ns/name", which names the component within its container.
   std::string qualified_name() const;

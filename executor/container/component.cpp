@@ -5,7 +5,7 @@
 namespace cie {
 
 ComponentOptions::ComponentOptions(const Context& context, std::string name, std::string name_space,
-                                   Parameters parameters, TopicRemaps remaps)
+                                   Parameters parameters, Remaps remaps)
     : context_(&context),
       name_(std::move(name)),
       name_space_(std::move(name_space)),

@@ -175,6 +175,10 @@ std::shared_ptr<const SchedulingSpec> Container::load_spec() const {
   auto spec =
       std::make_shared<SchedulingSpec>(SchedulingSpec::load(*app_.spec, context_.options().domain));
   check_machine(*spec);
+  for (const auto& [section, line] : spec->not_applied()) {
+    say_(spec->name() + ":" + std::to_string(line) + ": note: \"" + section +
+         "\" is about the machine and is not applied");
+  }
   return spec;
 }
 

@@ -9,13 +9,12 @@
 namespace cie::executor {
 
 ClientCallback::ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info,
-                               Ends ends, const dds_topic_descriptor& response_type,
-                               std::int64_t timeout_ns)
+                               Ends ends, std::int64_t timeout_ns)
     : Callback(std::move(group), info),
       service_(info.source),
       ends_(std::move(ends)),
       timeout_ns_(timeout_ns),
-      messages_(response_type) {
+      messages_(ends_.responses->layout()) {
   ends_.responses->delivery().set_trace(&trace());
 }
 
@@ -80,9 +79,9 @@ std::optional<ClientCallback::Request> ClientCallback::remove_overdue() {
 // is there.
 bool ClientCallback::execute_one() {
   {
-    const MessagePool::Lent response{messages_};
+    MessagePool::Lent response{messages_};
     MessageInfo info;
-    while (ends_.responses->take(response.get(), info)) {
+    while (ends_.responses->take(response, info)) {
       const auto request = remove(header_of(response.get()).seq);
       if (!request) continue;
       const Instance instance{*this,

@@ -31,7 +31,7 @@ class ClientCallback final : public Callback {
   };
   // `timeout_ns` 0: none.
   ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info, Ends ends,
-                 const dds_topic_descriptor& response_type, std::int64_t timeout_ns);
+                 std::int64_t timeout_ns);
   ~ClientCallback() override;
 
   // Fills in the header and sends. Any thread.

@@ -1,25 +1,38 @@
 #include "context_state.hpp"
 
+#include "dds_qos.hpp"
 #include "threads.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cstdlib>
 #include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <utility>
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
 
 namespace cie {
 namespace executor {
 namespace {
+
+// Tells ROS 2 that nodes are here; the place in its hierarchy of security settings is the root.
+constexpr std::string_view kEnclave = "enclave=/;";
 
 constexpr std::uint32_t kMostDomain = 230;  // port numbers of UDP end there
 
 // Participants of one machine that can find each other without multicast: each sends its
 // announcement to every index, so the number costs traffic at start.
 constexpr std::uint32_t kMostParticipantIndex = 30;
+
+// Where RouDi, which hands out shared memory, takes requests.
+constexpr std::string_view kRoudiSocket = "/tmp/roudi";
 
 std::string loopback_configuration(const std::string& tag) {
   std::string xml =
@@ -50,6 +63,41 @@ void validate(const Context::Options& options) {
   }
 }
 
+// What DDS is to be configured with; empty: as it is without us.
+std::string configuration(const Context::Options& options) {
+  std::string xml;
+  if (options.loopback) {
+    xml = loopback_configuration(options.tag);
+  } else if (const char* const given = std::getenv("CYCLONEDDS_URI");
+             options.shared_memory && given != nullptr) {
+    xml = given;
+  }
+  if (options.shared_memory) {
+    if (!xml.empty()) xml += ',';
+    xml +=
+        "<CycloneDDS><Domain Id=\"any\"><SharedMemory><Enable>true</Enable></SharedMemory>"
+        "</Domain></CycloneDDS>";
+  }
+  return xml;
+}
+
+// Without RouDi iceoryx waits for a minute and then ends the process.
+void check_for_roudi() {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::ranges::copy(kRoudiSocket, address.sun_path);
+  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int error =
+      socket < 0 || connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0
+          ? errno
+          : 0;
+  if (socket >= 0) close(socket);
+  if (error == 0) return;
+  throw std::runtime_error{
+      "shared memory is not available: RouDi does not answer at " + std::string{kRoudiSocket} +
+      " (" + std::generic_category().message(error) + "): start iox-roudi (Debian: iceoryx)"};
+}
+
 std::mutex& claims_mutex() {
   static std::mutex mutex;
   return mutex;
@@ -78,13 +126,18 @@ ContextState::ContextState(const Context::Options& options)
     : options_((validate(options), options)), claim_(options.domain) {
   const auto before = thread_ids();
   const std::string domain = "domain " + std::to_string(options_.domain);
-  if (options_.loopback) {
-    domain_ = dds::Entity{
-        dds_create_domain(options_.domain, loopback_configuration(options_.tag).c_str()),
-        "configuring DDS", domain};
+  if (options_.shared_memory) check_for_roudi();
+  if (const std::string xml = configuration(options_); !xml.empty()) {
+    domain_ =
+        dds::Entity{dds_create_domain(options_.domain, xml.c_str()), "configuring DDS", domain};
   }
-  participant_ = dds::Entity{dds_create_participant(options_.domain, nullptr, nullptr),
+  const dds::QosPtr qos{dds_create_qos()};
+  if (options_.ros_graph != RosGraph::none) {
+    dds_qset_userdata(qos.get(), kEnclave.data(), kEnclave.size());
+  }
+  participant_ = dds::Entity{dds_create_participant(options_.domain, qos.get(), nullptr),
                              "creating the DDS participant", domain};
+  graph_.emplace(participant_.get(), options_.ros_graph);
   for (const auto& [tid, name] : new_named_threads(before)) {
     workers_.push_back({name, std::make_shared<trace::Thread>(ThreadRole::worker, kNoCallback,
                                                               kNoGroup, name, tid)});
@@ -109,6 +162,7 @@ ParameterServer& ContextState::parameter_server() {
 ContextState::~ContextState() {
   workers_.clear();  // while they live: their last read-back is of what they ran as
   parameter_server_.reset();
+  graph_.reset();
   participant_.reset();
   domain_.reset();
 }
@@ -132,6 +186,25 @@ std::uint32_t domain_from(const char* name, const std::string& text) {
   return domain;
 }
 
+bool is_set(const char* name) {
+  const std::string text = environment(name);
+  if (!text.empty() && text != "0" && text != "1") {
+    throw std::invalid_argument{std::string{name} + "=\"" + text + "\" is neither 0 nor 1"};
+  }
+  return text == "1";
+}
+
+RosGraph ros_graph_from(const std::string& text, const std::string& distribution) {
+  if (text == "none") return RosGraph::none;
+  if (text == "humble") return RosGraph::humble;
+  if (text == "iron") return RosGraph::iron;
+  if (!text.empty()) {
+    throw std::invalid_argument{"CIE_ROS_GRAPH=\"" + text + "\" is none of none, humble, iron"};
+  }
+  // Distributions are named in the order of the alphabet.
+  return distribution < "iron" ? RosGraph::humble : RosGraph::iron;
+}
+
 }  // namespace
 
 Context::Options Context::Options::from_environment() {
@@ -142,12 +215,10 @@ Context::Options Context::Options::from_environment() {
     options.domain = domain_from(name, text);
     break;
   }
-  const std::string loopback = environment("CIE_LOOPBACK");
-  if (!loopback.empty() && loopback != "0" && loopback != "1") {
-    throw std::invalid_argument{"CIE_LOOPBACK=\"" + loopback + "\" is neither 0 nor 1"};
-  }
-  options.loopback = loopback == "1";
+  options.loopback = is_set("CIE_LOOPBACK");
+  options.shared_memory = is_set("CIE_SHARED_MEMORY");
   options.tag = environment("CIE_DISCOVERY_TAG");
+  options.ros_graph = ros_graph_from(environment("CIE_ROS_GRAPH"), environment("ROS_DISTRO"));
   return options;
 }
 

@@ -5,11 +5,13 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
+#include "graph.hpp"
 #include "parameter_server.hpp"
 
 #include <cstdint>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,6 +33,7 @@ class ContextState {
 
   const Context::Options& options() const noexcept { return options_; }
   dds_entity_t participant() const noexcept { return participant_.get(); }
+  Graph& graph() noexcept { return *graph_; }
   std::vector<WorkerThread> workers() const;
   // Started by the first call. Thread-safe. Throws std::system_error.
   ParameterServer& parameter_server();
@@ -52,6 +55,7 @@ class ContextState {
   DomainClaim claim_;
   dds::Entity domain_;  // only with a configuration of our own
   dds::Entity participant_;
+  std::optional<Graph> graph_;
   mutable std::mutex mutex_;  // of what follows
   std::vector<WorkerThread> workers_;
   std::unique_ptr<ParameterServer> parameter_server_;

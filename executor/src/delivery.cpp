@@ -97,7 +97,11 @@ std::uint64_t gid_of(const ddsi_guid_t& guid) noexcept {
 bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
   constexpr std::size_t kEncoding = 4;
   std::uint64_t guid = 0;
-  ddsi_serdata_to_ser(sample, kEncoding, sizeof guid, &guid);
+  if (sample->iox_chunk != nullptr) {  // in shared memory there is no encoding before it
+    std::memcpy(&guid, sample->iox_chunk, sizeof guid);
+  } else {
+    ddsi_serdata_to_ser(sample, kEncoding, sizeof guid, &guid);
+  }
   return guid == recipient;
 }
 

@@ -248,8 +248,7 @@ void ExecutorCore::configure_workers_of(const NodeState& node) {
   std::vector<ParameterProblem> problems;
   for (const WorkerThread& worker : node.context()->workers()) {
     if (!configured_workers_.insert(worker.trace).second) continue;
-    const auto found =
-        configurator_.configure(node.context(), *worker.trace, {.name = worker.name});
+    const auto found = configurator_.configure(worker.trace, {.name = worker.name});
     problems.insert(problems.end(), found.begin(), found.end());
   }
   refuse_if_any(problems);

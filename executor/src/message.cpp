@@ -8,6 +8,12 @@
 namespace cie {
 namespace executor {
 
+dds_topic_descriptor with_wire_name(const dds_topic_descriptor& type, const char* name) noexcept {
+  dds_topic_descriptor renamed = type;
+  renamed.m_typename = name;
+  return renamed;
+}
+
 void* allocate_message(const dds_topic_descriptor& type) { return allocate_contents(type.m_size); }
 
 void free_message(void* message, const dds_topic_descriptor& type) noexcept {

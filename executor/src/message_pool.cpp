@@ -2,11 +2,6 @@
 
 namespace cie::executor {
 
-MessagePool::MessageHandle MessagePool::make() const {
-  return MessageHandle{allocate_message(type_),
-                       [&type = type_](void* message) { free_message(message, type); }};
-}
-
 MessagePool::MessageHandle MessagePool::borrow() {
   auto expected = Spare::there;
   if (!state_.compare_exchange_strong(expected, Spare::moving, std::memory_order_acquire)) {

@@ -1,7 +1,7 @@
 // Memory for messages that is used again.
 #pragma once
 
-#include <cie/executor/message.hpp>
+#include "message_layout.hpp"
 
 #include <atomic>
 #include <cstdint>
@@ -14,36 +14,55 @@ namespace cie::executor {
 // then nothing is allocated. Thread-safe and lock-free.
 class MessagePool {
  public:
-  using MessageHandle = std::shared_ptr<void>;
+  using MessageHandle = std::shared_ptr<const void>;
 
-  // One message on loan: it returns when this goes, unless somebody kept the handle.
+  // What one instance of a callback works on: a message of the pool, which returns when this goes
+  // unless somebody kept the handle, or a message that is somebody else's.
   class Lent {
    public:
-    explicit Lent(MessagePool& pool) : pool_(pool), message_(pool.borrow()) {}
+    explicit Lent(MessagePool& pool) noexcept : pool_(pool) {}
     Lent(const Lent&) = delete;
     Lent& operator=(const Lent&) = delete;
-    ~Lent() { pool_.give_back(std::move(message_)); }
+    ~Lent() { give_back(); }
+    // The pool's, to write to; the same one when called again. Throws std::bad_alloc.
+    void* memory() {
+      if (memory_ == nullptr) {
+        message_ = pool_.borrow();
+        memory_ = const_cast<void*>(message_.get());  // the pool's own, and so not const
+      }
+      return memory_;
+    }
+    // Somebody else's, instead of the pool's.
+    void refer_to(MessageHandle message) noexcept {
+      give_back();
+      message_ = std::move(message);
+    }
     const MessageHandle& handle() const noexcept { return message_; }
-    void* get() const noexcept { return message_.get(); }
+    const void* get() const noexcept { return message_.get(); }
 
    private:
+    void give_back() noexcept {
+      if (std::exchange(memory_, nullptr) != nullptr) pool_.give_back(std::move(message_));
+    }
+
     MessagePool& pool_;
     MessageHandle message_;
+    void* memory_ = nullptr;  // of message_; null: it is somebody else's
   };
 
-  // `type` outlives the pool and all its messages. Throws std::bad_alloc.
-  explicit MessagePool(const dds_topic_descriptor& type) : type_(type), spare_(make()) {}
+  // Throws std::bad_alloc.
+  explicit MessagePool(LayoutPtr layout) : layout_(std::move(layout)), spare_(make()) {}
 
  private:
   enum class Spare : std::uint8_t { there, lent, moving };
 
-  MessageHandle make() const;
+  MessageHandle make() const { return own_message(layout_->allocate(), layout_); }
   // The kept message, or a new one when it is in use: by another thread of a reentrant group, or by
   // a user who kept the handle.
   MessageHandle borrow();
   void give_back(MessageHandle message) noexcept;
 
-  const dds_topic_descriptor& type_;
+  LayoutPtr layout_;
   MessageHandle spare_;
   std::atomic<Spare> state_{Spare::there};
 };

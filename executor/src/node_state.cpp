@@ -4,6 +4,7 @@
 #include "executor_core.hpp"
 #include "names.hpp"
 #include "parameter_services.hpp"
+#include "pinned_library.hpp"
 #include "replier.hpp"
 #include "service_endpoint.hpp"
 #include "subscription_callback.hpp"
@@ -19,7 +20,7 @@ namespace cie {
 namespace executor {
 
 NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-                     std::string_view name_space, const TopicRemaps& remaps,
+                     std::string_view name_space, const Remaps& remaps,
                      const ParameterOverrides& parameters)
     : context_(std::move(context)),
       name_(qualified_node_name(name, name_space)),
@@ -27,10 +28,11 @@ NodeState::NodeState(std::shared_ptr<ContextState> context, std::string_view nam
       parameters_(name_, parameters) {
   for (const auto& [from, to] : remaps) {
     if (!remaps_.emplace(qualified_topic(from, name_), qualified_topic(to, name_)).second) {
-      throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of topic \"" +
+      throw std::invalid_argument{"node \"" + name_ + "\" has two remaps of \"" +
                                   qualified_topic(from, name_) + "\": remove one"};
     }
   }
+  graph_member_ = context_->graph().add_node(name_);
 }
 
 NodeState::~NodeState() = default;
@@ -39,7 +41,8 @@ void NodeState::offer_parameters() {
   {
     const std::lock_guard lock{services_mutex_};
     if (services_ != nullptr || is_withdrawn_) return;
-    services_ = std::make_unique<ParameterServices>(context_, name_, id(), parameters_);
+    services_ =
+        std::make_unique<ParameterServices>(context_, name_, id(), graph_member_, parameters_);
     parameters_.set_change_sink([&services = *services_](auto change, const auto& parameters) {
       services.tell(change, parameters);
     });
@@ -57,7 +60,7 @@ void NodeState::withdraw_parameters() {
   if (services != nullptr) parameters_.set_change_sink({});
 }
 
-std::string NodeState::topic(std::string_view name) const {
+std::string NodeState::resolved(std::string_view name) const {
   const std::string absolute = qualified_topic(name, name_);
   const auto remap = remaps_.find(absolute);
   return remap == remaps_.end() ? absolute : remap->second;
@@ -205,14 +208,15 @@ std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_v
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
-  const std::string name = node.topic(topic);
+  const std::string name = node.resolved(topic);
   auto group = node.group_or_new(options.group);
   auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type);
+  reader->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto subscription = std::make_shared<SubscriptionCallback>(
-      std::move(group), std::move(info), std::move(reader), type, std::move(function));
+      std::move(group), std::move(info), std::move(reader), std::move(function));
   node.add(subscription);
   return subscription;
 }
@@ -221,23 +225,26 @@ std::shared_ptr<SubscriptionCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
     ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol) {
-  const std::string name = qualified_topic(service, node.name());
+  const std::string name = node.resolved(service);
   auto group = node.group_or_new(options.group);
   const std::string identity = EndpointId{}.user_data("serviceid");
   // The writer first: a client that sees the reader can be answered.
   auto replier = std::make_shared<Replier>(
       std::make_unique<Writer>(node.context(), node.id(), reply_topic(name), qos, response_type,
                                identity),
-      response_type, std::move(function));
+      std::move(function));
   auto reader =
       std::make_unique<Reader>(node.context(), request_topic(name), qos, request_type, identity);
+  replier->listen_at(reader->entity());
+  replier->announce(node.graph_member());
+  reader->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto callback = std::make_shared<SubscriptionCallback>(
-      std::move(group), std::move(info), std::move(reader), request_type,
-      [replier](const std::shared_ptr<const void>& request, const MessageInfo&) {
-        replier->answer(request.get());
+      std::move(group), std::move(info), std::move(reader),
+      [replier](const std::shared_ptr<const void>& request, const MessageInfo& facts) {
+        replier->answer(request.get(), facts.writer_gid);
       });
   node.add(callback);
   return callback;
@@ -249,7 +256,7 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
                                               const dds_topic_descriptor& response_type,
                                               const ClientOptions& options,
                                               const std::type_info& symbol) {
-  const std::string name = qualified_topic(service, node.name());
+  const std::string name = node.resolved(service);
   if (options.timeout.count() < 0) {
     throw std::invalid_argument{"the timeout of a client of \"" + name + "\" is negative"};
   }
@@ -263,26 +270,31 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
                                             user_data, Reader::Reply{.recipient = ends.guid});
   ends.requests = std::make_unique<Writer>(node.context(), node.id(), request_topic(name), qos,
                                            request_type, user_data);
+  ends.responses->announce(node.graph_member());
+  ends.requests->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::client, name,
                        {.name = options.name, .deadline = options.deadline}, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(ends),
-                                                 response_type, options.timeout.count());
+                                                 options.timeout.count());
   node.add(client);
   return client;
 }
 
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
-                                      const dds_topic_descriptor& type) {
-  return std::make_shared<Writer>(node.context(), node.id(), message_topic(node.topic(topic)), qos,
-                                  type);
+                                      const dds_topic_descriptor& type, void (*code)() noexcept) {
+  auto writer = std::make_shared<Writer>(node.context(), node.id(),
+                                         message_topic(node.resolved(topic)), qos, type);
+  writer->announce(node.graph_member());
+  writer->keep_loaded(pin_library_of(reinterpret_cast<const void*>(code)));
+  return writer;
 }
 
 }  // namespace executor
 
 Node::Node(const Context& context, std::string_view name, std::string_view name_space,
-           const TopicRemaps& remaps, const ParameterOverrides& parameters)
+           const Remaps& remaps, const ParameterOverrides& parameters)
     : state_(std::make_shared<executor::NodeState>(context.state(), name, name_space, remaps,
                                                    parameters)) {}
 

@@ -24,7 +24,7 @@ class ParameterServices;
 class NodeState {
  public:
   NodeState(std::shared_ptr<ContextState> context, std::string_view name,
-            std::string_view name_space, const TopicRemaps& remaps,
+            std::string_view name_space, const Remaps& remaps,
             const ParameterOverrides& parameters = {});
 
   ~NodeState();
@@ -32,10 +32,11 @@ class NodeState {
   const std::string& name() const noexcept { return name_; }
   NodeId id() const noexcept { return trace_.id(); }
   const std::shared_ptr<ContextState>& context() const noexcept { return context_; }
+  const Graph::Member& graph_member() const noexcept { return graph_member_; }
 
-  // The absolute name of a topic as this node means it, remaps applied. Throws
+  // The absolute name of a topic or service as this node means it, remaps applied. Throws
   // std::invalid_argument.
-  std::string topic(std::string_view name) const;
+  std::string resolved(std::string_view name) const;
 
   // The group for a new callback: the given one, or a fresh one. Throws std::logic_error if the
   // given one belongs to another node.
@@ -61,6 +62,7 @@ class NodeState {
  private:
   std::shared_ptr<ContextState> context_;
   std::string name_;
+  Graph::Member graph_member_;
   std::map<std::string, std::string> remaps_;  // absolute names
   trace::Node trace_;
   mutable std::mutex mutex_;

@@ -59,7 +59,7 @@ std::vector<T> numbers(const Sequence& sequence) {
 
 // --- values -----------------------------------------------------------------------------------
 
-using ValueMessage = rcl_interfaces_msg_dds__ParameterValue_;
+using ValueMessage = rcl_interfaces_msg_ParameterValue;
 
 struct FillValue {
   ValueMessage& message;
@@ -153,7 +153,7 @@ SetParametersResult set(ParameterStore& store, const std::vector<Parameter>& par
   }
 }
 
-void fill_result(rcl_interfaces_msg_dds__SetParametersResult_& message,
+void fill_result(rcl_interfaces_msg_SetParametersResult& message,
                  const SetParametersResult& result) {
   message.successful = result.is_successful;
   set_text(message.reason, result.reason);
@@ -161,8 +161,8 @@ void fill_result(rcl_interfaces_msg_dds__SetParametersResult_& message,
 
 void get_parameters(ParameterStore& store, const void* request, void* response) {
   const auto names =
-      texts(static_cast<const rcl_interfaces_srv_dds__GetParameters_Request_*>(request)->names);
-  auto& values = static_cast<rcl_interfaces_srv_dds__GetParameters_Response_*>(response)->values;
+      texts(static_cast<const rcl_interfaces_srv_GetParameters_Request*>(request)->names);
+  auto& values = static_cast<rcl_interfaces_srv_GetParameters_Response*>(response)->values;
   fill_sequence(values, names.size());
   for (std::size_t i = 0; i < names.size(); ++i)
     fill_value(values._buffer[i], value_or_nothing(store, names[i]));
@@ -170,17 +170,16 @@ void get_parameters(ParameterStore& store, const void* request, void* response) 
 
 void get_parameter_types(ParameterStore& store, const void* request, void* response) {
   std::vector<std::uint8_t> types;
-  for (const std::string& name : texts(
-           static_cast<const rcl_interfaces_srv_dds__GetParameterTypes_Request_*>(request)->names))
+  for (const std::string& name :
+       texts(static_cast<const rcl_interfaces_srv_GetParameterTypes_Request*>(request)->names))
     types.push_back(static_cast<std::uint8_t>(kind_of(value_or_nothing(store, name))));
-  fill_numbers(static_cast<rcl_interfaces_srv_dds__GetParameterTypes_Response_*>(response)->types,
-               types);
+  fill_numbers(static_cast<rcl_interfaces_srv_GetParameterTypes_Response*>(response)->types, types);
 }
 
 void set_parameters(ParameterStore& store, const void* request, void* response) {
   const auto parameters = parameters_of(
-      static_cast<const rcl_interfaces_srv_dds__SetParameters_Request_*>(request)->parameters);
-  auto& results = static_cast<rcl_interfaces_srv_dds__SetParameters_Response_*>(response)->results;
+      static_cast<const rcl_interfaces_srv_SetParameters_Request*>(request)->parameters);
+  auto& results = static_cast<rcl_interfaces_srv_SetParameters_Response*>(response)->results;
   fill_sequence(results, parameters.size());
   for (std::size_t i = 0; i < parameters.size(); ++i)
     fill_result(results._buffer[i], set(store, {parameters[i]}));
@@ -188,15 +187,13 @@ void set_parameters(ParameterStore& store, const void* request, void* response) 
 
 void set_parameters_atomically(ParameterStore& store, const void* request, void* response) {
   const auto parameters = parameters_of(
-      static_cast<const rcl_interfaces_srv_dds__SetParametersAtomically_Request_*>(request)
-          ->parameters);
-  fill_result(
-      static_cast<rcl_interfaces_srv_dds__SetParametersAtomically_Response_*>(response)->result,
-      set(store, parameters));
+      static_cast<const rcl_interfaces_srv_SetParametersAtomically_Request*>(request)->parameters);
+  fill_result(static_cast<rcl_interfaces_srv_SetParametersAtomically_Response*>(response)->result,
+              set(store, parameters));
 }
 
-void fill_descriptor(rcl_interfaces_msg_dds__ParameterDescriptor_& message,
-                     const ParameterStore& store, const std::string& name) {
+void fill_descriptor(rcl_interfaces_msg_ParameterDescriptor& message, const ParameterStore& store,
+                     const std::string& name) {
   set_text(message.name, name);
   ParameterDescriptor descriptor;
   try {
@@ -222,17 +219,17 @@ void fill_descriptor(rcl_interfaces_msg_dds__ParameterDescriptor_& message,
 }
 
 void describe_parameters(ParameterStore& store, const void* request, void* response) {
-  const auto names = texts(
-      static_cast<const rcl_interfaces_srv_dds__DescribeParameters_Request_*>(request)->names);
+  const auto names =
+      texts(static_cast<const rcl_interfaces_srv_DescribeParameters_Request*>(request)->names);
   auto& descriptors =
-      static_cast<rcl_interfaces_srv_dds__DescribeParameters_Response_*>(response)->descriptors;
+      static_cast<rcl_interfaces_srv_DescribeParameters_Response*>(response)->descriptors;
   fill_sequence(descriptors, names.size());
   for (std::size_t i = 0; i < names.size(); ++i)
     fill_descriptor(descriptors._buffer[i], store, names[i]);
 }
 
 void list_parameters(ParameterStore& store, const void* request, void* response) {
-  const auto& asked = *static_cast<const rcl_interfaces_srv_dds__ListParameters_Request_*>(request);
+  const auto& asked = *static_cast<const rcl_interfaces_srv_ListParameters_Request*>(request);
   const auto names = store.list(texts(asked.prefixes), asked.depth);
   std::set<std::string> prefixes;  // of the names: what stands before their last dot
   for (const std::string& name : names) {
@@ -240,37 +237,59 @@ void list_parameters(ParameterStore& store, const void* request, void* response)
       prefixes.insert(name.substr(0, dot));
     }
   }
-  auto& result = static_cast<rcl_interfaces_srv_dds__ListParameters_Response_*>(response)->result;
+  auto& result = static_cast<rcl_interfaces_srv_ListParameters_Response*>(response)->result;
   fill_texts(result.names, names);
   fill_texts(result.prefixes, {prefixes.begin(), prefixes.end()});
 }
 
+// The types, under the names they have on the wire.
+const dds_topic_descriptor_t kTypes[] = {
+    with_wire_name(rcl_interfaces_srv_GetParameters_Request_desc,
+                   "rcl_interfaces::srv::dds_::GetParameters_Request_"),
+    with_wire_name(rcl_interfaces_srv_GetParameters_Response_desc,
+                   "rcl_interfaces::srv::dds_::GetParameters_Response_"),
+    with_wire_name(rcl_interfaces_srv_GetParameterTypes_Request_desc,
+                   "rcl_interfaces::srv::dds_::GetParameterTypes_Request_"),
+    with_wire_name(rcl_interfaces_srv_GetParameterTypes_Response_desc,
+                   "rcl_interfaces::srv::dds_::GetParameterTypes_Response_"),
+    with_wire_name(rcl_interfaces_srv_SetParameters_Request_desc,
+                   "rcl_interfaces::srv::dds_::SetParameters_Request_"),
+    with_wire_name(rcl_interfaces_srv_SetParameters_Response_desc,
+                   "rcl_interfaces::srv::dds_::SetParameters_Response_"),
+    with_wire_name(rcl_interfaces_srv_SetParametersAtomically_Request_desc,
+                   "rcl_interfaces::srv::dds_::SetParametersAtomically_Request_"),
+    with_wire_name(rcl_interfaces_srv_SetParametersAtomically_Response_desc,
+                   "rcl_interfaces::srv::dds_::SetParametersAtomically_Response_"),
+    with_wire_name(rcl_interfaces_srv_DescribeParameters_Request_desc,
+                   "rcl_interfaces::srv::dds_::DescribeParameters_Request_"),
+    with_wire_name(rcl_interfaces_srv_DescribeParameters_Response_desc,
+                   "rcl_interfaces::srv::dds_::DescribeParameters_Response_"),
+    with_wire_name(rcl_interfaces_srv_ListParameters_Request_desc,
+                   "rcl_interfaces::srv::dds_::ListParameters_Request_"),
+    with_wire_name(rcl_interfaces_srv_ListParameters_Response_desc,
+                   "rcl_interfaces::srv::dds_::ListParameters_Response_"),
+};
+const dds_topic_descriptor_t kEventType = with_wire_name(
+    rcl_interfaces_msg_ParameterEvent_desc, "rcl_interfaces::msg::dds_::ParameterEvent_");
+
 const std::array<ParameterService, 6> kServices{{
-    {"get_parameters", &rcl_interfaces_srv_dds__GetParameters_Request__desc,
-     &rcl_interfaces_srv_dds__GetParameters_Response__desc, get_parameters},
-    {"get_parameter_types", &rcl_interfaces_srv_dds__GetParameterTypes_Request__desc,
-     &rcl_interfaces_srv_dds__GetParameterTypes_Response__desc, get_parameter_types},
-    {"set_parameters", &rcl_interfaces_srv_dds__SetParameters_Request__desc,
-     &rcl_interfaces_srv_dds__SetParameters_Response__desc, set_parameters},
-    {"set_parameters_atomically", &rcl_interfaces_srv_dds__SetParametersAtomically_Request__desc,
-     &rcl_interfaces_srv_dds__SetParametersAtomically_Response__desc, set_parameters_atomically},
-    {"describe_parameters", &rcl_interfaces_srv_dds__DescribeParameters_Request__desc,
-     &rcl_interfaces_srv_dds__DescribeParameters_Response__desc, describe_parameters},
-    {"list_parameters", &rcl_interfaces_srv_dds__ListParameters_Request__desc,
-     &rcl_interfaces_srv_dds__ListParameters_Response__desc, list_parameters},
+    {"get_parameters", &kTypes[0], &kTypes[1], get_parameters},
+    {"get_parameter_types", &kTypes[2], &kTypes[3], get_parameter_types},
+    {"set_parameters", &kTypes[4], &kTypes[5], set_parameters},
+    {"set_parameters_atomically", &kTypes[6], &kTypes[7], set_parameters_atomically},
+    {"describe_parameters", &kTypes[8], &kTypes[9], describe_parameters},
+    {"list_parameters", &kTypes[10], &kTypes[11], list_parameters},
 }};
 
 }  // namespace
 
 std::span<const ParameterService> parameter_services() noexcept { return kServices; }
 
-const dds_topic_descriptor_t& parameter_event_type() noexcept {
-  return rcl_interfaces_msg_dds__ParameterEvent__desc;
-}
+const dds_topic_descriptor_t& parameter_event_type() noexcept { return kEventType; }
 
 void fill_parameter_event(void* message, std::string_view node, ParameterStore::Change change,
                           const std::vector<Parameter>& parameters) {
-  auto& event = *static_cast<rcl_interfaces_msg_dds__ParameterEvent_*>(message);
+  auto& event = *static_cast<rcl_interfaces_msg_ParameterEvent*>(message);
   using std::chrono::nanoseconds;
   using std::chrono::seconds;
   const nanoseconds now = std::chrono::system_clock::now().time_since_epoch();

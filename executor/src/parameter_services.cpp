@@ -15,25 +15,30 @@ constexpr std::uint32_t kEventDepth = 1000;  // as in ROS 2
 }  // namespace
 
 ParameterServices::ParameterServices(const std::shared_ptr<ContextState>& context, std::string node,
-                                     NodeId node_id, ParameterStore& store)
+                                     NodeId node_id, const Graph::Member& graph_node,
+                                     ParameterStore& store)
     : node_(std::move(node)),
       server_(context->parameter_server()),
       events_(context, node_id, message_topic("/parameter_events"), QoS{KeepLast{kEventDepth}},
               parameter_event_type()) {
+  events_.announce(graph_node);
   for (const ParameterService& each : parameter_services()) {
     const std::string name = node_ + "/" + std::string{each.name};
     const std::string identity = EndpointId{}.user_data("serviceid");
     Service service;
     // The writer first: a client that sees the reader can be answered.
-    service.replier = std::make_unique<Replier>(
-        std::make_unique<Writer>(context, std::nullopt, reply_topic(name), ServicesQoS{},
-                                 *each.response, identity),
-        *each.response, [&store, &each](const void* request, void* response) {
-          each.answer(store, request, response);
-        });
+    service.replier =
+        std::make_unique<Replier>(std::make_unique<Writer>(context, std::nullopt, reply_topic(name),
+                                                           ServicesQoS{}, *each.response, identity),
+                                  [&store, &each](const void* request, void* response) {
+                                    each.answer(store, request, response);
+                                  });
     service.requests = std::make_unique<Reader>(context, request_topic(name), ServicesQoS{},
                                                 *each.request, identity);
-    service.messages = std::make_unique<MessagePool>(*each.request);
+    service.messages = std::make_unique<MessagePool>(service.requests->layout());
+    service.replier->listen_at(service.requests->entity());
+    service.replier->announce(graph_node);
+    service.requests->announce(graph_node);
     service.requests->delivery().set_wakeup(&server_.wakeup());
     services_.push_back(std::move(service));
   }
@@ -49,10 +54,10 @@ ParameterServices::~ParameterServices() {
 void ParameterServices::serve() noexcept {
   for (const Service& service : services_) {
     try {
-      const MessagePool::Lent request{*service.messages};
+      MessagePool::Lent request{*service.messages};
       MessageInfo info;
-      while (service.requests->take(request.get(), info))
-        service.replier->answer(request.get());
+      while (service.requests->take(request, info))
+        service.replier->answer(request.get(), info.writer_gid);
     } catch (const std::exception&) {
       // DDS or memory failed for this one request: whoever asked waits, as for a message lost.
     }
@@ -61,9 +66,9 @@ void ParameterServices::serve() noexcept {
 
 void ParameterServices::tell(ParameterStore::Change change,
                              const std::vector<Parameter>& parameters) {
-  MessagePool messages{parameter_event_type()};
-  const MessagePool::Lent event{messages};
-  fill_parameter_event(event.get(), node_, change, parameters);
+  MessagePool messages{events_.layout()};
+  MessagePool::Lent event{messages};
+  fill_parameter_event(event.memory(), node_, change, parameters);
   events_.publish(event.get());
 }
 

@@ -1,6 +1,7 @@
 // What a node with parameters offers to the network.
 #pragma once
 
+#include "graph.hpp"
 #include "message_pool.hpp"
 #include "parameter_messages.hpp"
 #include "parameter_server.hpp"
@@ -21,7 +22,7 @@ class ParameterServices final : public ParameterServer::Endpoint {
  public:
   // Throws dds::Error, std::system_error.
   ParameterServices(const std::shared_ptr<ContextState>& context, std::string node, NodeId node_id,
-                    ParameterStore& store);
+                    const Graph::Member& graph_node, ParameterStore& store);
   // Waits for the answer that is being given.
   ~ParameterServices() override;
 

@@ -1,26 +1,17 @@
 #include "reader.hpp"
 
-#include <utility>
-
-// clang-format off
-#include <dds/features.h>
-#include <dds/ddsi/ddsi_serdata.h>
-// clang-format on
-
 #include "context_state.hpp"
 #include "dds_qos.hpp"
-#include "names.hpp"
+#include "message_data.hpp"
+#include "serdata_ptr.hpp"
+
+#include <utility>
 
 namespace cie::executor {
 namespace {
 
 // How many arrivals are remembered for a queue without bound.
 constexpr std::uint32_t kUnboundedLogDepth = 4096;
-
-struct UnrefSerdata {
-  void operator()(ddsi_serdata* data) const noexcept { ddsi_serdata_unref(data); }
-};
-using SerdataPtr = std::unique_ptr<ddsi_serdata, UnrefSerdata>;
 
 void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* delivery) noexcept {
   if (status.total_count_change > 0) {
@@ -37,7 +28,7 @@ struct DeleteListener {
 Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
                const dds_topic_descriptor& type, const std::string& user_data,
                std::optional<Reply> reply)
-    : context_(std::move(context)) {
+    : context_(std::move(context)), topic_(*context_, topic, type) {
   const bool keeps_all = qos.history() == History::keep_all;
   const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
   delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
@@ -45,19 +36,21 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
   if (reply) delivery_->accept_only(reply->recipient);
   const auto dds_qos = dds::to_dds(qos, topic.ros, user_data);
   const dds_entity_t participant = context_->participant();
-  topic_ = dds::Entity{dds_create_topic(participant, &type, topic.dds.c_str(), nullptr, nullptr),
-                       "creating the DDS topic", topic.ros};
   const std::unique_ptr<dds_listener_t, DeleteListener> listener{
       dds_create_listener(delivery_.get())};
   dds_lset_sample_lost(listener.get(), on_sample_lost);
   // The cache belongs to the reader from here on; if there is no reader, it leaks nothing but
   // itself, because Cyclone does not say whether it took it.
-  reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.get(), dds_qos.get(),
+  reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.entity(), dds_qos.get(),
                                               listener.get(), make_recording_cache(delivery_)),
                         "creating the DDS reader", topic.ros};
 }
 
-bool Reader::take(void* message, MessageInfo& info) {
+void Reader::announce(const Graph::Member& node) {
+  graph_member_ = context_->graph().add_endpoint(node, Graph::Direction::reader, reader_.get());
+}
+
+bool Reader::take(MessagePool::Lent& message, MessageInfo& info) {
   for (;;) {
     ddsi_serdata* taken = nullptr;
     dds_sample_info_t sample{};
@@ -71,7 +64,11 @@ bool Reader::take(void* message, MessageInfo& info) {
     if (is_empty) return false;
     const SerdataPtr data{taken};
     if (outcome == TakeOutcome::other) continue;
-    if (!ddsi_serdata_to_sample(data.get(), message, nullptr, nullptr)) continue;
+    if (auto passed = message_of(*data)) {
+      message.refer_to(std::move(passed));
+    } else if (!ddsi_serdata_to_sample(data.get(), message.memory(), nullptr, nullptr)) {
+      continue;
+    }
     info.source_timestamp_realtime_ns = sample.source_timestamp;
     if (const auto arrival = delivery_->arrivals().find(data.get())) {
       info.arrival_ns = arrival->time_ns;

@@ -6,7 +6,10 @@
 
 #include "dds_entity.hpp"
 #include "delivery.hpp"
+#include "graph.hpp"
+#include "message_pool.hpp"
 #include "names.hpp"
+#include "topic.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -33,9 +36,13 @@ class Reader {
   // Deletes the reader first, which waits for its listener: not in a callback of DDS.
   ~Reader() = default;
 
-  // Takes the next sample into `message`, reusing the memory of its contents, and says what is
-  // known of it. False when there is none.
-  bool take(void* message, MessageInfo& info);
+  // Tells ROS 2 that it is this node's.
+  void announce(const Graph::Member& node);
+
+  // Takes the next message: by reference to the publisher's if it came by pointer, else into the
+  // lent memory, whose contents' memory is reused. Says what is known of it. False when there is
+  // none. Throws std::bad_alloc.
+  bool take(MessagePool::Lent& message, MessageInfo& info);
 
   // Ends the queue: what comes is dropped, what is in it is discarded. Returns how many samples
   // were overwritten in all, exactly.
@@ -44,17 +51,21 @@ class Reader {
   // Triggered while samples wait. Must go before the reader does. Throws dds::Error.
   dds::Entity new_read_condition() const;
 
+  const LayoutPtr& layout() const noexcept { return topic_.layout(); }
+
   // How many samples wait, about.
   std::uint64_t queued() const noexcept { return delivery_->count().queued(); }
 
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;
+  dds_entity_t entity() const noexcept { return reader_.get(); }
 
  private:
   std::shared_ptr<ContextState> context_;
   std::shared_ptr<Delivery> delivery_;
-  dds::Entity topic_;
+  Topic topic_;
   dds::Entity reader_;
+  Graph::Member graph_member_;
 };
 
 }  // namespace cie::executor

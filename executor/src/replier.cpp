@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -12,58 +11,53 @@
 namespace cie::executor {
 namespace {
 
-// Discovery between two processes takes milliseconds; a client that announces no identity costs
-// this once.
+// Discovery between two processes takes milliseconds.
 constexpr std::int64_t kPatienceNs = 500'000'000;
 
 // Empties a message, so that the next response begins as the first one did.
 class Emptied {
  public:
-  Emptied(void* message, const dds_topic_descriptor& type) : message_(message), type_(type) {}
+  Emptied(void* message, const MessageLayout& layout) : message_(message), layout_(layout) {}
   Emptied(const Emptied&) = delete;
   Emptied& operator=(const Emptied&) = delete;
-  ~Emptied() {
-    dds_sample_free(message_, &type_, DDS_FREE_CONTENTS);
-    std::memset(message_, 0, type_.m_size);
-  }
+  ~Emptied() { layout_.clear(message_); }
 
  private:
   void* message_;
-  const dds_topic_descriptor& type_;
+  const MessageLayout& layout_;
 };
 
 }  // namespace
 
-Replier::Replier(std::unique_ptr<Writer> writer, const dds_topic_descriptor& response_type,
-                 ErasedServiceFunction function)
-    : writer_(std::move(writer)),
-      type_(response_type),
-      function_(std::move(function)),
-      responses_(response_type) {}
+Replier::Replier(std::unique_ptr<Writer> writer, ErasedServiceFunction function)
+    : writer_(std::move(writer)), function_(std::move(function)), responses_(writer_->layout()) {}
 
-void Replier::answer(const void* request) {
-  const MessagePool::Lent response{responses_};
-  const Emptied emptied{response.get(), type_};
+void Replier::answer(const void* request, std::uint64_t writer_gid) {
+  MessagePool::Lent lent{responses_};
+  void* const response = lent.memory();
+  const Emptied emptied{response, *writer_->layout()};
   const CallHeader header = header_of(request);
-  function_(request, response.get());
-  set_header(response.get(), header);
-  wait_for_reader(header.guid);
-  writer_->publish(response.get());
+  function_(request, response);
+  set_header(response, header);
+  wait_for_reader(writer_gid);
+  writer_->publish(response);
 }
 
-bool Replier::is_known(std::uint64_t guid) {
+bool Replier::is_known(std::uint64_t writer_gid) {
   const std::lock_guard lock{mutex_};
-  return std::ranges::find(known_, guid) != known_.end();
+  return std::ranges::find(known_, writer_gid) != known_.end();
 }
 
-void Replier::wait_for_reader(std::uint64_t guid) {
-  if (is_known(guid)) return;
-  const std::int64_t end = monotonic_now() + kPatienceNs;
-  while (!has_client(writer_->entity(), guid) && monotonic_now() < end) {
-    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+void Replier::wait_for_reader(std::uint64_t writer_gid) {
+  if (is_known(writer_gid)) return;
+  if (const auto client = client_of(request_reader_, writer_gid)) {
+    const std::int64_t end = monotonic_now() + kPatienceNs;
+    while (!has_client(writer_->entity(), *client) && monotonic_now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds{1});
+    }
   }
   const std::lock_guard lock{mutex_};
-  known_.at(next_known_) = guid;
+  known_.at(next_known_) = writer_gid;
   next_known_ = (next_known_ + 1) % known_.size();
 }
 

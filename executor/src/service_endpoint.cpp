@@ -1,8 +1,9 @@
 #include "service_endpoint.hpp"
 
+#include "delivery.hpp"
+
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <memory>
 #include <system_error>
 #include <vector>
@@ -11,6 +12,8 @@
 
 namespace cie::executor {
 namespace {
+
+constexpr std::string_view kClientKey = "clientid";
 
 struct FreeEndpoint {
   void operator()(dds_builtintopic_endpoint_t* endpoint) const noexcept {
@@ -21,16 +24,26 @@ struct FreeMemory {
   void operator()(void* memory) const noexcept { dds_free(memory); }
 };
 
-// What the reader told about itself when it was discovered.
-std::string user_data_of_reader(dds_entity_t writer, dds_instance_handle_t reader) {
-  const std::unique_ptr<dds_builtintopic_endpoint_t, FreeEndpoint> endpoint{
-      dds_get_matched_subscription_data(writer, reader)};
-  if (endpoint == nullptr) return {};  // it left meanwhile
+using EndpointPtr = std::unique_ptr<dds_builtintopic_endpoint_t, FreeEndpoint>;
+
+// What the endpoint told about itself when it was discovered. Null: it left meanwhile.
+std::string user_data_of(const EndpointPtr& endpoint) {
+  if (endpoint == nullptr) return {};
   void* data = nullptr;
   std::size_t size = 0;
   if (!dds_qget_userdata(endpoint->qos, &data, &size) || data == nullptr) return {};
   const std::unique_ptr<void, FreeMemory> owned{data};
   return {static_cast<const char*>(data), size};
+}
+
+// What `get` (dds_get_matched_…) knows to be connected.
+template <typename Get>
+std::vector<dds_instance_handle_t> matched(dds_entity_t entity, Get get) {
+  const dds_return_t count = get(entity, nullptr, 0);
+  std::vector<dds_instance_handle_t> handles(static_cast<std::size_t>(std::max(count, 0)));
+  const dds_return_t found = get(entity, handles.data(), handles.size());
+  handles.resize(std::min(handles.size(), static_cast<std::size_t>(std::max(found, 0))));
+  return handles;
 }
 
 }  // namespace
@@ -60,36 +73,33 @@ std::string EndpointId::user_data(std::string_view key) const {
   return text + ';';
 }
 
-std::optional<std::uint64_t> client_guid(std::string_view user_data) noexcept {
-  constexpr std::string_view kKey = "clientid=";
-  const std::size_t at = user_data.find(kKey);
-  if (at == std::string_view::npos) return std::nullopt;
-  std::string_view rest = user_data.substr(at + kKey.size());
-  std::array<unsigned char, sizeof(std::uint64_t)> bytes{};
-  for (unsigned char& byte : bytes) {
-    unsigned value = 0;
-    const char* const end = rest.data() + std::min<std::size_t>(rest.size(), 2);
-    const auto [parsed, error] = std::from_chars(rest.data(), end, value, 16);
-    if (error != std::errc{} || parsed != end) return std::nullopt;
-    byte = static_cast<unsigned char>(value);
-    rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
-    if (rest.empty() || (rest.front() != '.' && rest.front() != ';')) return std::nullopt;
-    rest.remove_prefix(1);
+std::optional<std::string> value_of(std::string_view key, std::string_view user_data) {
+  while (!user_data.empty()) {
+    const std::string_view entry = user_data.substr(0, user_data.find(';'));
+    if (entry.size() > key.size() && entry.starts_with(key) && entry[key.size()] == '=') {
+      return std::string{entry.substr(key.size() + 1)};
+    }
+    user_data.remove_prefix(std::min(user_data.size(), entry.size() + 1));
   }
-  std::uint64_t guid = 0;
-  std::memcpy(&guid, bytes.data(), sizeof guid);
-  return guid;
+  return std::nullopt;
 }
 
-bool has_client(dds_entity_t writer, std::uint64_t guid) {
-  const dds_return_t count = dds_get_matched_subscriptions(writer, nullptr, 0);
-  if (count <= 0) return false;
-  std::vector<dds_instance_handle_t> readers(static_cast<std::size_t>(count));
-  const dds_return_t found = dds_get_matched_subscriptions(writer, readers.data(), readers.size());
-  readers.resize(std::min(readers.size(), static_cast<std::size_t>(std::max(found, 0))));
-  return std::ranges::any_of(readers, [writer, guid](dds_instance_handle_t reader) {
-    return client_guid(user_data_of_reader(writer, reader)) == guid;
-  });
+std::optional<std::string> client_of(dds_entity_t request_reader, std::uint64_t gid) {
+  for (const auto handle : matched(request_reader, dds_get_matched_publications)) {
+    const EndpointPtr writer{dds_get_matched_publication_data(request_reader, handle)};
+    if (writer != nullptr && writer_gid(writer->key.v) == gid) {
+      return value_of(kClientKey, user_data_of(writer));
+    }
+  }
+  return std::nullopt;
+}
+
+bool has_client(dds_entity_t reply_writer, std::string_view client) {
+  return std::ranges::any_of(
+      matched(reply_writer, dds_get_matched_subscriptions), [&](dds_instance_handle_t handle) {
+        const EndpointPtr reader{dds_get_matched_subscription_data(reply_writer, handle)};
+        return value_of(kClientKey, user_data_of(reader)) == client;
+      });
 }
 
 }  // namespace cie::executor

@@ -41,10 +41,14 @@ class EndpointId {
   std::array<unsigned char, 16> bytes_{};
 };
 
-// The guid in "clientid=…;" of an endpoint's user data; empty if there is none.
-std::optional<std::uint64_t> client_guid(std::string_view user_data) noexcept;
+// The value of `key` in an endpoint's user data, "key=value;key=value;"; empty if there is none.
+std::optional<std::string> value_of(std::string_view key, std::string_view user_data);
 
-// Whether the reply reader of this client is connected to `writer`. Allocates.
-bool has_client(dds_entity_t writer, std::uint64_t guid);
+// The "clientid" of the client whose requests `request_reader` gets from the writer of this number
+// (writer_gid()). Empty if that client is gone, or says none. Allocates.
+std::optional<std::string> client_of(dds_entity_t request_reader, std::uint64_t writer_gid);
+
+// Whether the reply reader of that client is connected to `reply_writer`. Allocates.
+bool has_client(dds_entity_t reply_writer, std::string_view client);
 
 }  // namespace cie::executor

@@ -6,12 +6,11 @@ namespace cie::executor {
 
 SubscriptionCallback::SubscriptionCallback(std::shared_ptr<GroupState> group,
                                            trace::CallbackInfo info, std::unique_ptr<Reader> reader,
-                                           const dds_topic_descriptor& type,
                                            MessageFunction function)
     : Callback(std::move(group), std::move(info)),
       reader_(std::move(reader)),
       function_(std::move(function)),
-      messages_(type) {
+      messages_(reader_->layout()) {
   reader_->delivery().set_trace(&trace());
 }
 
@@ -27,9 +26,9 @@ void SubscriptionCallback::serve(ReadySink* sink) {
 }
 
 bool SubscriptionCallback::execute_one() {
-  const MessagePool::Lent lent{messages_};
+  MessagePool::Lent message{messages_};
   MessageInfo info;
-  if (!reader_->take(lent.get(), info)) {
+  if (!reader_->take(message, info)) {
     // An empty queue tells exactly what it lost; the arrivals before it may have been too early to.
     trace().overwritten(reader_->delivery().count().overwritten());
     return false;
@@ -39,7 +38,7 @@ bool SubscriptionCallback::execute_one() {
                            .release_ns = info.arrival_ns,
                            .source_timestamp_realtime_ns = info.source_timestamp_realtime_ns,
                            .writer_gid = info.writer_gid}};
-  function_(lent.handle(), info);
+  function_(message.handle(), info);
   return true;
 }
 

@@ -16,8 +16,7 @@ namespace cie::executor {
 class SubscriptionCallback final : public Callback {
  public:
   SubscriptionCallback(std::shared_ptr<GroupState> group, trace::CallbackInfo info,
-                       std::unique_ptr<Reader> reader, const dds_topic_descriptor& type,
-                       MessageFunction function);
+                       std::unique_ptr<Reader> reader, MessageFunction function);
   ~SubscriptionCallback() override;
 
   bool execute_one() override;

@@ -142,12 +142,12 @@ ThreadConfigurator::Configured ThreadConfigurator::configure(trace::Thread& thre
 }
 
 std::vector<ParameterProblem> ThreadConfigurator::configure(
-    const std::shared_ptr<const void>& owner, trace::Thread& thread, const SpecSubject& subject) {
+    const std::shared_ptr<trace::Thread>& thread, const SpecSubject& subject) {
   std::vector<ParameterProblem> problems;
-  const auto member = join(thread, subject, problems);
+  const auto member = join(*thread, subject, problems);
   {
     const std::lock_guard lock{members_mutex_};
-    member->owner = owner;
+    member->owner = thread;
   }
   report(problems);
   return problems;
@@ -189,7 +189,7 @@ std::vector<ParameterProblem> ThreadConfigurator::prepare_stack(const std::strin
 
 // What happens to one thread when the spec changes.
 struct ThreadConfigurator::Change {
-  std::shared_ptr<const void> owner{};  // of a thread that may go otherwise
+  std::shared_ptr<trace::Thread> owner{};  // of a thread that may go otherwise
   Member* member = nullptr;
   Member former{};
   std::optional<trace::SchedReadBack> ran{};  // before; empty: the thread is gone

@@ -44,7 +44,7 @@ class ThreadConfigurator {
     const SpecEntry* entry = nullptr;  // of that spec
     ThreadParameters asked{};
     std::vector<std::string> told{};  // how it differs from that, as far as the handler was told
-    std::optional<std::weak_ptr<const void>> owner{};
+    std::optional<std::weak_ptr<trace::Thread>> owner{};
   };
   using Members = std::list<Member>;
 
@@ -73,10 +73,9 @@ class ThreadConfigurator {
   // Asks the kernel for what the spec wants of the thread, emits the `applied` read-back, compares
   // it, and passes the problems to the handler. Any thread of this process may be configured.
   Configured configure(trace::Thread& thread, const SpecSubject& subject);
-  // The same for a thread that nobody of this library ends; `owner` keeps `thread` alive, and the
-  // configurator's interest ends with it.
-  std::vector<ParameterProblem> configure(const std::shared_ptr<const void>& owner,
-                                          trace::Thread& thread, const SpecSubject& subject);
+  // The same for a thread that ends without a word: the interest in it ends with its trace::Thread.
+  std::vector<ParameterProblem> configure(const std::shared_ptr<trace::Thread>& thread,
+                                          const SpecSubject& subject);
   // One thread cannot run as two entries say. Passes what it finds to the handler.
   std::vector<ParameterProblem> conflicts(const SpecSubject& subject);
 

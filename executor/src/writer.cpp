@@ -3,30 +3,35 @@
 #include "context_state.hpp"
 #include "dds_qos.hpp"
 #include "delivery.hpp"
-#include "names.hpp"
+#include "message_data.hpp"
+#include "serdata_ptr.hpp"
 
 #include <mutex>
+#include <new>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace cie::executor {
 namespace {
 
-struct FreeMessage {
-  const dds_topic_descriptor* type;
-  void operator()(void* message) const noexcept { free_message(message, *type); }
-};
+constexpr const char* kPublishing = "publishing a message";
+
+void check_present(const void* message, const Writer& writer) {
+  if (message != nullptr) return;
+  throw std::invalid_argument{"there is no message to publish on \"" + writer.topic() +
+                              "\": the pointer is null"};
+}
 
 }  // namespace
 
 Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node,
                const TopicName& topic, const QoS& qos, const dds_topic_descriptor& type,
                const std::string& user_data)
-    : context_(std::move(context)), name_(topic.ros) {
+    : context_(std::move(context)), name_(topic.ros), topic_(*context_, topic, type) {
   const auto dds_qos = dds::to_dds(qos, name_, user_data);
   const dds_entity_t participant = context_->participant();
-  topic_ = dds::Entity{dds_create_topic(participant, &type, topic.dds.c_str(), nullptr, nullptr),
-                       "creating the DDS topic", name_};
-  writer_ = dds::Entity{dds_create_writer(participant, topic_.get(), dds_qos.get(), nullptr),
+  writer_ = dds::Entity{dds_create_writer(participant, topic_.entity(), dds_qos.get(), nullptr),
                         "creating the DDS writer", name_};
   dds_guid_t guid{};
   dds::check(dds_get_guid(writer_.get(), &guid), "asking for the GUID", name_);
@@ -35,7 +40,7 @@ Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node
     // As long as nobody holds the one instance of a keyless topic, Cyclone makes and frees it with
     // every best-effort write, which wakes its collector thread: three system calls per message
     // (eclipse-cyclonedds/cyclonedds issue 2458). Registering it once holds it.
-    const std::unique_ptr<void, FreeMessage> any{allocate_message(type), FreeMessage{&type}};
+    const auto any = own_message(layout()->allocate(), layout());
     dds_instance_handle_t instance = DDS_HANDLE_NIL;
     dds::check(dds_register_instance(writer_.get(), &instance, any.get()),
                "registering the instance", name_);
@@ -43,10 +48,30 @@ Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node
   if (node) trace_.emplace(*node, name_, gid_);
 }
 
+void Writer::announce(const Graph::Member& node) {
+  graph_member_ = context_->graph().add_endpoint(node, Graph::Direction::writer, writer_.get());
+}
+
 void Writer::publish(const void* message) {
   const std::lock_guard lock{mutex_};
-  const std::int64_t timestamp = trace_ ? trace_->publish() : dds_time();
-  dds::check(dds_write_ts(writer_.get(), message, timestamp), "publishing a message", name_);
+  const std::int64_t timestamp = next_timestamp();
+  dds::check(dds_write_ts(writer_.get(), message, timestamp), kPublishing, name_);
+}
+
+void Writer::publish(std::shared_ptr<const void> message) {
+  const ddsi_sertype* const type = topic_.pointer_type();
+  if (type == nullptr) {
+    publish(message.get());
+    return;
+  }
+  const SerdataPtr data{make_message_data(*type, std::move(message))};
+  if (data == nullptr) throw std::bad_alloc{};
+  const std::lock_guard lock{mutex_};
+  data->timestamp.v = next_timestamp();
+  // A reference of its own goes along, whether it succeeds or not.
+  dds::check(dds_forwardcdr(writer_.get(), ddsi_serdata_ref(data.get())), kPublishing, name_);
+  // Who has no connection outside the process never needs the bytes, and takes any value.
+  if (is_refused(*data)) throw dds::Error{kPublishing, name_, DDS_RETCODE_BAD_PARAMETER};
 }
 
 std::uint32_t Writer::matched() const {
@@ -56,7 +81,25 @@ std::uint32_t Writer::matched() const {
   return status.current_count;
 }
 
+std::shared_ptr<const void> Writer::with_library(std::shared_ptr<const void> message) const {
+  if (library_ == nullptr) return message;
+  const void* const address = message.get();
+  // The library's code frees the message, and so goes after it.
+  return {address, [message = std::move(message), library = library_](const void*) mutable {
+            message.reset();
+            library.reset();
+          }};
+}
+
 void publish(Writer& writer, const void* message) { writer.publish(message); }
+void publish_owned(Writer& writer, void* message) {
+  check_present(message, writer);
+  writer.publish(own_message(message, writer.layout()));
+}
+void publish_shared(Writer& writer, std::shared_ptr<const void> message) {
+  check_present(message.get(), writer);
+  writer.publish(writer.with_library(std::move(message)));
+}
 const std::string& topic_of(const Writer& writer) noexcept { return writer.topic(); }
 std::uint64_t writer_gid_of(const Writer& writer) noexcept { return writer.gid(); }
 std::uint32_t matched_readers(const Writer& writer) { return writer.matched(); }

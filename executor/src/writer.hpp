@@ -7,12 +7,15 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
+#include "graph.hpp"
 #include "names.hpp"
+#include "topic.hpp"
 
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace cie::executor {
 
@@ -29,19 +32,35 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
   ~Writer() = default;
 
+  // Tells ROS 2 that it is this node's.
+  void announce(const Graph::Member& node);
+
   // The event comes first, so that it lies before the arrival in time. Throws dds::Error.
   void publish(const void* message);
+  // Readers of this process get the message itself. Also throws std::bad_alloc.
+  void publish(std::shared_ptr<const void> message);
+  // What frees shared messages may be code of this library; null: of the program. Before any is
+  // published.
+  void keep_loaded(std::shared_ptr<void> library) { library_ = std::move(library); }
+  // `message` with the library it needs.
+  std::shared_ptr<const void> with_library(std::shared_ptr<const void> message) const;
 
   const std::string& topic() const noexcept { return name_; }
   std::uint64_t gid() const noexcept { return gid_; }
   std::uint32_t matched() const;
+  const LayoutPtr& layout() const noexcept { return topic_.layout(); }
   dds_entity_t entity() const noexcept { return writer_.get(); }
 
  private:
+  // Of the message that is published now; with mutex_ held.
+  std::int64_t next_timestamp() noexcept { return trace_ ? trace_->publish() : dds_time(); }
+
   std::shared_ptr<ContextState> context_;
+  std::shared_ptr<void> library_;
   std::string name_;
-  dds::Entity topic_;
+  Topic topic_;
   dds::Entity writer_;
+  Graph::Member graph_member_;
   std::uint64_t gid_ = 0;
   PriorityMutex mutex_;  // keeps number, timestamp and message in one order
   std::optional<trace::Publisher> trace_;

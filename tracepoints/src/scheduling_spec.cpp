@@ -53,6 +53,7 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
   spec.threads_ = std::move(sections.threads);
   spec.chains_ = std::move(sections.chains);
   spec.hardware_info_ = std::move(sections.hardware_info);
+  spec.not_applied_ = std::move(sections.not_applied);
   spec.hardware_info_lines_ = std::move(sections.hardware_info_lines);
   for (std::size_t i = 0; i < spec.callbacks_.size(); ++i) {
     const SpecEntry& entry = spec.callbacks_[i];

@@ -205,7 +205,11 @@ ThreadParameters read_parameters(const Fields& fields) {
       read_nice(fields, name, parameters);
       break;
     case Policy::idle:
-      reject_priorities(fields, name);
+      // The configurators take a nice value here, of which the kernel makes nothing.
+      static_cast<void>(fields.integer("nice", -20, 19));
+      if (fields.integer("priority", kMinInteger).value_or(0) != 0) {
+        reject(fields, "priority", name, "remove it or write another \"policy\"");
+      }
       break;
     case Policy::fifo:
     case Policy::round_robin:
@@ -407,6 +411,11 @@ SpecSections read_spec(const yaml::Value& document, std::optional<std::uint32_t>
   read_entries(fields, Section::dds_threads, domain, threads);
   sections.callbacks = std::move(callbacks.list);
   sections.threads = std::move(threads.list);
+  for (const auto& [key, value] : document.fields("the file")) {
+    if (std::ranges::find(kForeignSections, key) != kForeignSections.end()) {
+      sections.not_applied.emplace_back(key, value.line());
+    }
+  }
   if (const Value* section = fields.find("chains")) sections.chains = read_chains(*section);
   if (const Value* section = fields.find("hardware_info")) {
     for (const auto& [key, value] : section->fields("hardware_info")) {

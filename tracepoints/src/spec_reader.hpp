@@ -20,6 +20,7 @@ struct SpecSections {
   std::vector<SpecChain> chains;
   std::vector<std::pair<std::string, std::string>> hardware_info;
   std::vector<int> hardware_info_lines;
+  std::vector<std::pair<std::string, int>> not_applied;
 };
 
 // The one id of `dds_threads` that stands for several names.

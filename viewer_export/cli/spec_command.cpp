@@ -34,6 +34,10 @@ void check_spec(const std::string& file, const std::string& target) {
       viewer_export::counted(spec.callbacks().size(), "callback"),
       viewer_export::counted(spec.threads().size(), "thread"),
       viewer_export::counted(spec.chains().size(), "chain"), spec.sha256());
+  for (const auto& [section, line] : spec.not_applied()) {
+    output.stream() << fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied\n",
+                                   viewer_export::printable(spec.name()), line, section);
+  }
   output.commit();
 }
 

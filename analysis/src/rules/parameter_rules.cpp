@@ -136,11 +136,10 @@ std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callbac
   return isolated.empty() ? std::nullopt : std::optional(isolated.front());
 }
 
-// The spec that is judged by came into a running process, in place of another one.
-bool is_reloaded(const RuleContext& context, const ProcessFacts& process) {
-  const auto& judged_by = context.options.spec->sha256();
-  return process.spec_sha256 == judged_by && !process.first_spec_sha256.empty() &&
-         process.first_spec_sha256 != judged_by;
+// Whether the process began with the spec that is judged by; empty if its beginning was not seen.
+std::optional<bool> began_with_spec(const RuleContext& context, const ProcessFacts& process) {
+  if (process.first_moment != RunMoment::start) return std::nullopt;
+  return process.first_spec_sha256 == context.options.spec->sha256();
 }
 
 void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIndex index,
@@ -172,8 +171,16 @@ void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIn
     if (!is_audited) judgement.doubt(proof.loss(index));  // it may be what was lost
     return;
   }
-  // What ran before ran as the former spec said.
-  if (match->change != 0 && is_reloaded(context, model.processes[at(callback.process)])) return;
+  if (match->change != 0) {
+    if (proof.may_hide_read_back(index, std::nullopt, match->n)) judgement.doubt(proof.loss(index));
+    const auto is_first_spec = began_with_spec(context, model.processes[at(callback.process)]);
+    if (!is_first_spec) {
+      judgement.doubt(evidence("run_begin", match->at,
+                               "the parameters came with a change; which spec the process began "
+                               "with is unknown"));
+    }
+    if (is_first_spec != true) return;  // what ran before ran as the former spec said
+  }
   judgement.check();
   if (starts.first_at.time >= match->at.time) return;
   if (proof.may_hide_read_back(index, std::nullopt, match->n)) {

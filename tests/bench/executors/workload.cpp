@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <cie_messages.hpp>
@@ -47,17 +48,26 @@ struct Publishing {
       auto publisher = node.create_publisher<Sample>(topic(i), qos);
       publishers.push_back(publisher);
       auto message = std::shared_ptr<Sample>{cie::make_message<Sample>()};
-      cie::resize(message->payload, workload.payload);
+      const unsigned payload = workload.payload;
+      const bool is_handed_over = workload.passing == Passing::pointer;
+      cie::resize(message->payload, payload);
       cie::TimerOptions options;
       // One grid for all, also for those of other processes.
       options.start = workload.phases == Phases::staggered ? step * i : 0ns;
       options.name = "timer" + std::to_string(i);
       node.create_wall_timer(
           workload.period,
-          [publisher, message] {
-            ++message->seq;
-            message->stamp = now_ns();
-            publisher->publish(*message);
+          [publisher, message, payload, is_handed_over] {
+            if (is_handed_over) {
+              auto own = cie::make_message<Sample>();
+              cie::resize(own->payload, payload);
+              own->stamp = now_ns();
+              publisher->publish(std::move(own));
+            } else {
+              ++message->seq;
+              message->stamp = now_ns();
+              publisher->publish(*message);
+            }
           },
           options);
     }
@@ -94,7 +104,11 @@ struct Subscribing {
 
 void run_part(const Workload& workload, Part part, const std::string& tag, Board& board) {
   become_real_time(workload.fifo_priority);
-  const cie::Context context{{.domain = 99, .loopback = true, .tag = tag}};
+  const cie::Context context{{.domain = 99,
+                              .loopback = true,
+                              .tag = tag,
+                              .pass_pointers = workload.passing != Passing::serialized,
+                              .shared_memory = workload.passing == Passing::shared}};
   cie::QoS qos{cie::KeepLast{10}};
   if (workload.best_effort) qos.best_effort();
   std::unique_ptr<Publishing> publishing;

@@ -11,6 +11,9 @@ namespace bench {
 
 enum class Placement : std::uint8_t { intra, inter };
 enum class Phases : std::uint8_t { aligned, staggered };
+// publish() of a reference, of a message handed over, with Cyclone's own serialisation, and through
+// shared memory (needs a running iox-roudi).
+enum class Passing : std::uint8_t { copy, pointer, serialized, shared };
 
 struct Workload {
   std::string executor = "isolated";  // one of cie::kExecutorNames
@@ -20,6 +23,7 @@ struct Workload {
   std::chrono::milliseconds period{10};
   unsigned threads = 0;  // of multi
   unsigned payload = 32;
+  Passing passing = Passing::copy;
   bool best_effort = false;
   int fifo_priority = 50;  // 0: as started
 };

@@ -118,11 +118,23 @@ class Recorded:
         wait_for(lambda: self.text().count(awaited) > before, awaited)
 
 
+def second_opinion(directory, spec):
+    """The verdicts of a second implementation of the rules."""
+    sys.path.insert(0, str(options.oracle))
+    from oracle import check  # pylint: disable=import-outside-toplevel
+    judged = check.recompute([str(directory)], str(spec))["verify"]["rules"]
+    return {rule["id"]: rule["verdict"] for rule in judged}
+
+
 def verify(directory, spec):
     done = subprocess.run([options.programs / "cie", "verify", directory, "--spec", spec,
                            "--format", "json"], capture_output=True, text=True, timeout=60,
                           check=False)
-    return {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    rules = {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
+    others = second_opinion(directory, spec)
+    for name in ("S1", "S2", "S3", "S4"):
+        assert rules[name]["verdict"] == others[name], (name, others[name], rules[name])
+    return rules
 
 
 def verdicts(rules, *names):
@@ -261,6 +273,25 @@ class Enforcement(unittest.TestCase):
         self.assertEqual(verdicts(rules, "S1", "S2", "S3", "S4"), ["PASS"] * 4,
                          [failing(rules, name) for name in ("S1", "S2", "S3", "S4")])
 
+    def test_both_processes_of_the_demo_reload(self):
+        spec = scratch / "demo.yaml"
+        spec.write_text("callback_groups: []\n")
+        with (scratch / "demo.log").open("w+") as log, subprocess.Popen(
+                [options.programs / "cie-demo", "--duration", "60", "--load", "0.1", "--spec", spec,
+                 "--tag", f"reload{os.getpid()}"], stdout=log, stderr=log) as demo:
+            tasks = Path(f"/proc/{demo.pid}/task")
+            wait_for(lambda: any((task / "comm").read_text() == "cie-hangup\n"
+                                 for task in tasks.iterdir()), "the demo listens")
+            demo.send_signal(signal.SIGHUP)
+            said = Path(log.name)
+            wait_for(lambda: said.read_text().count("as it is now") == 2, "both reload")
+            spec.write_text("callback_groups: {}\n")
+            demo.send_signal(signal.SIGHUP)
+            wait_for(lambda: said.read_text().count("the former spec stays in force") == 2,
+                     "both keep what they have")
+            demo.terminate()
+            self.assertEqual(demo.wait(timeout=30), ENDED_WELL)
+
     def test_who_changes_a_thread_from_outside_is_found(self):
         with Recorded("outside", unprivileged(), audit_ms=50) as app:
             tid = next(tid for name, tid in app.threads().items() if name.startswith("app:20ms"))
@@ -287,7 +318,7 @@ def isolate():
 def main():
     global options, scratch  # pylint: disable=global-statement
     parser = argparse.ArgumentParser(description=__doc__)
-    for name in ("programs", "app"):
+    for name in ("programs", "app", "oracle"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options, rest = parser.parse_known_args()
     isolate()

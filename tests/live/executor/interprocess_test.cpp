@@ -3,16 +3,13 @@
 
 #include <atomic>
 #include <chrono>
-#include <cstdlib>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <test_services.hpp>
-
-extern char** environ;
 
 namespace cie::test {
 namespace {
@@ -27,6 +24,9 @@ constexpr std::int64_t kCalls = 100;
 
 QoS deep() { return QoS{KeepAll{}}; }
 
+// More than one datagram's worth now and then.
+std::uint32_t payload_size(std::uint64_t seq) { return seq % 10 < 2 ? 200'000 : 500; }
+
 // Not a test of its own: started by Interprocess.
 TEST(Child, DISABLED_Publishes) {
   Context context;  // from the environment
@@ -39,14 +39,19 @@ TEST(Child, DISABLED_Publishes) {
   executor.add_node(node);
   Spinning spinning{executor};
   ASSERT_TRUE(eventually([&] { return publisher->subscription_count() == 1; }));
-  const auto message = make_message<Sample>();
-  set_text(message->frame_id, std::to_string(publisher->writer_gid()));
-  resize(message->payload, 5000);  // more than one datagram's worth now and then
   for (std::uint64_t i = 0; i < kMessages; ++i) {
+    auto message = make_message<Sample>();
+    set_text(message->frame_id, std::to_string(publisher->writer_gid()));
+    resize(message->payload, payload_size(i));
+    message->payload._buffer[payload_size(i) - 1] = static_cast<unsigned char>(i);
     message->seq = i;
     message->stamp =
         std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-    publisher->publish(*message);
+    if (i % 2 == 0) {
+      publisher->publish(*message);
+    } else {
+      publisher->publish(std::move(message));
+    }
   }
   EXPECT_TRUE(eventually([&] { return is_answered.load(); }));
   spinning.cancel_and_wait();
@@ -71,27 +76,13 @@ TEST(ChildService, DISABLED_Adds) {
   spinning.cancel_and_wait();
 }
 
-pid_t start_child(const Context::Options& options, const std::string& test) {
-  setenv("CIE_DOMAIN_ID", std::to_string(options.domain).c_str(), 1);
-  setenv("CIE_LOOPBACK", "1", 1);
-  setenv("CIE_DISCOVERY_TAG", options.tag.c_str(), 1);
-  std::vector<std::string> arguments{"child", "--gtest_filter=" + test,
-                                     "--gtest_also_run_disabled_tests"};
-  std::vector<char*> raw;
-  for (std::string& argument : arguments)
-    raw.push_back(argument.data());
-  raw.push_back(nullptr);
-  pid_t child = 0;
-  EXPECT_EQ(posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, raw.data(), environ), 0);
-  return child;
-}
-
 TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
   const auto options = private_options();
   Context context{options};
   Node node{context, "parent"};
   std::vector<std::uint64_t> seen;
   std::uint64_t wrong_writer = 0;
+  std::uint64_t wrong_payload = 0;
   std::uint64_t wrong_arrival = 0;
   std::int64_t last_source = 0;
   std::uint64_t wrong_source = 0;
@@ -103,6 +94,11 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
         seen.push_back(sample.seq);
         // Both processes must derive the same number from the writer's identity.
         if (std::to_string(info.writer_gid) != sample.frame_id) ++wrong_writer;
+        if (sample.payload._length != payload_size(sample.seq) ||
+            sample.payload._buffer[sample.payload._length - 1] !=
+                static_cast<unsigned char>(sample.seq)) {
+          ++wrong_payload;
+        }
         // CLOCK_MONOTONIC is one for all processes of the machine.
         if (info.arrival_ns < sample.stamp || info.arrival_ns > now) ++wrong_arrival;
         if (info.source_timestamp_realtime_ns <= last_source) ++wrong_source;
@@ -123,6 +119,7 @@ TEST(Interprocess, MessagesKeepOrderOriginAndTimes) {
     expected[i] = i;
   EXPECT_EQ(seen, expected);
   EXPECT_EQ(wrong_writer, 0U);
+  EXPECT_EQ(wrong_payload, 0U);
   EXPECT_EQ(wrong_arrival, 0U);
   EXPECT_EQ(wrong_source, 0U);
 }

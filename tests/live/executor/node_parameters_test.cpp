@@ -24,9 +24,9 @@ namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
-using namespace rcl_interfaces::srv::dds_;
-using rcl_interfaces::msg::dds_::Parameter_;
-using rcl_interfaces::msg::dds_::ParameterEvent_;
+using namespace rcl_interfaces::srv;
+using rcl_interfaces::msg::Parameter;
+using rcl_interfaces::msg::ParameterEvent;
 
 constexpr std::uint8_t kInteger = 2;
 constexpr std::uint8_t kText = 4;
@@ -73,7 +73,7 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
   executor.add_node(asking);
   const Spinning spinning{executor};
 
-  const auto got = ask<GetParameters_Request_, GetParameters_Response_>(
+  const auto got = ask<GetParameters_Request, GetParameters_Response>(
       "/car/lidar/get_parameters", [](auto& request) {
         put_texts(request.names, {"rate", "frame.name", "no"});
       });
@@ -83,13 +83,13 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
   EXPECT_STREQ(got->values._buffer[1].string_value, "front");
   EXPECT_EQ(got->values._buffer[2].type, 0);  // not set
 
-  const auto types = ask<GetParameterTypes_Request_, GetParameterTypes_Response_>(
+  const auto types = ask<GetParameterTypes_Request, GetParameterTypes_Response>(
       "/car/lidar/get_parameter_types",
       [](auto& request) { put_texts(request.names, {"frame.name"}); });
   ASSERT_EQ(types->types._length, 1U);
   EXPECT_EQ(types->types._buffer[0], kText);
 
-  const auto described = ask<DescribeParameters_Request_, DescribeParameters_Response_>(
+  const auto described = ask<DescribeParameters_Request, DescribeParameters_Response>(
       "/car/lidar/describe_parameters", [](auto& request) { put_texts(request.names, {"rate"}); });
   ASSERT_EQ(described->descriptors._length, 1U);
   const auto& descriptor = described->descriptors._buffer[0];
@@ -98,7 +98,7 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
   ASSERT_EQ(descriptor.integer_range._length, 1U);
   EXPECT_EQ(descriptor.integer_range._buffer[0].to_value, 40);
 
-  const auto listed = ask<ListParameters_Request_, ListParameters_Response_>(
+  const auto listed = ask<ListParameters_Request, ListParameters_Response>(
       "/car/lidar/list_parameters", [](auto&) {});
   ASSERT_EQ(listed->result.names._length, 2U);
   EXPECT_STREQ(listed->result.names._buffer[0], "frame.name");
@@ -107,16 +107,16 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
 
   const auto two = [](auto& request, std::int64_t rate, const char* name) {
     make_room(request.parameters, 2);
-    Parameter_& first = request.parameters._buffer[0];
+    Parameter& first = request.parameters._buffer[0];
     set_text(first.name, "rate");
     first.value.type = kInteger;
     first.value.integer_value = rate;
-    Parameter_& second = request.parameters._buffer[1];
+    Parameter& second = request.parameters._buffer[1];
     set_text(second.name, "frame.name");
     second.value.type = kText;
     set_text(second.value.string_value, name);
   };
-  const auto each = ask<SetParameters_Request_, SetParameters_Response_>(
+  const auto each = ask<SetParameters_Request, SetParameters_Response>(
       "/car/lidar/set_parameters", [&](auto& request) { two(request, 41, "rear"); });
   ASSERT_EQ(each->results._length, 2U);
   EXPECT_FALSE(each->results._buffer[0].successful);
@@ -125,7 +125,7 @@ TEST_F(NodeParameters, AreAskedForDescribedListedAndSetByServices) {
   EXPECT_EQ(node.get_parameter<std::int64_t>("rate"), 20);
   EXPECT_EQ(node.get_parameter<std::string>("frame.name"), "rear");
 
-  const auto all = ask<SetParametersAtomically_Request_, SetParametersAtomically_Response_>(
+  const auto all = ask<SetParametersAtomically_Request, SetParametersAtomically_Response>(
       "/car/lidar/set_parameters_atomically", [&](auto& request) { two(request, 41, "front"); });
   EXPECT_FALSE(all->result.successful);
   EXPECT_EQ(node.get_parameter<std::string>("frame.name"), "rear");
@@ -135,17 +135,19 @@ TEST_F(NodeParameters, AreSetOnAThreadOfTheirOwn) {
   node.declare_parameter("rate", 10);
   std::string asked_on;
   std::string refusal_reason;
-  const auto handle = node.add_on_set_parameters_callback([&](const std::vector<Parameter>& all) {
-    char name[16] = {};
-    pthread_getname_np(pthread_self(), name, sizeof name);
-    asked_on = name;
-    if (all.front().value == ParameterValue{std::int64_t{13}}) throw std::runtime_error{"unlucky"};
-    return SetParametersResult{};
-  });
+  const auto handle =
+      node.add_on_set_parameters_callback([&](const std::vector<cie::Parameter>& all) {
+        char name[16] = {};
+        pthread_getname_np(pthread_self(), name, sizeof name);
+        asked_on = name;
+        if (all.front().value == ParameterValue{std::int64_t{13}})
+          throw std::runtime_error{"unlucky"};
+        return SetParametersResult{};
+      });
   executor.add_node(asking);
   const Spinning spinning{executor};
   const auto set_to = [&](std::int64_t rate) {
-    return ask<SetParameters_Request_, SetParameters_Response_>(
+    return ask<SetParameters_Request, SetParameters_Response>(
         "/car/lidar/set_parameters", [rate](auto& request) {
           make_room(request.parameters, 1);
           set_text(request.parameters._buffer[0].name, "rate");
@@ -163,8 +165,8 @@ TEST_F(NodeParameters, AreSetOnAThreadOfTheirOwn) {
 TEST_F(NodeParameters, AreToldAsEvents) {
   std::mutex mutex;
   std::vector<std::string> events;
-  const auto subscription = asking.create_subscription<ParameterEvent_>(
-      "/parameter_events", 10, [&](const ParameterEvent_& event) {
+  const auto subscription = asking.create_subscription<ParameterEvent>(
+      "/parameter_events", 10, [&](const ParameterEvent& event) {
         const std::lock_guard lock{mutex};
         const auto add = [&](const char* what, const auto& parameters) {
           for (std::uint32_t i = 0; i < parameters._length; ++i) {
@@ -246,11 +248,11 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
 TEST_F(NodeParameters, ComeAndGoWithTheirNodeWhileTheyAreAskedFor) {
   executor.add_node(asking);
   const Spinning spinning{executor};
-  const auto client = asking.create_client<ListParameters_Request_, ListParameters_Response_>(
+  const auto client = asking.create_client<ListParameters_Request, ListParameters_Response>(
       "/passing/list_parameters", {.timeout = 20ms});
   std::atomic<bool> is_over{false};
   std::thread asker{[&] {
-    const auto request = make_message<ListParameters_Request_>();
+    const auto request = make_message<ListParameters_Request>();
     while (!is_over) {
       std::atomic<bool> is_answered{false};
       client->async_send_request(*request, [&](const auto&) { is_answered = true; });

@@ -189,6 +189,43 @@ TEST_F(Privileged, Deadline) {
   EXPECT_TRUE(view.resets_on_fork);
 }
 
+// Cpusets that this process has left behind.
+int own_cpusets() {
+  int count = 0;
+  std::error_code error;
+  for (std::filesystem::recursive_directory_iterator entry{"/sys/fs/cgroup", error}, end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string prefix = "cie-" + std::to_string(getpid()) + "-";
+    count += entry->path().filename().string().starts_with(prefix) ? 1 : 0;
+  }
+  return count;
+}
+
+TEST_F(Privileged, DeadlineOnOneCpuHasACpusetOfItsOwn) {
+  const auto all = ask_kernel().cpus;
+  if (all.size() < 2) GTEST_SKIP() << "not possible here: there is one CPU only";
+  const int cpu = *all.rbegin();
+  const std::string entry =
+      "    policy: SCHED_DEADLINE\n    runtime: 200000\n    deadline: 5000000\n"
+      "    period: 10000000\n    affinity: [" +
+      std::to_string(cpu) + "]\n";
+  try {
+    view_under(entry);
+    ADD_FAILURE() << "the kernel took the affinity without a cpuset";
+  } catch (const ParametersRefused& refused) {
+    EXPECT_THAT(refused.what(), HasSubstr("`cpuset: exclusive`"));
+  }
+  try {
+    const auto view = view_under(entry + "    cpuset: exclusive\n");
+    EXPECT_EQ(view.policy, 6);
+    EXPECT_EQ(view.cpus, std::set<int>{cpu});
+    EXPECT_EQ(own_cpusets(), 0) << "they go with the executor";
+  } catch (const ParametersRefused& refused) {
+    EXPECT_EQ(own_cpusets(), 0);
+    GTEST_SKIP() << "not possible here: " << refused.what();
+  }
+}
+
 TEST(Parameters, Affinity) {
   const auto all = ask_kernel().cpus;
   const int cpu = *all.rbegin();

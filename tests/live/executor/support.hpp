@@ -5,12 +5,15 @@
 #include <cie/executor/node.hpp>
 
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <future>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <cie_messages.hpp>
+#include <spawn.h>
 #include <unistd.h>
 
 namespace cie::test {
@@ -61,5 +64,23 @@ class Spinning {
   Executor& executor_;
   std::future<void> done_;
 };
+
+// This same program as another process of the same place, running one test of its own, which is
+// named DISABLED_ because it is none by itself. 0 if it cannot be started.
+inline pid_t start_child(const Context::Options& options, const std::string& test) {
+  setenv("CIE_DOMAIN_ID", std::to_string(options.domain).c_str(), 1);
+  setenv("CIE_LOOPBACK", "1", 1);
+  setenv("CIE_DISCOVERY_TAG", options.tag.c_str(), 1);
+  setenv("CIE_SHARED_MEMORY", options.shared_memory ? "1" : "0", 1);
+  std::vector<std::string> arguments{"child", "--gtest_filter=" + test,
+                                     "--gtest_also_run_disabled_tests"};
+  std::vector<char*> raw;
+  for (std::string& argument : arguments)
+    raw.push_back(argument.data());
+  raw.push_back(nullptr);
+  pid_t child = 0;
+  return posix_spawn(&child, "/proc/self/exe", nullptr, nullptr, raw.data(), environ) == 0 ? child
+                                                                                           : 0;
+}
 
 }  // namespace cie::test

@@ -1,5 +1,6 @@
 """Runs `cie` on a generated trace and holds its answers against the truth and the recomputation."""
 
+import hashlib
 import json
 import re
 import shutil
@@ -24,7 +25,8 @@ def recompute(traces: list[str], spec_path: str | None) -> dict[str, Any]:
     """Instances (CSV text), report and verify (JSON data), with a babeltrace2 of its own."""
     spec = spec_yaml.load(spec_path) if spec_path else None
     seen, _ = model.load(traces)
-    verdicts = rules.judge(seen, spec)
+    sha256 = hashlib.sha256(Path(spec_path).read_bytes()).hexdigest() if spec_path else ""
+    verdicts = rules.judge(seen, spec, sha256)
     by_id = {r["id"]: r["verdict"] for r in verdicts["rules"]}
     complete = all(by_id[r] in ("PASS", "NOT_APPLICABLE") for r in ("T2", "T3", "T4"))
     return {"instances": model.instances_csv(seen),

@@ -26,9 +26,10 @@ PASS, FAIL, INCONCLUSIVE, NOT_APPLICABLE = "PASS", "FAIL", "INCONCLUSIVE", "NOT_
 class Judge:
     """Collects verdicts; several for one subject leave the worst."""
 
-    def __init__(self, model: Model, spec: dict[str, Any] | None) -> None:
+    def __init__(self, model: Model, spec: dict[str, Any] | None, spec_sha256: str) -> None:
         self.model = model
         self.spec = spec
+        self.spec_sha256 = spec_sha256
         self.proof = Proof(model)
         self.verdicts: dict[str, dict[str, str]] = {rule: {} for rule in NAMES}
         self.kernel_loss_costs = False
@@ -68,8 +69,8 @@ class Judge:
                 "verdict": PASS if overall == NOT_APPLICABLE else overall, "rules": rules}
 
 
-def judge(model: Model, spec: dict[str, Any] | None) -> dict[str, Any]:
-    j = Judge(model, spec)
+def judge(model: Model, spec: dict[str, Any] | None, spec_sha256: str = "") -> dict[str, Any]:
+    j = Judge(model, spec, spec_sha256)
     _mapping(j)
     scheduling_rules.judge(j)
     _pairing(j)

@@ -56,7 +56,8 @@ def judged(entry: dict[str, Any]) -> bool:
     return entry.get("policy") is not None or bool(entry.get("affinity"))
 
 
-def matches(entry: dict[str, Any], e: Event) -> bool:
+def matches(entry: dict[str, Any], e: Event) -> bool | None:
+    """None: the recording is too old to tell."""
     policy = entry.get("policy")
     if policy is not None:
         if POLICIES[policy] != e.policy:
@@ -71,7 +72,38 @@ def matches(entry: dict[str, Any], e: Event) -> bool:
                                ("period", e.period_ns)):
                 if entry.get(key) is not None and entry[key] != value:
                     return False
-    return not entry.get("affinity") or sorted(entry["affinity"]) == sorted(e.cpus)
+    if entry.get("affinity") and sorted(entry["affinity"]) != sorted(e.cpus):
+        return False
+    asked = [(entry[key], e.fields.get(field)) for key, field in
+             (("slice", "slice_ns"), ("uclamp_min", "util_min"), ("uclamp_max", "util_max"))
+             if entry.get(key) is not None]
+    if any(value is not None and value != wanted for wanted, value in asked):
+        return False
+    if entry.get("uclamp_min") is not None and e.fields.get("util_max") == 0:
+        return False  # the kernel has no clamps
+    return None if any(value is None for _, value in asked) else True
+
+
+def is_changing(t: Thread, time: int) -> bool:
+    """An audit before told that the parameters change, and no `applied` followed yet."""
+    changing, applied_change = False, 0
+    for e in t.scheds:
+        if e.time >= time:
+            break
+        change = e.fields.get("change", 0)
+        if e.moment == "applied":
+            changing, applied_change = False, change
+        elif e.moment == "audit" and change > applied_change:
+            changing = True
+    return changing
+
+
+def began_with_spec(j: "Judge", t: Thread) -> bool | None:
+    """None: which spec the process began with was not seen."""
+    begins = t.process.begins
+    if not begins or begins[0].moment != "start":
+        return None
+    return begins[0].spec_sha256 == j.spec_sha256
 
 
 def judge(j: "Judge") -> None:
@@ -104,7 +136,8 @@ def _as_specified(j: "Judge", t: Thread, entry: dict[str, Any]) -> str:
     found = applied(t)
     if not found or j.proof.hole_after(t, found[-1].n):
         return INCONCLUSIVE
-    return PASS if matches(entry, found[-1]) else FAIL
+    fits = matches(entry, found[-1])
+    return INCONCLUSIVE if fits is None else PASS if fits else FAIL
 
 
 def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> str:
@@ -117,6 +150,9 @@ def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> 
         return NOT_APPLICABLE
     if not fitting:
         return INCONCLUSIVE if j.proof.thread_tainted(t) else NOT_APPLICABLE
+    if fitting[0].fields.get("change", 0) and not (began := began_with_spec(j, t)):
+        # What ran before ran as the former spec said.
+        return INCONCLUSIVE if began is None or j.proof.thread_tainted(t) else NOT_APPLICABLE
     if fitting[0].time <= first[0].start:
         return PASS
     before = [e.n for e in t.scheds if e.n <= fitting[0].n]
@@ -147,12 +183,12 @@ def _unchanged(j: "Judge", t: Thread) -> str:
     checked, verdict = 0, PASS
     for e in t.scheds:
         before = [a for a in found if a.time < e.time or a.n < e.n]
-        if e.moment == "audit" and before:
+        if e.moment == "audit" and before and not is_changing(t, e.time):
             checked += 1
             if parameters(e) != parameters(before[-1]) and j.proof.certain_between(t, e.time - 1):
                 verdict = FAIL
     for e in t.kernel:
-        if e.name != "sched_switch":
+        if e.name != "sched_switch" or is_changing(t, e.time):
             continue
         before = [a for a in found if a.time <= e.time]
         if not before:
@@ -182,7 +218,7 @@ def _allowed_cpus(j: "Judge", t: Thread) -> str:
     checked, verdict = 0, PASS
     for time, cpu in seen:
         before = [e for e in t.scheds if e.time <= time]
-        if before and before[-1].cpus:
+        if before and before[-1].cpus and not is_changing(t, time):
             checked += 1
             if cpu not in before[-1].cpus and j.proof.certain_between(t, time):
                 verdict = FAIL

@@ -151,6 +151,13 @@ class Rules(unittest.TestCase):
 
 
 class Spec(Folder):
+    def test_what_is_not_applied_is_said(self):
+        spec = self.write("more.yaml", b"callback_groups: []\nirqs:\n  - {irq: 5, affinity: [1]}\n")
+        result = cie("spec", "check", spec)
+        self.assertEqual(result.returncode, 0)
+        self.assertIn(b'more.yaml:3: note: "irqs" is about the machine and is not applied',
+                      result.stdout)
+
     def test_a_good_spec(self):
         result = cie("spec", "check", SPEC)
         self.assertEqual(result.returncode, 0)

@@ -166,6 +166,18 @@ TEST(Reload, FailsByTheFormerSpecAndSaysThatAChangeCameLater) {
   EXPECT_EQ(verified["S2"], Verdict::pass);
 }
 
+TEST(Reload, IsInconclusiveWhenTheFirstSpecIsUnknown) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  auto trace = trace_of(reloaded_with(sha256));
+  trace.erase<RunBegin>(
+      [](const RunBegin& e, const EventHead&) { return e.spec_sha256 != "former"; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::not_applicable) << "it began with another one";
+  trace = trace_of(reloaded_with(sha256));
+  trace.erase<RunBegin>(
+      [](const RunBegin& e, const EventHead&) { return e.spec_sha256 == "former"; });
+  EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::inconclusive) << "no false FAIL";
+}
+
 TEST(Reload, OfTheSpecThatTheRunBeganWithExcusesNothing) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
   EXPECT_EQ(Verified("process app spec=" + sha256 + "\n" +

@@ -122,8 +122,17 @@ irqs:
                           Pair("model_name", "Intel(R) Xeon(R) Silver 4216 CPU @ 2.10GHz")));
   EXPECT_EQ(spec.callbacks().size(), 2U) << "two domains asking the same are one entry";
   EXPECT_EQ(spec.find_callback("/m@Timer(1)")->parameters.priority, 30U);
+  EXPECT_THAT(spec.not_applied(),
+              ElementsAre(Pair("rt_throttling", 7), Pair("kernel_threads", 31), Pair("irqs", 34)));
   ASSERT_NE(spec.find_thread("worker/*"), nullptr) << "a thread's name is no pattern";
   EXPECT_EQ(spec.find_thread("worker/1"), nullptr);
+}
+
+TEST(ConfiguratorFile, ANiceValueOfSchedIdleMeansNothing) {
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n  - {id: a, policy: SCHED_IDLE, nice: -10, affinity: []}\n", "spec.yaml");
+  EXPECT_EQ(spec.find_callback("a")->parameters.policy, Policy::idle);
+  EXPECT_EQ(spec.find_callback("a")->parameters.nice, 0);
 }
 
 TEST(ConfiguratorFile, DomainsThatAskDifferentlyCannotBeToldApart) {

@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadEntry{"    policy: SCHED_OTHER\n    priority: -21\n", "\"priority\" -21 does not fit"},
         BadEntry{"    policy: SCHED_OTHER\n    priority: -5\n    nice: 3\n", "contradicts"},
         BadEntry{"    policy: SCHED_BATCH\n    nice: -21\n", "from -20 to 19"},
-        BadEntry{"    policy: SCHED_IDLE\n    nice: 5\n", "\"nice\" does not fit SCHED_IDLE"},
+        BadEntry{"    policy: SCHED_IDLE\n    nice: 20\n", "\"nice\""},
         BadEntry{"    nice: 5\n", "without \"policy\""},
         BadEntry{"    runtime: 5\n", "without \"policy\""},
         BadEntry{"    policy: SCHED_DEADLINE\n    runtime: 2000\n    deadline: 3000\n",

@@ -35,12 +35,12 @@ class ComponentOptions {
   using Parameters = ParameterOverrides;
 
   ComponentOptions(const Context& context, std::string name, std::string name_space,
-                   Parameters parameters, TopicRemaps remaps = {});
+                   Parameters parameters, Remaps remaps = {});
 
   const Context& context() const noexcept { return *context_; }
   const std::string& name() const noexcept { return name_; }
   const std::string& name_space() const noexcept { return name_space_; }
-  const TopicRemaps& remaps() const noexcept { return remaps_; }
+  const Remaps& remaps() const noexcept { return remaps_; }
 
   // Values for parameters, which the node takes over: see Node::declare_parameter.
   const Parameters& parameters() const noexcept { return parameters_; }
@@ -65,7 +65,7 @@ class ComponentOptions {
   std::string name_;
   std::string name_space_;
   Parameters parameters_;
-  TopicRemaps remaps_;
+  Remaps remaps_;
   mutable std::map<std::string, ParameterValue, std::less<>> read_;
 };
 

@@ -11,6 +11,14 @@ namespace executor {
 class ContextState;
 }
 
+// How the process tells ROS 2 of its nodes and their endpoints (topic ros_discovery_info), so that
+// `ros2 node list` and the like show them. Messages and services need none of it.
+enum class RosGraph : std::uint8_t {
+  none,
+  humble,  // and before: identities of 24 bytes
+  iron     // and later: of 16
+};
+
 // Create one per process, before any node, and keep it until the last node is gone (nodes hold it
 // alive too). A second one of the same domain while the first lives throws std::logic_error.
 class Context {
@@ -22,14 +30,24 @@ class Context {
     bool loopback = false;
     // Participants with different tags do not see each other, even in one domain. Loopback only.
     std::string tag{};
+    // Messages published by pointer reach subscriptions of this process by pointer (README.md,
+    // "Pointers"). False: all are serialised.
+    bool pass_pointers = true;
+    // Messages between processes of this machine go through shared memory (README.md, "Shared
+    // memory"); pass_pointers is then as good as false. Needs a running iox-roudi.
+    bool shared_memory = false;
 
-    // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG. Throws
-    // std::invalid_argument naming the variable that cannot be used.
+    // In the form of the ROS 2 that looks on; another one sees nodes without names.
+    RosGraph ros_graph = RosGraph::humble;
+
+    // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG,
+    // CIE_SHARED_MEMORY (1 or 0), CIE_ROS_GRAPH (none, humble, iron; else what fits ROS_DISTRO,
+    // else humble). Throws std::invalid_argument naming the variable that cannot be used.
     static Options from_environment();
   };
 
-  // Throws std::runtime_error when the participant cannot be created, std::invalid_argument for
-  // unusable options.
+  // Throws std::runtime_error when the participant cannot be created or shared memory is not there,
+  // std::invalid_argument for unusable options.
   explicit Context(const Options& options = Options::from_environment());
   ~Context();
   Context(Context&&) noexcept;

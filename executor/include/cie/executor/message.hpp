@@ -5,6 +5,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <string_view>
 #include <type_traits>
@@ -32,6 +33,8 @@ struct MessageInfo {
 };
 
 namespace executor {
+// A type under the name it has in DDS. `name` is static.
+dds_topic_descriptor with_wire_name(const dds_topic_descriptor& type, const char* name) noexcept;
 // Zeroed memory for a message; throws std::bad_alloc.
 void* allocate_message(const dds_topic_descriptor& type);
 // Frees a message of allocate_message() and its contents.
@@ -60,14 +63,17 @@ MessagePtr<T> make_message() {
 // Replaces the text of a message's string.
 void set_text(char*& field, std::string_view text);
 
-// Makes a message's sequence `length` elements long. New elements are zero; existing ones are kept
-// if the capacity suffices, else all are zero. For elements that own nothing themselves.
+// Makes a message's sequence `length` elements long. Existing elements are kept, with what they
+// own; what was never an element before is zero (an empty string, sequence, struct). Throws
+// std::bad_alloc.
 template <typename Sequence>
 void resize(Sequence& sequence, std::uint32_t length) {
   using Element = std::remove_pointer_t<decltype(sequence._buffer)>;
-  static_assert(std::is_arithmetic_v<Element>, "resize() is for sequences of numbers");
   if (length > sequence._maximum) {
     void* const fresh = executor::allocate_contents(length * sizeof(Element));
+    if (sequence._maximum > 0) {
+      std::memcpy(fresh, sequence._buffer, sequence._maximum * sizeof(Element));
+    }
     if (sequence._release) executor::free_contents(sequence._buffer);
     sequence._buffer = static_cast<Element*>(fresh);
     sequence._maximum = length;

@@ -31,9 +31,9 @@ namespace cie {
 
 class ComponentOptions;
 
-// Topics under another name: what the node's code says, and what is meant. Both are names as the
-// node would write them ("scan", "/scan", "~/scan").
-using TopicRemaps = std::map<std::string, std::string, std::less<>>;
+// Topics and services under another name: what the node's code says, and what is meant. Both are
+// names as the node would write them ("scan", "/scan", "~/scan").
+using Remaps = std::map<std::string, std::string, std::less<>>;
 
 namespace executor {
 class NodeState;
@@ -53,8 +53,9 @@ std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_v
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
+// `code` lies in the component that publishes: it stays loaded while others have messages of it.
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
-                                      const dds_topic_descriptor& type);
+                                      const dds_topic_descriptor& type, void (*code)() noexcept);
 std::shared_ptr<SubscriptionCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
@@ -77,7 +78,7 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
 class Node {
  public:
   Node(const Context& context, std::string_view name, std::string_view name_space = "/",
-       const TopicRemaps& remaps = {}, const ParameterOverrides& parameters = {});
+       const Remaps& remaps = {}, const ParameterOverrides& parameters = {});
   // As the application's file says (component.hpp).
   explicit Node(const ComponentOptions& options);
   ~Node();
@@ -116,8 +117,8 @@ class Node {
 
   template <Message T>
   std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos) {
-    return std::make_shared<Publisher<T>>(
-        executor::create_writer(*state_, topic, qos, MessageTraits<T>::descriptor()));
+    return std::make_shared<Publisher<T>>(executor::create_writer(
+        *state_, topic, qos, MessageTraits<T>::descriptor(), &executor::code_of_publisher<T>));
   }
 
   template <Message T, SubscriptionFunction<T> F>

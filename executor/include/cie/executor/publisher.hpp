@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace cie {
 
@@ -13,9 +14,18 @@ namespace executor {
 class Writer;
 // Throws std::runtime_error when DDS refuses the message.
 void publish(Writer& writer, const void* message);
+// Takes over a message of allocate_message(); frees it when it throws. Null: std::invalid_argument.
+void publish_owned(Writer& writer, void* message);
+void publish_shared(Writer& writer, std::shared_ptr<const void> message);
 const std::string& topic_of(const Writer& writer) noexcept;
 std::uint64_t writer_gid_of(const Writer& writer) noexcept;
 std::uint32_t matched_readers(const Writer& writer);
+}  // namespace executor
+
+namespace executor {
+// Does nothing; where it lies tells which component publishes messages of this type.
+template <Message T>
+void code_of_publisher() noexcept {}
 }  // namespace executor
 
 // May outlive its node. Thread-safe: messages of several threads are put in one order.
@@ -25,6 +35,16 @@ class Publisher {
   explicit Publisher(std::shared_ptr<executor::Writer> writer) : writer_(std::move(writer)) {}
   // Copies the message out before it returns. Throws std::runtime_error when DDS refuses it.
   void publish(const T& message) { executor::publish(*writer_, &message); }
+  // Hands the message over, without copying it: every subscription of this process gets this very
+  // message, and only for other processes is it serialised. A value that the type forbids (an
+  // enumerator that does not exist) is refused as above if somebody outside the process listens;
+  // then subscriptions within have got it. Null throws std::invalid_argument.
+  void publish(MessagePtr<T> message) { executor::publish_owned(*writer_, message.release()); }
+  // Likewise. Nobody may change the message any more. It is freed when the last subscription is
+  // done with it, possibly on its thread; until then the component that published it stays loaded.
+  void publish(std::shared_ptr<const T> message) {
+    executor::publish_shared(*writer_, std::move(message));
+  }
   const std::string& topic() const noexcept { return executor::topic_of(*writer_); }
   // The writer's number in traces and in MessageInfo.
   std::uint64_t writer_gid() const noexcept { return executor::writer_gid_of(*writer_); }

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <utility>
 
 #include <outside_messages.hpp>
 #include <unistd.h>
@@ -25,7 +26,9 @@ int main() {
       });
   const auto timer = node.create_wall_timer(std::chrono::milliseconds(2), [&] {
     publishing = gettid();
-    publisher->publish(outside_msgs::Ping{.number = 1});
+    auto ping = cie::make_message<outside_msgs::Ping>();
+    cie::set_text(ping->header.frame_id, "outside");
+    publisher->publish(std::move(ping));
   });
   executor.add_node(node);
   executor.spin_for(std::chrono::seconds(30));

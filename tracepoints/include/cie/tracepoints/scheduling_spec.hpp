@@ -113,6 +113,12 @@ class SchedulingSpec {
   }
   // The line of each of them.
   const std::vector<int>& hardware_info_lines() const noexcept { return hardware_info_lines_; }
+  // Sections of existing configurators that are about the machine rather than about the process's
+  // threads (rt_throttling, kernel_threads, irqs), each with the line at which its content begins:
+  // read over, not applied.
+  const std::vector<std::pair<std::string, int>>& not_applied() const noexcept {
+    return not_applied_;
+  }
   const std::string& name() const noexcept { return name_; }      // file name, for messages
   const std::string& sha256() const noexcept { return sha256_; }  // of the bytes, lower-case hex
 
@@ -124,6 +130,7 @@ class SchedulingSpec {
   std::vector<SpecChain> chains_;
   std::vector<std::pair<std::string, std::string>> hardware_info_;
   std::vector<int> hardware_info_lines_;
+  std::vector<std::pair<std::string, int>> not_applied_;
   using Index = std::map<std::string, std::size_t, std::less<>>;  // into the vectors above
   Index callback_index_;                                          // exact ids
   Index nodes_;                                                   // nodes that have a wildcard
