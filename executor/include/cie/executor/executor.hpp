@@ -41,7 +41,8 @@ struct ParameterProblem {
   std::string text() const;
 };
 
-// Thrown under OnError::refuse, before any callback of the threads concerned runs.
+// Thrown under OnError::refuse: by spin() and add_node() before any callback of the threads
+// concerned runs, by reload_spec() after everything is as it was.
 class ParametersRefused : public std::runtime_error {
  public:
   explicit ParametersRefused(std::vector<ParameterProblem> problems);
@@ -59,7 +60,7 @@ struct CallbackFailure {
 };
 
 enum class OnError : std::uint8_t {
-  refuse,  // spin() and add_node() throw ParametersRefused
+  refuse,  // spin(), add_node() and reload_spec() throw ParametersRefused
   warn     // the handler is told, the callback runs as the kernel left it
 };
 
