@@ -292,6 +292,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   auto& thread = model_.threads[at(*index)];
   if (thread.fini) {  // announced anew after its end: another spin on the same thread
     thread.fini.reset();
+    thread.last_change = 0;
     read_back_numbers_[*index].restart();
   }
   if (!thread.announced) {
@@ -338,6 +339,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
     thread.audits = thread.audits.value_or(0) + 1;
     if (!thread.first_audit) thread.first_audit = read_back;
   }
+  thread.last_change = std::max(thread.last_change, event.change);
   thread.last_read_back = std::move(read_back);
   return index;
 }

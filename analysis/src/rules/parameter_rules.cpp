@@ -53,6 +53,11 @@ void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIn
   if (proof.may_hide_read_back(index, applied->n, std::nullopt)) {
     judgement.overrule(proof.loss(index));
   }
+  if (thread.last_change > applied->change) {
+    judgement.overrule(evidence("thread_sched", applied->at,
+                                "change " + std::to_string(thread.last_change) +
+                                    " of its parameters began later, and its end was not seen"));
+  }
   const auto is_right = is_as_specified(*applied, entry.parameters);
   if (!is_right) {
     judgement.doubt(evidence("thread_sched", applied->at,

@@ -136,6 +136,8 @@ def _as_specified(j: "Judge", t: Thread, entry: dict[str, Any]) -> str:
     found = applied(t)
     if not found or j.proof.hole_after(t, found[-1].n):
         return INCONCLUSIVE
+    if any(e.fields.get("change", 0) > found[-1].fields.get("change", 0) for e in t.scheds):
+        return INCONCLUSIVE  # a change began that was not seen to end
     fits = matches(entry, found[-1])
     return INCONCLUSIVE if fits is None else PASS if fits else FAIL
 

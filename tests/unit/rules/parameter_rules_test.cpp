@@ -178,6 +178,14 @@ TEST(Reload, IsInconclusiveWhenTheFirstSpecIsUnknown) {
   EXPECT_EQ(Verified(trace, kFifo80)["S2"], Verdict::inconclusive) << "no false FAIL";
 }
 
+// The process died while its parameters changed.
+TEST(Reload, ThatDidNotEndLeavesOpenWhatTheThreadRunsAs) {
+  EXPECT_EQ(Verified("process app crash\n" + run_with("-90 applied fusion\n"
+                                                      "30 audit fusion change=1"),
+                     kFifo80)["S1"],
+            Verdict::inconclusive);
+}
+
 TEST(Reload, OfTheSpecThatTheRunBeganWithExcusesNothing) {
   const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
   EXPECT_EQ(Verified("process app spec=" + sha256 + "\n" +
