@@ -140,7 +140,7 @@ struct ThreadFacts {
   std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
   std::optional<ReadBack> first_audit{};
   std::optional<ReadBack> last_read_back{};
-  std::uint32_t last_change = 0;  // of its parameters, that any read-back tells of
+  std::uint32_t last_change = 0;         // of its parameters, that any read-back tells of
   std::optional<std::int64_t> audits{};  // how many
 
   // S3: first later audit or switch priority that differs from the last `applied` before it

@@ -1,12 +1,10 @@
 #include "app_file.hpp"
 
 #include "yaml_fields.hpp"
+#include "yaml_parameters.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <system_error>
 #include <utility>
@@ -19,7 +17,6 @@ using yaml::Value;
 
 constexpr std::int64_t kMostDomain = 230;
 constexpr std::size_t kMaxComponents = 1'000;
-constexpr std::size_t kMaxParameters = 10'000;  // of one component, items of lists included
 
 constexpr std::array<std::string_view, 11> kKeys{
     "components",    "executor",     "spec",      "on_error",    "domain",        "loopback",
@@ -45,26 +42,6 @@ bool read_bool(const Value& value, std::string_view key) {
     value.fail("\"" + std::string{key} + "\" is \"" + text + "\"; write true or false");
   }
   return text == "true";
-}
-
-ComponentOptions::Parameters read_parameters(const Value& map) {
-  ComponentOptions::Parameters parameters;
-  std::size_t count = 0;
-  for (const auto& [name, value] : map.fields("parameters")) {
-    if (value.is_null()) continue;
-    ParameterText& parameter = parameters[name];
-    parameter.is_list = value.is_sequence();
-    if (parameter.is_list) {
-      for (const Value& item : value.items(name)) {
-        if (++count > kMaxParameters) item.fail("more than 10000 parameters; read a file of them");
-        parameter.texts.push_back(item.text(name));
-      }
-    } else {
-      if (++count > kMaxParameters) value.fail("more than 10000 parameters; read a file of them");
-      parameter.texts.push_back(value.text(name));
-    }
-  }
-  return parameters;
 }
 
 // A library beside the application's file is meant before one that the dynamic linker would find.
@@ -206,17 +183,7 @@ AppFile AppFile::parse(std::string_view text, std::string_view name,
 }
 
 AppFile AppFile::load(const std::filesystem::path& file) {
-  std::ifstream stream{file, std::ios::binary};
-  std::string text;
-  constexpr std::size_t kMaxBytes = (std::size_t{4} << 20U) + 1;  // parse() refuses the last one
-  text.resize(kMaxBytes);
-  stream.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (stream.gcount() == 0 && (!stream.is_open() || stream.bad())) {
-    throw SpecError{file.string() + ": cannot read it: " +
-                    std::generic_category().message(errno == 0 ? EIO : errno)};
-  }
-  text.resize(static_cast<std::size_t>(stream.gcount()));
-  return parse(text, file.string(), file.parent_path());
+  return parse(read_text(file), file.string(), file.parent_path());
 }
 
 }  // namespace cie::container

@@ -155,6 +155,22 @@ std::string Container::list() {
   return text;
 }
 
+std::vector<std::string> Container::names() const {
+  const std::lock_guard lock{mutex_};
+  std::vector<std::string> names;
+  for (const Member& member : members_)
+    names.push_back(member.name);
+  return names;
+}
+
+std::string Container::with_node(const std::string& name,
+                                 const std::function<std::string(Node& node)>& function) const {
+  const std::lock_guard lock{mutex_};
+  const auto found = std::ranges::find(members_, name, &Member::name);
+  if (found == members_.end()) throw std::runtime_error{"no component \"" + name + "\" is loaded"};
+  return function(found->component->node());
+}
+
 std::shared_ptr<const SchedulingSpec> Container::load_spec() const {
   auto spec =
       std::make_shared<SchedulingSpec>(SchedulingSpec::load(*app_.spec, context_.options().domain));

@@ -42,6 +42,12 @@ class Container {
   std::string unload(const std::string& name);
   // A line for each component: name, class, library.
   std::string list();
+  // Their names.
+  std::vector<std::string> names() const;
+  // What `function` makes of the component's node, which stays meanwhile. Throws std::runtime_error
+  // if there is no such component.
+  std::string with_node(const std::string& name,
+                        const std::function<std::string(Node& node)>& function) const;
   // Reads the spec's file again and goes on under it. Returns what to tell the user. Throws
   // SpecError, std::runtime_error or ParametersRefused when it cannot be used; the former stays in
   // force then.
@@ -73,7 +79,7 @@ class Container {
   mutable std::mutex failures_mutex_;
   std::map<std::string, std::uint64_t> failures_;  // by logical id
   std::unique_ptr<Executor> executor_;
-  std::mutex mutex_;  // of the members
+  mutable std::mutex mutex_;  // of the members
   std::vector<Member> members_;
 };
 

@@ -4,6 +4,8 @@
 #include "app_file.hpp"
 #include "container.hpp"
 #include "control.hpp"
+#include "parameter_orders.hpp"
+#include "parameter_overrides.hpp"
 
 #include <atomic>
 #include <csignal>
@@ -28,12 +30,15 @@ constexpr const char* kDescription =
     "  list                   its components: name, class, library\n"
     "  load APP.yaml [NAME…]  the components of that file that are not loaded, or those named\n"
     "  unload NAME            a component, as list names it\n"
+    "  param list [NODE]      parameters of one component or of all, with their values\n"
+    "  param get NODE NAME, param set NODE NAME VALUE, param describe NODE NAME\n"
     "  reload                 the spec's file, as SIGHUP does";
 constexpr const char* kFooter =
     "\nExample:\n"
     "  cie run app.yaml --executor single\n"
     "  cie record -o out -- cie run app.yaml\n"
     "  cie run --control unload /demo/talker\n"
+    "  cie run --control param set /demo/talker period_ms 50\n"
     "\n"
     "Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 "
     "nothing\n"
@@ -93,8 +98,14 @@ Answer follow(Container& container, const std::vector<std::string>& words) noexc
       const AppFile app = AppFile::load(words[1]);
       return {.text = container.load_more(app, {words.begin() + 2, words.end()})};
     }
-    return unusable("no such order: list, load APP.yaml [NAME…], unload NAME and reload are known");
+    if (order == "param") {
+      return {.text = follow_parameter_order(container, {words.begin() + 1, words.end()})};
+    }
+    return unusable(
+        "no such order: list, load APP.yaml [NAME…], unload NAME, reload and param … are known");
   } catch (const SpecError& error) {
+    return unusable(error.what());
+  } catch (const std::invalid_argument& error) {
     return unusable(error.what());
   } catch (const std::exception& error) {
     std::string text = error.what();
@@ -166,11 +177,23 @@ int serve(Container& container, const AppFile& app) {
   return failed;
 }
 
-int run(const std::string& file, const std::string& executor) {
+// What the command line says.
+struct Arguments {
+  std::string file;
+  std::string executor;
+  std::vector<std::string> parameters;
+  std::vector<std::string> parameter_files;
+};
+
+int run(const Arguments& arguments) {
   catch_signals();
   try {
-    AppFile app = AppFile::load(file);
-    if (!executor.empty()) app.executor = executor;
+    AppFile app = AppFile::load(arguments.file);
+    if (!arguments.executor.empty()) app.executor = arguments.executor;
+    for (const std::string& file : arguments.parameter_files)
+      override_parameters(app, file);
+    for (const std::string& assignment : arguments.parameters)
+      override_parameter(app, assignment);
     if (app.spec) hold_hangups();
     Container container{app, say};
     return serve(container, app);
@@ -187,31 +210,38 @@ int run(const std::string& file, const std::string& executor) {
 }
 
 int command_line(int argc, char** argv) {
-  std::string file;
-  std::string executor;
+  Arguments arguments;
   CLI::App app{kDescription};
   app.name("cie-run");
   app.footer(kFooter);
   std::vector<std::string> order;
   int pid = 0;
-  auto* const application = app.add_option("APP", file, "Application file (YAML)");
+  auto* const application = app.add_option("APP", arguments.file, "Application file (YAML)");
   auto* const control =
       app.add_option("--control", order, "Give an order to a running container")->expected(1, -1);
   control->excludes(application);
   app.add_option("--pid", pid, "With --control: the container's process id, if several run")
       ->check(CLI::PositiveNumber)
       ->needs(control);
-  app.add_option("--executor", executor, "Instead of the file's")
+  app.add_option("--executor", arguments.executor, "Instead of the file's")
       ->check(CLI::IsMember(
           std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())));
+  app.add_option("-p,--parameter", arguments.parameters,
+                 "A parameter's value, instead of the file's: /demo/talker:period_ms:=50")
+      ->type_name("NODE:NAME:=VALUE")
+      ->allow_extra_args(false);
+  app.add_option("--params-file", arguments.parameter_files,
+                 "A parameter file of ROS 2, read before -p")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
   try {
     app.parse(argc, argv);
-    if (file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
+    if (arguments.file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : unusable_input;
   }
   if (!order.empty()) return give_order(pid, order);
-  return run(file, executor);
+  return run(arguments);
 }
 
 }  // namespace

@@ -71,9 +71,10 @@ std::string why_still_mapped(const std::string& library) {
     return "it exports GNU unique symbols, which the dynamic linker keeps for ever: build it with "
            "cie_add_component() or -fno-gnu-unique";
   }
-  return "a library that stays loaded needs it, or a thread that lives on has run its code and "
-         "keeps "
-         "a thread_local object with a destructor";
+  return "a library that stays loaded needs it, somebody still has a message that it published as "
+         "a "
+         "shared_ptr, or a thread that lives on has run its code and keeps a thread_local object "
+         "with a destructor";
 }
 
 }  // namespace cie::container

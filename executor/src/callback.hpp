@@ -66,6 +66,8 @@ class Callback {
 
   // Whether there may be more to run after an instance without a further on_ready().
   virtual bool has_queue() const noexcept { return true; }
+  // How many instances wait in the queue, about: whether it is worth another thread to look.
+  virtual std::uint64_t queued() const noexcept { return 0; }
   // A DDS condition that is triggered while messages wait, for those who wait in a DDS wait set;
   // without a handle for what takes no messages. Throws dds::Error.
   virtual dds::Entity new_read_condition() const { return {}; }

@@ -46,6 +46,7 @@ class ClientCallback final : public Callback {
   }
   void serve(ReadySink* sink) override;
   bool has_timer() const noexcept override { return true; }
+  std::uint64_t queued() const noexcept override { return ends_.responses->queued(); }
   dds::Entity new_read_condition() const override { return ends_.responses->new_read_condition(); }
 
  private:

@@ -321,6 +321,7 @@ SetParametersResult Node::set_parameters_atomically(const std::vector<Parameter>
 }
 std::vector<SetParametersResult> Node::set_parameters(const std::vector<Parameter>& parameters) {
   std::vector<SetParametersResult> results;
+  results.reserve(parameters.size());
   for (const Parameter& parameter : parameters)
     results.push_back(state_->parameters().set({parameter}));
   return results;

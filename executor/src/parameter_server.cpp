@@ -1,25 +1,22 @@
 #include "parameter_server.hpp"
 
 #include "clock.hpp"
-#include "threads.hpp"
 
 #include <algorithm>
-#include <csignal>
 #include <utility>
-
-#include <pthread.h>
 
 namespace cie::executor {
 
 ParameterServer::ParameterServer() {
-  thread_ = std::jthread{[this](std::stop_token stop) { run(std::move(stop)); }};
+  thread_.emplace(
+      kThreadName, [this] { run(); }, BackgroundThread::kLargeStack);
   std::unique_lock lock{mutex_};
   changed_.wait(lock, [this] { return trace_ != nullptr; });
 }
 
 ParameterServer::~ParameterServer() {
   trace_.reset();  // while the thread lives: its last read-back is of what it ran as
-  thread_.request_stop();
+  is_stopped_ = true;
   wakeup_.notify();
 }
 
@@ -34,7 +31,7 @@ void ParameterServer::add(Endpoint& endpoint) {
 void ParameterServer::remove(Endpoint& endpoint) {
   std::unique_lock lock{mutex_};
   std::erase(endpoints_, &endpoint);
-  if (std::this_thread::get_id() == thread_.get_id()) return;
+  if (std::this_thread::get_id() == runner_) return;
   changed_.wait(lock, [this, &endpoint] { return serving_ != &endpoint; });
 }
 
@@ -50,11 +47,8 @@ void ParameterServer::serve_all() {
   }
 }
 
-void ParameterServer::run(std::stop_token stop) {
-  set_current_thread_name(kThreadName);
-  sigset_t all;
-  sigfillset(&all);
-  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+void ParameterServer::run() {
+  runner_ = std::this_thread::get_id();
   {
     auto trace =
         std::make_shared<trace::Thread>(ThreadRole::worker, kNoCallback, kNoGroup, kThreadName);
@@ -63,7 +57,7 @@ void ParameterServer::run(std::stop_token stop) {
     trace_ = std::move(trace);
     changed_.notify_all();
   }
-  while (!stop.stop_requested()) {
+  while (!is_stopped_) {
     serve_all();
     wakeup_.wait_until(kNever);
   }

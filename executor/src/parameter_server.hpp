@@ -1,6 +1,7 @@
 // The thread of a process that answers the parameter services of all its nodes.
 #pragma once
 
+#include <cie/tracepoints/background_thread.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "wakeup.hpp"
@@ -9,7 +10,7 @@
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <stop_token>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -17,7 +18,7 @@ namespace cie::executor {
 
 // Parameters are set and asked for at any time, by anybody on the network. On a thread of its own
 // that takes no time of a callback's thread, adds no callback to a trace, and can be given
-// parameters as any other thread. Thread-safe.
+// parameters as any other thread; without any it is an ordinary one of low weight. Thread-safe.
 class ParameterServer {
  public:
   // Literally in traces and scheduling specs.
@@ -48,16 +49,19 @@ class ParameterServer {
   const std::shared_ptr<trace::Thread>& thread() const noexcept { return trace_; }
 
  private:
-  void run(std::stop_token stop);
+  void run();
   void serve_all();
 
   Wakeup wakeup_;
+  std::atomic<bool> is_stopped_{false};
+  std::atomic<std::thread::id> runner_{};
   std::shared_ptr<trace::Thread> trace_;
   std::mutex mutex_;  // of what follows, and of trace_ until the constructor returns
   std::condition_variable changed_;
   std::vector<Endpoint*> endpoints_;
   Endpoint* serving_ = nullptr;
-  std::jthread thread_;  // last: it uses the others
+  // Users' functions run on it. Last: it uses the others.
+  std::optional<BackgroundThread> thread_;
 };
 
 }  // namespace cie::executor

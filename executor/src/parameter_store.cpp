@@ -94,6 +94,44 @@ const ParameterStore::Declared& ParameterStore::find(std::string_view name) cons
   return found->second;
 }
 
+template <typename Result, typename Function>
+Result ParameterStore::call(Registered<Function>& registered,
+                            const std::vector<Parameter>& parameters) {
+  const std::lock_guard lock{registered.mutex};
+  if (!registered.function) return Result();
+  struct Running {
+    explicit Running(int& running) : count(running) { ++count; }
+    ~Running() { --count; }
+    int& count;
+  };
+  const Running running{registered.running};
+  return registered.function(parameters);
+}
+
+template <typename Function>
+std::shared_ptr<void> ParameterStore::add(Functions<Function>& functions, Function function) {
+  auto callbacks = callbacks_;
+  const std::lock_guard lock{callbacks->mutex};
+  functions.push_back(std::make_shared<Registered<Function>>(std::move(function)));
+  const auto place = std::prev(functions.end());
+  return {place->get(), [callbacks, &functions, place](void*) {
+            const auto gone = *place;
+            {
+              const std::lock_guard removing{callbacks->mutex};
+              functions.erase(place);
+            }
+            const std::lock_guard waiting{gone->mutex};
+            if (gone->running == 0) gone->function = nullptr;
+          }};
+}
+
+template <typename Function>
+std::vector<std::shared_ptr<ParameterStore::Registered<Function>>> ParameterStore::copy(
+    const Functions<Function>& functions) const {
+  const std::lock_guard lock{callbacks_->mutex};
+  return {functions.begin(), functions.end()};
+}
+
 ParameterValue ParameterStore::declare(std::string_view name, ParameterValue value,
                                        ParameterDescriptor descriptor) {
   const Changing changing{*this};
@@ -175,7 +213,8 @@ SetParametersResult ParameterStore::check(const std::vector<Parameter>& paramete
 
 SetParametersResult ParameterStore::ask(const std::vector<Parameter>& parameters) const {
   for (const auto& function : copy(callbacks_->on_set)) {
-    if (auto result = (*function)(parameters); !result.is_successful) return result;
+    auto result = call<SetParametersResult>(*function, parameters);
+    if (!result.is_successful) return result;
   }
   return {};
 }
@@ -194,41 +233,24 @@ SetParametersResult ParameterStore::set(const std::vector<Parameter>& parameters
     changing.tell(Change::set, parameters);
   }
   for (const auto& function : copy(callbacks_->post_set))
-    (*function)(parameters);
+    call<void>(*function, parameters);
   return {};
 }
 
 std::vector<std::string> ParameterStore::list(const std::vector<std::string>& prefixes,
                                               std::uint64_t depth) const {
-  static const std::vector<std::string> kAll{""};
   std::vector<std::string> names;
   const std::lock_guard lock{values_mutex_};
-  for (const auto& [name, declared] : declared_) {
-    const bool is_wanted = std::ranges::any_of(
-        prefixes.empty() ? kAll : prefixes,
-        [&](const std::string& prefix) { return is_listed(name, prefix, depth); });
+  for (const auto& declared : declared_) {
+    const std::string& name = declared.first;
+    const bool is_wanted = prefixes.empty()
+                               ? is_listed(name, "", depth)
+                               : std::ranges::any_of(prefixes, [&](const std::string& prefix) {
+                                   return is_listed(name, prefix, depth);
+                                 });
     if (is_wanted) names.push_back(name);
   }
   return names;
-}
-
-template <typename Function>
-std::shared_ptr<void> ParameterStore::add(Functions<Function>& functions, Function function) {
-  auto callbacks = callbacks_;
-  const std::lock_guard lock{callbacks->mutex};
-  functions.push_back(std::make_shared<Function>(std::move(function)));
-  const auto place = std::prev(functions.end());
-  return {place->get(), [callbacks, &functions, place](void*) {
-            const std::lock_guard removing{callbacks->mutex};
-            functions.erase(place);
-          }};
-}
-
-template <typename Function>
-std::vector<std::shared_ptr<Function>> ParameterStore::copy(
-    const Functions<Function>& functions) const {
-  const std::lock_guard lock{callbacks_->mutex};
-  return {functions.begin(), functions.end()};
 }
 
 std::shared_ptr<void> ParameterStore::add_on_set(OnSetParameters function) {

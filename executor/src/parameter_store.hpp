@@ -58,8 +58,17 @@ class ParameterStore {
     ParameterValue value;
     ParameterDescriptor descriptor;
   };
+  // A function of a user's. Whoever takes it out of service waits for those who run it, but not for
+  // itself.
   template <typename Function>
-  using Functions = std::list<std::shared_ptr<Function>>;
+  struct Registered {
+    explicit Registered(Function of_user) : function(std::move(of_user)) {}
+    std::recursive_mutex mutex;  // of what follows
+    Function function;           // empty when it is out of service
+    int running = 0;
+  };
+  template <typename Function>
+  using Functions = std::list<std::shared_ptr<Registered<Function>>>;
 
   // One change of the store, from asking the callbacks to telling the sink. Throws std::logic_error
   // when a callback that is asked wants to change something itself.
@@ -72,7 +81,11 @@ class ParameterStore {
   template <typename Function>
   std::shared_ptr<void> add(Functions<Function>& functions, Function function);
   template <typename Function>
-  std::vector<std::shared_ptr<Function>> copy(const Functions<Function>& functions) const;
+  std::vector<std::shared_ptr<Registered<Function>>> copy(
+      const Functions<Function>& functions) const;
+  // What it returns is the function's; empty if that is out of service.
+  template <typename Result, typename Function>
+  static Result call(Registered<Function>& registered, const std::vector<Parameter>& parameters);
 
   const std::string node_;
   const ParameterOverrides overrides_;

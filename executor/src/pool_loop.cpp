@@ -62,10 +62,13 @@ bool PoolLoop::is_on_own_thread() const noexcept {
   return std::ranges::find(runners_, std::this_thread::get_id()) != runners_.end();
 }
 
+bool PoolLoop::may_overlap(const Served& served) noexcept {
+  return served.callback->group().type() == GroupType::reentrant;
+}
+
 bool PoolLoop::is_blocked(const Served& served) const {
-  const GroupState& group = served.callback->group();
-  if (group.type() == GroupType::reentrant) return false;
-  const auto found = running_of_group_.find(&group);
+  if (may_overlap(served)) return false;
+  const auto found = running_of_group_.find(&served.callback->group());
   return found != running_of_group_.end() && found->second > 0;
 }
 
@@ -75,7 +78,9 @@ PoolLoop::Served* PoolLoop::pick() {
     Served& served = *served_[(turn_ + i) % served_.size()];
     Callback& callback = *served.callback;
     if (served.is_removed || is_blocked(served)) continue;
-    if (!callback.take_ready_mark() && callback.next_due() > now) continue;
+    // The mark stands for all that arrived before it was taken.
+    const bool has_more = may_overlap(served) && callback.queued() > 0;
+    if (!callback.take_ready_mark() && !has_more && callback.next_due() > now) continue;
     turn_ = (turn_ + i + 1) % served_.size();
     ++served.running;
     ++running_of_group_[&callback.group()];
@@ -136,7 +141,8 @@ void PoolLoop::run(std::int64_t deadline_ns) {
       continue;
     }
     // Somebody idle takes over the lead, and with it whatever else is ready.
-    if (idle_ > 0 && !has_leader_) work_.notify_one();
+    const bool can_share = may_overlap(*served) && served->callback->queued() > 1;
+    if (idle_ > 0 && (!has_leader_ || can_share)) work_.notify_one();
     lock.unlock();
     const bool has_run = execute(*served->callback, failures_);
     lock.lock();

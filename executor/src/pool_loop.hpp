@@ -15,7 +15,8 @@ namespace cie::executor {
 
 // The dispatch of the multi-threaded executor and of a reentrant group's pool. One idle thread, the
 // leader, waits for the next timer; the others wait for work. Callbacks of a mutually exclusive
-// group never overlap.
+// group never overlap; one of a reentrant group runs on as many
+// threads at once as there are messages for it.
 class PoolLoop final : public Loop, public ReadySink {
  public:
   explicit PoolLoop(FailureSink& failures) : failures_(failures) {}
@@ -36,6 +37,7 @@ class PoolLoop final : public Loop, public ReadySink {
   };
 
   // All with the lock held.
+  static bool may_overlap(const Served& served) noexcept;
   Served* pick();
   bool is_blocked(const Served& served) const;
   void finish(Served& served, bool has_run);

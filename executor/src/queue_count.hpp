@@ -46,6 +46,13 @@ class QueueCount {
     if (outcome == TakeOutcome::empty && stored_before > claimed) raise_to(stored_before - claimed);
   }
 
+  // How many wait to be taken; for the moment too many or too few while others store and take.
+  std::uint64_t queued() const noexcept {
+    const std::uint64_t gone = claimed_.load(std::memory_order_relaxed) + overwritten();
+    const std::uint64_t stored = stored_.load(std::memory_order_relaxed);
+    return stored > gone ? stored - gone : 0;
+  }
+
   std::uint64_t overwritten() const noexcept {
     return overwritten_.load(std::memory_order_relaxed);
   }

@@ -52,6 +52,10 @@ class Reader {
   dds::Entity new_read_condition() const;
 
   const LayoutPtr& layout() const noexcept { return topic_.layout(); }
+
+  // How many samples wait, about.
+  std::uint64_t queued() const noexcept { return delivery_->count().queued(); }
+
   Delivery& delivery() noexcept { return *delivery_; }
   std::uint32_t matched() const;
   dds_entity_t entity() const noexcept { return reader_.get(); }

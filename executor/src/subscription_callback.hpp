@@ -22,6 +22,7 @@ class SubscriptionCallback final : public Callback {
   bool execute_one() override;
   std::int64_t next_due() const noexcept override { return kNever; }
   void serve(ReadySink* sink) override;
+  std::uint64_t queued() const noexcept override { return reader_->queued(); }
   dds::Entity new_read_condition() const override { return reader_->new_read_condition(); }
   const Reader& reader() const noexcept { return *reader_; }
 

@@ -95,9 +95,9 @@ void WaitSetLoop::remove(const std::vector<std::shared_ptr<Callback>>& callbacks
     return std::ranges::all_of(
         slots_, [&](const SlotPtr& slot) { return !slot->is_removed || is_gone(slot); });
   });
-  const auto kept = std::ranges::stable_partition(slots_, std::not_fn(is_gone));
-  std::ranges::move(kept, std::back_inserter(gone));
-  slots_.erase(kept.begin(), kept.end());
+  const auto kept = std::stable_partition(slots_.begin(), slots_.end(), std::not_fn(is_gone));
+  std::move(kept, slots_.end(), std::back_inserter(gone));
+  slots_.erase(kept, slots_.end());
   lock.unlock();
 }
 

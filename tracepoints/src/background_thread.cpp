@@ -15,13 +15,13 @@ namespace cie {
 namespace {
 
 constexpr int kNice = 10;
-constexpr std::size_t kStackSize = 256UL * 1024;
 
 // An ordinary thread even if its creator is real-time: the attributes say so before it exists.
-int create_thread(pthread_t* thread, void* (*enter)(void*), void* argument) {
+int create_thread(pthread_t* thread, std::size_t stack_bytes, void* (*enter)(void*),
+                  void* argument) {
   pthread_attr_t attributes{};
   pthread_attr_init(&attributes);
-  pthread_attr_setstacksize(&attributes, kStackSize);
+  pthread_attr_setstacksize(&attributes, stack_bytes);
   const sched_param no_priority{};
   pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
   pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
@@ -37,13 +37,14 @@ int create_thread(pthread_t* thread, void* (*enter)(void*), void* argument) {
 
 }  // namespace
 
-BackgroundThread::BackgroundThread(std::string name, std::function<void()> function)
+BackgroundThread::BackgroundThread(std::string name, std::function<void()> function,
+                                   std::size_t stack_bytes)
     : name_(std::move(name)), function_(std::move(function)) {
   sigset_t all;
   sigset_t previous;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &previous);  // the new thread inherits it
-  const int error = create_thread(&thread_, &BackgroundThread::enter, this);
+  const int error = create_thread(&thread_, stack_bytes, &BackgroundThread::enter, this);
   pthread_sigmask(SIG_SETMASK, &previous, nullptr);
   if (error != 0) {
     throw std::system_error(error, std::generic_category(),

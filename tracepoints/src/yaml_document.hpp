@@ -32,6 +32,7 @@ class Value {
   bool is_null() const noexcept { return node_->kind == TreeNode::Kind::null; }
   bool is_scalar() const noexcept { return node_->kind == TreeNode::Kind::scalar; }
   bool is_sequence() const noexcept { return node_->kind == TreeNode::Kind::sequence; }
+  bool is_map() const noexcept { return node_->kind == TreeNode::Kind::map; }
   bool is_empty_sequence() const noexcept { return is_sequence() && node_->items.empty(); }
 
   // `what` names the value in messages: "affinity".

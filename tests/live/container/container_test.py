@@ -134,8 +134,17 @@ class Example(unittest.TestCase):
                 if expected == 0:
                     self.assertEqual(failed, set(), done.stdout)
                     self.assertEqual([verdict["M2"], verdict["S1"]], ["PASS", "PASS"])
+                    self.assert_has_a_judged_thread(trace, done.stdout, "cie-parameters")
                 else:  # its callbacks share threads, which is found
                     self.assertEqual(verdict["M2"], "FAIL")
+
+    def assert_has_a_judged_thread(self, trace, verdicts, name):
+        report = json.loads(self.cie("report", trace, "--format", "json").stdout)
+        [thread] = [each for each in report["threads"] if each["name"] == name]
+        self.assertEqual((thread["role"], thread["callbacks"]), ("worker", []))
+        [s1] = [rule for rule in json.loads(verdicts)["rules"] if rule["id"] == "S1"]
+        judged = {each["subject"]: each["verdict"] for each in s1["subjects"]}
+        self.assertEqual(judged[f"thread {thread['tid']}"], "PASS")
 
     def cie(self, *arguments):
         return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True,
@@ -233,7 +242,7 @@ class Orders(unittest.TestCase):
                      for task in Path(f"/proc/{running.process.pid}/task").iterdir())
             return sorted(names)
         with Running(app_file(component("kept"), component("moved"))) as running:
-            wait_for(lambda: {"kept:50ms", "moved:50ms"} <= set(threads(running)))
+            wait_for(lambda: {"cie-audit", "kept:50ms", "moved:50ms"} <= set(threads(running)))
             before = threads(running)
             self.assertEqual(order("unload", "/moved")[0], ENDED_WELL)
             self.assertEqual([name for name in before if name != "moved:50ms"], threads(running))
@@ -353,6 +362,149 @@ class Orders(unittest.TestCase):
                 self.assertEqual(running.end()[0], ENDED_WELL)
         finally:
             folder.chmod(0o700)
+
+
+class Mapping(unittest.TestCase):
+    """One callback to one thread, and back, whatever comes and goes: judged on recordings."""
+
+    app = property(lambda _: options.programs / "components" / "app.yaml")
+
+    def setUp(self):
+        if not options.record:
+            self.skipTest("cie and cie-record are not built, or with sanitizers")
+
+    def judge(self, trace):
+        """The verdicts by rule, none of them FAIL; and the callbacks of the report."""
+        spec = self.app.parent / "spec.yaml"
+        verdicts, report = (json.loads(self.cie(command, trace, "--spec", spec,
+                                                "--format", "json").stdout)
+                            for command in ("verify", "report"))
+        failed = [rule for rule in verdicts["rules"]
+                  if rule["verdict"] == "FAIL" and rule["id"] not in TIMING]
+        self.assertEqual(failed, [])
+        return {rule["id"]: rule for rule in verdicts["rules"]}, report["callbacks"]
+
+    def cie(self, *arguments):
+        return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True,
+                              timeout=90, check=False)
+
+    def assert_mapping_passes(self, rules):
+        self.assertEqual({name: rules[name]["verdict"]
+                          for name in ("M1", "M2", "M3", "M4", "M7", "M8", "S1", "S2", "E1", "E2")},
+                         dict.fromkeys(("M1", "M2", "M3", "M4", "M7", "M8", "S1", "S2", "E1", "E2"),
+                                       "PASS"))
+
+    def test_holds_while_components_are_unloaded_loaded_again_and_added(self):
+        trace = scratch / "trace-reload"
+        added = app_file(component("added"))
+        pid_file = scratch / "reloaded.pid"
+        command = f"echo $$ > {pid_file}; exec {options.programs / 'cie-run'} {self.app}"
+        recorder = subprocess.Popen([options.programs / "cie", "record", "-o", trace, "--",
+                                     "sh", "-c", command], stdout=subprocess.DEVNULL,
+                                    stderr=subprocess.DEVNULL)
+        try:
+            wait_for(lambda: pid_file.exists() and pid_file.read_text().endswith("\n"))
+            pid = int(pid_file.read_text())
+            wait_for(lambda: order("list", pid=pid)[0] == ENDED_WELL)
+            for _ in range(3):
+                time.sleep(0.2)  # a few instances each
+                for words in (("unload", "/example/talker"), ("load", self.app), ("load", added)):
+                    self.assertEqual(order(*words, pid=pid)[::2], (ENDED_WELL, ""))
+                time.sleep(0.2)
+                self.assertEqual(order("unload", "/added", pid=pid)[::2], (ENDED_WELL, ""))
+            os.kill(pid, signal.SIGTERM)
+            recorder.wait(timeout=60)
+        finally:
+            recorder.kill()
+            recorder.wait()
+        rules, callbacks = self.judge(trace)
+        self.assert_mapping_passes(rules)
+        self.assertEqual(rules["M5"]["verdict"], "PASS")
+        # Each life of the talker's timer is called as in the spec, and ran as it says.
+        lives = [each for each in callbacks if each["logical_id"] == "/example/talker@Timer(20000000)"]
+        self.assertEqual(len(lives), 4)
+        for life in lives:
+            self.assertGreater(life["instances"], 0)
+            self.assertTrue(life["isolated"])
+        self.assertEqual(sum(each["logical_id"] == "/added@Timer(50000000)" for each in callbacks), 3)
+
+    def test_holds_over_a_restart(self):
+        trace = scratch / "trace-restart"
+        once = f"timeout --preserve-status -s TERM 1 {options.programs / 'cie-run'} {self.app}"
+        done = self.cie("record", "-o", trace, "--", "sh", "-c", f"{once}; {once}")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        rules, callbacks = self.judge(trace)
+        self.assert_mapping_passes(rules)
+        self.assertEqual(rules["M5"]["verdict"], "PASS")
+        self.assertEqual(len({each["pid"] for each in callbacks}), 2)
+
+
+class Leaks(unittest.TestCase):
+
+    def test_nothing_is_left_of_a_component_that_came_and_went(self):
+        def resources(process):
+            maps = Path(f"/proc/{process.pid}/maps").read_text().splitlines()
+            return (len(list(Path(f"/proc/{process.pid}/task").iterdir())),
+                    len(list(Path(f"/proc/{process.pid}/fd").iterdir())),
+                    sum(" /" in line for line in maps))
+        file = app_file(component("kept", library="libnodelete.so"), component("moved", of="Tunable"))
+        with Running(file) as running:
+            counts = []
+            for _ in range(12):
+                self.assertEqual(order("unload", "/moved")[0], ENDED_WELL)
+                self.assertEqual(order("load", file)[0], ENDED_WELL)
+                counts.append(resources(running.process))
+            # What DDS and the C library make once, they have made in the first lives.
+            wait_for(lambda: resources(running.process) == counts[1])
+            self.assertEqual(resources(running.process), counts[1])
+
+
+class Parameters(unittest.TestCase):
+    """As the file, the command line and orders give them."""
+
+    def test_are_listed_described_and_set_by_orders(self):
+        file = app_file(component("tuned", of="Tunable", more="parameters: {rate: 3, gain.x: 0.5}"),
+                        component("plain"))
+        with Running(file, "-p", "/tuned:rate:=4") as running:
+            code, out, err = order("param", "list")
+            self.assertEqual((code, err), (ENDED_WELL, ""))
+            self.assertEqual(out.splitlines(), ["/tuned frame base", "/tuned gain.x 0.5",
+                                                "/tuned rate 4"])
+            self.assertEqual(order("param", "list", "/plain")[1], "")
+            self.assertEqual(order("param", "set", "/tuned", "rate", "7")[:2],
+                             (ENDED_WELL, "/tuned rate 7\n"))
+            self.assertEqual(order("param", "get", "/tuned", "rate")[:2], (ENDED_WELL, "7\n"))
+            code, out, _ = order("param", "describe", "/tuned", "rate")
+            self.assertEqual(code, ENDED_WELL)
+            for part in ("type: integer", "description: per second", "range: 1 to 10"):
+                self.assertIn(part, out)
+            for words, reason in ((("rate", "11"), "not in the range 1 to 10"),
+                                  (("rate", "fast"), "write a whole number"),
+                                  (("rate", "5"), "five is right out"),
+                                  (("frame", "map"), "read-only"),
+                                  (("absent", "1"), "is not declared")):
+                code, _, err = order("param", "set", "/tuned", *words)
+                self.assertEqual(code, FAILED, words)
+                self.assertIn(reason, err)
+            self.assertEqual(order("param", "get", "/absent", "rate")[0], FAILED)
+            self.assertEqual(order("param", "get", "/tuned")[0], UNUSABLE)
+            self.assertEqual(order("unload", "/tuned")[0], ENDED_WELL)
+            self.assertEqual(running.end()[0], ENDED_WELL, running.text())
+
+    def test_of_a_command_line_that_means_nobody_are_refused(self):
+        file = app_file(component("plain"))
+        for argument, reason in (("/absent:rate:=4", 'no component "/absent"'),
+                                 ("rate=4", "NODE:NAME:=VALUE")):
+            code, said = run_to_its_end(file, "-p", argument)
+            self.assertEqual(code, UNUSABLE, said)
+            self.assertIn(reason, said)
+
+    def test_that_do_not_fit_keep_their_component_from_loading(self):
+        file = app_file(component("plain"), component("tuned", of="Tunable"))
+        code, _, said = run_and_end(file, "-p", "/tuned:rate:=11")
+        self.assertEqual(code, ENDED_WELL)
+        self.assertIn('component "/tuned"', said)
+        self.assertIn("11 is not in the range 1 to 10", said)
 
 
 class BadFiles(unittest.TestCase):

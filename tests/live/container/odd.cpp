@@ -2,9 +2,12 @@
 #include <cie/executor/component.hpp>
 
 #include <chrono>
+#include <cstdint>
 #include <iterator>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -57,7 +60,29 @@ class NamesItselfOtherwise {
   cie::Node node_;
 };
 
+class Tunable {
+ public:
+  explicit Tunable(const cie::ComponentOptions& options)
+      : frame_(options.parameter<std::string>("frame", "base")), node_(options) {
+    node_.declare_parameter<std::int64_t>(
+        "rate", 2, {.description = "per second", .integer_range = cie::IntegerRange{1, 10, 0}});
+    node_.declare_parameter("gain.x", 1.0);
+    handle_ = node_.add_on_set_parameters_callback([](const std::vector<cie::Parameter>& all) {
+      const bool is_five = all.front().value == cie::ParameterValue{std::int64_t{5}};
+      return cie::SetParametersResult{.is_successful = !is_five,
+                                      .reason = is_five ? "five is right out" : ""};
+    });
+  }
+  cie::Node& node() { return node_; }
+
+ private:
+  std::string frame_;
+  cie::Node node_;
+  std::shared_ptr<void> handle_;
+};
+
 constexpr cie::ComponentClass kClasses[] = {
+    cie::component_class<Tunable>("odd::Tunable"),
     cie::component_class<Good>("odd::Good"),
     cie::component_class<ThrowsInConstructor>("odd::ThrowsInConstructor"),
     cie::component_class<ThrowsInCallback>("odd::ThrowsInCallback"),

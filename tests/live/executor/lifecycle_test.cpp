@@ -8,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -333,6 +334,51 @@ TEST(Isolated, GivesAReentrantGroupAPool) {
   executor.add_node(node);
   Spinning spinning{executor};
   EXPECT_TRUE(eventually([&] { return ended >= 2; }));
+  spinning.cancel_and_wait();
+}
+
+class Pools : public testing::TestWithParam<Kind> {};
+
+INSTANTIATE_TEST_SUITE_P(Executors, Pools,
+                         testing::Values("isolated", "multi", "isolated-waitset", "multi-waitset"),
+                         name_of);
+
+// Three messages are handled by three threads at once: each instance waits for the others.
+TEST_P(Pools, RunOneReentrantSubscriptionOnSeveralThreadsAtOnce) {
+  constexpr int kThreads = 3;
+  Context context{private_options()};
+  const auto executor = make(GetParam(), {.reentrant_threads = kThreads, .threads = kThreads});
+  Node node{context, "node"};
+  CallbackOptions options;
+  options.group = node.create_callback_group(GroupType::reentrant);
+  std::atomic<int> arrived{0};
+  std::atomic<int> ended{0};
+  std::mutex mutex;
+  std::set<std::thread::id> threads;
+  const auto subscription = node.create_subscription<Sample>(
+      "data", 10,
+      [&](const Sample&) {
+        {
+          const std::lock_guard lock{mutex};
+          threads.insert(std::this_thread::get_id());
+        }
+        const int round = arrived++ / kThreads + 1;
+        eventually([&] { return arrived >= round * kThreads; });
+        ++ended;
+      },
+      options);
+  const auto publisher = node.create_publisher<Sample>("data", 10);
+  const auto publish = [&] {
+    for (int i = 0; i < kThreads; ++i)
+      publisher->publish(*make_message<Sample>());
+  };
+  publish();  // they wait when the pool comes
+  executor->add_node(node);
+  Spinning spinning{*executor};
+  ASSERT_TRUE(eventually([&] { return ended == kThreads; }, 5s));
+  EXPECT_EQ(threads.size(), std::size_t{kThreads});
+  publish();  // the pool waits when they come
+  ASSERT_TRUE(eventually([&] { return ended == 2 * kThreads; }, 5s));
   spinning.cancel_and_wait();
 }
 

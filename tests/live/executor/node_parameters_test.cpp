@@ -3,6 +3,8 @@
 #include "support.hpp"
 
 #include <atomic>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <future>
@@ -16,6 +18,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
+#include <sched.h>
 #include <sys/resource.h>
 #include <test_rcl_interfaces.hpp>
 
@@ -213,6 +216,30 @@ TEST_F(NodeParameters, CostNothingUntilOneIsDeclared) {
   EXPECT_TRUE(thread_names().contains("cie-parameters"));
 }
 
+// 0 if there is none.
+id_t tid_of(const std::string& name) {
+  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
+    std::ifstream file{task.path() / "comm"};
+    std::string each;
+    std::getline(file, each);
+    if (each == name) return static_cast<id_t>(std::stoul(task.path().filename()));
+  }
+  return 0;
+}
+
+TEST_F(NodeParameters, HaveAnOrdinaryThreadWhateverItsCreatorIs) {
+  const sched_param parameter{.sched_priority = 1};
+  int error = 0;
+  std::thread{[&] {
+    error = sched_setscheduler(0, SCHED_FIFO, &parameter) == 0 ? 0 : errno;
+    node.declare_parameter("rate", 10);
+  }}.join();
+  if (error != 0) GTEST_SKIP() << "needs CAP_SYS_NICE: " << std::strerror(error);
+  const id_t tid = tid_of("cie-parameters");
+  EXPECT_EQ(sched_getscheduler(static_cast<pid_t>(tid)), SCHED_OTHER);
+  EXPECT_EQ(getpriority(PRIO_PROCESS, tid), 10);
+}
+
 // The thread comes while spinning, or before; it is the spec's either way.
 TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
   const auto spec = [](const char* cpus) {
@@ -222,22 +249,12 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
             cpus + "\n",
         "test.yaml"));
   };
-  const auto nice_of_thread = [] {
-    for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-      std::ifstream file{task.path() / "comm"};
-      std::string name;
-      std::getline(file, name);
-      if (name != "cie-parameters") continue;
-      return getpriority(PRIO_PROCESS, static_cast<id_t>(std::stoul(task.path().filename())));
-    }
-    return -100;
-  };
   {
     CallbackIsolatedExecutor configured{{.spec = spec("[0]")}};
     configured.add_node(node);
     const Spinning spinning{configured};
     node.declare_parameter("rate", 10);
-    EXPECT_EQ(nice_of_thread(), 7);
+    EXPECT_EQ(getpriority(PRIO_PROCESS, tid_of("cie-parameters")), 7);
     configured.remove_node(node);
   }
   CallbackIsolatedExecutor refusing{{.spec = spec("[999]")}};

@@ -1,6 +1,7 @@
 // Threads run as the spec says, or it is said in words why not.
 #include "support.hpp"
 
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
@@ -83,15 +84,12 @@ KernelView ask_kernel() {
 
 // What the kernel says within the first instance of a timer of this node under this entry.
 KernelView view_under(const std::string& entry) {
-  static int calls = 0;  // ids are unique in a process for good
-  const std::string name_space = "/params" + std::to_string(++calls);
-  const std::string text =
-      "callback_groups:\n  - id: " + name_space + "/node@Timer(1000000)\n" + entry;
+  const std::string text = "callback_groups:\n  - id: /params/node@Timer(1000000)\n" + entry;
   ExecutorOptions options;
   options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::parse(text, "test.yaml"));
   Context context{private_options()};
   CallbackIsolatedExecutor executor{options};
-  Node node{context, "node", name_space};
+  Node node{context, "node", "/params"};
   KernelView view;
   node.create_wall_timer(1ms, [&] {
     view = ask_kernel();
@@ -100,6 +98,37 @@ KernelView view_under(const std::string& entry) {
   executor.add_node(node);
   executor.spin_for(20s);
   return view;
+}
+
+// Their ids differ by the order of creation only, and again so when the node comes a second time.
+TEST(Parameters, OfTimersOfEqualPeriodAreEachTheirOwn) {
+  ExecutorOptions options;
+  options.spec = std::make_shared<SchedulingSpec>(SchedulingSpec::parse(R"(
+callback_groups:
+  - {id: /twins/node@Timer(1000000), policy: SCHED_OTHER, nice: 3}
+  - {id: /twins/node@Timer(1000000)#2, policy: SCHED_OTHER, nice: 5}
+  - {id: /twins/node@Timer(1000000)#3, policy: SCHED_BATCH, nice: 7}
+)",
+                                                                        "test.yaml"));
+  Context context{private_options()};
+  CallbackIsolatedExecutor executor{options};
+  const Spinning spinning{executor};
+  for (int lifetime = 0; lifetime < 2; ++lifetime) {
+    Node node{context, "node", "/twins"};
+    std::array<KernelView, 3> views;
+    std::atomic<int> seen{0};
+    for (KernelView& view : views) {
+      node.create_one_shot_timer(1ms, [&] {
+        view = ask_kernel();
+        ++seen;
+      });
+    }
+    executor.add_node(node);
+    ASSERT_TRUE(eventually([&] { return seen == 3; }));
+    executor.remove_node(node);
+    EXPECT_EQ((std::array{views[0].nice, views[1].nice, views[2].nice}), (std::array{3, 5, 7}));
+    EXPECT_EQ(views[2].policy, SCHED_BATCH);
+  }
 }
 
 // Whether this process may use real-time policies here.
@@ -211,7 +240,7 @@ ExecutorOptions options_for(const std::string& text, OnError on_error) {
   return options;
 }
 
-// Ids are unique in a process for good, so each test has a namespace of its own.
+// An entry that no kernel can follow.
 std::string impossible(const std::string& name_space) {
   return "callback_groups:\n  - id: " + name_space + "/node@Timer(1000000)\n    affinity: [1023]\n";
 }

@@ -47,6 +47,7 @@ components:
       rate: 10
       frames: [front, "rear"]
       unused: ~
+      gain: {near: 1, far: {x: 2.5}}
     remaps: {points: /front/points, ~/status: status}
   - {library: libcar.so, class: car::Planner, name: planner}
 )");
@@ -66,7 +67,8 @@ components:
   EXPECT_EQ(lidar.library, "/opt/car/libcar.so");
   EXPECT_EQ(lidar.class_name, "car::Lidar");
   EXPECT_EQ(lidar.qualified_name(), "/sensing/lidar");
-  ASSERT_EQ(lidar.parameters.size(), 2U);  // a null is as absent
+  ASSERT_EQ(lidar.parameters.size(), 4U);  // a null is as absent
+  EXPECT_THAT(lidar.parameters.at("gain.far.x").texts, ElementsAre("2.5"));
   EXPECT_THAT(lidar.parameters.at("rate").texts, ElementsAre("10"));
   EXPECT_FALSE(lidar.parameters.at("rate").is_list);
   EXPECT_THAT(lidar.parameters.at("frames").texts, ElementsAre("front", "rear"));
@@ -115,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
                 "app.yaml:5: entry \"a\": unknown key \"period\""},
         BadFile{std::string{kGood} + "    remaps: {a: [b]}\n", "entry \"a\": \"a\" is a list"},
         BadFile{std::string{kGood} + "    parameters: [1]\n", "entry \"a\": \"parameters\" is"},
-        BadFile{std::string{kGood} + "    parameters: {p: {q: 1}}\n", "\"p\" is a map"},
+        BadFile{std::string{kGood} + "    parameters: {p: [{q: 1}]}\n", "\"p\" is a map"},
         BadFile{"components:\n  - class: A\n    name: a\n",
                 "app.yaml:2: entry \"a\": a component needs \"library\""},
         BadFile{"components:\n  - library: a.so\n    name: a\n",

@@ -27,6 +27,9 @@ class Counted final : public Callback {
     return true;
   }
   std::int64_t next_due() const noexcept override { return kNever; }
+  std::uint64_t queued() const noexcept override {
+    return static_cast<std::uint64_t>(left_.load());
+  }
   void serve(ReadySink* sink) override {
     sink_ = sink;
     if (sink != nullptr) sink->on_ready(*this);

@@ -1,11 +1,14 @@
 // What may be declared and set, who is asked and who is told.
 #include "parameter_store.hpp"
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -165,6 +168,41 @@ TEST_F(Parameters, AreNotSetByWhoIsAsked) {
   EXPECT_THROW(store.set({{"a", 2}}), std::logic_error);
   EXPECT_EQ(store.get("a"), ParameterValue{std::int64_t{1}});
   EXPECT_EQ(store.get("b"), ParameterValue{std::int64_t{1}});
+}
+
+TEST_F(Parameters, AskNobodyWhoseHandleHasGone) {
+  store.declare("a", 1, {});
+  std::atomic<bool> is_asked{false};
+  std::atomic<bool> has_answered{false};
+  auto handle = store.add_on_set([&](const std::vector<Parameter>&) {
+    is_asked = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds{5});
+    has_answered = true;
+    return SetParametersResult{};
+  });
+  std::thread setter{[&] { store.set({{"a", 2}}); }};
+  while (!is_asked)
+    std::this_thread::yield();
+  handle.reset();
+  EXPECT_TRUE(has_answered);  // it was waited for
+  setter.join();
+  is_asked = false;
+  expect_set("a", 3);
+  EXPECT_FALSE(is_asked);
+}
+
+TEST_F(Parameters, MayDropTheirHandleWhenAsked) {
+  store.declare("a", 1, {});
+  int asked = 0;
+  std::shared_ptr<void> handle;
+  handle = store.add_on_set([&](const std::vector<Parameter>&) {
+    ++asked;
+    handle.reset();
+    return SetParametersResult{};
+  });
+  expect_set("a", 2);
+  expect_set("a", 3);
+  EXPECT_EQ(asked, 1);
 }
 
 TEST_F(Parameters, TellEveryChangeOnceAndNoneThatWasRefused) {

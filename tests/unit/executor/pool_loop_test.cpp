@@ -88,5 +88,30 @@ TEST(PoolLoop, OverlapsAReentrantGroup) {
   EXPECT_EQ(runs, 2);
 }
 
+// As many instances as threads wait for each other, all of one callback. What waits before the
+// first thread looks is told to the pool once.
+TEST(PoolLoop, OverlapsOneReentrantCallbackWithItself) {
+  constexpr int kThreads = 4;
+  NoFailures failures;
+  PoolLoop loop{failures};
+  std::atomic<int> arrived{0};
+  std::atomic<int> runs{0};
+  const auto callback = std::make_shared<Counted>(group(GroupType::reentrant), [&] {
+    const int round = arrived++ / kThreads + 1;
+    wait_for(arrived, round * kThreads);
+    ++runs;
+  });
+  for (int i = 0; i < kThreads; ++i)
+    callback->release();
+  loop.add(callback);
+  const Running running{loop, kThreads};
+  wait_for(runs, kThreads);
+  for (int i = 0; i < kThreads; ++i)  // and now with the threads asleep
+    callback->release();
+  wait_for(runs, 2 * kThreads);
+  loop.remove({callback});
+  EXPECT_EQ(runs, 2 * kThreads);
+}
+
 }  // namespace
 }  // namespace cie::executor

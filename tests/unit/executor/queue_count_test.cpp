@@ -100,5 +100,18 @@ TEST(QueueCount, WithoutABoundOnlyTheEmptyQueueTells) {
   EXPECT_EQ(count.overwritten(), 4U);
 }
 
+TEST(QueueCount, SaysHowManyWait) {
+  QueueCount count{2};
+  EXPECT_EQ(count.queued(), 0U);
+  for (int i = 0; i < 3; ++i)  // one more than it holds
+    count.on_stored();
+  EXPECT_EQ(count.queued(), 2U);
+  count.end_take(TakeOutcome::sample, count.begin_take());
+  EXPECT_EQ(count.queued(), 1U);
+  count.end_take(TakeOutcome::sample, count.begin_take());
+  count.end_take(TakeOutcome::empty, count.begin_take());
+  EXPECT_EQ(count.queued(), 0U);
+}
+
 }  // namespace
 }  // namespace cie::executor

@@ -194,7 +194,7 @@ class Node {
   std::vector<std::string> list_parameters(const std::vector<std::string>& prefixes = {},
                                            std::uint64_t depth = 0) const;
 
-  // In service until the handle goes. The function may still be running then on another thread.
+  // In service until the handle goes, which waits while another thread runs the function.
   std::shared_ptr<void> add_on_set_parameters_callback(OnSetParameters function);
   std::shared_ptr<void> add_post_set_parameters_callback(PostSetParameters function);
 
