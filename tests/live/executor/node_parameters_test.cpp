@@ -245,7 +245,7 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
   const auto spec = [](const char* cpus) {
     return std::make_shared<SchedulingSpec>(SchedulingSpec::parse(
         std::string{"non_ros_threads:\n  - name: cie-parameters\n    policy: SCHED_OTHER\n    "
-                    "nice: 7\n    affinity: "} +
+                    "nice: 12\n    affinity: "} +
             cpus + "\n",
         "test.yaml"));
   };
@@ -254,7 +254,7 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
     configured.add_node(node);
     const Spinning spinning{configured};
     node.declare_parameter("rate", 10);
-    EXPECT_EQ(getpriority(PRIO_PROCESS, tid_of("cie-parameters")), 7);
+    EXPECT_EQ(getpriority(PRIO_PROCESS, tid_of("cie-parameters")), 12);
     configured.remove_node(node);
   }
   CallbackIsolatedExecutor refusing{{.spec = spec("[999]")}};
