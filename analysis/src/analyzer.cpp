@@ -175,6 +175,9 @@ struct Analyzer::Pipeline {
                      registry.apply(head, e);
                      timeline.on_exit(host, e.tid);
                    },
+                   [&](const SchedMigrateTask& e) {
+                     timeline.on_migrate(host, e.tid, e.dest_cpu, head.time);
+                   },
                    [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
                    [&](const ProcessName& e) { registry.apply(head, e); }, [](const auto&) {}},
         event.body);

@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -121,6 +122,7 @@ struct CallbackFacts {
   Statistics inter_arrival{};
   Statistics execution_time{};
   Statistics preempted{};
+  std::map<std::int64_t, Preemptor> preempted_by{};  // by tid
   Statistics blocked{};
   Statistics wake_delay{};
   Statistics wakeup_latency{};

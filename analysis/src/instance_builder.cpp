@@ -71,6 +71,7 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
     live->wakeup = on_thread.wakeup;
     live->wake = timeline_.last_wake(live->host, *head.tid);
     live->mark = timeline_.mark(live->host, *head.tid, head.time);
+    timeline_.begin_watch(live->host, *head.tid);
     note_on_thread(*live);
     if (!on_thread.open.empty()) {
       live->is_nested = true;
@@ -170,6 +171,8 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackEnd& event) {
   if (thread) {
     const auto mark = timeline_.mark(live->host, *head.tid, head.time);
     live->parts = ThreadTimeline::between(live->mark, mark);
+    live->preempted_by = timeline_.end_watch(live->host, *head.tid);
+    if (live->is_nested) live->preempted_by.clear();  // the list is the outer one's
     timeline_.forget_wake(live->host, *head.tid);
     on_thread.wakeup.reset();
     if (!live->is_nested) {
@@ -243,6 +246,7 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
 }
 
 void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
+  if (live->thread) timeline_.end_watch(live->host, *live->start.tid);
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
   auto& facts = model_.callbacks[at(live->callback)];

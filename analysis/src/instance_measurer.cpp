@@ -1,10 +1,13 @@
 #include "instance_measurer.hpp"
 
+#include <span>
+
 namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kRecent = 64;
+constexpr std::size_t kMaxPreemptors = 1024;
 
 void keep_max(std::optional<Extreme<Duration>>& extreme, const LiveInstance& live,
               const Instance& instance, Duration value) {
@@ -14,6 +17,18 @@ void keep_max(std::optional<Extreme<Duration>>& extreme, const LiveInstance& liv
                               .start = live.start,
                               .end = live.end,
                               .release = instance.release};
+}
+
+// What a callback's instances were preempted by, as long as that is not everything of the machine.
+void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors) {
+  for (const auto& preemptor : preemptors) {
+    const auto found = facts.preempted_by.find(preemptor.tid);
+    if (found != facts.preempted_by.end()) {
+      found->second.time += preemptor.time;
+    } else if (facts.preempted_by.size() < kMaxPreemptors) {
+      facts.preempted_by.emplace(preemptor.tid, preemptor);
+    }
+  }
 }
 
 }  // namespace
@@ -71,6 +86,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
     instance.preempted = live.parts->preempted;
     instance.blocked = live.parts->blocked;
     instance.wake_delay = live.parts->wake_delay;
+    instance.preempted_by = live.preempted_by;
   }
   return instance;
 }
@@ -164,6 +180,7 @@ void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& inst
   if (instance.execution) {
     facts.execution_time.add(*instance.execution);
     facts.preempted.add(*instance.preempted);
+    note_preemptors(facts, instance.preempted_by);
     keep_max(facts.max_execution, live, instance, *instance.execution);
     if (instance.blocked && instance.wake_delay) {
       facts.blocked.add(*instance.blocked);

@@ -17,6 +17,7 @@
 #include <optional>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -40,6 +41,7 @@ struct LiveInstance {
   ThreadTimeline::Wake wake;
   ThreadTimeline::Mark mark;
   std::optional<ThreadTimeline::Parts> parts;
+  std::vector<Preemptor> preempted_by;
   std::shared_ptr<ChainNode> node;
   bool is_nested = false;  // began inside another instance of its thread
   std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3

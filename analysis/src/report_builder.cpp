@@ -5,6 +5,7 @@
 #include "subjects.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <string>
 #include <tuple>
@@ -12,6 +13,8 @@
 
 namespace cie::analysis {
 namespace {
+
+constexpr std::size_t kMaxPreemptorsShown = 16;
 
 bool is_pass(const VerdictReport& verdicts, std::string_view rule) {
   return std::none_of(verdicts.rules.begin(), verdicts.rules.end(), [rule](const RuleVerdict& r) {
@@ -201,6 +204,12 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
   report.inter_arrival = facts.inter_arrival.summary();
   report.execution_time = facts.execution_time.summary();
   report.preempted = facts.preempted.summary();
+  for (const auto& [tid, preemptor] : facts.preempted_by)
+    report.preempted_by.push_back(preemptor);
+  std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
+  if (report.preempted_by.size() > kMaxPreemptorsShown) {
+    report.preempted_by.resize(kMaxPreemptorsShown);
+  }
   report.blocked = facts.blocked.summary();
   report.wake_delay = facts.wake_delay.summary();
   report.wakeup_latency = facts.wakeup_latency.summary();

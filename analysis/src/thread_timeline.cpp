@@ -56,6 +56,28 @@ void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
   if ((thread.waking || thread.wakeup) && !thread.first_in) thread.first_in = time;
 }
 
+void ThreadTimeline::charge(Thread& waiting, std::int64_t tid, std::string_view name,
+                            Timestamp time) {
+  if (time <= waiting.charged) return;
+  auto& preemptors = waiting.preemptors;
+  auto found = std::ranges::find(preemptors, tid, &Preemptor::tid);
+  if (found == preemptors.end()) {
+    preemptors.push_back(Preemptor{.tid = tid, .name = std::string(name), .time = Duration{0}});
+    found = std::prev(preemptors.end());
+  }
+  if (found->name.empty()) found->name = name;
+  found->time += time - waiting.charged;
+  waiting.charged = time;
+}
+
+void ThreadTimeline::stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time) {
+  if (waiting.waits_on < 0) return;
+  auto& cpu = host.cpus[waiting.waits_on];
+  charge(waiting, cpu.tid, cpu.name, time);
+  std::erase(cpu.waiting, tid);
+  waiting.waits_on = -1;
+}
+
 std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, std::int32_t cpu,
                                                               Timestamp time,
                                                               const SchedSwitch& event,
@@ -74,6 +96,9 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
       }
     }
   }
+  for (const auto waiting : on_cpu.waiting) {
+    charge(of_host.threads[waiting], event.prev_tid, event.prev_comm, time);
+  }
   if (event.prev_tid != 0) {
     auto& prev = of_host.threads[event.prev_tid];
     if (observer != nullptr && prev.state == State::running && prev.cpu == cpu) {
@@ -85,10 +110,23 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
                                           .end = time,
                                           .end_state = event.prev_state});
     }
+    stop_waiting(of_host, event.prev_tid, prev, time);  // its switch-in was not recorded
     leave(prev, time, cpu, is_runnable(event.prev_state));
+    if (prev.watches > 0 && prev.state == State::preempted) {
+      prev.waits_on = cpu;
+      prev.charged = time;
+      on_cpu.waiting.push_back(event.prev_tid);
+    }
   }
-  if (event.next_tid != 0) enter(of_host.threads[event.next_tid], time, cpu);
-  on_cpu = Cpu{.tid = event.next_tid, .time = time, .is_known = true};
+  if (event.next_tid != 0) {
+    auto& next = of_host.threads[event.next_tid];
+    stop_waiting(of_host, event.next_tid, next, time);
+    enter(next, time, cpu);
+  }
+  on_cpu.tid = event.next_tid;
+  on_cpu.time = time;
+  on_cpu.is_known = true;
+  on_cpu.name = on_cpu.waiting.empty() ? std::string_view() : event.next_comm;
   return hole;
 }
 
@@ -131,7 +169,28 @@ void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
   seen.since = time;
 }
 
+void ThreadTimeline::on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu,
+                                Timestamp time) {
+  auto& of_host = hosts_[host];
+  const auto found = of_host.threads.find(tid);
+  if (found == of_host.threads.end() || found->second.waits_on < 0) return;
+  stop_waiting(of_host, tid, found->second, time);
+  found->second.waits_on = cpu;
+  of_host.cpus[cpu].waiting.push_back(tid);
+}
+
 void ThreadTimeline::on_exit(HostIndex host, std::int64_t tid) { forget_wake(host, tid); }
+
+void ThreadTimeline::begin_watch(HostIndex host, std::int64_t tid) {
+  auto& watched = thread(host, tid);
+  if (watched.watches++ == 0) watched.preemptors.clear();
+}
+
+std::vector<Preemptor> ThreadTimeline::end_watch(HostIndex host, std::int64_t tid) {
+  auto& watched = thread(host, tid);
+  if (watched.watches > 0) --watched.watches;
+  return watched.preemptors;
+}
 
 void ThreadTimeline::add_hole(HostIndex host, Hole hole) {
   auto& holes = hosts_[host].holes;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -57,6 +58,8 @@ class ThreadTimeline {
   // A user event proves that its thread runs on its CPU, whatever was seen before.
   void on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
                      Timestamp time);
+  // A preempted thread waits on another CPU from now on.
+  void on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu, Timestamp time);
   void on_exit(HostIndex host, std::int64_t tid);
   void add_hole(HostIndex host, Hole hole);
 
@@ -67,6 +70,11 @@ class ThreadTimeline {
   bool overlaps_hole(HostIndex host, Timestamp from, Timestamp to) const;
   // Every CPU of the host has been heard of at or after `time`: no hole before it is left to find.
   bool is_confirmed(HostIndex host, Timestamp time) const;
+
+  // From here to the matching end_watch() it is noted who runs while the thread is preempted.
+  void begin_watch(HostIndex host, std::int64_t tid);
+  // Who did, since the first watch that has not ended; the times add up to the preempted part.
+  std::vector<Preemptor> end_watch(HostIndex host, std::int64_t tid);
 
   Wake last_wake(HostIndex host, std::int64_t tid) const;
   // Forgets wake-ups: a later instance or incarnation must not see them.
@@ -89,11 +97,17 @@ class ThreadTimeline {
     // same nanosecond makes that move undone.
     std::optional<std::pair<State, Timestamp>> before_sync;
     std::uint64_t breaks_before_sync = 0;
+    std::uint32_t watches = 0;
+    std::int32_t waits_on = -1;  // watched and preempted: the CPU
+    Timestamp charged;           // until then it is noted who ran there
+    std::vector<Preemptor> preemptors;
   };
   struct Cpu {
     std::int64_t tid = -1;  // last next_tid
     Timestamp time;         // last switch
     bool is_known = false;
+    std::string name;                   // of its thread, where somebody waits
+    std::vector<std::int64_t> waiting;  // watched threads that were preempted here
   };
   struct Host {
     std::unordered_map<std::int64_t, Thread> threads;
@@ -105,6 +119,10 @@ class ThreadTimeline {
   static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
   static void wake(Thread& thread, Timestamp time);
+  // Notes that `tid` ran on the CPU where `waiting` waits, up to `time`.
+  static void charge(Thread& waiting, std::int64_t tid, std::string_view name, Timestamp time);
+  // Ends the waiting of a thread that was preempted.
+  static void stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time);
 
   std::unordered_map<HostIndex, Host> hosts_;
 };

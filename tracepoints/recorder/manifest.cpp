@@ -46,6 +46,20 @@ Json exit_of(const std::optional<ExitStatus>& exit) {
   return exit->code ? Json{{"status", *exit->code}} : Json{{"signal", *exit->signal}};
 }
 
+Json kernel_of(const Manifest& manifest) {
+  if (!manifest.kernel) {
+    return {{"reason",
+             manifest.no_kernel_because.empty() ? "--kernel=no" : manifest.no_kernel_because}};
+  }
+  const KernelSummary& kernel = *manifest.kernel;
+  return {{"route", "tracefs"},
+          {"buffer_size", manifest.options.kernel_buffer_size},
+          {"streams", kernel.streams},
+          {"events", kernel.events},
+          {"lost_events", kernel.lost_events},
+          {"untold_switches", kernel.untold_switches}};
+}
+
 Json files_of(const fs::path& directory, const fs::path& except) {
   std::vector<fs::path> paths;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory)) {
@@ -99,7 +113,8 @@ void write_manifest(const Manifest& manifest) {
         {"realtime_ns", manifest.begin.realtime_ns}}},
       {"end",
        {{"monotonic_ns", manifest.end.monotonic_ns}, {"realtime_ns", manifest.end.realtime_ns}}},
-      {"kernel_events", false},
+      {"kernel_events", manifest.kernel.has_value()},
+      {"kernel", kernel_of(manifest)},
       {"session",
        {{"name", manifest.session},
         {"events", options.events},

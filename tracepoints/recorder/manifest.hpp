@@ -2,6 +2,7 @@
 #pragma once
 
 #include "child_process.hpp"
+#include "kernel_recording.hpp"
 #include "options.hpp"
 #include "tracing_session.hpp"
 
@@ -27,7 +28,9 @@ struct Manifest {
   std::optional<ExitStatus> exit;  // of the command; empty when attached
   std::vector<TracedProcess> processes;
   std::vector<ChannelLoss> losses;
-  std::vector<std::string> problems;  // why the recording is not what was asked for
+  std::optional<KernelSummary> kernel;  // empty: no kernel events
+  std::string no_kernel_because;        // empty: they were recorded, or not asked for
+  std::vector<std::string> problems;    // why the recording is not what was asked for
 };
 
 // Hashes every file of the recording and writes DIR/manifest.json, whole or not at all. Throws

@@ -11,6 +11,9 @@
 namespace cie::record {
 namespace {
 
+constexpr std::uint64_t kLeastKernelBuffer = 64 << 10;
+constexpr std::uint64_t kMostKernelBuffer = 1 << 30;
+
 std::string default_directory() {
   const std::time_t now = std::time(nullptr);
   std::tm local{};
@@ -28,12 +31,7 @@ void require_power_of_two(std::uint64_t value, std::uint64_t least, const char* 
 }
 
 // Options whose meaning is settled but which this version does not carry out.
-void refuse_what_is_missing(const std::string& kernel, bool is_snapshot, const std::string& live) {
-  if (kernel == "yes") {
-    throw UsageError(
-        "--kernel=yes: this version does not record kernel events; leave the option out to record "
-        "user-space events only");
-  }
+void refuse_what_is_missing(bool is_snapshot, const std::string& live) {
   if (is_snapshot) {
     throw UsageError("--snapshot: this version records continuously only; leave the option out");
   }
@@ -91,8 +89,12 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   auto* duration = app.add_option("--duration", duration_s, "With --attach: stop after this time")
                        ->type_name("SECONDS")
                        ->check(CLI::PositiveNumber);
-  app.add_option("--kernel", kernel, "Kernel scheduler events; auto records user events only")
+  app.add_option("--kernel", kernel, "Scheduler events of the kernel (root); auto: if possible")
       ->check(CLI::IsMember({"auto", "yes", "no"}));
+  app.add_option("--kernel-buffer", options.kernel_buffer_size,
+                 "Size of the kernel's buffer of each CPU")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
   app.add_option("--daemon", daemon, "Session daemon: own (of this recording) or shared")
       ->check(CLI::IsMember({"auto", "own", "shared"}));
   app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
@@ -127,7 +129,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     throw UsageError(std::string(error.what()) + " (see cie record --help)");
   }
 
-  refuse_what_is_missing(kernel, is_snapshot, live);
+  refuse_what_is_missing(is_snapshot, live);
   if (is_attach && !options.command.empty()) {
     throw UsageError("--attach records what runs already: it takes no command");
   }
@@ -140,6 +142,14 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
   require_power_of_two(options.subbuf_size, 4096, "--subbuf-size");
   require_power_of_two(options.num_subbuf, 2, "--num-subbuf");
+  if (options.kernel_buffer_size < kLeastKernelBuffer ||
+      options.kernel_buffer_size > kMostKernelBuffer) {
+    throw UsageError("--kernel-buffer must be 64k to 1g: " +
+                     std::to_string(options.kernel_buffer_size));
+  }
+  options.kernel = kernel == "auto"  ? KernelChoice::automatic
+                   : kernel == "yes" ? KernelChoice::yes
+                                     : KernelChoice::no;
   if (daemon == "own" && is_attach) {
     throw UsageError("--daemon=own: running applications know the shared daemon only");
   }

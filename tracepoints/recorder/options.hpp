@@ -23,10 +23,15 @@ class UsageError : public std::runtime_error {
 // Own as root takes a mount namespace, which a container may forbid: own_if_possible then shares.
 enum class DaemonChoice { own, own_if_possible, shared };
 
+// Whether the kernel's scheduler is recorded too: automatic records it where that is possible.
+enum class KernelChoice { automatic, yes, no };
+
 struct Options {
   std::filesystem::path directory;   // absolute; holds the recording
   std::vector<std::string> command;  // empty: attach
   DaemonChoice daemon = DaemonChoice::own;
+  KernelChoice kernel = KernelChoice::automatic;
+  std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
   std::vector<std::string> events{
       "cie:*"};                         // patterns of LTTng, recorded into the channel "events"
   std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer

@@ -90,9 +90,11 @@ Recording::Recording(Options options) {
     manifest_.session =
         "cie-record-" + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
     session_ = std::make_shared<TracingSession>(manifest_.session, manifest_.options);
+    start_kernel();
     manifest_.begin = now();
     session_->start();
   } catch (...) {
+    kernel_.reset();
     session_.reset();
     daemon_.reset();
     remove_directory();
@@ -101,6 +103,25 @@ Recording::Recording(Options options) {
 }
 
 Recording::~Recording() = default;
+
+// Before the first user event, so that no instance begins without its thread's record.
+void Recording::start_kernel() {
+  const Options& options = manifest_.options;
+  if (options.kernel == KernelChoice::no) {
+    return;
+  }
+  try {
+    kernel_ = std::make_unique<KernelRecording>(options.directory / "kernel",
+                                                options.kernel_buffer_size, options.flush_interval);
+  } catch (const RecordError& error) {
+    if (options.kernel == KernelChoice::yes) {
+      throw RecordError(std::string("--kernel=yes: ") + error.what());
+    }
+    manifest_.no_kernel_because = error.what();
+    std::error_code ignored;
+    fs::remove_all(options.directory / "kernel", ignored);
+  }
+}
 
 void Recording::create_directory() {
   const fs::path& directory = manifest_.options.directory;
@@ -137,6 +158,7 @@ bool Recording::run() {
     try {
       run_command();
     } catch (const RecordError&) {  // the command could not be run: there is nothing to keep
+      kernel_.reset();
       session_.reset();
       daemon_.reset();
       remove_directory();
@@ -153,6 +175,9 @@ void Recording::run_command() {
   // LTTng's default gives up after 3 s and lets the application run untraced.
   child_options.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
   ChildProcess command(manifest_.options.command, child_options);
+  if (kernel_) {
+    kernel_->start_reading();
+  }
   while (!command.poll()) {
     const auto signal = signals_.wait(kTick);
     if (signal && is_interrupt(signal->number) && !signal->is_from_terminal) {
@@ -174,6 +199,9 @@ void Recording::run_command() {
 }
 
 void Recording::wait_attached() {
+  if (kernel_) {
+    kernel_->start_reading();
+  }
   const auto& duration = manifest_.options.duration;
   while (!is_daemon_lost_ && !(duration && Clock::now() - began_ >= *duration)) {
     const auto left =
@@ -214,6 +242,9 @@ void Recording::watch_health() {
     return;
   }
   next_check_ = Clock::now() + kCheckInterval;
+  if (kernel_) {
+    attempt(manifest_.problems, [this] { kernel_->adopt_clock(manifest_.options.directory); });
+  }
   if (!daemon_->is_alive()) {
     is_daemon_lost_ = true;
     problem("the session daemon ended during the recording: what was not yet written is lost");
@@ -233,10 +264,20 @@ void Recording::finish() {
     end_session();
   }
   manifest_.end = now();
+  end_kernel();
   session_.reset();
   daemon_.reset();
   attempt(manifest_.problems, [this] { check_files(); });
   attempt(manifest_.problems, [this] { write_manifest(manifest_); });
+}
+
+void Recording::end_kernel() {
+  if (!kernel_) {
+    return;
+  }
+  attempt(manifest_.problems, [this] { manifest_.kernel = kernel_->finish(); });
+  attempt(manifest_.problems, [this] { kernel_->adopt_clock(manifest_.options.directory); });
+  kernel_.reset();
 }
 
 // liblttng-ctl waits without limit, and on a full disk a consumer daemon may spin instead of
@@ -267,7 +308,9 @@ void Recording::check_files() {
     problem(in_quotes(file) + " is empty: its streams cannot be read (is the disk full?)");
   }
   for (const StreamSummary& stream : check_streams(directory)) {
-    packets_ += stream.packets;
+    if (stream.file.parent_path() != directory / "kernel") {
+      packets_ += stream.packets;
+    }
     if (stream.is_damaged) {
       problem(in_quotes(stream.file) + " ends within a packet (is the disk full?)");
     }
@@ -280,6 +323,13 @@ void Recording::check_files() {
     problem("nothing was recorded: no application with events of " + manifest_.options.events[0] +
             " registered with the session daemon");
   }
+}
+
+std::string Recording::kernel_in_words() const {
+  if (manifest_.kernel) {
+    return std::to_string(manifest_.kernel->events);
+  }
+  return manifest_.no_kernel_because.empty() ? "no" : "no, " + manifest_.no_kernel_because;
 }
 
 void Recording::print_summary() const {
@@ -295,8 +345,17 @@ void Recording::print_summary() const {
            << " packets; record with a larger --subbuf-size or --num-subbuf\n";
     }
   }
+  if (manifest_.kernel && manifest_.kernel->lost_events > 0) {
+    text << "LOST: the kernel's buffers lost " << manifest_.kernel->lost_events
+         << " events; record with a larger --kernel-buffer\n";
+  }
+  if (manifest_.kernel && manifest_.kernel->untold_switches > 0) {
+    text << "LOST: this kernel did not tell " << manifest_.kernel->untold_switches
+         << " switches of threads, though no buffer was full: what ran then is unknown\n";
+  }
   if (manifest_.problems.empty()) {
-    text << "recorded " << quoted(directory) << " (user-space events; kernel events: no)\n"
+    text << "recorded " << quoted(directory)
+         << " (user-space events; kernel events: " << kernel_in_words() << ")\n"
          << "next: cie report " << quoted(directory) << "\n      cie verify " << quoted(directory)
          << '\n';
   } else {

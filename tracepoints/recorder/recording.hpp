@@ -1,6 +1,7 @@
 // One recording from the first check to the manifest.
 #pragma once
 
+#include "kernel_recording.hpp"
 #include "manifest.hpp"
 #include "options.hpp"
 #include "session_daemon.hpp"
@@ -32,6 +33,7 @@ class Recording {
  private:
   using Clock = std::chrono::steady_clock;
 
+  void start_kernel();
   void create_directory();
   void remove_directory() noexcept;
   void run_command();
@@ -40,7 +42,9 @@ class Recording {
   void watch_health();
   void finish();
   void end_session();
+  void end_kernel();
   void check_files();
+  std::string kernel_in_words() const;
   void print_summary() const;
   void show_progress();
   void warn(const std::string& text);
@@ -50,6 +54,7 @@ class Recording {
   Manifest manifest_;
   std::unique_ptr<SessionDaemon> daemon_;
   std::shared_ptr<TracingSession> session_;  // shared with a thread that waits for LTTng
+  std::unique_ptr<KernelRecording> kernel_;  // null: no kernel events
   bool is_directory_ours_ = false;
   bool is_daemon_lost_ = false;
   bool has_warned_of_registration_ = false;

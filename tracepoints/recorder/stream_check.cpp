@@ -1,5 +1,7 @@
 #include "stream_check.hpp"
 
+#include "packet_start.hpp"
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -10,23 +12,6 @@ namespace cie::record {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Packet header and context as LTTng-UST 2.13 writes them, in the byte order of this machine.
-struct PacketStart {
-  std::uint32_t magic;
-  std::array<std::uint8_t, 16> trace_uuid;
-  std::uint32_t stream_id;
-  std::uint64_t stream_instance_id;
-  std::uint64_t begin;
-  std::uint64_t end;
-  std::uint64_t content_bits;
-  std::uint64_t packet_bits;
-  std::uint64_t number;  // contiguous from 0 in a stream
-  std::uint64_t discarded_events;
-};
-static_assert(sizeof(PacketStart) == 80);
-
-constexpr std::uint32_t kMagic = 0xC1FC1FC1;
 
 bool is_stream(const fs::path& file) {
   const fs::path parent = file.parent_path();
@@ -49,8 +34,9 @@ StreamSummary check_stream(const fs::path& file) {
     }
     const auto packet = std::bit_cast<PacketStart>(bytes);
     const std::uint64_t length = packet.packet_bits / 8;
-    if (packet.magic != kMagic || packet.packet_bits % 8 != 0 || length < sizeof(PacketStart) ||
-        packet.content_bits > packet.packet_bits || length > size - position) {
+    if (packet.magic != kPacketMagic || packet.packet_bits % 8 != 0 ||
+        length < sizeof(PacketStart) || packet.content_bits > packet.packet_bits ||
+        length > size - position) {
       summary.is_damaged = true;
       break;
     }

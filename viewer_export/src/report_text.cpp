@@ -140,6 +140,12 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   }
   if (const auto* c = worst(report, [](const auto& x) { return max_of(x.preempted); })) {
     add("longest preempted", format_duration(c->preempted->max), *c);
+    if (!c->preempted_by.empty()) {
+      const auto& by = c->preempted_by.front();
+      text +=
+          fmt::format("  {:<22}{:>11}  {} (thread {}), in all its instances\n", "  most of it by",
+                      format_duration(by.time.ns), by.name.empty() ? "?" : printable(by.name), by.tid);
+    }
   }
   const auto missed = [](const auto& x) {
     return static_cast<double>(x.missed_releases.value_or(0));

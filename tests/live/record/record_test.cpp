@@ -343,7 +343,6 @@ TEST_P(Record, RefusesWhatItCannotDoInOneLine) {
       {{}, 2, "nothing to record"},
       {{"--attach", "--", "true"}, 2, "takes no command"},
       {{"--duration", "1", "--", "true"}, 2, "--attach"},
-      {{"--kernel=yes", "--", "true"}, 2, "does not record kernel events"},
       {{"--snapshot", "--", "true"}, 2, "--snapshot"},
       {{"--live", "tcp://localhost", "--", "true"}, 2, "--live"},
       {{"--subbuf-size", "5000", "--", "true"}, 2, "power of two"},

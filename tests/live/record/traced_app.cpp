@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fstream>
 #include <memory>
 #include <string>
@@ -31,6 +32,7 @@ struct Options {
   std::uint64_t instances = 10;
   std::uint64_t period_us = 1000;
   std::uint64_t burst = 0;
+  std::uint64_t work_us = 0;  // on a CPU, in each instance of the timer
   bool is_until_signal = false;
   bool has_child = false;
   std::string leave_by = "return";
@@ -60,6 +62,8 @@ Options parse(int argc, char** argv) {
       options.instances = std::stoull(value);
     } else if (name == "--period-us") {
       options.period_us = std::stoull(value);
+    } else if (name == "--work-us") {
+      options.work_us = std::stoull(value);
     } else if (name == "--burst") {
       options.burst = std::stoull(value);
     } else if (name == "--leave-by") {
@@ -104,9 +108,18 @@ std::int64_t now_ns() {
       .count();
 }
 
-void run_instance(Application& app, std::int64_t release_ns) {
+std::int64_t cpu_time_ns() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
+}
+
+void run_instance(Application& app, std::int64_t release_ns, std::uint64_t work_us = 0) {
   const std::uint64_t timer_seq =
       app.timer.start({.kind = cie::ReleaseKind::timer, .release_ns = release_ns});
+  for (const auto end = cpu_time_ns() + static_cast<std::int64_t>(work_us) * 1000;
+       cpu_time_ns() < end;) {
+  }
   const std::int64_t stamp = app.publisher.publish();
   app.subscription.release(0);
   app.timer.end(timer_seq, cie::CallbackStatus::ok);
@@ -129,8 +142,11 @@ void work(Application& app, const Options& options) {
   for (std::uint64_t i = 0; options.is_until_signal ? !is_asked_to_stop : i < options.instances;
        ++i) {
     trace::thread_wakeup(app.timer.id(), cie::WakeupReason::timer);
-    run_instance(app, now_ns());
+    run_instance(app, now_ns(), options.work_us);
     std::this_thread::sleep_for(std::chrono::microseconds(options.period_us));
+  }
+  if (options.work_us > 0) {
+    std::printf("thread %d used %lld ns\n", gettid(), static_cast<long long>(cpu_time_ns()));
   }
 }
 

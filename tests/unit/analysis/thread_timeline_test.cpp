@@ -1,5 +1,8 @@
 #include "thread_timeline.hpp"
 
+#include <string>
+#include <vector>
+
 #include <gtest/gtest.h>
 
 namespace cie::analysis {
@@ -117,6 +120,100 @@ TEST_F(OneCpu, RemembersTheLastWakingAndTheSwitchInThatFollowed) {
   EXPECT_EQ(wake.first_in->ns, 11);
   timeline_.forget_wake(kHost, kThread);
   EXPECT_FALSE(timeline_.last_wake(kHost, kThread).waking.has_value());
+}
+
+// "tid:ns" of each, in order of appearance.
+std::vector<std::string> texts(const std::vector<Preemptor>& preemptors) {
+  std::vector<std::string> result;
+  for (const auto& preemptor : preemptors) {
+    result.push_back(std::to_string(preemptor.tid) + ":" + std::to_string(preemptor.time.ns));
+  }
+  return result;
+}
+
+using Texts = std::vector<std::string>;
+
+TEST_F(OneCpu, NotesWhoRanInstead) {
+  switch_to(10, kThread, kRunnable);
+  timeline_.begin_watch(kHost, kThread);
+  const auto start = mark(12);
+  switch_to(20, kOther, kRunnable);
+  switch_to(23, 300, kSleeping);      // 3 by the other one
+  switch_to(30, kThread, kSleeping);  // 7 by a third
+  switch_to(40, 300, kRunnable);
+  switch_to(45, kThread, kSleeping);  // 5 more by the third
+  const auto parts = ThreadTimeline::between(start, mark(50));
+  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread)), (Texts{"200:3", "300:12"}));
+  EXPECT_EQ(parts->preempted.ns, 3 + 12);
+}
+
+TEST_F(OneCpu, AnotherWatchBeginsAnew) {
+  switch_to(10, kThread, kRunnable);
+  timeline_.begin_watch(kHost, kThread);
+  switch_to(20, kOther, kRunnable);
+  switch_to(23, kThread, kSleeping);
+  timeline_.end_watch(kHost, kThread);
+  switch_to(30, kOther, kRunnable);  // nobody watches
+  switch_to(35, kThread, kSleeping);
+  timeline_.begin_watch(kHost, kThread);
+  switch_to(40, kOther, kRunnable);
+  switch_to(44, kThread, kSleeping);
+  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread)), Texts{"200:4"});
+}
+
+TEST_F(OneCpu, WhoRunsWhileItIsBlockedDoesNotPreemptIt) {
+  switch_to(10, kThread, kRunnable);
+  timeline_.begin_watch(kHost, kThread);
+  switch_to(20, kOther, kSleeping);
+  timeline_.on_waking(kHost, kThread, Timestamp{22});
+  switch_to(25, kThread, kRunnable);
+  EXPECT_EQ(texts(timeline_.end_watch(kHost, kThread)), Texts{});
+}
+
+TEST(TwoCpus, APreemptedThreadThatMigratesWaitsForWhoRunsThere) {
+  ThreadTimeline timeline;
+  const auto switched = [&timeline](std::int32_t cpu, std::int64_t time, std::int64_t prev,
+                                    std::int64_t next) {
+    SchedSwitch event;
+    event.prev_tid = prev;
+    event.prev_state = kRunnable;
+    event.next_tid = next;
+    timeline.on_switch(kHost, cpu, Timestamp{time}, event, nullptr);
+  };
+  switched(0, 10, kIdle, kThread);
+  switched(1, 10, kIdle, 300);
+  timeline.begin_watch(kHost, kThread);
+  const auto start = timeline.mark(kHost, kThread, Timestamp{12});
+  switched(0, 20, kThread, kOther);
+  timeline.on_migrate(kHost, kThread, 1, Timestamp{24});  // 4 by the one on CPU 0
+  switched(0, 26, kOther, kIdle);                         // no longer its concern
+  switched(1, 29, 300, 400);                              // 5 by the one on CPU 1
+  switched(1, 30, 400, kThread);                          // 1
+  const auto parts = ThreadTimeline::between(start, timeline.mark(kHost, kThread, Timestamp{40}));
+  EXPECT_EQ(texts(timeline.end_watch(kHost, kThread)), (Texts{"200:4", "300:5", "400:1"}));
+  ASSERT_TRUE(parts.has_value());
+  EXPECT_EQ(parts->preempted.ns, 4 + 5 + 1);
+  EXPECT_EQ(parts->execution.ns, 8 + 10);
+}
+
+// Linux pulls a thread to an idle CPU; the migration may have been lost.
+TEST(TwoCpus, AThreadThatGoesOnElsewhereWaitedWhereItWasPreempted) {
+  ThreadTimeline timeline;
+  SchedSwitch event;
+  event.prev_state = kRunnable;
+  event.next_tid = kThread;
+  timeline.on_switch(kHost, 0, Timestamp{10}, event, nullptr);
+  timeline.begin_watch(kHost, kThread);
+  event.prev_tid = kThread;
+  event.next_tid = kOther;
+  event.next_comm = "other";
+  timeline.on_switch(kHost, 0, Timestamp{20}, event, nullptr);
+  event.prev_tid = kIdle;
+  event.next_tid = kThread;
+  timeline.on_switch(kHost, 1, Timestamp{27}, event, nullptr);
+  const auto preemptors = timeline.end_watch(kHost, kThread);
+  EXPECT_EQ(texts(preemptors), Texts{"200:7"});
+  EXPECT_EQ(preemptors.front().name, "other");
 }
 
 TEST_F(OneCpu, IsConfirmedOnceEveryCpuWasHeardOf) {

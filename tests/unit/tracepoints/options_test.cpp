@@ -47,6 +47,13 @@ TEST(RecorderOptions, ReadsSizesAndTimes) {
   EXPECT_EQ(options.flush_interval, milliseconds(250));
 }
 
+TEST(RecorderOptions, RecordsTheKernelIfPossible) {
+  EXPECT_EQ(parse({"--", "a"}).kernel, KernelChoice::automatic);
+  EXPECT_EQ(parse({"--kernel=yes", "--", "a"}).kernel, KernelChoice::yes);
+  EXPECT_EQ(parse({"--kernel=no", "--", "a"}).kernel, KernelChoice::no);
+  EXPECT_EQ(parse({"--kernel-buffer=16m", "--", "a"}).kernel_buffer_size, 16U << 20);
+}
+
 TEST(RecorderOptions, AddsEventsToItsOwn) {
   EXPECT_EQ(parse({"--event", "ros2:*", "--", "a"}).events,
             (std::vector<std::string>{"cie:*", "ros2:*"}));
@@ -65,7 +72,8 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"--num-subbuf", "1", "--", "a"},
       {"--num-subbuf", "-8", "--", "a"},
       {"--kernel=maybe", "--", "a"},
-      {"--kernel=yes", "--", "a"},
+      {"--kernel-buffer", "1k", "--", "a"},
+      {"--kernel-buffer", "2g", "--", "a"},
       {"--snapshot", "--", "a"},
       {"--live", "tcp://x", "--", "a"},
       {"--unknown", "--", "a"},

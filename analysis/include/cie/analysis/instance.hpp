@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 
 namespace cie::analysis {
@@ -40,6 +41,9 @@ struct Instance {
   std::optional<Duration> preempted;
   std::optional<Duration> blocked;
   std::optional<Duration> wake_delay;
+  // Who ran instead while it was preempted; the times add up to `preempted`. Empty for an instance
+  // inside another one of its thread. Valid while the observer is being told.
+  std::span<const Preemptor> preempted_by;
   std::uint32_t missed = 0;
 
   std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none

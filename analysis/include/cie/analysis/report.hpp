@@ -56,6 +56,13 @@ struct CallbackThread {
   std::uint64_t instances = 0;
 };
 
+// A thread that ran on the CPU where a preempted one waited.
+struct Preemptor {
+  std::int64_t tid = 0;  // 0: the idle thread
+  std::string name;      // the kernel's, when it ran first; may be empty
+  Duration time;
+};
+
 struct CallbackReport {
   std::string logical_id;
   std::int64_t pid = 0;
@@ -79,6 +86,7 @@ struct CallbackReport {
   std::optional<Summary> inter_arrival;
   std::optional<Summary> execution_time;
   std::optional<Summary> preempted;
+  std::vector<Preemptor> preempted_by;  // longest first, times of all instances; a part of them
   std::optional<Summary> blocked;
   std::optional<Summary> wake_delay;
   std::optional<Summary> wakeup_latency;

@@ -1,0 +1,192 @@
+// What is read from pages of the kernel's ring buffer, and what becomes of each record.
+#include "kernel_events.hpp"
+
+#include "error.hpp"
+#include "kernel_pages.hpp"
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::record {
+namespace {
+
+using test::bytes_of;
+using test::PageText;
+
+std::string text_of(std::span<const std::byte> data) {
+  return {reinterpret_cast<const char*>(data.data()), data.size()};
+}
+
+// "TIME:DATA" of every record.
+std::vector<std::string> records_of(std::vector<std::byte> bytes) {
+  RingBufferPage page;
+  page.load(bytes);
+  std::vector<std::string> records;
+  while (const auto record = page.next()) {
+    records.push_back(std::to_string(record->time) + ':' + text_of(record->data));
+  }
+  return records;
+}
+
+using Texts = std::vector<std::string>;
+
+TEST(RingBufferPage, TimesAddUpFromThePagesOwn) {
+  EXPECT_EQ(records_of(PageText(1000).record(0, "abcd").record(5, "efghijkl").bytes()),
+            (Texts{"1000:abcd", "1005:efghijkl"}));
+}
+
+TEST(RingBufferPage, AnEmptyPageHasNoRecords) {
+  EXPECT_EQ(records_of(PageText(1000).bytes()), Texts{});
+}
+
+TEST(RingBufferPage, ALongRecordHasItsLengthInAWordOfItsOwn) {
+  const std::string data(200, 'x');
+  EXPECT_EQ(records_of(PageText(1000).long_record(3, data).record(1, "tail").bytes()),
+            (Texts{"1003:" + data, "1004:tail"}));
+}
+
+TEST(RingBufferPage, ATimeExtendLengthensTheNextDifference) {
+  const std::uint64_t beyond_27_bits = std::uint64_t{5} << 30U;
+  EXPECT_EQ(records_of(PageText(1000).time_extend(beyond_27_bits).record(2, "abcd").bytes()),
+            (Texts{std::to_string(1000 + beyond_27_bits + 2) + ":abcd"}));
+}
+
+TEST(RingBufferPage, ATimeStampIsAbsolute) {
+  EXPECT_EQ(records_of(PageText(1000).time_stamp(9'000'000'000).record(0, "abcd").bytes()),
+            (Texts{"9000000000:abcd"}));
+}
+
+TEST(RingBufferPage, WhatWasTakenBackIsNoRecordButTakesItsTime) {
+  EXPECT_EQ(records_of(PageText(1000).discarded(4, 8).record(1, "abcd").bytes()),
+            (Texts{"1005:abcd"}));
+}
+
+TEST(RingBufferPage, PaddingEndsThePage) {
+  EXPECT_EQ(records_of(PageText(1000).record(1, "abcd").padding().bytes()), (Texts{"1001:abcd"}));
+}
+
+TEST(RingBufferPage, TellsHowManyEventsWereOverwrittenBeforeIt) {
+  RingBufferPage page;
+  auto whole = PageText(1).record(0, "abcd").bytes();
+  page.load(whole);
+  EXPECT_FALSE(page.has_missed());
+  auto counted = PageText(1).record(0, "abcd").missed(17).bytes();
+  page.load(counted);
+  EXPECT_TRUE(page.has_missed());
+  EXPECT_EQ(page.missed_count(), 17U);
+  ASSERT_TRUE(page.next().has_value());
+  EXPECT_FALSE(page.next().has_value()) << "the count is no record";
+  auto uncounted = PageText(1).record(0, "abcd").missed().bytes();
+  page.load(uncounted);
+  EXPECT_TRUE(page.has_missed());
+  EXPECT_EQ(page.missed_count(), std::nullopt);
+}
+
+const KernelEventClass& class_of(std::string_view name) {
+  for (const KernelEventClass& event_class : kernel_event_classes()) {
+    if (event_class.name == name) return event_class;
+  }
+  throw std::out_of_range(std::string(name));
+}
+
+template <typename Integer>
+Integer integer_at(const std::string& bytes, std::size_t offset) {
+  Integer value{};
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+// Encodes the only record of a page.
+class Encoding : public ::testing::Test {
+ protected:
+  Encoding() {
+    encoder_.learn(class_of("sched_switch"), test::switch_format());
+    encoder_.learn(class_of("sched_process_fork"), test::fork_format());
+  }
+
+  std::optional<KernelEventEncoder::Encoded> encode(const std::string& data) {
+    auto bytes = PageText(4711).long_record(0, data).bytes();
+    RingBufferPage page;
+    page.load(bytes);
+    out_.clear();
+    return encoder_.encode(page.next().value(), out_);
+  }
+
+  KernelEventEncoder encoder_;
+  std::string out_;
+};
+
+TEST_F(Encoding, WritesASwitchAsLttngModulesDoes) {
+  const auto encoded = encode(bytes_of({.prev_comm = "fusion",
+                                        .prev_pid = 100,
+                                        .prev_prio = 79,  // FIFO 20
+                                        .prev_state = 0x100,
+                                        .next_comm = "a name too long",
+                                        .next_pid = 200,
+                                        .next_prio = -1}));  // DEADLINE
+  ASSERT_TRUE(encoded.has_value());
+  EXPECT_EQ(encoded->prev_tid, 100);
+  EXPECT_EQ(encoded->next_tid, 200);
+  ASSERT_EQ(out_.size(), 2U + 8 + 16 + 4 + 4 + 8 + 16 + 4 + 4);
+  EXPECT_EQ(kernel_event_classes()[integer_at<std::uint16_t>(out_, 0)].name, "sched_switch");
+  EXPECT_EQ(integer_at<std::uint64_t>(out_, 2), 4711U);
+  EXPECT_EQ(out_.substr(10, 16), std::string("fusion") + std::string(10, '\0'));
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 26), 100);
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 30), -21) << "LTTng-modules counts from 100";
+  EXPECT_EQ(integer_at<std::int64_t>(out_, 34), 0x100);
+  EXPECT_EQ(out_.substr(42, 16), std::string("a name too long") + '\0');
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 58), 200);
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 62), -101);
+}
+
+std::string fork_record(std::uint32_t parent_location, std::uint32_t child_location,
+                        const std::string& text) {
+  std::string bytes(24, '\0');
+  const auto put = [&bytes](std::size_t offset, auto value) {
+    std::memcpy(bytes.data() + offset, &value, sizeof value);
+  };
+  put(0, test::kForkNumber);
+  put(8, parent_location);
+  put(12, std::int32_t{10});
+  put(16, child_location);
+  put(20, std::int32_t{11});
+  return bytes + text;
+}
+
+TEST_F(Encoding, FollowsTheLocationOfAName) {
+  const std::string text("mother\0child\0\0\0", 15);
+  ASSERT_TRUE(encode(fork_record(24U | 7U << 16U, 31U | 6U << 16U, text)).has_value());
+  ASSERT_EQ(out_.size(), 2U + 8 + 16 + 4 + 16 + 4);
+  EXPECT_STREQ(out_.substr(10, 16).c_str(), "mother");
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 26), 10);
+  EXPECT_STREQ(out_.substr(30, 16).c_str(), "child");
+  EXPECT_EQ(integer_at<std::int32_t>(out_, 46), 11);
+}
+
+TEST_F(Encoding, ANameThatLiesOutsideItsRecordIsEmpty) {
+  ASSERT_TRUE(encode(fork_record(4000U | 7U << 16U, 26U | 60'000U << 16U, "abcdefgh")).has_value());
+  EXPECT_STREQ(out_.substr(10, 16).c_str(), "");
+  EXPECT_STREQ(out_.substr(30, 16).c_str(), "cdefgh");
+}
+
+TEST_F(Encoding, LeavesOutWhatItDoesNotKnowAndWhatIsCutShort) {
+  std::string other = bytes_of(test::SwitchRecord{});
+  other[0] = '\x01';
+  EXPECT_FALSE(encode(other).has_value());
+  EXPECT_FALSE(encode(bytes_of(test::SwitchRecord{}).substr(0, 60)).has_value());
+  EXPECT_TRUE(out_.empty());
+}
+
+TEST(KernelEventEncoder, RefusesAKernelWhoseEventLacksAField) {
+  KernelEventEncoder encoder;
+  std::string format = test::switch_format();
+  format.replace(format.find("prev_state"), 10, "prev_stuff");
+  EXPECT_THROW(encoder.learn(class_of("sched_switch"), format), RecordError);
+  EXPECT_THROW(encoder.learn(class_of("sched_switch"), "nonsense"), RecordError);
+}
+
+}  // namespace
+}  // namespace cie::record
