@@ -117,9 +117,7 @@ void Recording::start_kernel() {
     if (options.kernel == KernelChoice::yes) {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
-    manifest_.no_kernel_because = error.what();
-    std::error_code ignored;
-    fs::remove_all(options.directory / "kernel", ignored);
+    drop_kernel(error.what());
   }
 }
 
@@ -278,6 +276,19 @@ void Recording::end_kernel() {
   attempt(manifest_.problems, [this] { manifest_.kernel = kernel_->finish(); });
   attempt(manifest_.problems, [this] { kernel_->adopt_clock(manifest_.options.directory); });
   kernel_.reset();
+  const auto untold = manifest_.kernel ? manifest_.kernel->untold_switches : 0;
+  if (manifest_.options.kernel == KernelChoice::automatic && untold > 0) {
+    // What was not asked for must not cost the verifier its verdicts.
+    drop_kernel("this kernel did not tell " + std::to_string(untold) +
+                " switches of threads; --kernel=yes keeps what it told");
+  }
+}
+
+void Recording::drop_kernel(const std::string& reason) {
+  manifest_.kernel.reset();
+  manifest_.no_kernel_because = reason;
+  std::error_code ignored;
+  fs::remove_all(manifest_.options.directory / "kernel", ignored);
 }
 
 // liblttng-ctl waits without limit, and on a full disk a consumer daemon may spin instead of

@@ -43,6 +43,7 @@ class Recording {
   void finish();
   void end_session();
   void end_kernel();
+  void drop_kernel(const std::string& reason);
   void check_files();
   std::string kernel_in_words() const;
   void print_summary() const;

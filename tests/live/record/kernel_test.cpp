@@ -195,6 +195,21 @@ TEST_F(KernelRecord, PartsOfEveryInstanceAddUpToItsDurationUnderLoad) {
   }
 }
 
+TEST_F(KernelRecord, AutomaticallyKeepsACompleteRecordOnly) {
+  const Finished result = sandbox_.run({CIE_RECORD, "-o", "rec", "--", CIE_TRACED_APP});
+  ASSERT_EQ(result.status, 0) << result.err;
+  const json recorded = manifest();
+  EXPECT_EQ(fs::exists(path("rec/kernel")), recorded["kernel_events"].get<bool>());
+  if (recorded["kernel_events"].get<bool>()) {
+    EXPECT_EQ(recorded["kernel"]["untold_switches"], 0);
+    EXPECT_THAT(babeltrace2({path("rec")}), HasSubstr("sched_switch: "));
+  } else {
+    EXPECT_THAT(recorded["kernel"]["reason"].get<std::string>(), HasSubstr("did not tell"));
+    EXPECT_THAT(result.err, HasSubstr("kernel events: no, this kernel did not tell"));
+  }
+  EXPECT_EQ(count_of(babeltrace2({path("rec")}), "cie:run_begin: "), 1U);
+}
+
 TEST_F(KernelRecord, CountsWhatWasOverwrittenBeforeItWasRead) {
   Running recorder = sandbox_.start(recording(
       {"--until-signal", "--period-us", "50", "--ready", path("pid")}, {"--kernel-buffer=64k"}));
@@ -278,28 +293,6 @@ TEST_F(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
   EXPECT_EQ(sandbox_.run({CIE_RECORD, "-o", "next", "--", CIE_TRACED_APP}).status, 0);
   EXPECT_TRUE(left().empty());
   EXPECT_TRUE(tracefs_->remove_directory(foreign));
-}
-
-TEST_F(KernelRecord, ReadsWithAnOrdinaryThreadWhateverItWasStartedAs) {
-  std::vector<std::string> command{"chrt", "-f", "5"};
-  for (const std::string& word : recording({"--until-signal", "--ready", path("pid")})) {
-    command.push_back(word);
-  }
-  Running recorder = sandbox_.start(command);
-  const pid_t application = wait_until_ready();
-  const auto policy_of_reader = [&]() -> std::optional<int> {
-    const fs::path tasks = "/proc/" + std::to_string(recorder.pid()) + "/task";
-    for (const auto& task : fs::directory_iterator(tasks)) {
-      if (read_file(task.path() / "comm") == "cie-kernel\n") {
-        return sched_getscheduler(std::stoi(task.path().filename()));
-      }
-    }
-    return std::nullopt;
-  };
-  EXPECT_TRUE(eventually([&] { return policy_of_reader().has_value(); }));
-  EXPECT_EQ(policy_of_reader(), SCHED_OTHER);
-  kill(application, SIGTERM);
-  EXPECT_EQ(recorder.wait().status, 0);
 }
 
 TEST(KernelRecordForOrdinaryUsers, SaysInOneLineWhyItCannot) {
