@@ -77,40 +77,32 @@ Json json_of(const analysis::CallbackThread& thread) {
 }
 
 Json json_of(const analysis::CallbackReport& c) {
-  return {
-      {"logical_id", c.logical_id},
-      {"pid", c.pid},
-      {"node", c.node},
-      {"kind", c.kind},
-      {"source", c.source},
-      {"symbol", c.symbol},
-      {"period_ns", optional_json(c.period_ns)},
-      {"group", optional_json(c.group)},
-      {"threads", array_of(c.threads, [](const auto& thread) { return json_of(thread); })},
-      {"isolated", c.isolated},
-      {"instances", c.instances},
-      {"incomplete", c.incomplete},
-      {"missed_releases", optional_json(c.missed_releases)},
-      {"release_source",
-       c.release_source ? Json(analysis::label(*c.release_source)) : Json(nullptr)},
-      {"response_time_ns", json_of(c.response_time)},
-      {"response_time_lower_ns", json_of(c.response_time_lower)},
-      {"response_time_upper_ns", json_of(c.response_time_upper)},
-      {"start_latency_ns", json_of(c.start_latency)},
-      {"duration_ns", json_of(c.duration)},
-      {"inter_arrival_ns", json_of(c.inter_arrival)},
-      {"execution_time_ns", json_of(c.execution_time)},
-      {"preempted_ns", json_of(c.preempted)},
-      {"blocked_ns", json_of(c.blocked)},
-      {"wake_delay_ns", json_of(c.wake_delay)},
-      {"wakeup_latency_ns", json_of(c.wakeup_latency)},
-      {"preempted_by",
-       c.preempted
-           ? array_of(c.preempted_by,
-                      [](const auto& by) {
-                        return Json{{"tid", by.tid}, {"name", by.name}, {"time_ns", by.time.ns}};
-                      })
-           : Json(nullptr)}};
+  return {{"logical_id", c.logical_id},
+          {"pid", c.pid},
+          {"node", c.node},
+          {"kind", c.kind},
+          {"source", c.source},
+          {"symbol", c.symbol},
+          {"period_ns", optional_json(c.period_ns)},
+          {"group", optional_json(c.group)},
+          {"threads", array_of(c.threads, [](const auto& thread) { return json_of(thread); })},
+          {"isolated", c.isolated},
+          {"instances", c.instances},
+          {"incomplete", c.incomplete},
+          {"missed_releases", optional_json(c.missed_releases)},
+          {"release_source",
+           c.release_source ? Json(analysis::label(*c.release_source)) : Json(nullptr)},
+          {"response_time_ns", json_of(c.response_time)},
+          {"response_time_lower_ns", json_of(c.response_time_lower)},
+          {"response_time_upper_ns", json_of(c.response_time_upper)},
+          {"start_latency_ns", json_of(c.start_latency)},
+          {"duration_ns", json_of(c.duration)},
+          {"inter_arrival_ns", json_of(c.inter_arrival)},
+          {"execution_time_ns", json_of(c.execution_time)},
+          {"preempted_ns", json_of(c.preempted)},
+          {"blocked_ns", json_of(c.blocked)},
+          {"wake_delay_ns", json_of(c.wake_delay)},
+          {"wakeup_latency_ns", json_of(c.wakeup_latency)}};
 }
 
 Json json_of(const analysis::ThreadSchedReport& s) {
