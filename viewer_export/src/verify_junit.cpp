@@ -31,12 +31,9 @@ struct Counts {
   }
 };
 
-// A rule without subjects is one case.
 Counts counts_of(const analysis::RuleVerdict& rule) {
   Counts counts;
-  for (const auto& subject : rule.subjects)
-    counts.add(subject.verdict);
-  if (rule.subjects.empty()) counts.add(rule.verdict);
+  for_each_case(rule, [&counts](const auto& subject) { counts.add(subject.verdict); });
   return counts;
 }
 
@@ -58,7 +55,7 @@ void write_outcome(std::ostream& out, const analysis::SubjectVerdict& subject,
 void write_case(std::ostream& out, const analysis::RuleVerdict& rule,
                 const analysis::SubjectVerdict& subject, const analysis::Report& report) {
   out << fmt::format("    <testcase classname=\"cie.verify.{}\" name=\"{}\"", rule.id,
-                     xml_escaped(subject.subject));
+                     xml_escaped(subject.subject.empty() ? rule.name : subject.subject));
   if (subject.verdict == Verdict::pass) {
     out << "/>\n";
     return;
@@ -85,11 +82,7 @@ void write_verify_junit(std::ostream& out, const analysis::VerdictReport& verdic
   for (const auto& rule : verdicts.rules) {
     out << fmt::format("  <testsuite name=\"{} {}\" {}>\n", rule.id, xml_escaped(rule.name),
                        counts_of(rule).attributes());
-    for (const auto& subject : rule.subjects)
-      write_case(out, rule, subject, report);
-    if (rule.subjects.empty()) {
-      write_case(out, rule, {.subject = rule.name, .verdict = rule.verdict}, report);
-    }
+    for_each_case(rule, [&](const auto& subject) { write_case(out, rule, subject, report); });
     out << "  </testsuite>\n";
   }
   out << "</testsuites>\n";

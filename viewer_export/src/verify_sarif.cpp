@@ -98,11 +98,9 @@ void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdic
   Json results = Json::array();
   for (std::size_t i = 0; i < verdicts.rules.size(); ++i) {
     const auto& rule = verdicts.rules[i];
-    for (const auto& subject : rule.subjects)
+    for_each_case(rule, [&](const auto& subject) {
       results.push_back(result_json(rule, i, subject, report));
-    if (rule.subjects.empty()) {
-      results.push_back(result_json(rule, i, {.subject = {}, .verdict = rule.verdict}, report));
-    }
+    });
   }
   Json driver{{"name", "cie"},
               {"version", tool_version()},

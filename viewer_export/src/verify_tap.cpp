@@ -45,7 +45,7 @@ void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts
                       const analysis::Report& report) {
   std::size_t count = 0;
   for (const auto& rule : verdicts.rules)
-    count += rule.subjects.empty() ? 1 : rule.subjects.size();
+    for_each_case(rule, [&count](const auto&) { ++count; });
   out << fmt::format("TAP version 13\n1..{}\n", count);
   std::size_t number = 0;
   const auto write = [&](const analysis::RuleVerdict& rule,
@@ -56,11 +56,8 @@ void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts
                        subject.verdict == Verdict::not_applicable ? " # SKIP not applicable" : "");
     if (!is_ok) write_diagnostics(out, subject, report);
   };
-  for (const auto& rule : verdicts.rules) {
-    for (const auto& subject : rule.subjects)
-      write(rule, subject);
-    if (rule.subjects.empty()) write(rule, {.subject = {}, .verdict = rule.verdict});
-  }
+  for (const auto& rule : verdicts.rules)
+    for_each_case(rule, [&](const auto& subject) { write(rule, subject); });
 }
 
 }  // namespace cie::viewer_export

@@ -14,4 +14,15 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
 // The first evidence's note, for formats that have room for one line; the verdict if there is none.
 std::string headline_of(const analysis::SubjectVerdict& subject);
 
+// Calls visit() with every subject of a rule; with one that has no name if the rule has none.
+template <typename Visit>
+void for_each_case(const analysis::RuleVerdict& rule, const Visit& visit) {
+  for (const auto& subject : rule.subjects)
+    visit(subject);
+  if (!rule.subjects.empty()) return;
+  analysis::SubjectVerdict itself;
+  itself.verdict = rule.verdict;
+  visit(itself);
+}
+
 }  // namespace cie::viewer_export

@@ -126,7 +126,8 @@ class Usage(unittest.TestCase):
         self.assertEqual(rules("--skip", "M2,T1"), [r for r in everything if r not in ("M2", "T1")])
         self.assert_usage_error(("verify", TRACE, "--only", "M2,Z9"),
                                 '--only: there is no rule "Z9"; cie verify --list-rules names them all')
-        self.assert_usage_error(("verify", TRACE, "--only", "M2", "--skip", "M3"), "exclude each other")
+        self.assert_usage_error(("verify", TRACE, "--only", "M2", "--skip", "M3"),
+                                "--only and --skip exclude each other: name the rules that count, or those that do not")
 
     def test_what_is_left_out_has_no_say(self):
         violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
@@ -146,7 +147,7 @@ class Usage(unittest.TestCase):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
                                 '--inconclusive does not know "wran"; did you mean "warn"? available: warn, fail')
         self.assert_usage_error(("verify", "--explain", "Z9"),
-                                'there is no rule "Z9"; cie verify --list-rules names them all')
+                                '--explain: there is no rule "Z9"; cie verify --list-rules names them all')
 
 
 class Rules(unittest.TestCase):

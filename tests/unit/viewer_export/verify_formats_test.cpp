@@ -84,7 +84,11 @@ TEST(VerifySarif, HasOneResultPerSubjectWithItsKind) {
   for (const auto& result : run.at("results")) {
     kinds += result.at("ruleId").get<std::string>() + ' ' + result.at("kind").get<std::string>() +
              ' ' + result.at("level").get<std::string>() + '\n';
-    EXPECT_EQ(run.at("tool").at("driver").at("rules").at(result.at("ruleIndex")).at("id"),
+    EXPECT_EQ(run.at("tool")
+                  .at("driver")
+                  .at("rules")
+                  .at(result.at("ruleIndex").get<std::size_t>())
+                  .at("id"),
               result.at("ruleId"));
   }
   EXPECT_EQ(kinds,
