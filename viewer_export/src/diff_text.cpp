@@ -43,11 +43,13 @@ std::string range(const analysis::QuantileInterval& interval) {
   return fmt::format("{} .. {}", bound(interval.lower), bound(interval.upper));
 }
 
+// The callback's name stands on its first line.
 void add_quantities(TextTable& table, const CallbackChange& change) {
+  auto name = printable(change.logical_id);
   for (const auto& quantity : change.quantities) {
     const bool is_certain = quantity.change == Change::worse || quantity.change == Change::better;
     if (!is_certain) continue;
-    table.add({{printable(change.logical_id)},
+    table.add({{std::exchange(name, {})},
                {fmt::format("{} {}", quantity.quantity, quantile_name(quantity.per_mille))},
                {format_duration(quantity.before->estimate)},
                {format_duration(quantity.after->estimate)},
@@ -56,7 +58,7 @@ void add_quantities(TextTable& table, const CallbackChange& change) {
                {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});
   }
   if (change.missed == Change::worse || change.missed == Change::better) {
-    table.add({{printable(change.logical_id)},
+    table.add({{std::exchange(name, {})},
                {"missed releases"},
                {std::to_string(change.missed_before.value_or(0))},
                {std::to_string(change.missed_after.value_or(0))},
