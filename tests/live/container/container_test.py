@@ -542,7 +542,7 @@ class BadFiles(unittest.TestCase):
         self.assertEqual(code, ENDED_WELL)
         self.assertIn("warning: " + said, told)
 
-    @unittest.skipIf(os.nice(0) > 3, "runs at a nice value that an ordinary user cannot lower")
+    @unittest.skipIf(os.nice(0) > 3, "not possible here: runs at a nice value that an ordinary user cannot lower")
     def test_spec_of_the_domain(self):
         spec = scratch / "domains.yaml"
         spec.write_text("callback_groups:\n"

@@ -234,7 +234,7 @@ TEST_F(NodeParameters, HaveAnOrdinaryThreadWhateverItsCreatorIs) {
     error = sched_setscheduler(0, SCHED_FIFO, &parameter) == 0 ? 0 : errno;
     node.declare_parameter("rate", 10);
   }}.join();
-  if (error != 0) GTEST_SKIP() << "needs CAP_SYS_NICE: " << std::strerror(error);
+  if (error != 0) GTEST_SKIP() << "not possible here: needs CAP_SYS_NICE: " << std::strerror(error);
   const id_t tid = tid_of("cie-parameters");
   EXPECT_EQ(sched_getscheduler(static_cast<pid_t>(tid)), SCHED_OTHER);
   EXPECT_EQ(getpriority(PRIO_PROCESS, tid), 10);
