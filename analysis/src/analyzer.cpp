@@ -7,6 +7,7 @@
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "report_builder.hpp"
+#include "ros2/event_translator.hpp"
 #include "rules/rule.hpp"
 #include "thread_timeline.hpp"
 
@@ -51,6 +52,7 @@ constexpr std::array<std::string_view, std::variant_size_v<EventBody>> kEventNam
     "sched_migrate_task",
     "sched_pi_setprio",
     "lttng_ust_statedump:procname",
+    "",
     ""};
 
 }  // namespace
@@ -66,9 +68,11 @@ struct Analyzer::Pipeline {
         enforcement(model, registry, timeline, instances) {}
 
   void count(const Event& event) {
-    ++model.events.total;
     ++by_class[event.body.index()];
-    recording.count_event(event.head.stream);
+    if (!event.head.is_derived) {
+      ++model.events.total;
+      recording.count_event(event.head.stream);
+    }
     now = event.head.time;
   }
 
@@ -92,12 +96,16 @@ struct Analyzer::Pipeline {
     const auto& head = event.head;
     std::visit(
         Overloaded{
-            [&](const StreamBegin& e) { recording.apply(head, e); },
+            [&](const StreamBegin& e) {
+              recording.apply(head, e);
+              translator.apply(head, e);
+            },
             [&](const StreamEnd& e) { recording.apply(head, e); },
             [&](const PacketBegin& e) { recording.apply(head, e); },
             [&](const PacketEnd& e) { recording.apply(head, e); },
             [&](const Discarded& e) {
               recording.apply(head, e);
+              if (!recording.is_kernel(head.stream)) translator.lose(head);
               if (recording.is_kernel(head.stream)) {
                 timeline.add_hole(registry.host_of(head),
                                   {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
@@ -105,6 +113,7 @@ struct Analyzer::Pipeline {
             },
             [&](const DamagedPacket& e) {
               recording.apply(head, e);
+              if (!recording.is_kernel(head.stream)) translator.lose(head);
               if (recording.is_kernel(head.stream)) {
                 timeline.add_hole(registry.host_of(head), {.begin = e.begin.value_or(head.time),
                                                            .end = e.end.value_or(head.time),
@@ -224,6 +233,7 @@ struct Analyzer::Pipeline {
   ChainTracker chains;
   InstanceBuilder instances;
   EnforcementTracker enforcement;
+  EventTranslator translator;
   std::array<std::uint64_t, std::variant_size_v<EventBody>> by_class{};
   Timestamp now;
 };
@@ -244,6 +254,11 @@ void Analyzer::consume(const Event& event) {
     pipeline.structural(event);
     return;
   }
+  if (const auto* raw = std::get_if<Untranslated>(&event.body)) {
+    consume(Event{.head = event.head, .body = OtherEvent{}});
+    pipeline.translator.translate(event.head, *raw, [this](const Event& e) { consume(e); });
+    return;
+  }
   pipeline.count(event);
   if (index < first_kernel) pipeline.note_user(event.head);
   if (index <= last_state) {
@@ -257,6 +272,7 @@ void Analyzer::consume(const Event& event) {
 AnalysisResult Analyzer::finish() {
   auto& pipeline = *pipeline_;
   auto& model = pipeline.model;
+  pipeline.translator.finish([this](const Event& e) { consume(e); });
   for (std::size_t i = 0; i < kEventNames.size(); ++i) {
     if (!kEventNames[i].empty() && pipeline.by_class[i] > 0) {
       model.events.by_name.emplace(kEventNames[i], pipeline.by_class[i]);

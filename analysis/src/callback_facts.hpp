@@ -64,6 +64,7 @@ struct CallbackFacts {
   std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement
   std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
   std::uint64_t first_next_seq = 0;         // of the first callback_init seen
+  bool is_accounted = true;                 // its recorder numbers instances and counts losses
   std::string logical_id{};                 // "?<id>" when never registered
   std::string node{};
   NodeId node_id{};

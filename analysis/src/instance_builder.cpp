@@ -56,6 +56,7 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
   auto& on_thread = of_thread(live->thread);
   auto& callback = callbacks_[live->callback];
   auto& facts = model_.callbacks[at(live->callback)];
+  if (head.is_derived) facts.is_accounted = false;
   registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
   if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
     facts.missed += live->missed;

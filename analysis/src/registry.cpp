@@ -230,6 +230,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   if (facts.registered) return;
   facts.registered = ref(head);
   facts.first_next_seq = event.next_seq;
+  facts.is_accounted = !head.is_derived;
   facts.logical_id = event.logical_id;
   facts.node_id = event.node;
   facts.node = node_name(*process, event.node);

@@ -194,7 +194,7 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
                     model.threads[at(facts.ran_on.front().thread)].ran.size() == 1;
   report.instances = facts.instances;
   report.incomplete = facts.open_count;
-  if (facts.kind == CallbackKind::timer) report.missed_releases = facts.missed;
+  if (facts.kind == CallbackKind::timer && facts.is_accounted) report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
   report.response_time = facts.response_time.summary();
   report.response_time_lower = facts.response_time_lower.summary();

@@ -72,19 +72,12 @@ ReportSink::ReportSink(const bt_value* params) {
   feeder_ = std::make_unique<analysis::MessageFeeder>(*analyzer_);
 }
 
-ReportSink::~ReportSink() {
-  if (iterator_ != nullptr) bt_message_iterator_put_ref(iterator_);
-}
-
-void ReportSink::set_iterator(bt_message_iterator* iterator) noexcept { iterator_ = iterator; }
-
 bt_component_class_sink_consume_method_status ReportSink::consume() {
-  bt_message_array_const messages = nullptr;
-  std::uint64_t count = 0;
-  const auto status = bt_message_iterator_next(iterator_, &messages, &count);
+  const auto status =
+      inputs_.next([this](const bt_message* message) { feeder_->consume(message); });
   switch (status) {
     case BT_MESSAGE_ITERATOR_NEXT_STATUS_OK:
-      break;
+      return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_OK;
     case BT_MESSAGE_ITERATOR_NEXT_STATUS_END:
       finish();
       return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_END;
@@ -95,17 +88,6 @@ bt_component_class_sink_consume_method_status ReportSink::consume() {
     default:
       return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_ERROR;
   }
-  std::exception_ptr error;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    try {
-      if (!error) feeder_->consume(messages[i]);
-    } catch (...) {
-      error = std::current_exception();  // every message of the batch must be put
-    }
-    bt_message_put_ref(messages[i]);
-  }
-  if (error) std::rethrow_exception(error);
-  return BT_COMPONENT_CLASS_SINK_CONSUME_METHOD_STATUS_OK;
 }
 
 void ReportSink::finish() {

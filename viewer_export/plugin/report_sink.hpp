@@ -5,6 +5,8 @@
 #include <cie/analysis/message_feeder.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "message_merger.hpp"
+
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,12 +21,11 @@ class ReportSink {
   // file; default standard output). Throws std::invalid_argument for others, SpecError for a bad
   // spec.
   explicit ReportSink(const bt_value* params);
-  ~ReportSink();
   ReportSink(const ReportSink&) = delete;
   ReportSink& operator=(const ReportSink&) = delete;
 
-  // Takes over the iterator's reference.
-  void set_iterator(bt_message_iterator* iterator) noexcept;
+  // Takes over the iterator's reference. Inputs are merged by time.
+  void add_input(bt_message_iterator* iterator) { inputs_.add(iterator); }
   // Pulls one batch; the status is what babeltrace2 expects of a sink. Writes the report at the
   // end.
   bt_component_class_sink_consume_method_status consume();
@@ -37,7 +38,7 @@ class ReportSink {
   std::optional<SchedulingSpec> spec_;
   std::unique_ptr<analysis::Analyzer> analyzer_;
   std::unique_ptr<analysis::MessageFeeder> feeder_;
-  bt_message_iterator* iterator_ = nullptr;
+  MessageMerger inputs_;
 };
 
 }  // namespace cie::viewer_export

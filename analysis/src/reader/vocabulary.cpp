@@ -7,7 +7,8 @@ namespace cie::analysis {
 const Translation* find_translation(std::string_view event) {
   static const auto all = [] {
     std::map<std::string_view, const Translation*> by_name;
-    for (const auto* vocabulary : {&cie_vocabulary(), &kernel_vocabulary(), &lttng_vocabulary()}) {
+    for (const auto* vocabulary :
+         {&cie_vocabulary(), &ros2_vocabulary(), &kernel_vocabulary(), &lttng_vocabulary()}) {
       for (const auto& translation : *vocabulary)
         by_name.emplace(translation.event, &translation);
     }

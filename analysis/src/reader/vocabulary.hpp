@@ -31,6 +31,7 @@ const Translation* find_translation(std::string_view event);
 
 // The tables of each vocabulary. At most kMaxSlots fields each.
 const std::vector<Translation>& cie_vocabulary();
+const std::vector<Translation>& ros2_vocabulary();  // ROS 2's tracers: see ../ros2
 const std::vector<Translation>& kernel_vocabulary();
 const std::vector<Translation>& lttng_vocabulary();  // what LTTng itself says of a process
 

@@ -23,6 +23,10 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
       model, [&](CallbackIndex, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
         judgement.doubt(proof.gap(callback));
+        if (!callback.is_accounted && callback.starts.count != 0) {
+          judgement.doubt(evidence("callback_start", callback.starts.first_at,
+                                   "its tracer numbers no instances, as cie:callback_start does"));
+        }
       });
   // Threads and publishers are named only if their numbers jump.
   auto of_threads =

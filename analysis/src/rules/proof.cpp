@@ -4,6 +4,7 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -343,6 +344,8 @@ void Proof::prove(CallbackIndex index) {
     auto last = facts.registered ? facts.registered->time : Timestamp{};
     if (facts.starts.last) last = std::max(last, facts.starts.last_at.time);
     if (facts.max_end_at) last = std::max(last, facts.max_end_at->time);
+    // Without numbers any loss, whenever it was, may have been one of its events.
+    if (!facts.is_accounted) last = Timestamp{std::numeric_limits<std::int64_t>::min()};
     if (!loss) loss = untold_loss(facts.process, last);
   }
   is_anything_lost_ = is_anything_lost_ || loss.has_value();

@@ -13,6 +13,8 @@
 
 namespace cie::analysis {
 
+struct Field;  // a reader's; see reader/field.hpp
+
 // Dense numbers given by the reader: one stream is one sequence of packets (usually one CPU's
 // buffer of one channel of one trace).
 enum class StreamIndex : std::uint32_t {};
@@ -24,6 +26,7 @@ struct EventHead {
   std::optional<std::int32_t> cpu;
   std::optional<std::int64_t> pid;  // vpid, as the tracer knows it
   std::optional<std::int64_t> tid;  // vtid
+  bool is_derived = false;          // follows from other events: none of the trace's own
 };
 
 // --- about the recording itself ------------------------------------------------------------------
@@ -243,13 +246,20 @@ struct OtherEvent {
   std::string_view name;
 };
 
+// An event whose meaning depends on earlier ones. The analyzer has it replaced, first of all, by
+// those of the model that follow from it.
+struct Untranslated {
+  std::uint32_t kind = 0;  // its vocabulary's
+  const Field* fields = nullptr;
+};
+
 using EventBody =
     std::variant<StreamBegin, StreamEnd, PacketBegin, PacketEnd, Discarded, DamagedPacket,
                  TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit, CallbackFini,
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
                  SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
-                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
+                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent, Untranslated>;
 
 struct Event {
   EventHead head;

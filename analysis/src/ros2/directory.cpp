@@ -1,0 +1,280 @@
+#include "directory.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cie::analysis::ros2 {
+namespace {
+
+// Far from what an executor of this project numbers from 0, should a process have both.
+constexpr std::uint32_t kFirstId = 1'000'000;
+
+template <typename Id>
+Id id_of(std::size_t number) noexcept {
+  return static_cast<Id>(kFirstId + static_cast<std::uint32_t>(number));
+}
+
+std::string_view kind_name(std::optional<CallbackKind> kind) noexcept {
+  switch (kind.value_or(CallbackKind::waitable)) {
+    case CallbackKind::timer:
+      return "Timer";
+    case CallbackKind::subscription:
+      return "Subscription";
+    case CallbackKind::service:
+      return "Service";
+    case CallbackKind::client:
+      return "Client";
+    case CallbackKind::waitable:
+      break;
+  }
+  return "Waitable";
+}
+
+}  // namespace
+
+void Directory::add_node(Address handle, std::string_view name, std::string_view name_space) {
+  std::string full(name_space);
+  if (full.empty() || full.back() != '/') full += '/';
+  full += name;
+  const auto known = nodes_by_handle_.find(handle);
+  if (known != nodes_by_handle_.end() && node(known->second)->name == full) return;
+  const auto id = id_of<NodeId>(nodes_.size());
+  nodes_.push_back(Node{.id = id, .name = std::move(full)});
+  nodes_by_handle_[handle] = id;
+}
+
+std::optional<NodeId> Directory::node_of(Address handle) const {
+  const auto found = nodes_by_handle_.find(handle);
+  if (found == nodes_by_handle_.end()) return std::nullopt;
+  return found->second;
+}
+
+Node* Directory::node(NodeId id) {
+  const auto number = static_cast<std::size_t>(to_number(id) - kFirstId);
+  return number < nodes_.size() ? &nodes_[number] : nullptr;
+}
+
+void Directory::add_publisher(Address handle, Address node, std::string_view topic,
+                              std::uint64_t gid, bool repeats) {
+  auto& entry = publishers_[handle];
+  if (repeats && entry.topic == topic) return;
+  entry = Publisher{.id = id_of<PublisherId>(publishers_made_++),
+                    .node = node_of(node),
+                    .topic = std::string(topic),
+                    .gid = gid};
+}
+
+Publisher& Directory::publisher(Address handle) {
+  const auto [found, is_new] = publishers_.try_emplace(handle);
+  if (is_new) found->second.id = id_of<PublisherId>(publishers_made_++);
+  return found->second;
+}
+
+// A handle's new meaning; the one it has when it was merely told again, or mentioned before.
+Directory::Entity& Directory::renew(Address handle, CallbackKind kind, std::string_view source,
+                                    bool repeats) {
+  auto& entity = entities_[handle];
+  const bool is_same = repeats && entity.kind == kind && entity.source == source;
+  if (entity.is_announced && !is_same) entity = {};
+  entity.kind = kind;
+  entity.source = source;
+  entity.is_announced = true;
+  return entity;
+}
+
+void Directory::add_subscription(Address handle, Address node, std::string_view topic,
+                                 std::uint32_t queue_depth, bool repeats) {
+  auto& entity = renew(handle, CallbackKind::subscription, topic, repeats);
+  entity.node = node_of(node);
+  entity.queue_depth = queue_depth;
+  refresh(entity);
+}
+
+void Directory::add_service(Address handle, Address node, std::string_view service, bool repeats) {
+  auto& entity = renew(handle, CallbackKind::service, service, repeats);
+  entity.node = node_of(node);
+  refresh(entity);
+}
+
+void Directory::add_timer(Address handle, std::uint64_t period_ns, bool repeats) {
+  auto& known = entities_[handle];
+  const bool is_same = repeats && known.is_announced && known.period_ns == period_ns;
+  auto& entity = renew(handle, CallbackKind::timer, {}, is_same);
+  entity.period_ns = period_ns;
+  refresh(entity);
+}
+
+void Directory::link_timer(Address handle, Address node) {
+  auto& entity = entities_[handle];
+  entity.node = node_of(node);
+  refresh(entity);
+}
+
+void Directory::add_object(Address subscription_handle, Address object) {
+  auto& known = objects_[object];
+  if (known.handle != subscription_handle) known = Object{.handle = subscription_handle};
+  known.has_callback = false;
+  const auto waiting = waiting_.find(object);
+  if (waiting == waiting_.end()) return;
+  for (const auto address : waiting->second) {
+    const auto binding = bindings_.find(address);
+    if (binding == bindings_.end() || binding->second.object != object) continue;
+    bind(binding->second, subscription_handle);
+    known.has_callback = true;
+  }
+  waiting_.erase(waiting);
+}
+
+void Directory::add_object_callback(Address object, Address callback, bool repeats) {
+  const auto bound = bindings_.find(callback);
+  if (repeats && bound != bindings_.end() && bound->second.object == object) return;
+  auto& binding = bindings_[callback] = Binding{.object = object};
+  const auto known = objects_.find(object);
+  if (known != objects_.end() && !known->second.has_callback) {
+    known->second.has_callback = true;
+    bind(binding, known->second.handle);
+    return;
+  }
+  // An object that has a callback already died, and this one was made where it lay.
+  if (known != objects_.end()) objects_.erase(known);
+  waiting_[object].push_back(callback);
+}
+
+void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback) {
+  auto& binding = bindings_[callback];
+  const auto entity = entities_.find(handle);
+  const bool is_same =
+      binding.callback && entity != entities_.end() && entity->second.callback == binding.callback;
+  if (is_same) return;
+  binding = Binding{};
+  auto& of_handle = entities_[handle];
+  of_handle.kind = kind;
+  bind(binding, handle);
+}
+
+void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
+  auto& binding = bindings_[address] = Binding{};
+  auto& entity = entities_[handle];
+  if (!entity.is_announced) entity.kind = kind;
+  bind(binding, handle);
+}
+
+void Directory::add_symbol(Address callback, std::string_view symbol) {
+  const auto found = bindings_.find(callback);
+  if (found == bindings_.end()) return;
+  found->second.symbol = symbol;
+  if (!found->second.callback) return;
+  auto& known = get(*found->second.callback).symbol;
+  if (known.empty()) known = symbol;
+}
+
+void Directory::add_group(Address group, std::string_view type) {
+  const auto [found, is_new] = groups_.try_emplace(group);
+  if (is_new) found->second.id = id_of<GroupId>(groups_.size() - 1);
+  if (type == "mutually_exclusive") found->second.type = GroupType::mutually_exclusive;
+  if (type == "reentrant") found->second.type = GroupType::reentrant;
+}
+
+void Directory::join_group(Address group, Address handle) {
+  auto& entity = entities_[handle];
+  entity.group = group;
+  refresh(entity);
+}
+
+std::optional<GroupId> Directory::group(Address address) const {
+  const auto found = groups_.find(address);
+  if (found == groups_.end()) return std::nullopt;
+  return found->second.id;
+}
+
+std::optional<GroupType> Directory::group_type(Address address) const {
+  const auto found = groups_.find(address);
+  return found == groups_.end() ? std::nullopt : found->second.type;
+}
+
+CallbackNumber Directory::new_callback() {
+  const auto number = static_cast<CallbackNumber>(callbacks_.size());
+  callbacks_.push_back(Callback{.id = id_of<CallbackId>(callbacks_.size())});
+  return number;
+}
+
+void Directory::describe(Callback& callback, const Entity& entity) {
+  callback.kind = entity.kind;
+  callback.node = entity.node;
+  callback.source = entity.source;
+  callback.period_ns = entity.period_ns;
+  callback.queue_depth = entity.queue_depth;
+  callback.group = entity.group;
+}
+
+void Directory::refresh(const Entity& entity) {
+  if (entity.callback) describe(get(*entity.callback), entity);
+}
+
+// The address is one of the handle's callback. What ran there unknown becomes that callback.
+void Directory::bind(Binding& binding, Address handle) {
+  auto& entity = entities_[handle];
+  if (!entity.callback) {
+    entity.callback = binding.callback ? *binding.callback : new_callback();
+  }
+  binding.callback = entity.callback;
+  auto& callback = get(*entity.callback);
+  if (callback.symbol.empty()) callback.symbol = binding.symbol;
+  describe(callback, entity);
+}
+
+CallbackNumber Directory::callback(Address address) {
+  auto& binding = bindings_[address];
+  if (!binding.callback) {
+    binding.callback = new_callback();
+    get(*binding.callback).symbol = binding.symbol;
+  }
+  return *binding.callback;
+}
+
+std::optional<CallbackNumber> Directory::callback_of_buffer(Address buffer) const {
+  const auto object = objects_of_buffers_.find(buffer);
+  if (object == objects_of_buffers_.end()) return std::nullopt;
+  // The object between callbacks is itself a subscription's, or linked to one.
+  const auto linked = subscriptions_of_objects_.find(object->second);
+  for (const auto address :
+       {linked != subscriptions_of_objects_.end() ? linked->second : object->second,
+        object->second}) {
+    const auto known = objects_.find(address);
+    const auto handle = known != objects_.end() ? known->second.handle : address;
+    const auto entity = entities_.find(handle);
+    if (entity != entities_.end() && entity->second.callback) return entity->second.callback;
+  }
+  return std::nullopt;
+}
+
+std::string Directory::plain_id(const Callback& callback) const {
+  std::string text = "?";
+  if (callback.node) text = nodes_[to_number(*callback.node) - kFirstId].name;
+  text += '@';
+  text += kind_name(callback.kind);
+  text += '(';
+  if (callback.kind == CallbackKind::timer) {
+    text += std::to_string(callback.period_ns);
+  } else {
+    text += callback.source.empty() ? "?" : callback.source;
+  }
+  return text + ')';
+}
+
+std::string Directory::logical_id(CallbackNumber number) const {
+  const auto& callback = callbacks_[static_cast<std::size_t>(number)];
+  auto text = plain_id(callback);
+  std::size_t same = 1;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(number); ++i) {
+    const auto& other = callbacks_[i];
+    if (other.kind == callback.kind && other.node == callback.node &&
+        other.source == callback.source && other.period_ns == callback.period_ns) {
+      ++same;
+    }
+  }
+  if (same > 1) text += "#" + std::to_string(same);
+  return text;
+}
+
+}  // namespace cie::analysis::ros2

@@ -1,0 +1,142 @@
+// Who is who in one process of ROS 2: nodes, publishers, groups, and the callbacks behind
+// addresses. Addresses are given anew by the system, so each holds what was said of it last; what
+// it meant before lives on under its id.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace cie::analysis::ros2 {
+
+using Address = std::uint64_t;
+enum class CallbackNumber : std::uint32_t {};  // position in the directory
+
+struct Node {
+  NodeId id{};
+  std::string name{};  // fully qualified
+  bool is_told = false;
+};
+
+struct Publisher {
+  PublisherId id{};
+  std::optional<NodeId> node{};
+  std::string topic{};  // empty: never announced
+  std::uint64_t gid = 0;
+  std::uint64_t next_seq = 0;
+  std::int64_t last_stamp = 0;
+  bool is_told = false;
+};
+
+// One callback, however many addresses it has.
+struct Callback {
+  CallbackId id{};
+  std::optional<CallbackKind> kind{};  // empty: made before the recording began
+  std::optional<NodeId> node{};
+  std::string source{};
+  std::string symbol{};
+  std::uint64_t period_ns = 0;
+  std::uint32_t queue_depth = 0;
+  std::optional<Address> group{};
+  std::uint64_t next_seq = 0;
+  std::uint64_t releases = 0;
+  std::uint64_t overwritten = 0;
+  bool is_told = false;
+};
+
+class Directory {
+ public:
+  // What the events of the same names say. `repeats`: by a tracer that may say it a second time.
+  void add_node(Address handle, std::string_view name, std::string_view name_space);
+  void add_publisher(Address handle, Address node, std::string_view topic, std::uint64_t gid,
+                     bool repeats);
+  void add_subscription(Address handle, Address node, std::string_view topic,
+                        std::uint32_t queue_depth, bool repeats);
+  void add_service(Address handle, Address node, std::string_view service, bool repeats);
+  void add_timer(Address handle, std::uint64_t period_ns, bool repeats);
+  void link_timer(Address handle, Address node);
+  void add_object(Address subscription_handle, Address object);
+  void add_object_callback(Address object, Address callback, bool repeats);
+  void add_handle_callback(CallbackKind kind, Address handle, Address callback);
+  void add_symbol(Address callback, std::string_view symbol);
+  void add_group(Address group, std::string_view type);
+  void join_group(Address group, Address handle);
+  // `address` stands for the callback of `handle` from now on.
+  void stand_for(CallbackKind kind, Address address, Address handle);
+  void link_buffer(Address buffer, Address object) { objects_of_buffers_[buffer] = object; }
+  void link_object(Address object, Address subscription) {
+    subscriptions_of_objects_[object] = subscription;
+  }
+
+  // The callback behind an address; an unknown one the first time that nobody spoke of it.
+  CallbackNumber callback(Address address);
+  // The callback that a queue between callbacks feeds. Empty: unknown.
+  std::optional<CallbackNumber> callback_of_buffer(Address buffer) const;
+  Callback& get(CallbackNumber number) { return callbacks_[static_cast<std::size_t>(number)]; }
+  // A publisher of that handle; one without a topic if it was never announced.
+  Publisher& publisher(Address handle);
+  Node* node(NodeId id);
+  std::optional<GroupType> group_type(Address group) const;
+  // The id of a group that was announced.
+  std::optional<GroupId> group(Address address) const;
+
+  // `<node>@Subscription(<topic>)`, with #2, #3, … for those of the same name made later.
+  std::string logical_id(CallbackNumber number) const;
+  std::size_t callbacks() const noexcept { return callbacks_.size(); }
+
+ private:
+  // What a handle stands for: how its callback will be described.
+  struct Entity {
+    CallbackKind kind = CallbackKind::timer;
+    std::optional<NodeId> node{};
+    std::string source{};
+    std::uint64_t period_ns = 0;
+    std::uint32_t queue_depth = 0;
+    std::optional<Address> group{};
+    bool is_announced = false;
+    std::optional<CallbackNumber> callback{};
+  };
+  struct Object {
+    Address handle = 0;
+    bool has_callback = false;
+  };
+  // An address of a callback. The object or handle may be announced later than its callback.
+  struct Binding {
+    std::optional<Address> object{};
+    std::optional<CallbackNumber> callback{};
+    std::string symbol{};
+  };
+  struct Group {
+    GroupId id{};
+    std::optional<GroupType> type{};
+  };
+
+  Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
+  void bind(Binding& binding, Address handle);
+  static void describe(Callback& callback, const Entity& entity);
+  void refresh(const Entity& entity);
+  CallbackNumber new_callback();
+  std::optional<NodeId> node_of(Address handle) const;
+  std::string plain_id(const Callback& callback) const;
+
+  std::vector<Node> nodes_;
+  std::deque<Callback> callbacks_;
+  std::unordered_map<Address, NodeId> nodes_by_handle_;
+  std::unordered_map<Address, Publisher> publishers_;
+  std::uint32_t publishers_made_ = 0;
+  std::unordered_map<Address, Entity> entities_;  // by rcl handle
+  std::unordered_map<Address, Object> objects_;   // of rclcpp's subscriptions
+  std::unordered_map<Address, Binding> bindings_;
+  std::unordered_map<Address, std::vector<Address>> waiting_;  // callbacks, by object
+  std::unordered_map<Address, Group> groups_;
+  std::unordered_map<Address, Address> objects_of_buffers_;
+  std::unordered_map<Address, Address> subscriptions_of_objects_;
+};
+
+}  // namespace cie::analysis::ros2

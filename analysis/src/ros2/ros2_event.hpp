@@ -1,0 +1,54 @@
+// The events of ROS 2's tracers (ros2_tracing, CARET, agnocast) that say something about callbacks
+// and messages, and the order of their fields. Distributions differ in which events and fields
+// there are, so fields are asked for by name and may be absent.
+#pragma once
+
+#include <cstdint>
+
+namespace cie::analysis::ros2 {
+
+// Behind each: the fields in the order of their slots. Handles are addresses in the process.
+enum class Ros2Event : std::uint32_t {
+  node_init,               // node_handle, node_name, namespace
+  publisher_init,          // publisher_handle, node_handle, topic_name
+  subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth
+  subscription_object,     // subscription_handle, subscription
+  subscription_callback,   // subscription, callback
+  service_init,            // service_handle, node_handle, service_name
+  service_callback,        // service_handle, callback
+  timer_init,              // timer_handle, period
+  timer_callback,          // timer_handle, callback
+  timer_node,              // timer_handle, node_handle
+  callback_symbol,         // callback, symbol
+  callback_start,          // callback
+  callback_end,            // callback
+  publish,                 // message: the call of the user's code
+  intra_publish,           // publisher_handle, message
+  rcl_publish,             // publisher_handle, message
+  rmw_publish,             // message, timestamp (of the source; since Iron)
+  bind_stamp,              // addr, source_stamp: CARET's word for a message's source timestamp
+  rmw_take,                // source_timestamp, taken
+  dispatch,                // callback, source_stamp: CARET's take
+  intra_dispatch,          // message, callback: CARET's take between callbacks of a process
+  message_copy,            // original_message, constructed_message
+  executor_wait,           // timeout
+  executor_ready,          //
+  buffer_of_object,        // buffer, ipb
+  object_of_subscription,  // ipb, subscription
+  enqueue,                 // buffer, index, overwritten
+  dequeue,                 // buffer, index
+  group,                   // callback_group_addr, group_type_name
+  group_member,            // callback_group_addr, handle
+  agnocast_subscription,   // subscription_handle, node_handle, callback_group, symbol, topic_name,
+                           // queue_depth, pid_callback_info_id
+  agnocast_timer,          // timer_handle, node_handle, callback_group, symbol, period
+  agnocast_publish,        // publisher_handle, entry_id
+  agnocast_callable,       // callable, entry_id, pid_callback_info_id
+  agnocast_timer_callable  // callable, timer_handle
+};
+
+// Untranslated::kind: the event, and whether a tracer tells it that repeats others' events when a
+// recording begins.
+inline constexpr std::uint32_t kRepeats = 1U << 16U;
+
+}  // namespace cie::analysis::ros2

@@ -1,0 +1,307 @@
+// Recordings of real systems against figures that others computed from them.
+//
+// Every folder with an `expected.json`, below ours or the one that CIE_TRACES names, holds a
+// recording and, by address of each callback, how often it ran, how long and on which threads.
+// Addresses of one subscription are one callback here, so figures of equal names are added up
+// before they are compared. A `caret_reference.json` beside it has what CARET says of the messages.
+#include <cie/analysis/analyzer.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace cie::analysis {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+struct Figures {
+  std::uint64_t count = 0;
+  std::int64_t min = INT64_MAX;
+  std::int64_t max = INT64_MIN;
+  std::map<std::int64_t, std::uint64_t> tids;
+
+  void add(std::int64_t value) {
+    ++count;
+    min = std::min(min, value);
+    max = std::max(max, value);
+  }
+  bool operator==(const Figures&) const = default;
+};
+
+std::ostream& operator<<(std::ostream& out, const Figures& figures) {
+  out << figures.count << " from " << figures.min << " to " << figures.max << " on";
+  for (const auto& [tid, count] : figures.tids)
+    out << ' ' << tid << ':' << count;
+  return out;
+}
+
+// Process, kind, node, topic or service or period.
+using Name = std::tuple<std::int64_t, std::string, std::string, std::string>;
+
+struct Run {
+  std::uint32_t callback = 0;
+  std::int64_t pid = 0;
+  std::int64_t tid = 0;
+  std::int64_t start = 0;
+  std::int64_t end = -1;
+  std::uint64_t gid = 0;
+  std::int64_t stamp = 0;
+};
+struct Sent {
+  std::int64_t time = 0;
+  std::int64_t tid = 0;
+  std::string topic;
+};
+
+class Everything final : public Observer {
+ public:
+  std::vector<Run> runs;
+  std::map<std::pair<std::uint64_t, std::int64_t>, Sent> sent;  // by publisher and stamp
+  std::map<std::uint32_t, std::string> ids;
+
+  void on_instance(const Instance& instance) override {
+    runs.push_back(Run{.callback = instance.callback,
+                       .pid = instance.pid,
+                       .tid = instance.tid,
+                       .start = instance.start.ns,
+                       .end = instance.end ? instance.end->ns : -1,
+                       .gid = instance.writer_gid,
+                       .stamp = instance.source_timestamp_realtime_ns});
+    ids[instance.callback] = instance.logical_id;
+  }
+  void on_publication(const Publication& publication) override {
+    sent[{publication.writer_gid, publication.source_timestamp_realtime_ns}] =
+        Sent{.time = publication.time.ns,
+             .tid = publication.tid,
+             .topic = std::string(publication.topic)};
+  }
+};
+
+json read(const fs::path& path) {
+  std::ifstream file(path);
+  return json::parse(file);
+}
+
+// Folders below this one with figures of callbacks.
+std::vector<fs::path> recordings(const char* folder) {
+  std::vector<fs::path> found;
+  if (folder == nullptr) return found;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().filename() == "expected.json" &&
+        read(entry.path()).contains("callback_threads")) {
+      found.push_back(entry.path().parent_path());
+    }
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::string text_or(const json& object, const char* key, std::string fallback = {}) {
+  const auto found = object.find(key);
+  return found == object.end() || found->is_null() ? fallback : found->get<std::string>();
+}
+
+std::map<Name, Figures> expected_figures(const json& expected) {
+  std::map<Name, Figures> figures;
+  const auto take = [&](const json& callback, std::int64_t pid, const json& named) {
+    if (!callback.contains("duration_ns")) return;
+    auto source = text_or(named, "name");
+    if (named.contains("period_ns"))
+      source = std::to_string(named["period_ns"].get<std::int64_t>());
+    auto& entry = figures[{pid, text_or(named, "type"), text_or(named, "node"), source}];
+    const auto& durations = callback["duration_ns"];
+    entry.count += durations["count"].get<std::uint64_t>();
+    entry.min = std::min(entry.min, durations["min"].get<std::int64_t>());
+    entry.max = std::max(entry.max, durations["max"].get<std::int64_t>());
+  };
+  for (const auto& callback : expected["callbacks"]) {
+    const auto pid = callback["vpid"].get<std::int64_t>();
+    if (callback.contains("generations")) {
+      for (const auto& generation : callback["generations"])
+        take(generation, pid, generation);
+    } else {
+      take(callback, pid, callback);
+    }
+  }
+  return figures;
+}
+
+// What ran on which threads is not told by generation: over all callbacks of a process.
+std::map<std::pair<std::int64_t, std::int64_t>, std::uint64_t> expected_threads(
+    const json& expected) {
+  std::map<std::pair<std::int64_t, std::int64_t>, std::uint64_t> threads;
+  for (const auto& callback : expected["callbacks"]) {
+    if (!callback.contains("tids")) continue;
+    for (const auto& [tid, count] : callback["tids"].items()) {
+      threads[{callback["vpid"].get<std::int64_t>(), std::stoll(tid)}] +=
+          count.get<std::uint64_t>();
+    }
+  }
+  return threads;
+}
+
+// By logical id: kind, node, and source or period.
+std::map<std::pair<std::int64_t, std::string>, Name> names_of(const Report& report) {
+  std::map<std::pair<std::int64_t, std::string>, Name> names;
+  for (const auto& callback : report.callbacks) {
+    const auto source =
+        callback.kind == "timer" ? std::to_string(callback.period_ns.value_or(0)) : callback.source;
+    names[{callback.pid, callback.logical_id}] = {callback.pid, callback.kind, callback.node,
+                                                  source};
+  }
+  return names;
+}
+
+void check_callbacks(const json& expected, const AnalysisResult& result,
+                     const Everything& everything) {
+  const auto names = names_of(result.report);
+  std::map<Name, Figures> figures;
+  std::map<std::pair<std::int64_t, std::int64_t>, std::uint64_t> threads;
+  std::uint64_t complete = 0;
+  std::uint64_t open = 0;
+  for (const auto& run : everything.runs) {
+    if (run.end < 0) {
+      ++open;
+      continue;
+    }
+    ++complete;
+    ++threads[{run.pid, run.tid}];
+    const auto name = names.find({run.pid, everything.ids.at(run.callback)});
+    const auto key = name != names.end() ? name->second : Name{run.pid, "unknown", "", ""};
+    figures[key].add(run.end - run.start);
+  }
+  EXPECT_EQ(complete, expected["total_instances"].get<std::uint64_t>());
+  EXPECT_EQ(open, expected["total_open_at_end"].get<std::uint64_t>() +
+                      expected["total_unmatched_start"].get<std::uint64_t>());
+  EXPECT_EQ(result.report.trace.events, expected["events"].get<std::uint64_t>());
+  EXPECT_EQ(threads, expected_threads(expected));
+  const auto wanted = expected_figures(expected);
+  for (const auto& [name, each] : wanted) {
+    const auto& [pid, kind, node, source] = name;
+    EXPECT_TRUE(figures.contains(name)) << pid << ' ' << kind << ' ' << node << ' ' << source;
+    EXPECT_EQ(figures[name], each) << pid << ' ' << kind << ' ' << node << ' ' << source;
+  }
+  EXPECT_EQ(figures.size(), wanted.size());
+}
+
+// CARET's communication latency: from the call of publish to the callback's start. Its node latency
+// is compared where the callback that takes also publishes; where a node keeps the message for
+// another callback, CARET follows the node's declaration, which no event tells.
+void check_messages(const json& caret, const AnalysisResult& result, const Everything& everything) {
+  const auto names = names_of(result.report);
+  std::map<std::pair<std::string, std::string>, Figures> communication;  // topic, node
+  std::map<std::tuple<std::string, std::string, std::string>, Figures> inside;
+  for (const auto& run : everything.runs) {
+    const auto name = names.find({run.pid, everything.ids.at(run.callback)});
+    if (name == names.end()) continue;
+    const auto& [pid, kind, node, source] = name->second;
+    const auto message = everything.sent.find({run.gid, run.stamp});
+    if (kind != "subscription" || run.gid == 0 || message == everything.sent.end()) continue;
+    communication[{source, node}].add(run.start - message->second.time);
+    for (const auto& [key, sent] : everything.sent) {
+      if (sent.tid == run.tid && sent.time >= run.start && sent.time <= run.end) {
+        inside[{node, source, sent.topic}].add(sent.time - run.start);
+      }
+    }
+  }
+  for (const auto& link : caret["communications"]) {
+    const auto topic = text_or(link, "topic");
+    const auto& wanted = link["publish_to_callback_start_ns"];
+    const auto& seen = communication[{topic, text_or(link, "subscriber")}];
+    EXPECT_EQ(seen.count, wanted["count"].get<std::uint64_t>()) << topic;
+    EXPECT_EQ(seen.min, wanted["min"].get<std::int64_t>()) << topic;
+    EXPECT_EQ(seen.max, wanted["max"].get<std::int64_t>()) << topic;
+  }
+  for (const auto& path : caret["node_paths"]) {
+    const auto found =
+        inside.find({text_or(path, "node"), text_or(path, "sub"), text_or(path, "pub")});
+    if (found == inside.end()) continue;
+    const auto& wanted = path["latency_ns"];
+    EXPECT_EQ(found->second.count, wanted["count"].get<std::uint64_t>()) << path["node"];
+    EXPECT_EQ(found->second.min, wanted["min"].get<std::int64_t>()) << path["node"];
+    EXPECT_EQ(found->second.max, wanted["max"].get<std::int64_t>()) << path["node"];
+  }
+}
+
+void check_recording(const fs::path& folder) {
+  SCOPED_TRACE(folder.string());
+  for (const auto reader : {Reader::native, Reader::babeltrace2}) {
+    Everything everything;
+    AnalysisOptions options;
+    options.reader = reader;
+    const std::vector<fs::path> paths{folder};
+    const auto result = analyze(paths, options, &everything);
+    check_callbacks(read(folder / "expected.json"), result, everything);
+    const auto caret = folder / "caret_reference.json";
+    if (fs::exists(caret)) check_messages(read(caret), result, everything);
+    EXPECT_NE(result.verdicts.verdict, Verdict::pass);
+  }
+}
+
+Verdict verdict(const AnalysisResult& result, std::string_view rule) {
+  const auto found = std::ranges::find(result.verdicts.rules, rule, &RuleVerdict::id);
+  return found == result.verdicts.rules.end() ? Verdict::not_applicable : found->verdict;
+}
+
+// Two seconds of three timers and three subscriptions in two processes, under ROS 2 Humble.
+const fs::path kOwn = CIE_RECORDINGS;
+
+TEST(Ros2Recordings, OursGiveTheFiguresThatOthersComputed) {
+  const auto folders = recordings(kOwn.c_str());
+  EXPECT_EQ(folders.size(), 2U);
+  for (const auto& folder : folders)
+    check_recording(folder);
+}
+
+TEST(Ros2Recordings, ACallbackIsolatedExecutorIsFoundToBeOne) {
+  const std::vector<fs::path> paths{kOwn / "isolated"};
+  const auto result = analyze(paths, {});
+  for (const auto& callback : result.report.callbacks)
+    EXPECT_TRUE(callback.isolated || callback.instances == 0) << callback.logical_id;
+  EXPECT_NE(verdict(result, "M2"), Verdict::fail);
+  EXPECT_EQ(verdict(result, "M3"), Verdict::pass);
+}
+
+TEST(Ros2Recordings, AMultiThreadedExecutorIsFoundToBeOne) {
+  const std::vector<fs::path> paths{kOwn / "multi_threaded"};
+  const auto result = analyze(paths, {});
+  EXPECT_EQ(verdict(result, "M2"), Verdict::fail);
+  EXPECT_EQ(verdict(result, "M3"), Verdict::fail);
+}
+
+TEST(Ros2Recordings, TimersAndWhatTheyPublishToAreChains) {
+  const std::vector<fs::path> paths{kOwn / "isolated"};
+  const auto result = analyze(paths, {});
+  std::set<std::string> topics;
+  for (const auto& chain : result.report.chains) {
+    ASSERT_EQ(chain.hops.size(), 2U) << chain.name;
+    EXPECT_TRUE(chain.hops[0].starts_with("/pub_node@Timer(10000000)")) << chain.name;
+    topics.insert(chain.hops[1]);
+  }
+  EXPECT_EQ(topics, (std::set<std::string>{"/sub_node@Subscription(/topic0)",
+                                           "/sub_node@Subscription(/topic1)",
+                                           "/sub_node@Subscription(/topic2)"}));
+}
+
+TEST(Ros2Recordings, OthersGiveTheFiguresThatOthersComputed) {
+  const auto folders = recordings(std::getenv("CIE_TRACES"));
+  if (folders.empty()) {
+    GTEST_SKIP() << "not possible here: CIE_TRACES names no folder with recordings of ROS 2";
+  }
+  for (const auto& folder : folders)
+    check_recording(folder);
+}
+
+}  // namespace
+}  // namespace cie::analysis

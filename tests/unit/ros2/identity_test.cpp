@@ -1,0 +1,196 @@
+// Who is behind an address: nodes, callbacks, groups.
+#include "ros2_text.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+
+constexpr const char* kTimer = R"(
+  0 rcl_node_init node_handle=0x10 node_name=talker namespace=/demo
+  1 rcl_timer_init timer_handle=0x20 period=1000
+  2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+  3 rclcpp_callback_register callback=0x30 symbol=Talker::tick
+  4 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+)";
+
+TEST(Ros2Identity, ATimerHasNodePeriodAndSymbol) {
+  const auto result = analyze_ros2(std::string(kTimer) + R"(
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30
+    20 callback_start callback=0x30
+    27 callback_end callback=0x30)");
+  const auto& callback = result.callback("/demo/talker@Timer(1000)");
+  EXPECT_EQ(callback.node, "/demo/talker");
+  EXPECT_EQ(callback.kind, "timer");
+  EXPECT_EQ(callback.period_ns, 1000U);
+  EXPECT_EQ(callback.symbol, "Talker::tick");
+  EXPECT_EQ(callback.instances, 2U);
+  EXPECT_EQ(callback.duration->min, 5);
+  EXPECT_EQ(callback.duration->max, 7);
+  EXPECT_TRUE(callback.isolated);
+}
+
+TEST(Ros2Identity, WhatATraceDoesNotTellIsNotMeasured) {
+  const auto result = analyze_ros2(std::string(kTimer) + R"(
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30)");
+  const auto& callback = result.callback("/demo/talker@Timer(1000)");
+  EXPECT_FALSE(callback.response_time);
+  EXPECT_FALSE(callback.missed_releases);
+  EXPECT_FALSE(callback.group);
+  EXPECT_FALSE(callback.inter_arrival);
+}
+
+TEST(Ros2Identity, DerivedEventsAreNotCountedAsTheTraces) {
+  const auto result = analyze_ros2(std::string(kTimer) + R"(
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30)");
+  EXPECT_EQ(result.analysis.report.trace.events, 7U);
+}
+
+TEST(Ros2Identity, ACallbackThatNeverRanIsListed) {
+  EXPECT_THAT(analyze_ros2(kTimer).logical_ids(), ElementsAre("/demo/talker@Timer(1000)"));
+}
+
+TEST(Ros2Identity, TwoAddressesOfOneSubscriptionAreOneCallback) {
+  // With communication inside the process a subscription has a second object; that one's callback
+  // is added before the object itself is announced.
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=fusion namespace=/
+    1 rcl_subscription_init subscription_handle=0x20 node_handle=0x10 topic_name=/points queue_depth=3
+    2 rclcpp_subscription_callback_added subscription=0x41 callback=0x51
+    3 rclcpp_callback_register callback=0x51 symbol=Fusion::take
+    4 rclcpp_subscription_init subscription_handle=0x20 subscription=0x41
+    5 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40
+    6 rclcpp_subscription_callback_added subscription=0x40 callback=0x50
+    7 rclcpp_callback_register callback=0x50 symbol=Fusion::take
+    10 callback_start callback=0x50 is_intra_process=0
+    12 callback_end callback=0x50
+    20 callback_start callback=0x51 is_intra_process=1
+    25 callback_end callback=0x51)");
+  EXPECT_EQ(result.durations(), "/fusion@Subscription(/points): 2 of 2 to 5\n");
+  EXPECT_TRUE(result.callback("/fusion@Subscription(/points)").isolated);
+}
+
+TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
+  const auto result = analyze_ros2(R"(
+    0 rclcpp_service_callback_added service_handle=0x20 callback=0x30
+    1 rclcpp_callback_register callback=0x30 symbol=change_state
+    10 callback_start callback=0x30
+    14 callback_end callback=0x30)");
+  const auto& callback = result.callback("?@Service(?)");
+  EXPECT_EQ(callback.kind, "service");
+  EXPECT_EQ(callback.node, "");
+  EXPECT_EQ(callback.symbol, "change_state");
+  EXPECT_EQ(callback.instances, 1U);
+}
+
+TEST(Ros2Identity, AnAddressThatIsUsedAgainIsAnotherCallback) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=rviz namespace=/
+    1 rcl_subscription_init subscription_handle=0x20 node_handle=0x10 topic_name=/map queue_depth=1
+    2 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40
+    3 rclcpp_subscription_callback_added subscription=0x40 callback=0x50
+    10 callback_start callback=0x50
+    11 callback_end callback=0x50
+    20 rcl_subscription_init subscription_handle=0x20 node_handle=0x10 topic_name=/path queue_depth=1
+    21 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40
+    22 rclcpp_subscription_callback_added subscription=0x40 callback=0x50
+    30 callback_start callback=0x50
+    32 callback_end callback=0x50
+    40 callback_start callback=0x50
+    43 callback_end callback=0x50)");
+  EXPECT_EQ(result.durations(),
+            "/rviz@Subscription(/map): 1 of 1 to 1\n"
+            "/rviz@Subscription(/path): 2 of 2 to 3\n");
+}
+
+TEST(Ros2Identity, AReusedObjectIsNotTakenForTheOldOneWhenItsCallbackComesFirst) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=rviz namespace=/
+    1 rcl_subscription_init subscription_handle=0x20 node_handle=0x10 topic_name=/map queue_depth=1
+    2 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40
+    3 rclcpp_subscription_callback_added subscription=0x40 callback=0x50
+    20 rcl_subscription_init subscription_handle=0x21 node_handle=0x10 topic_name=/path queue_depth=1
+    21 rclcpp_subscription_callback_added subscription=0x40 callback=0x51
+    22 rclcpp_subscription_init subscription_handle=0x21 subscription=0x40
+    30 callback_start callback=0x51
+    32 callback_end callback=0x51)");
+  EXPECT_EQ(result.durations(), "/rviz@Subscription(/path): 1 of 2 to 2\n");
+}
+
+TEST(Ros2Identity, EqualNamesAreNumberedInOrderOfCreation) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=a namespace=/
+    1 rcl_timer_init timer_handle=0x20 period=5
+    2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    3 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    4 rcl_timer_init timer_handle=0x21 period=5
+    5 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+    6 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+    10 callback_start callback=0x31
+    11 callback_end callback=0x31
+    20 callback_start callback=0x30
+    22 callback_end callback=0x30)");
+  EXPECT_EQ(result.durations(), "/a@Timer(5): 1 of 2 to 2\n/a@Timer(5)#2: 1 of 1 to 1\n");
+}
+
+TEST(Ros2Identity, ProcessesHaveTheirOwnAddresses) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+    0 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+    1 rcl_timer_init pid=1 timer_handle=0x20 period=5
+    1 rcl_timer_init pid=2 timer_handle=0x20 period=7
+    2 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+    2 rclcpp_timer_callback_added pid=2 timer_handle=0x20 callback=0x30
+    3 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+    3 rclcpp_timer_link_node pid=2 timer_handle=0x20 node_handle=0x10)");
+  EXPECT_THAT(result.logical_ids(), ElementsAre("/a@Timer(5)", "/b@Timer(7)"));
+}
+
+TEST(Ros2Identity, CaretRepeatsWhatWasThereBeforeTheRecording) {
+  const auto result = analyze_ros2(std::string(kTimer) + R"(
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30
+    20 ros2_caret:rcl_node_init node_handle=0x10 node_name=talker namespace=/demo
+    21 ros2_caret:rcl_timer_init timer_handle=0x20 period=1000
+    22 ros2_caret:rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    24 ros2_caret:rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    30 callback_start callback=0x30
+    36 callback_end callback=0x30)");
+  EXPECT_EQ(result.durations(), "/demo/talker@Timer(1000): 2 of 5 to 6\n");
+}
+
+TEST(Ros2Identity, CaretTellsGroups) {
+  const auto result = analyze_ros2(std::string(kTimer) + R"(
+    5 ros2_caret:add_callback_group executor_addr=1 callback_group_addr=0x70 group_type_name=mutually_exclusive
+    6 ros2_caret:callback_group_add_timer callback_group_addr=0x70 timer_handle=0x20
+    10 callback_start callback=0x30
+    15 callback_end callback=0x30)");
+  EXPECT_TRUE(result.callback("/demo/talker@Timer(1000)").group);
+}
+
+TEST(Ros2Identity, AgnocastsCallsAreOneCallbackAtManyAddresses) {
+  const auto result = analyze_ros2(R"(
+    0 agnocast:agnocast_node_init node_handle=0x10 node_name=lidar namespace=/
+    1 agnocast:agnocast_subscription_init subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/points queue_depth=2 pid_callback_info_id=77
+    2 agnocast:agnocast_timer_init timer_handle=0x21 node_handle=0x10 callback=0x8 callback_group=0x70 symbol=tick period=9
+    10 agnocast:agnocast_create_callable callable=0x91 entry_id=1 pid_callback_info_id=77
+    11 agnocast:agnocast_callable_start callable=0x91
+    13 agnocast:agnocast_callable_end callable=0x91
+    20 agnocast:agnocast_create_callable callable=0x92 entry_id=2 pid_ciid=77
+    21 agnocast:agnocast_callable_start callable=0x92
+    24 agnocast:agnocast_callable_end callable=0x92
+    30 agnocast:agnocast_create_timer_callable callable=0x91 timer_handle=0x21
+    31 agnocast:agnocast_callable_start callable=0x91
+    32 agnocast:agnocast_callable_end callable=0x91)");
+  EXPECT_EQ(result.durations(),
+            "/lidar@Subscription(/points): 2 of 2 to 3\n/lidar@Timer(9): 1 of 1 to 1\n");
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,114 @@
+// Starts and ends: pairing, nesting, what a recording's bounds cut.
+#include "ros2_text.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+constexpr const char* kTwoTimers = R"(
+  0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+  1 rcl_timer_init timer_handle=0x20 period=1
+  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+  2 rcl_timer_init timer_handle=0x21 period=2
+  2 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+  2 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+)";
+
+TEST(Ros2Instances, NestedCallbacksPairByThreadAndAddress) {
+  // The service of a component container runs other callbacks while it loads a component.
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    12 callback_start callback=0x31
+    13 callback_end callback=0x31
+    14 callback_start callback=0x31
+    16 callback_end callback=0x31
+    20 callback_end callback=0x30)");
+  EXPECT_EQ(result.durations(), "/n@Timer(1): 1 of 10 to 10\n/n@Timer(2): 2 of 1 to 2\n");
+}
+
+TEST(Ros2Instances, ThreadsDoNotMixUp) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start tid=1 callback=0x30
+    11 callback_start tid=2 callback=0x30
+    14 callback_end tid=1 callback=0x30
+    17 callback_end tid=2 callback=0x30)");
+  EXPECT_EQ(result.durations(), "/n@Timer(1): 2 of 4 to 6\n");
+}
+
+TEST(Ros2Instances, AStartThatIsSkippedHasNoEnd) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    12 callback_start callback=0x31
+    20 callback_end callback=0x30)");
+  EXPECT_EQ(result.durations(), "/n@Timer(1): 1 of 10 to 10\n");
+  EXPECT_EQ(result.callback("/n@Timer(2)").incomplete, 1U);
+}
+
+TEST(Ros2Instances, AStartBeforeALossIsNotPairedWithAnEndAfterIt) {
+  // Between them another end and another start may have been lost.
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    90 callback_end callback=0x30)",
+                                   50);
+  EXPECT_EQ(result.durations(), "");
+  EXPECT_EQ(result.callback("/n@Timer(1)").incomplete, 1U);
+}
+
+TEST(Ros2Instances, OpenAtTheEnd) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30)");
+  EXPECT_EQ(result.callback("/n@Timer(1)").incomplete, 1U);
+  EXPECT_EQ(result.callback("/n@Timer(1)").instances, 0U);
+}
+
+TEST(Ros2Instances, AnEndBeforeTheFirstStartIsCutByTheBegin) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    5 callback_end callback=0x30
+    10 callback_start callback=0x30
+    12 callback_end callback=0x30)");
+  EXPECT_EQ(result.durations(), "/n@Timer(1): 1 of 2 to 2\n");
+  ASSERT_EQ(result.instances.size(), 1U);
+}
+
+TEST(Ros2Instances, CallbacksMadeBeforeTheRecordingAreMeasuredWithoutAName) {
+  const auto result = analyze_ros2(R"(
+    10 callback_start callback=0x30
+    12 callback_end callback=0x30)");
+  ASSERT_EQ(result.analysis.report.callbacks.size(), 1U);
+  const auto& callback = result.analysis.report.callbacks.front();
+  EXPECT_EQ(callback.logical_id.front(), '?');
+  EXPECT_EQ(callback.duration->max, 2);
+  EXPECT_EQ(result.verdict("M2"), analysis::Verdict::inconclusive);
+}
+
+TEST(Ros2Instances, WhatRanUnnamedIsTheCallbackThatIsAnnouncedLater) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    1 rcl_subscription_init subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1
+    2 rclcpp_subscription_callback_added subscription=0x40 callback=0x50
+    3 callback_start callback=0x50
+    4 callback_end callback=0x50
+    5 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40
+    6 callback_start callback=0x50
+    9 callback_end callback=0x50)");
+  EXPECT_EQ(result.durations(), "/n@Subscription(/t): 2 of 1 to 3\n");
+}
+
+TEST(Ros2Instances, AnExecutorsWaitEndsWithItsNextLookAround) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    5 rclcpp_executor_wait_for_work timeout=100
+    9 rclcpp_executor_get_next_ready
+    10 callback_start callback=0x30
+    12 callback_end callback=0x30
+    13 rclcpp_executor_get_next_ready
+    14 callback_start callback=0x30
+    15 callback_end callback=0x30)");
+  ASSERT_EQ(result.instances.size(), 2U);
+  EXPECT_EQ(result.instances[0].wakeup, 9);
+  EXPECT_EQ(result.instances[1].wakeup, -1);  // it did not wait in between
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,190 @@
+// Which publication a callback took: chains, releases.
+#include "ros2_text.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// A timer on thread 1 of process 1 that publishes /t, and a subscription in process 2.
+constexpr const char* kPair = R"(
+  0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+  0 rcl_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+  1 rcl_timer_init pid=1 timer_handle=0x20 period=100
+  1 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+  2 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+  2 rcl_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1
+  2 rclcpp_subscription_init pid=2 subscription_handle=0x20 subscription=0x40
+  2 rclcpp_subscription_callback_added pid=2 subscription=0x40 callback=0x50
+)";
+constexpr const char* kChain = "/a@Timer(100) -> /b@Subscription(/t): 1";
+
+TEST(Ros2Messages, SourceTimestampsOfBothSidesLink) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    11 rclcpp_publish pid=1 message=0x99
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    13 rmw_publish pid=1 rmw_publisher_handle=1 message=0x99 timestamp=1000013
+    15 callback_end pid=1 callback=0x30
+    18 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000013 taken=1
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_THAT(result.chains(), ElementsAre(kChain));
+  EXPECT_TRUE(result.instances[1].is_from_known_publisher);
+  // Bounds of the response: from the start, and from the source timestamp.
+  const auto& callback = result.callback("/b@Subscription(/t)");
+  EXPECT_EQ(callback.response_time_lower->max, 3);
+  EXPECT_EQ(callback.response_time_upper->max, 23 - 13);
+}
+
+TEST(Ros2Messages, WithoutATimestampThatOfTheTakeFallsIntoTheCallOfPublish) {
+  // Humble: the writer's timestamp is taken between rmw_publish (13) and the thread's next event.
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    11 rclcpp_publish pid=1 message=0x99
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    13 rmw_publish pid=1 message=0x99
+    16 callback_end pid=1 callback=0x30
+    18 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000014 taken=1
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_THAT(result.chains(), ElementsAre(kChain));
+}
+
+TEST(Ros2Messages, TheTakeMayComeWhileThePublisherIsStillInItsCall) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    13 rmw_publish pid=1 message=0x99
+    18 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000014 taken=1
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50
+    30 callback_end pid=1 callback=0x30)");
+  EXPECT_THAT(result.chains(), ElementsAre(kChain));
+}
+
+TEST(Ros2Messages, TwoCallsThatMayHaveWrittenItLinkNothing) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    3 rcl_publisher_init pid=3 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+    10 callback_start pid=1 callback=0x30
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    12 rcl_publish pid=3 tid=3 publisher_handle=0x60 message=0x99
+    13 rmw_publish pid=1 message=0x99
+    13 rmw_publish pid=3 tid=3 message=0x99
+    16 callback_end pid=1 callback=0x30
+    17 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000014 taken=1
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_THAT(result.chains(), IsEmpty());
+  EXPECT_FALSE(result.instances[1].is_from_known_publisher);
+}
+
+TEST(Ros2Messages, NothingTakenIsNoMessage) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    13 rmw_publish pid=1 message=0x99 timestamp=1000013
+    16 callback_end pid=1 callback=0x30
+    18 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000013 taken=0
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_THAT(result.chains(), IsEmpty());
+}
+
+TEST(Ros2Messages, CaretBindsMessagesToTimestamps) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    11 rclcpp_publish pid=1 message=0x99
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    13 ros2_caret:dds_bind_addr_to_stamp pid=1 addr=0x99 source_stamp=555
+    15 callback_end pid=1 callback=0x30
+    18 dispatch_subscription_callback pid=2 tid=2 message=0x88 callback=0x50 source_stamp=555
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_THAT(result.chains(), ElementsAre(kChain));
+}
+
+TEST(Ros2Messages, APublisherThatWasNeverAnnouncedIsUnknown) {
+  // rosout's handle is a copy.
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    12 rcl_publish pid=1 publisher_handle=0x61 message=0x99
+    13 rmw_publish pid=1 message=0x99 timestamp=1000013
+    16 callback_end pid=1 callback=0x30)");
+  EXPECT_EQ(result.durations(), "/a@Timer(100): 1 of 6 to 6\n");
+}
+
+TEST(Ros2Messages, MiddlewareThatPublishesForItselfIsNoPublication) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    13 rmw_publish pid=1 message=0x99 timestamp=1000013
+    18 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000013 taken=1
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_THAT(result.chains(), IsEmpty());
+}
+
+// The same in one process, through a buffer between its callbacks.
+constexpr const char* kInside = R"(
+  0 rcl_node_init node_handle=0x10 node_name=a namespace=/
+  0 rcl_publisher_init publisher_handle=0x60 node_handle=0x10 topic_name=/t
+  1 rcl_timer_init timer_handle=0x20 period=100
+  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+  2 rcl_subscription_init subscription_handle=0x21 node_handle=0x10 topic_name=/t queue_depth=1
+  2 rclcpp_buffer_to_ipb buffer=0x80 ipb=0x81
+  2 rclcpp_ipb_to_subscription ipb=0x81 subscription=0x41
+  2 rclcpp_subscription_callback_added subscription=0x41 callback=0x51
+  2 rclcpp_subscription_init subscription_handle=0x21 subscription=0x41
+)";
+
+TEST(Ros2Messages, ABufferInsideTheProcessGivesExactReleases) {
+  const auto result = analyze_ros2(std::string(kInside) + R"(
+    10 callback_start callback=0x30
+    11 rclcpp_intra_publish publisher_handle=0x60 message=0x99
+    12 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=0
+    15 callback_end callback=0x30
+    18 rclcpp_ring_buffer_dequeue tid=2 buffer=0x80 index=0 size=0
+    20 callback_start tid=2 callback=0x51 is_intra_process=1
+    23 callback_end tid=2 callback=0x51)");
+  EXPECT_THAT(result.chains(), ElementsAre("/a@Timer(100) -> /a@Subscription(/t): 1"));
+  EXPECT_EQ(result.instances[1].release, 12);
+  EXPECT_EQ(result.callback("/a@Subscription(/t)").response_time->max, 23 - 12);
+}
+
+TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {
+  const auto result = analyze_ros2(std::string(kInside) + R"(
+    11 rclcpp_intra_publish publisher_handle=0x60 message=0x99
+    12 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=0
+    13 rclcpp_intra_publish publisher_handle=0x60 message=0x98
+    14 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=1
+    18 rclcpp_ring_buffer_dequeue tid=2 buffer=0x80 index=0 size=0
+    20 callback_start tid=2 callback=0x51 is_intra_process=1
+    23 callback_end tid=2 callback=0x51)");
+  EXPECT_EQ(result.instances[0].release, 14);
+  EXPECT_THAT(result.evidence("Q1"), testing::HasSubstr("1 sample was overwritten"));
+}
+
+TEST(Ros2Messages, AgnocastNumbersMessages) {
+  const auto result = analyze_ros2(R"(
+    0 agnocast:agnocast_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+    0 agnocast:agnocast_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 topic_name=/t queue_depth=1
+    1 agnocast:agnocast_timer_init pid=1 timer_handle=0x21 node_handle=0x10 callback=0x8 callback_group=0x70 symbol=tick period=100
+    2 agnocast:agnocast_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+    3 agnocast:agnocast_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/t queue_depth=2 pid_callback_info_id=77
+    10 agnocast:agnocast_create_timer_callable pid=1 callable=0x91 timer_handle=0x21
+    11 agnocast:agnocast_callable_start pid=1 callable=0x91
+    12 agnocast:agnocast_publish pid=1 publisher_handle=0x60 entry_id=5
+    13 agnocast:agnocast_callable_end pid=1 callable=0x91
+    20 agnocast:agnocast_create_callable pid=2 callable=0x92 entry_id=5 pid_callback_info_id=77
+    21 agnocast:agnocast_callable_start pid=2 callable=0x92
+    24 agnocast:agnocast_callable_end pid=2 callable=0x92)");
+  EXPECT_THAT(result.chains(), ElementsAre(kChain));
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,181 @@
+#include "ros2_text.hpp"
+
+#include "reader/vocabulary.hpp"
+
+#include <algorithm>
+#include <deque>
+#include <sstream>
+#include <stdexcept>
+
+namespace cie::test {
+namespace {
+
+using namespace cie::analysis;
+
+class Rows final : public Observer {
+ public:
+  std::vector<InstanceRow> rows;
+  void on_instance(const Instance& instance) override {
+    InstanceRow row;
+    row.logical_id = instance.logical_id;
+    row.start = instance.start.ns;
+    if (instance.end) row.end = instance.end->ns;
+    if (instance.release_source == ReleaseSource::exact) row.release = instance.release->ns;
+    if (instance.wakeup) row.wakeup = instance.wakeup->ns;
+    row.is_from_known_publisher = instance.writer_gid != 0;
+    rows.push_back(row);
+  }
+};
+
+// A line's event, its fields where the vocabulary wants them.
+class Line {
+ public:
+  explicit Line(const std::string& text) {
+    std::istringstream words(text);
+    std::string event;
+    words >> time >> event;
+    if (event.find(':') == std::string::npos) event = "ros2:" + event;
+    translation = find_translation(event);
+    if (translation == nullptr) throw std::invalid_argument("no such event: " + text);
+    fields_.resize(kMaxSlots);
+    for (std::string word; words >> word;)
+      take(word, text);
+  }
+
+  std::int64_t time = 0;
+  std::int64_t pid = 1;
+  std::int64_t tid = 1;
+  const Translation* translation = nullptr;
+  const Field* fields() const { return fields_.data(); }
+
+ private:
+  void take(const std::string& word, const std::string& text) {
+    const auto equals = word.find('=');
+    if (equals == std::string::npos) throw std::invalid_argument("no value in " + text);
+    const auto name = word.substr(0, equals);
+    const auto value = word.substr(equals + 1);
+    if (name == "pid" || name == "tid") {
+      (name == "pid" ? pid : tid) = std::stoll(value);
+      return;
+    }
+    for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
+      if (translation->fields[slot].alternative(name)) store(fields_[slot], value);
+    }
+  }
+  void store(Field& field, const std::string& value) {
+    if (!value.empty() && value.front() >= '0' && value.front() <= '9') {
+      field.kind = Field::Kind::integer;
+      field.length = 64;
+      field.number = std::stoll(value, nullptr, 0);
+      return;
+    }
+    texts_.push_back(value);
+    field.kind = Field::Kind::text;
+    field.characters = texts_.back().data();
+    field.length = static_cast<std::uint32_t>(texts_.back().size());
+  }
+
+  std::vector<Field> fields_;
+  std::deque<std::string> texts_;
+};
+
+}  // namespace
+
+Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at) {
+  Rows rows;
+  Analyzer analyzer({}, &rows);
+  EventHead head{.time = {}, .stream = {}, .cpu = 0, .pid = {}, .tid = {}};
+  const auto consume = [&](std::int64_t time, const EventBody& body) {
+    head.time = Timestamp{time};
+    analyzer.consume(Event{.head = head, .body = body});
+  };
+  consume(0, StreamBegin{.channel = 0,
+                         .domain = Domain::user,
+                         .host = "robot",
+                         .clock_uuid = "boot",
+                         .clock_offset_ns = kRealtimeOffset,
+                         .path = "stream"});
+  consume(0, PacketBegin{});
+  std::istringstream lines{std::string(text)};
+  VocabularyState state;
+  std::int64_t last = 0;
+  for (std::string line_text; std::getline(lines, line_text);) {
+    if (line_text.find_first_not_of(' ') == std::string::npos) continue;
+    const Line line(line_text);
+    if (line.time < last) throw std::invalid_argument("goes back in time: " + line_text);
+    if (lost_at >= last && lost_at < line.time) {
+      head.pid.reset();
+      head.tid.reset();
+      consume(lost_at, Discarded{.begin = Timestamp{lost_at},
+                                 .end = Timestamp{line.time},
+                                 .count = 1,
+                                 .packets = false});
+    }
+    last = line.time;
+    head.pid = line.pid;
+    head.tid = line.tid;
+    EventBody body;
+    line.translation->translate(Payload{line.fields()}, state, body);
+    consume(line.time, body);
+  }
+  head.pid.reset();
+  head.tid.reset();
+  consume(last + 1, PacketEnd{});
+  consume(last + 1, StreamEnd{});
+  Ros2Result result{.analysis = analyzer.finish(), .instances = std::move(rows.rows)};
+  std::ranges::stable_sort(result.instances, {}, &InstanceRow::start);
+  return result;
+}
+
+std::string Ros2Result::durations() const {
+  std::string text;
+  for (const auto& callback : analysis.report.callbacks) {
+    if (!callback.duration) continue;
+    text += callback.logical_id + ": " + std::to_string(callback.duration->count) + " of " +
+            std::to_string(callback.duration->min) + " to " +
+            std::to_string(callback.duration->max) + "\n";
+  }
+  return text;
+}
+
+const CallbackReport& Ros2Result::callback(std::string_view logical_id) const {
+  for (const auto& callback : analysis.report.callbacks) {
+    if (callback.logical_id == logical_id) return callback;
+  }
+  throw std::out_of_range("no callback " + std::string(logical_id));
+}
+
+std::vector<std::string> Ros2Result::logical_ids() const {
+  std::vector<std::string> ids;
+  for (const auto& callback : analysis.report.callbacks)
+    ids.push_back(callback.logical_id);
+  return ids;
+}
+
+std::vector<std::string> Ros2Result::chains() const {
+  std::vector<std::string> names;
+  for (const auto& chain : analysis.report.chains)
+    names.push_back(chain.name + ": " + std::to_string(chain.instances));
+  return names;
+}
+
+Verdict Ros2Result::verdict(std::string_view rule) const {
+  for (const auto& each : analysis.verdicts.rules) {
+    if (each.id == rule) return each.verdict;
+  }
+  throw std::out_of_range("no rule " + std::string(rule));
+}
+
+std::string Ros2Result::evidence(std::string_view rule) const {
+  std::string text;
+  for (const auto& each : analysis.verdicts.rules) {
+    if (each.id != rule) continue;
+    for (const auto& subject : each.subjects) {
+      for (const auto& item : subject.evidence)
+        text += subject.subject + ": " + item.event + ": " + item.note + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace cie::test

@@ -1,0 +1,42 @@
+// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] FIELD=VALUE …`, one
+// event a line in order of time (nanoseconds). An event without a provider is of "ros2:". Values
+// with a digit first are numbers, all others texts.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::test {
+
+// CLOCK_REALTIME of these recordings is their time plus this.
+inline constexpr std::int64_t kRealtimeOffset = 1'000'000;
+
+struct InstanceRow {
+  std::string logical_id;
+  std::int64_t start = 0;
+  std::int64_t end = -1;      // open
+  std::int64_t release = -1;  // not exact
+  std::int64_t wakeup = -1;
+  bool is_from_known_publisher = false;
+};
+
+struct Ros2Result {
+  analysis::AnalysisResult analysis;
+  std::vector<InstanceRow> instances;
+
+  // "ID first..last" of each callback: its smallest and largest duration and their number.
+  std::string durations() const;
+  const analysis::CallbackReport& callback(std::string_view logical_id) const;
+  std::vector<std::string> logical_ids() const;
+  std::vector<std::string> chains() const;
+  analysis::Verdict verdict(std::string_view rule) const;
+  std::string evidence(std::string_view rule) const;
+};
+
+// `lost_at`: the tracer threw something away around then; -1: nothing.
+Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at = -1);
+
+}  // namespace cie::test

@@ -1,0 +1,75 @@
+// What such a recording proves, and what it cannot.
+#include "support/verdicts.hpp"
+
+#include "ros2_text.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::Verdict;
+using testing::HasSubstr;
+
+constexpr const char* kTwoTimers = R"(
+  0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+  1 rcl_timer_init timer_handle=0x20 period=1
+  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+  2 rcl_timer_init timer_handle=0x21 period=2
+  2 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+  2 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+)";
+constexpr const char* kIsolated = R"(
+  10 callback_start tid=1 callback=0x30
+  11 callback_end tid=1 callback=0x30
+  12 callback_start tid=2 callback=0x31
+  13 callback_end tid=2 callback=0x31
+  20 callback_start tid=1 callback=0x30
+  21 callback_end tid=1 callback=0x30
+)";
+
+TEST(Ros2Verdicts, AnIsolatedMappingHoldsWhereNothingWasLost) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  EXPECT_EQ(result.verdict("M2"), Verdict::pass);
+  EXPECT_EQ(result.verdict("M3"), Verdict::pass);
+}
+
+TEST(Ros2Verdicts, TwoCallbacksOnOneThreadViolateIt) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + R"(
+    10 callback_start callback=0x30
+    11 callback_end callback=0x30
+    12 callback_start callback=0x31
+    13 callback_end callback=0x31)");
+  EXPECT_EQ(result.verdict("M2"), Verdict::fail);
+}
+
+TEST(Ros2Verdicts, ALossLeavesEverythingOpenBecauseNothingIsNumbered) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated, 15);
+  EXPECT_EQ(result.verdict("M2"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("M3"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("T2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Verdicts, NumbersThatTheRecordingDoesNotHaveAreNotContiguous) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  EXPECT_EQ(result.verdict("T3"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("T3"), HasSubstr("numbers no instances"));
+}
+
+TEST(Ros2Verdicts, SkippedPeriodsAreNotTold) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Verdicts, WhatIsMissingIsNamed) {
+  const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  EXPECT_EQ(result.verdict("T5"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("T5"), HasSubstr("run_begin"));
+  EXPECT_THAT(result.evidence("T5"), HasSubstr("thread_init"));
+  EXPECT_EQ(result.analysis.verdicts.verdict, Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test
