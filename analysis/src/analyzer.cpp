@@ -77,19 +77,17 @@ struct Analyzer::Pipeline {
   }
 
   // An event of our provider: a thread of a process spoke.
-  void note_user(const EventHead& head) {
+  Emitter note_user(const EventHead& head) {
     ++model.events.cie;
     if (!head.pid) ++model.events.cie_without_pid;
-    if (!head.tid) {
-      ++model.events.cie_without_tid;
-      return;
-    }
-    const auto thread = registry.thread_of(head);
+    if (!head.tid) ++model.events.cie_without_tid;
+    const auto who = registry.emitter_of(head);
     const auto host = registry.host_of(head);
-    if (recording.has_kernel(host)) {
+    if (head.tid && recording.has_kernel(host)) {
       timeline.on_user_event(host, *head.tid, head.cpu, head.time);
     }
-    if (thread) enforcement.on_user_event(head, *thread);
+    if (who.thread) enforcement.on_user_event(head, *who.thread);
+    return who;
   }
 
   void structural(const Event& event) {
@@ -124,12 +122,12 @@ struct Analyzer::Pipeline {
         event.body);
   }
 
-  void hot(const Event& event) {
+  // `who` is empty for events of the kernel.
+  void hot(const Event& event, const Emitter& who) {
     const auto& head = event.head;
     const auto host = registry.host_of(head);
     const auto callback_of = [&](CallbackId id) -> CallbackFacts* {
-      const auto process = registry.process_of(head);
-      return process ? &model.callbacks[at(registry.callback(*process, id))] : nullptr;
+      return who.process ? &model.callbacks[at(registry.callback(*who.process, id))] : nullptr;
     };
     std::visit(
         Overloaded{[&](const CallbackRelease& e) {
@@ -147,10 +145,10 @@ struct Analyzer::Pipeline {
                      callback->lost = e.total;
                      callback->lost_at = ref(head);
                    },
-                   [&](const ThreadWakeup& e) { instances.apply(head, e); },
-                   [&](const CallbackStart& e) { instances.apply(head, e); },
-                   [&](const CallbackEnd& e) { instances.apply(head, e); },
-                   [&](const Publish& e) { instances.apply(head, e); },
+                   [&](const ThreadWakeup& e) { instances.apply(head, who, e); },
+                   [&](const CallbackStart& e) { instances.apply(head, who, e); },
+                   [&](const CallbackEnd& e) { instances.apply(head, who, e); },
+                   [&](const Publish& e) { instances.apply(head, who, e); },
                    [&](const ClockSync& e) { instances.apply(head, e); },
                    [&](const SchedSwitch& e) {
                      model.hosts[at(host)].has_switches = true;
@@ -248,8 +246,8 @@ void Analyzer::consume(const Event& event) {
   auto& pipeline = *pipeline_;
   const auto index = event.body.index();
   constexpr auto kFirstEvent = EventBody(RunBegin{}).index();
-  static const auto first_kernel = EventBody(SchedSwitch{}).index();
-  static const auto last_state = EventBody(ThreadSched{}).index();
+  constexpr auto kFirstKernel = EventBody(SchedSwitch{}).index();
+  constexpr auto kLastState = EventBody(ThreadSched{}).index();
   if (index < kFirstEvent) {
     pipeline.structural(event);
     return;
@@ -260,11 +258,12 @@ void Analyzer::consume(const Event& event) {
     return;
   }
   pipeline.count(event);
-  if (index < first_kernel) pipeline.note_user(event.head);
-  if (index <= last_state) {
+  Emitter who;
+  if (index < kFirstKernel) who = pipeline.note_user(event.head);
+  if (index <= kLastState) {
     pipeline.state(event);
   } else {
-    pipeline.hot(event);
+    pipeline.hot(event, who);
   }
   pipeline.instances.advance(pipeline.now);
 }
@@ -278,11 +277,11 @@ AnalysisResult Analyzer::finish() {
       model.events.by_name.emplace(kEventNames[i], pipeline.by_class[i]);
     }
   }
+  pipeline.registry.finish();
   pipeline.recording.finish();
   pipeline.instances.finish();
   pipeline.chains.finish();
   pipeline.enforcement.finish();
-  pipeline.registry.finish();
   AnalysisResult result;
   result.verdicts = verify(RuleContext{.model = model, .options = pipeline.options});
   result.report = build_report(model, result.verdicts);

@@ -5,7 +5,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxMessages = 1024;  // per publisher, waiting to be taken
 constexpr std::uint32_t kMaxHops = 32;
 constexpr std::size_t kMaxPaths = 4096;
 constexpr std::size_t kMaxPendingReads = 1024;
@@ -31,12 +30,10 @@ ChainTracker::ChainTracker(Model& model, Registry& registry, const SchedulingSpe
 }
 
 void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
-                              std::int64_t source_timestamp, std::shared_ptr<ChainNode> node) {
+                              std::int64_t source_timestamp, ChainNodeRef node) {
   auto& facts = model_.publishers[publisher];
   if (!facts.first_source_timestamp) facts.first_source_timestamp = source_timestamp;
-  auto& messages = messages_[publisher];
-  if (messages.size() >= kMaxMessages) messages.pop_front();
-  messages.push_back(
+  messages_[publisher].push(
       Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
 }
 
@@ -48,11 +45,9 @@ void ChainTracker::resolve(ChainNode& node) {
     node.link = ChainNode::Link::source;  // written by somebody who is not traced
     return;
   }
-  const auto& messages = messages_[*publisher];
-  const auto found = std::find_if(messages.rbegin(), messages.rend(), [&node](const Message& m) {
-    return m.source_timestamp == node.source_timestamp;
-  });
-  if (found == messages.rend()) {
+  const auto* found = messages_[*publisher].find_newest(
+      [&node](const Message& m) { return m.source_timestamp == node.source_timestamp; });
+  if (found == nullptr) {
     const auto& first = model_.publishers[*publisher].first_source_timestamp;
     node.link = !first || node.source_timestamp < *first ? ChainNode::Link::outside
                                                          : ChainNode::Link::unseen;
@@ -76,8 +71,8 @@ void ChainTracker::resolve(ChainNode& node) {
 
 void ChainTracker::link(ChainNode& node) { resolve(node); }
 
-void ChainTracker::on_complete(const std::shared_ptr<ChainNode>& node, const EventRef& end) {
-  resolve(*node);  // the publisher may have been announced in between
+void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
+  resolve(node);  // the publisher may have been announced in between
   if (!has_spec_) {
     on_path(node, end);
     return;
@@ -86,11 +81,11 @@ void ChainTracker::on_complete(const std::shared_ptr<ChainNode>& node, const Eve
     on_specified(node, end, chain);
 }
 
-void ChainTracker::on_specified(const std::shared_ptr<ChainNode>& node, const EventRef& end,
-                                Chain& chain) {
+void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
   const auto& hops = chain.facts.hops;
-  std::vector<const ChainNode*> nodes(hops.size());
-  const ChainNode* current = node.get();
+  auto& nodes = scratch_;
+  nodes.resize(hops.size());
+  const auto* current = &node;
   for (std::size_t i = hops.size(); i-- > 0;) {
     if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return;
     nodes[i] = current;
@@ -107,9 +102,10 @@ void ChainTracker::on_specified(const std::shared_ptr<ChainNode>& node, const Ev
   measure(chain, nodes, end);
 }
 
-void ChainTracker::on_path(const std::shared_ptr<ChainNode>& node, const EventRef& end) {
-  std::vector<const ChainNode*> nodes;
-  for (const ChainNode* current = node.get(); current != nullptr; current = current->parent.get()) {
+void ChainTracker::on_path(const ChainNode& node, const EventRef& end) {
+  auto& nodes = scratch_;
+  nodes.clear();
+  for (const auto* current = &node; current != nullptr; current = current->parent.get()) {
     nodes.push_back(current);
     if (!current->parent && current->link != ChainNode::Link::source &&
         current->link != ChainNode::Link::outside) {
@@ -119,15 +115,29 @@ void ChainTracker::on_path(const std::shared_ptr<ChainNode>& node, const EventRe
   if (nodes.size() < 2) return;
   std::reverse(nodes.begin(), nodes.end());
   if (!nodes.front()->is_in_window) return;
-  Path path;
-  path.reserve(nodes.size());
-  for (const auto* hop : nodes)
-    path.push_back(hop->callback);
-  if (!paths_.contains(path) && paths_.size() >= kMaxPaths) return;
-  measure(paths_[std::move(path)], nodes, end);
+  if (auto* chain = chain_of(nodes)) measure(*chain, nodes, end);
 }
 
-bool ChainTracker::has_hole(const std::vector<const ChainNode*>& nodes, const Progress& progress) {
+ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
+  // Most often an instance ends the same path as the one before it.
+  auto*& last = last_path_to_[nodes.back()->callback];
+  const auto is_hop = [](const ChainNode* node, CallbackIndex hop) {
+    return node->callback == hop;
+  };
+  if (last != nullptr &&
+      std::equal(nodes.begin(), nodes.end(), last->first.begin(), last->first.end(), is_hop)) {
+    return &last->second;
+  }
+  Path path;
+  path.reserve(nodes.size());
+  for (const auto* node : nodes)
+    path.push_back(node->callback);
+  if (!paths_.contains(path) && paths_.size() >= kMaxPaths) return nullptr;
+  last = &*paths_.try_emplace(std::move(path)).first;
+  return &last->second;
+}
+
+bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (registry_.starts(nodes[i]->callback).has_hole_between(progress.seqs[i], nodes[i]->seq)) {
       return true;
@@ -136,8 +146,7 @@ bool ChainTracker::has_hole(const std::vector<const ChainNode*>& nodes, const Pr
   return false;
 }
 
-void ChainTracker::measure(Chain& chain, const std::vector<const ChainNode*>& nodes,
-                           const EventRef& end) {
+void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
   chain.hops.clear();

@@ -5,54 +5,41 @@
 #include <cie/analysis/event.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "by_index.hpp"
+#include "chain_node.hpp"
 #include "facts.hpp"
+#include "recent.hpp"
 #include "registry.hpp"
 
-#include <deque>
+#include <cstddef>
 #include <map>
-#include <memory>
-#include <string>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
-
-// One instance as a link of chains. Kept alive by whoever may still descend from it.
-struct ChainNode {
-  CallbackIndex callback{};
-  std::uint64_t seq = 0;
-  EventRef start;
-  std::optional<Timestamp> release;  // exact ones only
-  bool is_in_window = true;          // began inside the window
-
-  // The message it took: writer and source timestamp; parent and published are resolved from them.
-  std::uint64_t writer_gid = 0;
-  std::int64_t source_timestamp = 0;
-  std::shared_ptr<ChainNode> parent;
-  Timestamp published;  // when the parent published it
-  enum class Link : std::uint8_t { source, resolved, outside, unseen };
-  Link link = Link::source;  // outside: published outside any callback, or before the first seen
-  std::uint32_t depth = 0;
-};
 
 class ChainTracker {
  public:
   ChainTracker(Model& model, Registry& registry, const SchedulingSpec* spec);
 
+  // A node for an instance that begins. Valid as long as the tracker.
+  ChainNodeRef new_node() { return nodes_.take(); }
   // `node` is the open instance that publishes, null outside callbacks.
   void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
-                  std::shared_ptr<ChainNode> node);
+                  ChainNodeRef node);
   // An instance began: looks up what it took.
   void link(ChainNode& node);
   // An instance in the window was completed.
-  void on_complete(const std::shared_ptr<ChainNode>& node, const EventRef& end);
+  void on_complete(ChainNode& node, const EventRef& end);
   void finish();
 
  private:
+  static constexpr std::size_t kMaxMessages = 1024;  // per publisher, waiting to be taken
+
   struct Message {
     std::int64_t source_timestamp = 0;
     Timestamp time;
-    std::shared_ptr<ChainNode> node;
+    ChainNodeRef node;
   };
   struct Read {  // of the first callback, not yet answered by a chain that starts later
     Timestamp read;
@@ -71,18 +58,25 @@ class ChainTracker {
     Progress progress;
   };
   using Path = std::vector<CallbackIndex>;
+  using Paths = std::map<Path, Chain>;
+  using Nodes = std::vector<const ChainNode*>;
 
   void resolve(ChainNode& node);
-  void on_specified(const std::shared_ptr<ChainNode>& node, const EventRef& end, Chain& chain);
-  void on_path(const std::shared_ptr<ChainNode>& node, const EventRef& end);
-  void measure(Chain& chain, const std::vector<const ChainNode*>& nodes, const EventRef& end);
-  bool has_hole(const std::vector<const ChainNode*>& nodes, const Progress& progress);
+  void on_specified(const ChainNode& node, const EventRef& end, Chain& chain);
+  void on_path(const ChainNode& node, const EventRef& end);
+  // The chain of a path, new if it is; null if there are too many.
+  Chain* chain_of(const Nodes& nodes);
+  void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
+  bool has_hole(const Nodes& nodes, const Progress& progress);
 
   Model& model_;
   Registry& registry_;
-  std::unordered_map<std::uint32_t, std::deque<Message>> messages_;  // by publisher, ascending
+  ChainNodePool nodes_;
+  ByIndex<std::uint32_t, Recent<Message, kMaxMessages>> messages_;  // by publisher
   std::vector<Chain> specified_;
-  std::map<Path, Chain> paths_;
+  Paths paths_;
+  ByIndex<CallbackIndex, Paths::value_type*> last_path_to_;  // null: none yet
+  Nodes scratch_;
   bool has_spec_ = false;
 };
 

@@ -64,6 +64,7 @@ const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
 
 void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
   auto& state = threads_[index];
+  state.has_cpus = !event.cpus.empty();
   if (event.moment == SchedMoment::applied) state.is_changing = false;
   if (event.moment != SchedMoment::audit) return;
   auto& thread = model_.threads[at(index)];
@@ -78,9 +79,9 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
 }
 
 void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
+  const auto& state = threads_[index];
+  if (!head.cpu || !state.has_cpus || state.is_changing) return;
   auto& thread = model_.threads[at(index)];
-  if (!head.cpu || !thread.last_read_back || thread.last_read_back->cpus.empty()) return;
-  if (threads_[index].is_changing) return;
   ++thread.cpus_checked;
   if (is_switch) ++thread.switch_cpus_checked;
   const auto& cpus = thread.last_read_back->cpus;
@@ -154,17 +155,17 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
                                  const SchedProcessFork& event) {
   auto& tids = tids_[host];
   auto& child = tids[event.child_tid];  // first: it may move the others
-  const auto parent = tids.find(event.parent_tid);
+  const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
   child.fork.reset();
-  if (parent == tids.end() || !is_real_time(parent->second.prio)) return;
+  if (parent == nullptr || !is_real_time(parent->prio)) return;
   if (model_.forks.size() >= kMaxForks) return;
   child.fork = model_.forks.size();
   model_.forks.push_back(ForkFacts{.at = ref(head),
                                    .host = host,
                                    .parent_tid = event.parent_tid,
                                    .child_tid = event.child_tid,
-                                   .parent_prio = parent->second.prio,
+                                   .parent_prio = parent->prio,
                                    .child_first = std::nullopt,
                                    .child = std::nullopt});
 }

@@ -4,12 +4,14 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "by_index.hpp"
 #include "facts.hpp"
+#include "flat_map.hpp"
 #include "instance_builder.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
-#include <unordered_map>
+#include <optional>
 
 namespace cie::analysis {
 
@@ -32,6 +34,7 @@ class EnforcementTracker {
 
  private:
   struct OfThread {
+    bool has_cpus = false;     // was read back, with the CPUs it may use
     bool is_changing = false;  // an audit told that its parameters change; no `applied` since
     bool is_boosted = false;   // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;
@@ -57,8 +60,8 @@ class EnforcementTracker {
   Registry& registry_;
   ThreadTimeline& timeline_;
   InstanceBuilder& instances_;
-  std::unordered_map<ThreadIndex, OfThread> threads_;
-  std::unordered_map<HostIndex, std::unordered_map<std::int64_t, OfTid>> tids_;
+  ByIndex<ThreadIndex, OfThread> threads_;
+  ByIndex<HostIndex, FlatMap<std::int64_t, OfTid>> tids_;
 };
 
 // Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs.

@@ -1,23 +1,21 @@
 #include "instance_builder.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <tuple>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxOpenPerThread = 64;
-constexpr std::size_t kRecent = 64;
 constexpr std::size_t kMaxPending = 100'000;
 constexpr std::size_t kMaxMoves = 1024;
+constexpr std::size_t kMaxSpare = 1024;
 // State is announced within one second of a session's start; three are ample.
 constexpr Duration kSettleTime{3'000'000'000};
 
 }  // namespace
-
-InstanceBuilder::OfThread& InstanceBuilder::of_thread(const std::optional<ThreadIndex>& thread) {
-  return threads_[thread ? static_cast<std::uint32_t>(*thread) : kNoId];
-}
 
 void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   of_thread(thread).wakeup.reset();
@@ -29,17 +27,33 @@ void InstanceBuilder::apply(const EventHead& head, const ClockSync& event) {
       detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
 }
 
-void InstanceBuilder::apply(const EventHead& head, const ThreadWakeup& /*event*/) {
-  const auto thread = registry_.thread_of(head);
-  if (thread) of_thread(thread).wakeup = head.time;
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
+                            const ThreadWakeup& /*event*/) {
+  if (who.thread) of_thread(who.thread).wakeup = head.time;
 }
 
-void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
-  const auto process = registry_.speaker_of(head);
-  if (!process) return;
-  auto live = std::make_unique<LiveInstance>();
-  live->callback = registry_.callback(*process, event.callback);
-  live->thread = registry_.thread_of(head);
+std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
+  if (spare_.empty()) return std::make_unique<LiveInstance>();
+  auto live = std::move(spare_.back());
+  spare_.pop_back();
+  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written.
+  std::destroy_at(live.get());
+  std::construct_at(live.get());
+  return live;
+}
+
+void InstanceBuilder::measure(std::unique_ptr<LiveInstance> live) {
+  measurer_.measure(*live);
+  live->node.reset();
+  if (spare_.size() < kMaxSpare) spare_.push_back(std::move(live));
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
+  if (!who.process) return;
+  registry_.note_speaker(*who.process);
+  auto live = new_instance();
+  live->callback = registry_.callback(*who.process, event.callback);
+  live->thread = who.thread;
   live->host = registry_.host_of(head);
   live->stream = head.stream;
   live->seq = event.seq;
@@ -49,9 +63,7 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
   live->missed = event.missed;
   live->source_timestamp = event.source_timestamp_realtime_ns;
   live->writer_gid = event.writer_gid;
-  if (const auto offset = realtime_offsets_.find(live->host); offset != realtime_offsets_.end()) {
-    live->realtime_offset = offset->second;
-  }
+  live->realtime_offset = realtime_offsets_[live->host];
 
   auto& on_thread = of_thread(live->thread);
   auto& callback = callbacks_[live->callback];
@@ -86,7 +98,7 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
     if (!open->first_overlapping) open->first_overlapping = {live->seq, live->start};
   }
 
-  live->node = std::make_shared<ChainNode>();
+  live->node = chains_.new_node();
   live->node->callback = live->callback;
   live->node->seq = live->seq;
   live->node->start = live->start;
@@ -108,7 +120,7 @@ void InstanceBuilder::apply(const EventHead& head, const CallbackStart& event) {
   on_thread.open.push_back(std::move(live));
 }
 
-void InstanceBuilder::note_on_thread(const LiveInstance& live) {
+void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& callback = model_.callbacks[at(live.callback)];
   auto& thread = model_.threads[at(*live.thread)];
   const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
@@ -116,7 +128,7 @@ void InstanceBuilder::note_on_thread(const LiveInstance& live) {
       if (pair.callback != live.callback || pair.thread != *live.thread) continue;
       ++pair.starts;
       pair.last_activity = live.start;
-      return;
+      return static_cast<std::size_t>(&pair - pairs.data());
     }
     pairs.push_back(CallbackOnThread{.callback = live.callback,
                                      .thread = *live.thread,
@@ -125,6 +137,7 @@ void InstanceBuilder::note_on_thread(const LiveInstance& live) {
                                      .first_start = live.start,
                                      .first_seq = live.seq,
                                      .last_activity = live.start});
+    return pairs.size() - 1;
   };
   if (!callback.ran_on.empty() && callback.moves.size() < kMaxMoves) {
     const auto last = std::max_element(callback.ran_on.begin(), callback.ran_on.end(),
@@ -140,15 +153,14 @@ void InstanceBuilder::note_on_thread(const LiveInstance& live) {
                                     .registered_again = is_new});
     }
   }
-  start_on(callback.ran_on);
-  start_on(thread.ran);
+  live.on_callback = start_on(callback.ran_on);
+  live.on_thread = start_on(thread.ran);
 }
 
-void InstanceBuilder::apply(const EventHead& head, const CallbackEnd& event) {
-  const auto process = registry_.process_of(head);
-  if (!process) return;
-  const auto index = registry_.callback(*process, event.callback);
-  const auto thread = registry_.thread_of(head);
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
+  if (!who.process) return;
+  const auto index = registry_.callback(*who.process, event.callback);
+  const auto& thread = who.thread;
   auto& facts = model_.callbacks[at(index)];
   ++facts.ends;
   if (!facts.max_end_seq || event.seq > *facts.max_end_seq) {
@@ -197,13 +209,13 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
     return;
   }
   const bool was_started = seq <= *starts.last && !registry_.starts(index).is_missing(seq);
-  const auto first_end = std::find_if(callback.recent.rbegin(), callback.recent.rend(),
-                                      [seq](const Ended& ended) { return ended.seq == seq; });
+  const auto* first_end =
+      callback.recent.find_newest([seq](const Ended& ended) { return ended.seq == seq; });
   const bool is_open = std::any_of(callback.open.begin(), callback.open.end(),
                                    [seq](const LiveInstance* live) { return live->seq == seq; });
   if (was_started && !is_open) {
     ++facts.second_ends;
-    if (!facts.first_second_end && first_end != callback.recent.rend()) {
+    if (!facts.first_second_end && first_end != nullptr) {
       facts.first_second_end =
           CallbackFacts::SecondEnd{.seq = seq, .first = first_end->end, .second = ref(head)};
     }
@@ -233,16 +245,10 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
                                             .inner = live->first_inner->first,
                                             .inner_start = live->first_inner->second};
     }
-    for (auto* pairs : {&facts.ran_on, &thread.ran}) {
-      for (auto& pair : *pairs) {
-        if (pair.callback == live->callback && pair.thread == *live->thread) {
-          pair.last_activity = *live->end;
-        }
-      }
-    }
+    facts.ran_on[live->on_callback].last_activity = *live->end;
+    thread.ran[live->on_thread].last_activity = *live->end;
   }
-  callback.recent.push_back(Ended{.seq = live->seq, .end = *live->end});
-  if (callback.recent.size() > kRecent) callback.recent.pop_front();
+  callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
   pending_.push_back(std::move(live));
 }
 
@@ -269,7 +275,7 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
                                                      .inner_start = live->first_inner->second};
     }
   }
-  measurer_.measure(*live);
+  measure(std::move(live));
 }
 
 bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const {
@@ -282,21 +288,20 @@ bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const 
 void InstanceBuilder::advance(Timestamp now) {
   while (!pending_.empty() &&
          (is_settled(*pending_.front(), now) || pending_.size() > kMaxPending)) {
-    measurer_.measure(*pending_.front());
+    measure(std::move(pending_.front()));
     pending_.pop_front();
   }
 }
 
-void InstanceBuilder::apply(const EventHead& head, const Publish& event) {
-  const auto process = registry_.speaker_of(head);
-  if (!process) return;
-  const auto index = registry_.publisher(*process, event.publisher);
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
+  if (!who.process) return;
+  registry_.note_speaker(*who.process);
+  const auto index = registry_.publisher(*who.process, event.publisher);
   auto& facts = model_.publishers[index];
   registry_.published(index).observe(event.seq, ref(head), facts.published);
-  const auto thread = registry_.thread_of(head);
-  std::shared_ptr<ChainNode> node;
-  if (thread) {
-    const auto& open = of_thread(thread).open;
+  ChainNodeRef node;
+  if (who.thread) {
+    const auto& open = of_thread(who.thread).open;
     if (!open.empty()) node = open.back()->node;
   }
   chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, std::move(node));
@@ -330,15 +335,17 @@ std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, Ho
 
 void InstanceBuilder::finish() {
   while (!pending_.empty()) {
-    measurer_.measure(*pending_.front());
+    measure(std::move(pending_.front()));
     pending_.pop_front();
   }
   std::vector<std::unique_ptr<LiveInstance>> open;
-  for (auto& [thread, state] : threads_) {
+  const auto take = [&open](OfThread& state) {
     for (auto& live : state.open)
       open.push_back(std::move(live));
     state.open.clear();
-  }
+  };
+  std::for_each(threads_.begin(), threads_.end(), take);
+  take(nobody_);
   std::sort(open.begin(), open.end(), [](const auto& a, const auto& b) {
     return std::tie(a->start.time, a->start.tid, a->seq) <
            std::tie(b->start.time, b->start.tid, b->seq);

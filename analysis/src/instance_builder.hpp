@@ -5,16 +5,20 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
 
+#include "by_index.hpp"
 #include "chain_tracker.hpp"
 #include "facts.hpp"
 #include "instance_measurer.hpp"
+#include "recent.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <memory>
-#include <unordered_map>
+#include <optional>
 #include <vector>
 
 namespace cie::analysis {
@@ -31,10 +35,11 @@ class InstanceBuilder {
         observer_(observer),
         measurer_(model, registry, recording, timeline, chains, observer) {}
 
-  void apply(const EventHead& head, const CallbackStart& event);
-  void apply(const EventHead& head, const CallbackEnd& event);
-  void apply(const EventHead& head, const ThreadWakeup& event);
-  void apply(const EventHead& head, const Publish& event);
+  // `who`: of the registry, for this event.
+  void apply(const EventHead& head, const Emitter& who, const CallbackStart& event);
+  void apply(const EventHead& head, const Emitter& who, const CallbackEnd& event);
+  void apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event);
+  void apply(const EventHead& head, const Emitter& who, const Publish& event);
   void apply(const EventHead& head, const ClockSync& event);
   void thread_began(HostIndex host, ThreadIndex thread);
   // Finalises instances that nothing later in the trace can change any more.
@@ -45,6 +50,8 @@ class InstanceBuilder {
   std::optional<Duration> inside_execution(ThreadIndex thread, HostIndex host, Timestamp now);
 
  private:
+  static constexpr std::size_t kRecentEnds = 64;
+
   struct OfThread {
     std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above
     std::optional<Timestamp> wakeup;
@@ -57,14 +64,18 @@ class InstanceBuilder {
   };
   struct OfCallback {
     std::vector<LiveInstance*> open;
-    std::deque<Ended> recent;  // at most kRecent, for second ends
+    Recent<Ended, kRecentEnds> recent;  // for second ends
   };
 
-  OfThread& of_thread(const std::optional<ThreadIndex>& thread);
-  void note_on_thread(const LiveInstance& live);
+  OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
+    return thread ? threads_[*thread] : nobody_;
+  }
+  std::unique_ptr<LiveInstance> new_instance();
+  void note_on_thread(LiveInstance& live);
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
   void close(std::unique_ptr<LiveInstance> live);
   void abandon(std::unique_ptr<LiveInstance> live);
+  void measure(std::unique_ptr<LiveInstance> live);
   bool is_settled(const LiveInstance& live, Timestamp now) const;
 
   Model& model_;
@@ -74,10 +85,12 @@ class InstanceBuilder {
   ChainTracker& chains_;
   Observer* observer_;
   InstanceMeasurer measurer_;
-  std::unordered_map<std::uint32_t, OfThread> threads_;  // by ThreadIndex; kNoId: no tid
-  std::unordered_map<CallbackIndex, OfCallback> callbacks_;
-  std::unordered_map<HostIndex, std::int64_t> realtime_offsets_;
+  ByIndex<ThreadIndex, OfThread> threads_;
+  OfThread nobody_;  // events without a tid
+  ByIndex<CallbackIndex, OfCallback> callbacks_;
+  ByIndex<HostIndex, std::optional<std::int64_t>> realtime_offsets_;
   std::deque<std::unique_ptr<LiveInstance>> pending_;  // ended, in order of their ends
+  std::vector<std::unique_ptr<LiveInstance>> spare_;   // measured, to be used again
 };
 
 }  // namespace cie::analysis

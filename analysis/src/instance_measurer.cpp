@@ -6,7 +6,6 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxOpenListed = 64;
-constexpr std::size_t kRecent = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
 void keep_max(std::optional<Extreme<Duration>>& extreme, const LiveInstance& live,
@@ -78,9 +77,8 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
     instance.state = InstanceState::cut_by_window;
   }
 
-  const auto kernel = recording_.kernel_window(live.host);
   if (live.end && live.parts && model_.hosts[at(live.host)].has_switches &&
-      kernel.contains(live.start.time, end) &&
+      recording_.kernel_window(live.host).contains(live.start.time, end) &&
       !timeline_.overlaps_hole(live.host, live.start.time, end)) {
     instance.execution = live.parts->execution;
     instance.preempted = live.parts->preempted;
@@ -109,7 +107,7 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   switch (instance.state) {
     case InstanceState::complete:
       count(live, instance);
-      chains_.on_complete(live.node, *live.end);
+      chains_.on_complete(*live.node, *live.end);
       break;
     case InstanceState::cut_by_window:
       ++facts.cut_instances;
@@ -135,11 +133,8 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
   if (live.thread) {
-    for (auto* pairs : {&facts.ran_on, &model_.threads[at(*live.thread)].ran}) {
-      for (auto& pair : *pairs) {
-        if (pair.callback == live.callback && pair.thread == *live.thread) ++pair.instances;
-      }
-    }
+    ++facts.ran_on[live.on_callback].instances;
+    ++model_.threads[at(*live.thread)].ran[live.on_thread].instances;
   }
   note_response_time(live, instance);
   note_parts(live, instance);
@@ -225,12 +220,19 @@ void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& in
                                                                  .next_start = later.start};
     }
   };
-  for (const auto& other : arrivals) {
-    if (other.seq + 1 == arrived.seq) pair(other, arrived);
-    if (arrived.seq + 1 == other.seq) pair(arrived, other);
+  auto& [recent, ascending] = arrivals;
+  const bool is_ascending = recent.size() > 0 && recent.newest(0).seq < arrived.seq;
+  if (is_ascending && ascending >= recent.size()) {  // no other one can be its neighbour
+    if (recent.newest(0).seq + 1 == arrived.seq) pair(recent.newest(0), arrived);
+  } else {
+    for (auto age = recent.size(); age-- > 0;) {
+      const auto& other = recent.newest(age);
+      if (other.seq + 1 == arrived.seq) pair(other, arrived);
+      if (arrived.seq + 1 == other.seq) pair(arrived, other);
+    }
   }
-  arrivals.push_back(arrived);
-  if (arrivals.size() > kRecent) arrivals.pop_front();
+  ascending = is_ascending ? ascending + 1 : 1;
+  recent.push(arrived);
 }
 
 }  // namespace cie::analysis

@@ -5,17 +5,17 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
 
+#include "by_index.hpp"
 #include "chain_tracker.hpp"
 #include "facts.hpp"
+#include "recent.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
+#include <cstddef>
 #include <cstdint>
-#include <deque>
-#include <memory>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -42,7 +42,9 @@ struct LiveInstance {
   ThreadTimeline::Mark mark;
   std::optional<ThreadTimeline::Parts> parts;
   std::vector<Preemptor> preempted_by;
-  std::shared_ptr<ChainNode> node;
+  ChainNodeRef node;
+  std::size_t on_callback = 0;  // places in `ran_on` of its callback and `ran` of its thread
+  std::size_t on_thread = 0;
   bool is_nested = false;  // began inside another instance of its thread
   std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
   std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
@@ -69,6 +71,11 @@ class InstanceMeasurer {
     EventRef end;
     Timestamp release;  // exact
   };
+  struct Arrivals {
+    static constexpr std::size_t kRemembered = 64;
+    Recent<Arrival, kRemembered> recent;
+    std::size_t ascending = 0;  // so many of the latest have numbers each above the one before
+  };
 
   Instance instance_of(const LiveInstance& live) const;
   // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
@@ -85,7 +92,7 @@ class InstanceMeasurer {
   const ThreadTimeline& timeline_;
   ChainTracker& chains_;
   Observer* observer_;
-  std::unordered_map<CallbackIndex, std::deque<Arrival>> arrivals_;  // at most kRecent of each
+  ByIndex<CallbackIndex, Arrivals> arrivals_;
 };
 
 }  // namespace cie::analysis

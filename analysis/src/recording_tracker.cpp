@@ -35,6 +35,8 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   channel.domain = event.domain;
   channel.host = host;
   channel.streams.push_back(static_cast<std::uint32_t>(head.stream));
+  states_[at(head.stream)].channel = &channel;
+  if (event.domain == Domain::kernel) hosts_[host].has_kernel = true;
   update(channel);
 }
 
@@ -124,9 +126,9 @@ void RecordingTracker::count_event(StreamIndex index) {
 }
 
 const Window& RecordingTracker::window_of(StreamIndex index) const {
-  if (at(index) >= model_.streams.size()) return kNoWindow;
-  const auto found = channels_.find(model_.streams[at(index)].channel);
-  return found == channels_.end() ? kNoWindow : found->second.window;
+  if (at(index) >= states_.size()) return kNoWindow;
+  const auto* channel = states_[at(index)].channel;
+  return channel == nullptr ? kNoWindow : channel->window;
 }
 
 bool RecordingTracker::is_kernel(StreamIndex index) const {
@@ -134,9 +136,8 @@ bool RecordingTracker::is_kernel(StreamIndex index) const {
 }
 
 bool RecordingTracker::has_kernel(HostIndex host) const {
-  return std::any_of(channels_.begin(), channels_.end(), [host](const auto& entry) {
-    return entry.second.domain == Domain::kernel && entry.second.host == host;
-  });
+  const auto* state = hosts_.find(host);
+  return state != nullptr && state->has_kernel;
 }
 
 Window RecordingTracker::kernel_window(HostIndex host) const {

@@ -3,9 +3,11 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "by_index.hpp"
 #include "facts.hpp"
 #include "registry.hpp"
 
+#include <map>
 #include <vector>
 
 namespace cie::analysis {
@@ -56,6 +58,10 @@ class RecordingTracker {
   };
   struct StreamState {
     bool ended = false;
+    const Channel* channel = nullptr;  // null: not begun
+  };
+  struct HostState {
+    bool has_kernel = false;
   };
   StreamFacts* stream(StreamIndex index);
   void update(Channel& channel);
@@ -63,6 +69,7 @@ class RecordingTracker {
   Model& model_;
   Registry& registry_;
   std::vector<StreamState> states_;
+  ByIndex<HostIndex, HostState> hosts_;
   std::map<std::uint32_t, Channel> channels_;
 };
 

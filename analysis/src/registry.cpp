@@ -57,6 +57,7 @@ HostIndex Registry::host_of(const EventHead& head) const {
 }
 
 ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
+  forget_emitters();
   const auto index = ProcessIndex{static_cast<std::uint32_t>(model_.processes.size())};
   auto& process = model_.processes.emplace_back();
   process.host = host;
@@ -68,8 +69,8 @@ ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
 std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
   if (!head.pid) return std::nullopt;
   const auto host = host_of(head);
-  const auto found = process_by_pid_.find({scope(host), *head.pid});
-  const auto index = found != process_by_pid_.end() ? found->second : new_process(host, *head.pid);
+  const auto* found = process_by_pid_.find({scope(host), *head.pid});
+  const auto index = found != nullptr ? *found : new_process(host, *head.pid);
   auto& process = model_.processes[at(index)];
   if (!process.first_seen) process.first_seen = ref(head);
   process.last_seen = ref(head);
@@ -78,11 +79,12 @@ std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
 
 std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
   const auto process = process_of(head);
-  if (process) model_.processes[at(*process)].has_cie_events = true;
+  if (process) note_speaker(*process);
   return process;
 }
 
 ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
+  forget_emitters();
   const auto index = ThreadIndex{static_cast<std::uint32_t>(model_.threads.size())};
   auto& thread = model_.threads.emplace_back();
   thread.process = process;
@@ -93,68 +95,81 @@ ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
 }
 
 std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int64_t tid) const {
-  const auto found = thread_by_process_tid_.find({scope(process), tid});
-  if (found == thread_by_process_tid_.end()) return std::nullopt;
-  return found->second;
+  const auto* found = thread_by_process_tid_.find({scope(process), tid});
+  return found != nullptr ? std::optional(*found) : std::nullopt;
 }
 
-std::optional<ThreadIndex> Registry::thread_of(const EventHead& head) {
+void Registry::forget(KnownEmitter& known) {
+  if (known.thread_facts != nullptr) known.thread_facts->last_seen = known.last_seen;
+  known.thread_facts = nullptr;
+}
+
+void Registry::forget_emitters() {
+  for (auto& known : emitters_)
+    forget(known);
+}
+
+Emitter Registry::find_emitter(const EventHead& head, KnownEmitter& known) {
+  forget(known);
   const auto process = process_of(head);
-  if (!process || !head.tid) return std::nullopt;
+  if (!process || !head.tid) return {.process = process, .thread = std::nullopt};
   auto index = find_thread(*process, *head.tid);
   // After its exit a tid belongs to somebody new; after thread_fini alone it may still speak.
   if (!index || model_.threads[at(*index)].kernel_exit) index = new_thread(*process, *head.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.first_seen) thread.first_seen = ref(head);
-  thread.last_seen = ref(head);
-  return index;
+  known = KnownEmitter{.thread_facts = &thread,
+                       .process_facts = &model_.processes[at(*process)],
+                       .host = host_of(head),
+                       .process = *process,
+                       .thread = *index,
+                       .last_seen = ref(head)};
+  return {.process = process, .thread = index};
 }
 
 std::optional<ThreadIndex> Registry::thread_by_tid(HostIndex host, std::int64_t tid) const {
-  const auto found = thread_by_host_tid_.find({scope(host), tid});
-  if (found == thread_by_host_tid_.end()) return std::nullopt;
-  return found->second;
+  const auto* found = thread_by_host_tid_.find({scope(host), tid});
+  return found != nullptr ? std::optional(*found) : std::nullopt;
 }
 
 CallbackIndex Registry::callback(ProcessIndex process, CallbackId id) {
-  const auto [found, is_new] = callback_by_id_.try_emplace(
-      {scope(process), key(id)},
-      CallbackIndex{static_cast<std::uint32_t>(model_.callbacks.size())});
+  const auto [index, is_new] = callback_by_id_.insert({scope(process), key(id)});
   if (is_new) {
+    *index = CallbackIndex{static_cast<std::uint32_t>(model_.callbacks.size())};
     auto& callback = model_.callbacks.emplace_back();
     callback.process = process;
     callback.id = id;
     callback.logical_id = "?" + std::to_string(to_number(id));
   }
-  return found->second;
+  return *index;
 }
 
 std::uint32_t Registry::publisher(ProcessIndex process, PublisherId id) {
-  const auto [found, is_new] = publisher_by_id_.try_emplace(
-      {scope(process), key(id)}, static_cast<std::uint32_t>(model_.publishers.size()));
+  const auto [index, is_new] = publisher_by_id_.insert({scope(process), key(id)});
   if (is_new) {
+    *index = static_cast<std::uint32_t>(model_.publishers.size());
     auto& publisher = model_.publishers.emplace_back();
     publisher.process = process;
     publisher.id = id;
   }
-  return found->second;
+  return *index;
 }
 
 std::uint32_t Registry::group(ProcessIndex process, GroupId id, const EventHead& head) {
-  const auto [found, is_new] = group_by_id_.try_emplace(
-      {scope(process), key(id)}, static_cast<std::uint32_t>(model_.groups.size()));
+  const auto [index, is_new] = group_by_id_.insert({scope(process), key(id)});
   if (is_new) {
+    *index = static_cast<std::uint32_t>(model_.groups.size());
     auto& group = model_.groups.emplace_back();
     group.process = process;
     group.id = id;
     group.first_seen = ref(head);
   }
-  return found->second;
+  return *index;
 }
 
 std::string Registry::node_name(ProcessIndex process, NodeId id) const {
-  const auto found = node_by_id_.find({scope(process), key(id)});
-  return found == node_by_id_.end() ? std::string{} : model_.nodes[found->second].name;
+  const auto* found = node_by_id_.find({scope(process), key(id)});
+  return found == nullptr ? std::string{} : model_.nodes[*found].name;
 }
 
 void Registry::apply(const EventHead& head, const RunBegin& event) {
@@ -200,9 +215,9 @@ void Registry::apply(const EventHead& head, const RunEnd& event) {
 void Registry::apply(const EventHead& head, const NodeInit& event) {
   const auto process = speaker_of(head);
   if (!process) return;
-  const auto [found, is_new] = node_by_id_.try_emplace(
-      {scope(*process), key(event.node)}, static_cast<std::uint32_t>(model_.nodes.size()));
+  const auto [index, is_new] = node_by_id_.insert({scope(*process), key(event.node)});
   if (is_new) {
+    *index = static_cast<std::uint32_t>(model_.nodes.size());
     model_.nodes.push_back(
         NodeFacts{.process = *process, .id = event.node, .name = std::string(event.name)});
   }
@@ -347,7 +362,9 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
 
 void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
   const auto index = thread_by_tid(host_of(head), event.tid);
-  if (index) model_.threads[at(*index)].kernel_exit = ref(head);
+  if (!index) return;
+  forget_emitters();
+  model_.threads[at(*index)].kernel_exit = ref(head);
 }
 
 void Registry::apply(const EventHead& head, const ProcessName& event) {
@@ -356,12 +373,12 @@ void Registry::apply(const EventHead& head, const ProcessName& event) {
 }
 
 std::optional<std::uint32_t> Registry::publisher_by_gid(std::uint64_t gid) const {
-  const auto found = publisher_by_gid_.find(gid);
-  if (found == publisher_by_gid_.end()) return std::nullopt;
-  return found->second;
+  const auto* found = publisher_by_gid_.find(gid);
+  return found != nullptr ? std::optional(*found) : std::nullopt;
 }
 
 void Registry::finish() {
+  forget_emitters();
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
     auto& facts = model_.callbacks[i];
     const auto& numbers = start_numbers_[CallbackIndex{static_cast<std::uint32_t>(i)}];

@@ -5,15 +5,26 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "by_index.hpp"
 #include "facts.hpp"
+#include "flat_map.hpp"
 #include "sequence_tracker.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
+#include <vector>
 
 namespace cie::analysis {
+
+// Who emitted an event. Empty without a pid; the thread also without a tid.
+struct Emitter {
+  std::optional<ProcessIndex> process;
+  std::optional<ThreadIndex> thread;
+};
 
 class Registry {
  public:
@@ -23,12 +34,20 @@ class Registry {
   void set_stream_host(StreamIndex stream, HostIndex host);
   HostIndex host_of(const EventHead& head) const;
 
+  // Once per event; creates provisional incarnations.
+  Emitter emitter_of(const EventHead& head) {
+    auto& known = emitters_[emitter_place(head)];
+    if (!known.is_of(head, host_of(head))) return find_emitter(head, known);
+    known.last_seen = ref(head);
+    known.process_facts->last_seen = known.last_seen;
+    return {.process = known.process, .thread = known.thread};
+  }
   // The process an event belongs to now; creates a provisional one. Empty without a pid.
   std::optional<ProcessIndex> process_of(const EventHead& head);
   // The same, of an event that makes it a process of the report.
   std::optional<ProcessIndex> speaker_of(const EventHead& head);
-  // The thread that emitted the event; creates a provisional, unannounced one. Empty without a tid.
-  std::optional<ThreadIndex> thread_of(const EventHead& head);
+  // It did more than keep the time: it is a process of the report.
+  void note_speaker(ProcessIndex process) { model_.processes[at(process)].has_cie_events = true; }
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
   // The callback, known or provisional (init not seen yet).
@@ -65,14 +84,39 @@ class Registry {
     friend bool operator==(const Key&, const Key&) = default;
   };
   struct KeyHash {
-    std::size_t operator()(const Key& key) const noexcept {
-      return std::hash<std::uint64_t>{}(static_cast<std::uint64_t>(key.id) * 0x9e3779b97f4a7c15U ^
-                                        key.scope * 0xc2b2ae3d27d4eb4fU);
+    std::uint64_t operator()(const Key& key) const noexcept {
+      return SpreadBits{}(key.id) + key.scope * 0xc2b2ae3d27d4eb4fU;
     }
   };
   template <typename Value>
-  using KeyMap = std::unordered_map<Key, Value, KeyHash>;
+  using KeyMap = FlatMap<Key, Value, KeyHash>;
 
+  // What the last events said of an emitter, in place of look-ups in three tables for every event.
+  struct KnownEmitter {
+    ThreadFacts* thread_facts = nullptr;  // null: nothing
+    ProcessFacts* process_facts = nullptr;
+    HostIndex host{};
+    ProcessIndex process{};
+    ThreadIndex thread{};
+    EventRef last_seen;  // its own, not yet in its facts
+
+    bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
+      return thread_facts != nullptr && head.tid == last_seen.tid && head.pid == last_seen.pid &&
+             host == of_host;
+    }
+  };
+  static constexpr std::size_t kKnownEmitters = 512;  // a power of two
+
+  // Threads of one process have tids close to each other: they do not meet in one place.
+  static std::size_t emitter_place(const EventHead& head) noexcept {
+    const auto mixed = static_cast<std::uint64_t>(head.tid.value_or(0)) +
+                       (SpreadBits{}(head.pid.value_or(0)) >> 32U);
+    return mixed & (kKnownEmitters - 1);
+  }
+  Emitter find_emitter(const EventHead& head, KnownEmitter& known);
+  static void forget(KnownEmitter& known);
+  // Before an incarnation is replaced by another one, or what is known of them is read.
+  void forget_emitters();
   ProcessIndex new_process(HostIndex host, std::int64_t pid);
   ThreadIndex new_thread(ProcessIndex process, std::int64_t tid);
   std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;
@@ -81,6 +125,7 @@ class Registry {
 
   Model& model_;
   std::vector<HostIndex> stream_hosts_;
+  std::array<KnownEmitter, kKnownEmitters> emitters_{};
   KeyMap<ProcessIndex> process_by_pid_;
   KeyMap<ThreadIndex> thread_by_process_tid_;
   KeyMap<ThreadIndex> thread_by_host_tid_;
@@ -88,10 +133,10 @@ class Registry {
   KeyMap<std::uint32_t> publisher_by_id_;
   KeyMap<std::uint32_t> group_by_id_;
   KeyMap<std::uint32_t> node_by_id_;
-  std::unordered_map<std::uint64_t, std::uint32_t> publisher_by_gid_;
-  std::unordered_map<CallbackIndex, SequenceTracker> start_numbers_;
-  std::unordered_map<std::uint32_t, SequenceTracker> publish_numbers_;
-  std::unordered_map<ThreadIndex, SequenceTracker> read_back_numbers_;
+  FlatMap<std::uint64_t, std::uint32_t> publisher_by_gid_;
+  ByIndex<CallbackIndex, SequenceTracker> start_numbers_;
+  ByIndex<std::uint32_t, SequenceTracker> publish_numbers_;
+  ByIndex<ThreadIndex, SequenceTracker> read_back_numbers_;
 };
 
 }  // namespace cie::analysis

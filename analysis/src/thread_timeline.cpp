@@ -14,6 +14,20 @@ bool is_runnable(std::int64_t prev_state) noexcept {
 
 }  // namespace
 
+const ThreadTimeline::Thread* ThreadTimeline::find(HostIndex host, std::int64_t tid) const {
+  const auto* of_host = hosts_.find(host);
+  return of_host != nullptr ? of_host->threads.find(tid) : nullptr;
+}
+
+ThreadTimeline::Cpu& ThreadTimeline::cpu_of(Host& host, std::int32_t number) {
+  const auto [place, is_new] = host.cpu_places.insert(number);
+  if (is_new) {
+    *place = host.cpus.size();
+    host.cpus.emplace_back();
+  }
+  return host.cpus[*place];
+}
+
 void ThreadTimeline::leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable) {
   if (thread.state == State::running && thread.cpu == cpu) {
     thread.total.execution += time - thread.since;
@@ -83,7 +97,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
                                                               const SchedSwitch& event,
                                                               Observer* observer) {
   auto& of_host = hosts_[host];
-  auto& on_cpu = of_host.cpus[cpu];
+  auto& on_cpu = cpu_of(of_host, cpu);
   std::optional<Hole> hole;
   if (on_cpu.is_known && on_cpu.tid != event.prev_tid) {
     hole = Hole{.begin = on_cpu.time, .end = time, .cpu = cpu};
@@ -198,11 +212,14 @@ void ThreadTimeline::add_hole(HostIndex host, Hole hole) {
   holes.push_back(hole);
 }
 
-ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Timestamp time) {
-  const auto& read = thread(host, tid);
-  Mark mark{
-      .total = read.total, .breaks = read.breaks, .split_breaks = read.split_breaks, .time = time};
-  if (read.state == State::running) mark.total.execution += time - read.since;
+ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Timestamp time) const {
+  Mark mark{.total = {}, .breaks = 0, .split_breaks = 0, .time = time};
+  if (const auto* read = find(host, tid)) {
+    mark.total = read->total;
+    mark.breaks = read->breaks;
+    mark.split_breaks = read->split_breaks;
+    if (read->state == State::running) mark.total.execution += time - read->since;
+  }
   return mark;
 }
 
@@ -220,35 +237,39 @@ std::optional<ThreadTimeline::Parts> ThreadTimeline::between(const Mark& from, c
 }
 
 bool ThreadTimeline::overlaps_hole(HostIndex host, Timestamp from, Timestamp to) const {
-  const auto found = hosts_.find(host);
-  if (found == hosts_.end()) return false;
-  const auto& holes = found->second.holes;
+  const auto* of_host = hosts_.find(host);
+  if (of_host == nullptr) return false;
+  const auto& holes = of_host->holes;
   return std::any_of(holes.rbegin(), holes.rend(),
                      [from, to](const Hole& hole) { return hole.begin <= to && from <= hole.end; });
 }
 
-bool ThreadTimeline::is_confirmed(HostIndex host, Timestamp time) const {
-  const auto found = hosts_.find(host);
-  if (found == hosts_.end()) return true;
-  return std::all_of(found->second.cpus.begin(), found->second.cpus.end(),
-                     [time](const auto& entry) { return entry.second.time >= time; });
+bool ThreadTimeline::is_confirmed(HostIndex host, Timestamp time) {
+  auto* of_host = hosts_.find(host);
+  if (of_host == nullptr || of_host->cpus.empty()) return true;
+  const auto& cpus = of_host->cpus;
+  const auto is_awaited = [time](const Cpu& cpu) { return cpu.time < time; };
+  // Asked of every event, most often in vain: the CPU that was awaited last is likely to be still.
+  if (is_awaited(cpus[of_host->unconfirmed])) return false;
+  const auto awaited = std::find_if(cpus.begin(), cpus.end(), is_awaited);
+  if (awaited == cpus.end()) return true;
+  of_host->unconfirmed = static_cast<std::size_t>(awaited - cpus.begin());
+  return false;
 }
 
 ThreadTimeline::Wake ThreadTimeline::last_wake(HostIndex host, std::int64_t tid) const {
-  const auto found = hosts_.find(host);
-  if (found == hosts_.end()) return {};
-  const auto& threads = found->second.threads;
-  const auto of_thread = threads.find(tid);
-  if (of_thread == threads.end()) return {};
-  const auto& read = of_thread->second;
-  return {.waking = read.waking ? read.waking : read.wakeup, .first_in = read.first_in};
+  const auto* read = find(host, tid);
+  if (read == nullptr) return {};
+  return {.waking = read->waking ? read->waking : read->wakeup, .first_in = read->first_in};
 }
 
 void ThreadTimeline::forget_wake(HostIndex host, std::int64_t tid) {
-  auto& read = thread(host, tid);
-  read.waking.reset();
-  read.wakeup.reset();
-  read.first_in.reset();
+  auto* of_host = hosts_.find(host);
+  auto* read = of_host != nullptr ? of_host->threads.find(tid) : nullptr;
+  if (read == nullptr) return;
+  read->waking.reset();
+  read->wakeup.reset();
+  read->first_in.reset();
 }
 
 }  // namespace cie::analysis

@@ -5,13 +5,17 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
 
+#include "by_index.hpp"
 #include "facts.hpp"
+#include "flat_map.hpp"
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -63,13 +67,13 @@ class ThreadTimeline {
   void on_exit(HostIndex host, std::int64_t tid);
   void add_hole(HostIndex host, Hole hole);
 
-  Mark mark(HostIndex host, std::int64_t tid, Timestamp time);
+  Mark mark(HostIndex host, std::int64_t tid, Timestamp time) const;
   // The parts between two marks; empty if the thread's record broke between them.
   static std::optional<Parts> between(const Mark& from, const Mark& to);
   // Whether an interval overlaps a hole or a loss of the kernel's record.
   bool overlaps_hole(HostIndex host, Timestamp from, Timestamp to) const;
   // Every CPU of the host has been heard of at or after `time`: no hole before it is left to find.
-  bool is_confirmed(HostIndex host, Timestamp time) const;
+  bool is_confirmed(HostIndex host, Timestamp time);
 
   // From here to the matching end_watch() it is noted who runs while the thread is preempted.
   void begin_watch(HostIndex host, std::int64_t tid);
@@ -110,12 +114,17 @@ class ThreadTimeline {
     std::vector<std::int64_t> waiting;  // watched threads that were preempted here
   };
   struct Host {
-    std::unordered_map<std::int64_t, Thread> threads;
-    std::unordered_map<std::int32_t, Cpu> cpus;
+    FlatMap<std::int64_t, Thread> threads;
+    std::vector<Cpu> cpus;  // by first switch
+    FlatMap<std::int32_t, std::size_t> cpu_places;
+    std::size_t unconfirmed = 0;  // CPU that was not heard of when is_confirmed() last asked
     std::vector<Hole> holes;
   };
 
   Thread& thread(HostIndex host, std::int64_t tid) { return hosts_[host].threads[tid]; }
+  // Null: nothing of the thread was seen.
+  const Thread* find(HostIndex host, std::int64_t tid) const;
+  static Cpu& cpu_of(Host& host, std::int32_t number);
   static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
   static void wake(Thread& thread, Timestamp time);
@@ -124,7 +133,7 @@ class ThreadTimeline {
   // Ends the waiting of a thread that was preempted.
   static void stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time);
 
-  std::unordered_map<HostIndex, Host> hosts_;
+  ByIndex<HostIndex, Host> hosts_;
 };
 
 }  // namespace cie::analysis

@@ -89,7 +89,7 @@ std::string EventCursor::reason() const {
 
 bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& id) {
   const bool is_usable = bits_.at % 8 == 0 && bits_.at < bits_.end &&
-                         bits_.end - bits_.at >= (layout.most_bytes + kLayoutSlack) * 8;
+                         bits_.end - bits_.at >= (layout.most_bytes + FixedField::kSlack) * 8;
   if (!is_usable) return false;
   const auto* begin = bits_.data + bits_.at / 8;
   std::uint64_t tag = 0;
@@ -103,6 +103,29 @@ bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& i
   clock_ = extend_clock(clock_, option->time.load(begin), option->time_bits);
   bits_.at += option->bytes * 8;
   return true;
+}
+
+// Every event of a packet passes here once more than it must: nothing but sizes and times is looked
+// at, and all that changes stays in registers.
+void EventCursor::skip_fixed() {
+  const auto& stream = *packet_->stream;
+  if (!stream.header_layout || bits_.at % 8 != 0) return;
+  const auto& layout = *stream.header_layout;
+  const auto end = bits_.end / 8;
+  auto at = bits_.at / 8;
+  auto clock = clock_;
+  while (at < end && end - at >= layout.most_bytes + FixedField::kSlack) {
+    const auto* begin = bits_.data + at;
+    const auto* option = layout.choose(layout.tag_register >= 0 ? layout.tag.load(begin) : 0);
+    if (option == nullptr) break;
+    const std::uint64_t size = stream.fixed_bytes(option->id.load(begin));
+    const auto body = at + option->bytes;
+    if (size == 0 || end - body < size + FixedField::kSlack) break;
+    clock = extend_clock(clock, option->time.load(begin), option->time_bits);
+    at = body + size;
+  }
+  bits_.at = at * 8;
+  clock_ = clock;
 }
 
 EventCursor::Step EventCursor::find_plan(std::uint64_t id) {
@@ -131,21 +154,6 @@ EventCursor::Step EventCursor::next() {
     return fail("the packet ends within its content");
   }
   return find_plan(id);
-}
-
-void EventCursor::read_fixed(const EventPlan::FixedBody& fixed) {
-  const auto* begin = bits_.data + bits_.at / 8;
-  context_[0].kind = Field::Kind::absent;
-  context_[1].kind = Field::Kind::absent;
-  for (const auto& value : fixed.context)
-    value.store(begin, context_.data());
-  for (const auto& value : fixed.values)
-    value.store(begin, fields_.data());
-  for (const auto& text : fixed.texts)
-    text.store(begin, fields_.data());
-  for (const auto absent : fixed.absent)
-    fields_[absent] = {};
-  bits_.at += fixed.bytes * 8;
 }
 
 bool EventCursor::run_body() {

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace cie::analysis::ctf {
@@ -22,15 +23,17 @@ class EventCursor {
   enum class Step : std::uint8_t { event, end, damaged };
   // Reads the next event's header. After `event` comes read_body(), which also skips it.
   Step next();
-  // Fills the context's slots and those of the event's translation. False: damaged.
+  // Finds the context's values and those that the event's translation asks for. False: damaged.
   bool read_body() {
-    if (const auto* fixed = fixed_body()) {
-      read_fixed(*fixed);
-      return true;
-    }
-    return run_body();
+    fixed_ = fixed_body();
+    if (fixed_ == nullptr) return run_body();
+    fixed_begin_ = bits_.data + bits_.at / 8;
+    bits_.at += fixed_->bytes * 8;
+    return true;
   }
-  // The same without filling anything.
+  // Skips events from here on, as many as lie in fixed places.
+  void skip_fixed();
+  // Like read_body(), without filling anything.
   bool skip_body() {
     if (const auto* fixed = fixed_body()) {
       bits_.at += fixed->bytes * 8;
@@ -39,10 +42,26 @@ class EventCursor {
     return run_body();
   }
 
+  // Other streams have their turn before this one's next event is read: by then it is in the cache.
+  void prefetch() const noexcept {
+    constexpr std::uint64_t kCacheLine = 64;
+    if (bits_.end - bits_.at > kCacheLine * 8) {
+      __builtin_prefetch(bits_.data + bits_.at / 8 + kCacheLine);
+    }
+  }
+
   const EventPlan& plan() const noexcept { return *plan_; }
   std::uint64_t clock() const noexcept { return clock_; }  // cycles, of the event read last
-  const Field& context(ContextSlot which) const noexcept { return context_[slot(which)]; }
-  const Field* fields() const noexcept { return fields_.data(); }
+  // After read_body().
+  std::optional<std::int64_t> context(ContextSlot which) const noexcept {
+    return (fixed_ != nullptr ? Payload(fixed_begin_, fixed_->context.data())
+                              : Payload(context_.data()))
+        .integer(slot(which));
+  }
+  Payload payload() const noexcept {
+    return fixed_ != nullptr ? Payload(fixed_begin_, fixed_->fields.data())
+                             : Payload(fields_.data());
+  }
 
   // After `damaged`: why, and where in the packet.
   std::string reason() const;
@@ -53,10 +72,9 @@ class EventCursor {
   const EventPlan::FixedBody* fixed_body() const noexcept {
     const auto& fixed = plan_->fixed;
     const bool is_usable = fixed && bits_.at % 8 == 0 && bits_.at < bits_.end &&
-                           bits_.end - bits_.at >= (fixed->bytes + kLayoutSlack) * 8;
+                           bits_.end - bits_.at >= (fixed->bytes + FixedField::kSlack) * 8;
     return is_usable ? &*fixed : nullptr;
   }
-  void read_fixed(const EventPlan::FixedBody& fixed);
   bool run_body();
   bool read_fixed_header(const HeaderLayout& layout, std::uint64_t& id);
   Step find_plan(std::uint64_t id);
@@ -73,6 +91,8 @@ class EventCursor {
   std::uint64_t base_ = 0;  // bytes of the packet before bits_.data
   std::uint64_t clock_ = 0;
   std::uint64_t event_begin_ = 0;
+  const EventPlan::FixedBody* fixed_ = nullptr;  // of the event read last; null: not used
+  const std::uint8_t* fixed_begin_ = nullptr;
   const char* reason_ = "";
   std::array<Field, 2> header_{};
   std::array<Field, 2> context_{};

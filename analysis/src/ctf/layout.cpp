@@ -17,20 +17,16 @@ bool is_big_endian(Load load) {
 
 bool is_signed(Load load) { return load == Load::i8 || load == Load::i16 || load == Load::i32; }
 
-std::optional<FixedValue> value_at(std::uint64_t bit, std::uint64_t bits, bool is_signed_value,
+std::optional<FixedField> value_at(std::uint64_t bit, std::uint64_t bits, bool is_signed_value,
                                    std::int16_t slot, const LabelTable* labels) {
   if (bit % 8 + bits > 64) return std::nullopt;
-  FixedValue value{.offset = static_cast<std::uint32_t>(bit / 8),
-                   .shift_left = static_cast<std::uint8_t>(64 - bits - bit % 8),
-                   .shift_right = static_cast<std::uint8_t>(64 - bits),
-                   .is_signed = is_signed_value,
-                   .slot = static_cast<std::int8_t>(slot),
-                   .labels = labels};
-  Field head;
-  head.kind = Field::Kind::integer;
-  head.length = static_cast<std::uint32_t>(bits);
-  std::memcpy(&value.field_head, &head, sizeof value.field_head);
-  return value;
+  return FixedField{.kind = FixedField::Kind::integer,
+                    .slot = static_cast<std::int8_t>(slot),
+                    .is_signed = is_signed_value,
+                    .shift_left = static_cast<std::uint8_t>(64 - bits - bit % 8),
+                    .shift_right = static_cast<std::uint8_t>(64 - bits),
+                    .offset = static_cast<std::uint32_t>(bit / 8),
+                    .labels = labels};
 }
 
 // Follows a sequence that begins on a byte, bit by bit of the way.
@@ -38,7 +34,7 @@ class Walker {
  public:
   struct Kept {
     std::int16_t reg = kNone;
-    FixedValue value;
+    FixedField value;
   };
 
   // False: there is something without a fixed place. `from`, `to`: operations.
@@ -50,8 +46,7 @@ class Walker {
 
   std::uint64_t bits() const { return bits_; }
   const std::vector<Kept>& kept() const { return kept_; }
-  std::vector<FixedValue>& values() { return values_; }
-  std::vector<FixedText>& texts() { return texts_; }
+  std::vector<FixedField>& fields() { return fields_; }
 
  private:
   bool walk(const Op& op) {
@@ -89,9 +84,10 @@ class Walker {
   bool add(const Extract& extract) {
     const auto bit = bits_ + std::uint64_t{extract.offset} * 8;
     if (extract.load == Load::text) {
-      texts_.push_back({.offset = static_cast<std::uint32_t>(bit / 8),
-                        .length = extract.length,
-                        .slot = static_cast<std::int8_t>(extract.slot)});
+      fields_.push_back({.kind = FixedField::Kind::text,
+                         .slot = static_cast<std::int8_t>(extract.slot),
+                         .offset = static_cast<std::uint32_t>(bit / 8),
+                         .length = extract.length});
       return true;
     }
     return !is_big_endian(extract.load) && add(bit, extract.bits, is_signed(extract.load),
@@ -103,14 +99,13 @@ class Walker {
     const auto value = value_at(bit, size, is_signed_value, slot, labels);
     if (!value) return false;
     if (reg >= 0) kept_.push_back({.reg = reg, .value = *value});
-    if (slot >= 0) values_.push_back(*value);
+    if (slot >= 0) fields_.push_back(*value);
     return true;
   }
 
   std::uint64_t bits_ = 0;
   std::vector<Kept> kept_;
-  std::vector<FixedValue> values_;
-  std::vector<FixedText> texts_;
+  std::vector<FixedField> fields_;
 };
 
 // The header's way with one option of its variant at the end (or none).
@@ -125,7 +120,7 @@ std::optional<HeaderLayout::Option> option_of(const std::vector<Op>& ops, std::s
   option.bytes = walker.bits() / 8;
   bool has_id = false;
   bool has_time = false;
-  for (const auto& value : walker.values()) {
+  for (const auto& value : walker.fields()) {
     if (value.slot == kIdSlot) {
       option.id = value;
       has_id = true;
@@ -146,9 +141,7 @@ std::optional<Layout> layout_of(const Sequence* program) {
   Walker walker;
   if (!walker.walk(program->ops, 0, program->ops.size())) return std::nullopt;
   if (walker.bits() % 8 != 0 || !walker.kept().empty()) return std::nullopt;
-  return Layout{.bytes = walker.bits() / 8,
-                .values = std::move(walker.values()),
-                .texts = std::move(walker.texts())};
+  return Layout{.bytes = walker.bits() / 8, .fields = std::move(walker.fields())};
 }
 
 std::optional<HeaderLayout> header_layout_of(const Sequence* program) {

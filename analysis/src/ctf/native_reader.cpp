@@ -6,6 +6,7 @@
 #include "../reader/discovery.hpp"
 #include "metadata_file.hpp"
 #include "metadata_parser.hpp"
+#include "tournament.hpp"
 
 #include <algorithm>
 #include <deque>
@@ -179,38 +180,19 @@ class Reader {
     files_.clear();
   }
 
-  // A binary heap of the streams by their keys; equal keys go by the streams' order.
   void merge(const EventSink& sink, Event& event) {
-    struct Entry {
-      std::int64_t key = 0;
-      std::size_t stream = 0;
-      bool operator<(const Entry& other) const noexcept {
-        return key != other.key ? key < other.key : stream < other.stream;
-      }
-    };
-    std::vector<Entry> heap;
-    for (std::size_t i = 0; i < streams_.size(); ++i)
-      heap.push_back({.key = streams_[i]->key(), .stream = i});
-    std::sort(heap.begin(), heap.end());  // a sorted array is a heap
-    while (!heap.empty()) {
-      auto& stream = *streams_[heap.front().stream];
+    std::vector<std::int64_t> keys;
+    for (const auto& stream : streams_)
+      keys.push_back(stream->key());
+    Tournament tournament(keys);
+    while (!tournament.is_over()) {
+      auto& stream = *streams_[tournament.winner()];
       stream.advance(sink, event);
-      Entry moved{.key = stream.key(), .stream = heap.front().stream};
       if (stream.has_ended()) {
-        moved = heap.back();
-        heap.pop_back();
-        if (heap.empty()) break;
+        tournament.remove_winner();
+      } else {
+        tournament.move_winner(stream.key());
       }
-      std::size_t at = 0;
-      for (;;) {
-        auto child = 2 * at + 1;
-        if (child >= heap.size()) break;
-        if (child + 1 < heap.size() && heap[child + 1] < heap[child]) ++child;
-        if (!(heap[child] < moved)) break;
-        heap[at] = heap[child];
-        at = child;
-      }
-      heap[at] = moved;
     }
   }
 

@@ -135,6 +135,7 @@ bool PacketScanner::has_readable_events(const Packet& packet, std::uint64_t& las
   guard_tick();
   probe_.begin(packet, last_clock);
   for (;;) {
+    probe_.skip_fixed();
     const auto step = probe_.next();
     if (step == EventCursor::Step::end) break;
     if (step == EventCursor::Step::damaged || !probe_.skip_body()) {

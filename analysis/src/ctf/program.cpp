@@ -186,20 +186,6 @@ Outcome run_variant(const Op& op, Bits& bits, Frame& frame) noexcept {
 
 }  // namespace
 
-LabelTable::LabelTable(std::vector<Range> ranges, std::uint64_t bias)
-    : ranges_(std::move(ranges)), bias_(bias) {
-  for (std::size_t value = 0; value < near_.size(); ++value) {
-    near_[value] = search(value);
-  }
-}
-
-std::int16_t LabelTable::search(std::uint64_t value) const noexcept {
-  for (const auto& range : ranges_) {
-    if ((value ^ bias_) >= range.low && (value ^ bias_) <= range.high) return range.label;
-  }
-  return kNone;
-}
-
 Outcome run(const Sequence& sequence, Bits& bits, Frame& frame) noexcept {
   for (const auto& op : sequence.ops) {
     if (frame.steps == 0) return Outcome::too_complex;

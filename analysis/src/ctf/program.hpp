@@ -3,6 +3,7 @@
 #pragma once
 
 #include "../reader/field.hpp"
+#include "../reader/label_table.hpp"
 
 #include <array>
 #include <cstdint>
@@ -17,29 +18,6 @@ struct Bits {
   const std::uint8_t* data = nullptr;
   std::uint64_t at = 0;
   std::uint64_t end = 0;
-};
-
-// Which label asked for a value has; -1: none of them.
-class LabelTable {
- public:
-  struct Range {
-    std::uint64_t low = 0;
-    std::uint64_t high = 0;
-    std::int16_t label = -1;
-  };
-  // The first range that holds a value counts. `bias` makes signed values comparable as unsigned.
-  LabelTable(std::vector<Range> ranges, std::uint64_t bias);
-
-  std::int16_t find(std::uint64_t value) const noexcept {
-    return value < near_.size() ? near_[value] : search(value);
-  }
-
- private:
-  std::int16_t search(std::uint64_t value) const noexcept;
-
-  std::vector<Range> ranges_;
-  std::uint64_t bias_;
-  std::array<std::int16_t, 256> near_{};  // what small values have
 };
 
 // How an integer lies in memory.

@@ -16,11 +16,6 @@ std::int64_t saturating_add(std::int64_t a, std::int64_t b) noexcept {
                : std::numeric_limits<std::int64_t>::max();
 }
 
-std::optional<std::int64_t> number(const Field& field) noexcept {
-  if (field.kind != Field::Kind::integer) return std::nullopt;
-  return field.number;
-}
-
 }  // namespace
 
 StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity,
@@ -199,6 +194,7 @@ void StreamReader::emit_packet_begin(const EventSink& sink, Event& event) {
 
 void StreamReader::find_event() {
   if (cursor_->next() == EventCursor::Step::event) {
+    cursor_->prefetch();
     step_ = Step::event;
     if (has_times_) stand_at(time_of(cursor_->clock()));
     return;
@@ -224,13 +220,13 @@ void StreamReader::emit_event(const EventSink& sink, Event& event) {
     sink(event);
   }
   has_begun_ = true;
-  event.head.pid = number(cursor_->context(ContextSlot::pid));
-  event.head.tid = number(cursor_->context(ContextSlot::tid));
+  event.head.pid = cursor_->context(ContextSlot::pid);
+  event.head.tid = cursor_->context(ContextSlot::tid);
   const auto& plan = cursor_->plan();
   if (plan.translation == nullptr) {
     event.body = OtherEvent{.name = plan.name};
   } else {
-    plan.translation->translate(Payload{cursor_->fields()}, state_, event.body);
+    plan.translation->translate(cursor_->payload(), state_, event.body);
   }
   sink(event);
   find_event();

@@ -2,7 +2,7 @@
 
 #include "tokens.hpp"
 
-#include <algorithm>
+#include <span>
 #include <utility>
 
 namespace cie::analysis::ctf {
@@ -154,6 +154,10 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) 
   plan.header_layout = header_layout_of(plan.event_header);
   for (auto i = first_event; i < events_.size(); ++i)
     find_layouts(plan, *events_[i]);
+  for (const auto* event : plan.dense_) {
+    const bool is_fixed = event != nullptr && event->fixed;
+    plan.fixed_bytes_.push_back(is_fixed ? static_cast<std::uint32_t>(event->fixed->bytes) : 0);
+  }
 }
 
 void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
@@ -162,35 +166,23 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
   const auto fields = layout_of(event.fields);
   if (!common || !own || !fields) return;
   EventPlan::FixedBody body;
-  const auto take = [&body](const FixedValue& value, std::vector<FixedValue>& values) {
-    values.push_back(value);
-    values.back().offset += static_cast<std::uint32_t>(body.bytes);
+  const auto take = [&body](FixedField field, std::span<FixedField> slots) {
+    field.offset += static_cast<std::uint32_t>(body.bytes);
+    slots[static_cast<std::size_t>(field.slot)] = field;
   };
-  for (const auto& value : common->values)
-    take(value, body.context);
+  for (const auto& field : common->fields)
+    take(field, body.context);
   body.bytes = common->bytes;
-  for (const auto& value : own->values) {
-    const bool is_pid = static_cast<std::size_t>(value.slot) == slot(ContextSlot::pid);
-    if (is_pid ? event.has_own_pid : event.has_own_tid) take(value, body.context);
+  for (const auto& field : own->fields) {
+    const bool is_pid = static_cast<std::size_t>(field.slot) == slot(ContextSlot::pid);
+    if (is_pid ? event.has_own_pid : event.has_own_tid) take(field, body.context);
   }
   body.bytes += own->bytes;
-  for (const auto& value : fields->values)
-    take(value, body.values);
-  for (auto text : fields->texts) {
-    text.offset += static_cast<std::uint32_t>(body.bytes);
-    body.texts.push_back(text);
-  }
+  for (const auto& field : fields->fields)
+    take(field, body.fields);
   body.bytes += fields->bytes;
-  const auto slots = event.translation != nullptr ? event.translation->fields.size() : 0;
-  for (std::size_t i = 0; i < slots; ++i) {
-    const auto fills = [i](const auto& value) { return static_cast<std::size_t>(value.slot) == i; };
-    if (std::none_of(body.values.begin(), body.values.end(), fills) &&
-        std::none_of(body.texts.begin(), body.texts.end(), fills)) {
-      body.absent.push_back(static_cast<std::uint8_t>(i));
-    }
-  }
   // Events of no size must be noticed: the programs do.
-  if (body.bytes > 0 || stream.header_layout) event.fixed = std::move(body);
+  if (body.bytes > 0 || stream.header_layout) event.fixed = body;
 }
 
 void TracePlan::add_event(StreamPlan& plan, const EventClass& event,

@@ -68,10 +68,8 @@ struct EventPlan {
   // What the programs read, if all of it has fixed places: contexts and fields one after the other.
   struct FixedBody {
     std::uint64_t bytes = 0;
-    std::vector<FixedValue> context;
-    std::vector<FixedValue> values;
-    std::vector<FixedText> texts;
-    std::vector<std::uint8_t> absent;  // slots that stay empty
+    std::array<FixedField, 2> context{};         // by ContextSlot
+    std::array<FixedField, kMaxSlots> fields{};  // by slot of the translation
   };
   std::optional<FixedBody> fixed;
 };
@@ -96,9 +94,15 @@ class StreamPlan {
     return found == sparse_.end() ? nullptr : found->second;
   }
 
+  // Size of such an event's body where it has a fixed one; 0 where not.
+  std::uint32_t fixed_bytes(std::uint64_t event_id) const noexcept {
+    return event_id < fixed_bytes_.size() ? fixed_bytes_[event_id] : 0;
+  }
+
  private:
   friend class TracePlan;
   std::vector<const EventPlan*> dense_;
+  std::vector<std::uint32_t> fixed_bytes_;  // of dense_
   std::unordered_map<std::uint64_t, const EventPlan*> sparse_;
 };
 

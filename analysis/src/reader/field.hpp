@@ -4,6 +4,8 @@
 
 #include <cie/tracepoints/schema.hpp>
 
+#include "fixed_field.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -58,19 +60,29 @@ constexpr FieldRequest labelled(std::string_view name) {
 // Slots of an event, in the order in which its translation asks for them.
 inline constexpr std::size_t kMaxSlots = 16;
 
-// The few ways in which vocabularies read fields.
-struct Payload {
-  const Field* fields;
+// The few ways in which vocabularies read fields: those that a reader has collected, or where they
+// lie in memory.
+class Payload {
+ public:
+  // Borrowed, one per slot.
+  explicit Payload(const Field* fields) noexcept : fields_(fields) {}
+  Payload(const std::uint8_t* begin, const FixedField* fixed) noexcept
+      : begin_(begin), fixed_(fixed) {}
 
-  template <typename Integer>
-  Integer number(std::size_t slot, Integer absent = 0) const noexcept {
-    const auto& field = fields[slot];
-    return field.kind == Field::Kind::integer ? static_cast<Integer>(field.number) : absent;
-  }
   std::optional<std::int64_t> integer(std::size_t slot) const noexcept {
-    const auto& field = fields[slot];
+    if (fixed_ != nullptr) {
+      const auto& field = fixed_[slot];
+      if (field.kind != FixedField::Kind::integer) return std::nullopt;
+      return static_cast<std::int64_t>(field.load(begin_));
+    }
+    const auto& field = fields_[slot];
     if (field.kind != Field::Kind::integer) return std::nullopt;
     return field.number;
+  }
+  template <typename Integer>
+  Integer number(std::size_t slot, Integer absent = 0) const noexcept {
+    const auto value = integer(slot);
+    return value ? static_cast<Integer>(*value) : absent;
   }
   template <typename Integer>
   std::optional<Integer> optional(std::size_t slot) const noexcept {
@@ -83,20 +95,36 @@ struct Payload {
     return static_cast<Id>(number<std::uint32_t>(slot, kNoId));
   }
   std::string_view text(std::size_t slot) const noexcept {
-    const auto& field = fields[slot];
+    if (fixed_ != nullptr) {
+      const auto& field = fixed_[slot];
+      return field.kind == FixedField::Kind::text ? field.text(begin_) : std::string_view{};
+    }
+    const auto& field = fields_[slot];
     if (field.kind != Field::Kind::text) return {};
     return {field.characters, field.length};
   }
   std::span<const std::uint32_t> integers(std::size_t slot) const noexcept {
-    const auto& field = fields[slot];
+    if (fixed_ != nullptr) return {};  // never at a fixed place
+    const auto& field = fields_[slot];
     if (field.kind != Field::Kind::integers) return {};
     return {field.elements, field.length};
   }
   template <typename Enum>
   std::optional<Enum> label(std::size_t slot) const noexcept {
-    if (fields[slot].label < 0) return std::nullopt;
-    return static_cast<Enum>(fields[slot].label);
+    const auto index = label_index(slot);
+    return index >= 0 ? std::optional(static_cast<Enum>(index)) : std::nullopt;
   }
+
+ private:
+  std::int16_t label_index(std::size_t slot) const noexcept {
+    if (fixed_ == nullptr) return fields_[slot].label;
+    const auto& field = fixed_[slot];
+    return field.labels != nullptr ? field.labels->find(field.load(begin_)) : std::int16_t{-1};
+  }
+
+  const Field* fields_ = nullptr;
+  const std::uint8_t* begin_ = nullptr;
+  const FixedField* fixed_ = nullptr;
 };
 
 // Elements of a sequence beyond these are not read.

@@ -1,7 +1,8 @@
-// cie_bench_readers: processor time of reading one trace, by reader.
+// cie_bench_readers: processor and elapsed time of reading one trace, by reader.
 #include "synthetic_trace.hpp"
 
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -25,12 +26,14 @@ namespace {
 namespace fs = std::filesystem;
 
 struct Cost {
-  double cpu_s = 0;
+  double cpu_s = 0;   // of all threads
+  double wall_s = 0;  // until the process was gone
   double peak_mib = 0;
 };
 
-// Processor time and largest memory of a child and its own children.
+// Times and largest memory of a child and its own children.
 Cost measure(const std::function<void()>& child) {
+  const auto began = std::chrono::steady_clock::now();
   const auto process = ::fork();
   if (process < 0) throw std::system_error(errno, std::generic_category(), "fork");
   if (process == 0) {
@@ -42,6 +45,7 @@ Cost measure(const std::function<void()>& child) {
   int status = 0;
   rusage usage{};
   ::wait4(process, &status, 0, &usage);
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - began;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
     throw std::runtime_error("a reader failed or is not installed");
   }
@@ -49,6 +53,7 @@ Cost measure(const std::function<void()>& child) {
     return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
   };
   return {.cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime),
+          .wall_s = elapsed.count(),
           .peak_mib = static_cast<double>(usage.ru_maxrss) / 1024};
 }
 
@@ -62,10 +67,12 @@ Cost measure_program(std::vector<std::string> words) {
   });
 }
 
-void print(const char* what, const Cost& cost, std::uint64_t events, double reference_s) {
-  std::printf("%-44s %8.2f %9.1f %8.1f", what, cost.cpu_s,
-              cost.cpu_s * 1e9 / static_cast<double>(events), cost.peak_mib);
-  if (reference_s > 0) std::printf(" %9.1f", reference_s / cost.cpu_s);
+void print(const char* what, const Cost& cost, std::uint64_t events, const Cost& reference) {
+  std::printf("%-34s %8.1f %8.2f %9.1f", what, cost.peak_mib, cost.cpu_s,
+              cost.cpu_s * 1e9 / static_cast<double>(events));
+  if (reference.cpu_s > 0) std::printf(" %7.1f", reference.cpu_s / cost.cpu_s);
+  std::printf(" %8.2f", cost.wall_s);
+  if (reference.wall_s > 0) std::printf(" %7.1f", reference.wall_s / cost.wall_s);
   std::printf("\n");
 }
 
@@ -73,7 +80,7 @@ int run(int argc, char** argv) {
   TraceSize size;
   std::string directory;
   bool without_babeltrace2 = false;
-  CLI::App app("Processor time of reading one trace, by reader");
+  CLI::App app("Processor and elapsed time of reading one trace, by reader");
   app.add_option("--events", size.events, "About how many events (20000000)");
   app.add_option("--streams", size.streams, "Streams, one per CPU (64)")
       ->check(CLI::Range(1, 4096));
@@ -94,13 +101,13 @@ int run(int argc, char** argv) {
   const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();
   std::printf("%ju events, %u streams, packets of %u bytes\n\n",
               static_cast<std::uintmax_t>(events), size.streams, size.packet_bytes);
-  std::printf("%-44s %8s %9s %8s %9s\n", "", "CPU s", "ns/event", "MiB", "times");
+  std::printf("%-34s %8s %8s %9s %7s %8s %7s\n", "", "MiB", "CPU s", "ns/event",
+              without_babeltrace2 ? "" : "times", "wall s", without_babeltrace2 ? "" : "times");
   std::fflush(stdout);
-  double reference = 0;
+  Cost reference;
   if (!without_babeltrace2) {
-    const auto cost = measure_program({"babeltrace2", "-c", "sink.utils.dummy", directory});
-    reference = cost.cpu_s;
-    print("babeltrace2 -c sink.utils.dummy", cost, events, reference);
+    reference = measure_program({"babeltrace2", "-c", "sink.utils.dummy", directory});
+    print("babeltrace2 -c sink.utils.dummy", reference, events, reference);
   }
   const auto decode = measure([&directory, events] {
     std::uint64_t seen = 0;

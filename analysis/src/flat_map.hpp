@@ -1,0 +1,78 @@
+// A hash table for look-ups per event: one array of slots, probed one after the other.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// Spreads numbers over all 64 bits (Knuth: The Art of Computer Programming 3, 6.4).
+struct SpreadBits {
+  template <typename Number>
+  std::uint64_t operator()(Number number) const noexcept {
+    return static_cast<std::uint64_t>(number) * 0x9e3779b97f4a7c15U;
+  }
+};
+
+// Keys are small and copied, values default-constructible. Nothing is ever erased. References and
+// pointers to values are void after an insertion. `Hash` must spread well over the upper bits.
+template <typename Key, typename Value, typename Hash = SpreadBits>
+class FlatMap {
+ public:
+  // Null: not there.
+  const Value* find(const Key& key) const noexcept {
+    if (slots_.empty()) return nullptr;
+    const auto& slot = slots_[place_of(key)];
+    return slot.is_used ? &slot.value : nullptr;
+  }
+  Value* find(const Key& key) noexcept {
+    return const_cast<Value*>(std::as_const(*this).find(key));
+  }
+  Value& operator[](const Key& key) { return *insert(key).first; }
+  // The value, and whether it is new (then it is Value{}).
+  std::pair<Value*, bool> insert(const Key& key) {
+    if (2 * (used_ + 1) > slots_.size()) grow();
+    auto& slot = slots_[place_of(key)];
+    const bool is_new = !slot.is_used;
+    if (is_new) {
+      slot.key = key;
+      slot.is_used = true;
+      ++used_;
+    }
+    return {&slot.value, is_new};
+  }
+
+ private:
+  struct Slot {
+    Key key{};
+    bool is_used = false;
+    Value value{};
+  };
+
+  // The slot that holds the key, or the unused one where it belongs.
+  std::size_t place_of(const Key& key) const noexcept {
+    auto place = static_cast<std::size_t>(Hash{}(key) >> shift_);
+    while (slots_[place].is_used && !(slots_[place].key == key))
+      place = (place + 1) & (slots_.size() - 1);
+    return place;
+  }
+  void grow() {
+    constexpr std::size_t kFirstSize = 16;
+    constexpr unsigned kFirstShift = 60;
+    const auto size = slots_.empty() ? kFirstSize : 2 * slots_.size();
+    const auto shift = slots_.empty() ? kFirstShift : shift_ - 1;
+    auto old = std::exchange(slots_, std::vector<Slot>(size));
+    shift_ = shift;
+    for (auto& slot : old) {
+      if (slot.is_used) slots_[place_of(slot.key)] = std::move(slot);
+    }
+  }
+
+  std::vector<Slot> slots_;  // a power of two, at most half of them used
+  std::size_t used_ = 0;
+  unsigned shift_ = 0;
+};
+
+}  // namespace cie::analysis

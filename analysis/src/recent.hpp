@@ -1,0 +1,43 @@
+// The last few values of a series.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// Remembers the last `kCapacity` values, a power of two. Memory grows with what is remembered.
+template <typename T, std::size_t kCapacity>
+class Recent {
+  static_assert((kCapacity & (kCapacity - 1)) == 0);
+
+ public:
+  void push(T value) {
+    if (values_.size() < kCapacity) {
+      values_.push_back(std::move(value));
+    } else {
+      values_[next_] = std::move(value);
+    }
+    next_ = (next_ + 1) & (kCapacity - 1);
+  }
+  std::size_t size() const noexcept { return values_.size(); }
+  // 0: the latest; below size().
+  const T& newest(std::size_t age) const noexcept {
+    return values_[(next_ - 1 - age) & (kCapacity - 1)];
+  }
+  // The latest one of which `is_wanted` holds; null if it holds of none.
+  template <typename Predicate>
+  const T* find_newest(Predicate is_wanted) const {
+    for (std::size_t age = 0; age < size(); ++age) {
+      if (is_wanted(newest(age))) return &newest(age);
+    }
+    return nullptr;
+  }
+
+ private:
+  std::vector<T> values_;
+  std::size_t next_ = 0;  // where the next value goes
+};
+
+}  // namespace cie::analysis

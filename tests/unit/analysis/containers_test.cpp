@@ -1,0 +1,82 @@
+// The containers of the analyzer's hot path.
+#include <cstdint>
+#include <random>
+#include <string>
+#include <unordered_map>
+#include <utility>
+
+#include <by_index.hpp>
+#include <flat_map.hpp>
+#include <gtest/gtest.h>
+#include <recent.hpp>
+
+namespace cie::analysis {
+namespace {
+
+TEST(FlatMap, FindsNothingInAnEmptyOne) {
+  const FlatMap<std::int64_t, int> map;
+  EXPECT_EQ(map.find(0), nullptr);
+}
+
+TEST(FlatMap, KeepsWhatAnOrdinaryMapKeeps) {
+  std::mt19937_64 random(1);
+  FlatMap<std::int64_t, std::uint64_t> map;
+  std::unordered_map<std::int64_t, std::uint64_t> expected;
+  for (int i = 0; i < 20'000; ++i) {
+    // Dense keys, negative ones, and ones that differ in their upper bits only.
+    const auto number = static_cast<std::int64_t>(random() % 2'000) - 1'000;
+    const auto key = i % 2 == 0 ? number : static_cast<std::int64_t>(random() % 100) << 56U;
+    const auto is_known = expected.contains(key);
+    const auto [value, is_new] = map.insert(key);
+    ASSERT_EQ(is_new, !is_known);
+    if (is_new) {
+      ASSERT_EQ(*value, 0U);
+    }
+    map[key] = expected[key] = random();
+  }
+  for (const auto& [key, value] : expected) {
+    const auto* found = map.find(key);
+    ASSERT_NE(found, nullptr) << key;
+    EXPECT_EQ(*found, value);
+  }
+  EXPECT_EQ(map.find(5'000), nullptr);
+}
+
+TEST(Recent, ForgetsTheOldest) {
+  Recent<int, 4> recent;
+  EXPECT_EQ(recent.size(), 0U);
+  for (int i = 1; i <= 3; ++i)
+    recent.push(i);
+  EXPECT_EQ(recent.size(), 3U);
+  EXPECT_EQ(recent.newest(0), 3);
+  EXPECT_EQ(recent.newest(2), 1);
+  for (int i = 4; i <= 6; ++i)
+    recent.push(i);
+  EXPECT_EQ(recent.size(), 4U);
+  EXPECT_EQ(recent.newest(0), 6);
+  EXPECT_EQ(recent.newest(3), 3);
+}
+
+TEST(Recent, FindsTheLatestOfSeveral) {
+  Recent<std::pair<int, std::string>, 8> recent;
+  recent.push({1, "early"});
+  recent.push({1, "late"});
+  recent.push({2, "other"});
+  const auto* found = recent.find_newest([](const auto& value) { return value.first == 1; });
+  ASSERT_NE(found, nullptr);
+  EXPECT_EQ(found->second, "late");
+  EXPECT_EQ(recent.find_newest([](const auto& value) { return value.first == 3; }), nullptr);
+}
+
+TEST(ByIndex, GrowsToWhatIsAskedFor) {
+  enum class Index : std::uint32_t {};
+  ByIndex<Index, int> values;
+  EXPECT_EQ(values.find(Index{0}), nullptr);
+  values[Index{3}] = 7;
+  EXPECT_EQ(*values.find(Index{3}), 7);
+  EXPECT_EQ(*values.find(Index{2}), 0);
+  EXPECT_EQ(values.find(Index{4}), nullptr);
+}
+
+}  // namespace
+}  // namespace cie::analysis
