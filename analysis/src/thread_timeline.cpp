@@ -86,7 +86,7 @@ void ThreadTimeline::charge(Thread& waiting, std::int64_t tid, std::string_view 
 
 void ThreadTimeline::stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time) {
   if (waiting.waits_on < 0) return;
-  auto& cpu = host.cpus[waiting.waits_on];
+  auto& cpu = cpu_of(host, waiting.waits_on);
   charge(waiting, cpu.tid, cpu.name, time);
   std::erase(cpu.waiting, tid);
   waiting.waits_on = -1;
@@ -186,11 +186,11 @@ void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
 void ThreadTimeline::on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu,
                                 Timestamp time) {
   auto& of_host = hosts_[host];
-  const auto found = of_host.threads.find(tid);
-  if (found == of_host.threads.end() || found->second.waits_on < 0) return;
-  stop_waiting(of_host, tid, found->second, time);
-  found->second.waits_on = cpu;
-  of_host.cpus[cpu].waiting.push_back(tid);
+  auto* const found = of_host.threads.find(tid);
+  if (found == nullptr || found->waits_on < 0) return;
+  stop_waiting(of_host, tid, *found, time);
+  found->waits_on = cpu;
+  cpu_of(of_host, cpu).waiting.push_back(tid);
 }
 
 void ThreadTimeline::on_exit(HostIndex host, std::int64_t tid) { forget_wake(host, tid); }

@@ -2,6 +2,7 @@
 // so that a vocabulary knows names and meanings only.
 #pragma once
 
+#include <cie/analysis/event.hpp>
 #include <cie/tracepoints/schema.hpp>
 
 #include "fixed_field.hpp"
@@ -68,6 +69,9 @@ class Payload {
   explicit Payload(const Field* fields) noexcept : fields_(fields) {}
   Payload(const std::uint8_t* begin, const FixedField* fixed) noexcept
       : begin_(begin), fixed_(fixed) {}
+  explicit Payload(const RawFields& raw) noexcept
+      : fields_(raw.slots), begin_(raw.begin), fixed_(raw.fixed) {}
+  RawFields raw() const noexcept { return {.slots = fields_, .begin = begin_, .fixed = fixed_}; }
 
   std::optional<std::int64_t> integer(std::size_t slot) const noexcept {
     if (fixed_ != nullptr) {

@@ -12,7 +12,7 @@ using ros2::Ros2Event;
 // What these events mean depends on earlier ones: a translator with a memory replaces them.
 template <Ros2Event Kind, std::uint32_t Flags>
 void keep(const Payload& p, VocabularyState&, EventBody& body) {
-  body = Untranslated{.kind = static_cast<std::uint32_t>(Kind) | Flags, .fields = p.fields};
+  body = Untranslated{.kind = static_cast<std::uint32_t>(Kind) | Flags, .fields = p.raw()};
 }
 
 template <Ros2Event Kind>

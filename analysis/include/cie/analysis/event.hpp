@@ -13,7 +13,16 @@
 
 namespace cie::analysis {
 
-struct Field;  // a reader's; see reader/field.hpp
+struct Field;
+struct FixedField;
+
+// An event's fields where a reader has them: collected in slots, or at fixed places in memory.
+// Borrowed as long as the event is being consumed. What reads them is internal.
+struct RawFields {
+  const Field* slots = nullptr;
+  const std::uint8_t* begin = nullptr;
+  const FixedField* fixed = nullptr;
+};
 
 // Dense numbers given by the reader: one stream is one sequence of packets (usually one CPU's
 // buffer of one channel of one trace).
@@ -250,7 +259,7 @@ struct OtherEvent {
 // those of the model that follow from it.
 struct Untranslated {
   std::uint32_t kind = 0;  // its vocabulary's
-  const Field* fields = nullptr;
+  RawFields fields{};
 };
 
 using EventBody =
