@@ -54,6 +54,15 @@ TEST(ReportText, NamesTheWorstOffenders) {
   EXPECT_THAT(text, HasSubstr("not isolated               1 of 3  callbacks do not have a thread"));
 }
 
+TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {
+  auto report = test::sample_report();
+  report.callbacks[0].preempted_by = {{.tid = 77, .name = "hog\x1b", .time = {2'500'000}}};
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("  most of it by          2.500 ms  hog"));
+  EXPECT_THAT(text, HasSubstr("(thread 77), in all its instances\n"));
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+}
+
 TEST(ReportText, NeverPrintsZeroForWhatWasNotMeasured) {
   const auto text = text_of(test::sample_report());
   EXPECT_THAT(
