@@ -13,7 +13,9 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
   if (options.reader == Reader::babeltrace2) {
     bt::read_traces(traces, analyzer);
   } else {
-    ctf::read_traces(traces, [&analyzer](const Event& event) { analyzer.consume(event); });
+    ctf::read_traces(
+        traces, [&analyzer](const Event& event) { analyzer.consume(event); },
+        options.metadata_from);
   }
   guard_reading_ended();
   auto result = analyzer.finish();

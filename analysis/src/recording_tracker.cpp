@@ -103,14 +103,15 @@ void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
 
 void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) {
   const auto* facts = stream(head.stream);
-  add_loss(Loss{.kind = LossKind::damaged_packet,
-                .domain = facts != nullptr ? facts->domain : Domain::user,
-                .host = registry_.host_of(head),
-                .begin = event.begin.value_or(head.time),
-                .end = event.end.value_or(head.time),
-                .count = std::nullopt,
-                .cpu = head.cpu,
-                .note = std::string(event.reason)});
+  add_loss(Loss{
+      .kind = event.has_foreign_metadata ? LossKind::foreign_metadata : LossKind::damaged_packet,
+      .domain = facts != nullptr ? facts->domain : Domain::user,
+      .host = registry_.host_of(head),
+      .begin = event.begin.value_or(head.time),
+      .end = event.end.value_or(head.time),
+      .count = std::nullopt,
+      .cpu = head.cpu,
+      .note = std::string(event.reason)});
 }
 
 void RecordingTracker::apply(const EventHead& head, const TimeRegression& event) {

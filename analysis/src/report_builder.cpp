@@ -62,6 +62,9 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   add_defect(defects, "damaged-packets", Severity::error,
              count_losses(model, LossKind::damaged_packet),
              "some packets could not be read and were skipped; what they held is missing");
+  add_defect(defects, "foreign-metadata", Severity::error,
+             count_losses(model, LossKind::foreign_metadata),
+             "read with the metadata of another recording: right only as far as both agree");
   add_defect(defects, "discarded-events", Severity::loss,
              count_losses(model, LossKind::discarded_events),
              "the tracer's buffers were full: record with larger or more sub-buffers");
@@ -153,7 +156,10 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
     trace.hosts.push_back(host.name);
   std::sort(trace.hosts.begin(), trace.hosts.end());
   for (const auto& loss : model.losses) {
-    if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::damaged_packet) continue;
+    if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::damaged_packet ||
+        loss.kind == LossKind::foreign_metadata) {
+      continue;
+    }
     if (loss.kind == LossKind::discarded_packets || !loss.count) {
       trace.lost_events.reset();
     } else if (trace.lost_events) {
@@ -194,7 +200,8 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
                     model.threads[at(facts.ran_on.front().thread)].ran.size() == 1;
   report.instances = facts.instances;
   report.incomplete = facts.open_count;
-  if (facts.kind == CallbackKind::timer && facts.is_accounted) report.missed_releases = facts.missed;
+  if (facts.kind == CallbackKind::timer && facts.is_accounted)
+    report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
   report.response_time = facts.response_time.summary();
   report.response_time_lower = facts.response_time_lower.summary();

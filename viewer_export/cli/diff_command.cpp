@@ -41,10 +41,11 @@ double tolerance_of(const std::string& text) {
 }
 
 std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& input,
-                                                 analysis::Reader reader) {
+                                                 const ReaderOption& reader) {
   if (!std::filesystem::is_directory(input)) return samples_in_report(input);
   analysis::SampleCollector collector;
-  const auto result = analyze_with_progress({input}, {.reader = reader}, &collector);
+  const auto result = analyze_with_progress(
+      {input}, {.reader = reader.value(), .metadata_from = reader.metadata()}, &collector);
   return collector.samples(result.report);
 }
 
@@ -73,8 +74,8 @@ int diff_command(const Arguments& arguments) {
   const viewer_export::DiffContext context{
       .before = before, .after = after, .tolerance = tolerance_of(tolerance)};
   auto output = open_output(target);
-  const auto changes = analysis::compare(samples_of(before, reader.value()),
-                                         samples_of(after, reader.value()), context.tolerance);
+  const auto changes =
+      analysis::compare(samples_of(before, reader), samples_of(after, reader), context.tolerance);
   if (format == "text") {
     viewer_export::write_diff_text(output.stream(), changes, context, text_style(output));
     output.commit();

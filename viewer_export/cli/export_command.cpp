@@ -70,7 +70,8 @@ int export_command(const Arguments& arguments) {
   }
   viewer_export::PerfettoExport perfetto(
       {.gzip = is_compressed, .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(traces, {.reader = reader.value()}, &perfetto);
+  const auto result = analyze_with_progress(
+      traces, {.reader = reader.value(), .metadata_from = reader.metadata()}, &perfetto);
   const auto counts = perfetto.write(output.stream(), result.report);
   output.commit();
   if (::isatty(STDERR_FILENO) == 1) {

@@ -56,10 +56,15 @@ class Progress final : public analysis::Observer {
 ReaderOption::ReaderOption(CommandLine& line) {
   line.option("--reader", "READER", choice_,
               "Who decodes the traces: native (default) or babeltrace2");
+  line.option("--metadata", "FILE", metadata_,
+              "Metadata of a recording of the same configuration, for traces whose own is lost");
 }
 
 analysis::Reader ReaderOption::value() const {
   check_choice("--reader", choice_, {"native", "babeltrace2"});
+  if (choice_ != "native" && !metadata_.empty()) {
+    throw UsageError("--metadata is for the native reader");
+  }
   return choice_ == "native" ? analysis::Reader::native : analysis::Reader::babeltrace2;
 }
 

@@ -17,7 +17,7 @@ namespace cie::cli {
 // Empty for an empty name. Throws SpecError.
 std::optional<SchedulingSpec> load_spec(const std::string& file);
 
-// "--reader native|babeltrace2" of every command that reads traces.
+// "--reader native|babeltrace2" and "--metadata FILE" of every command that reads traces.
 class ReaderOption {
  public:
   // Adds it to `line`, which reads into this object when it parses.
@@ -27,9 +27,12 @@ class ReaderOption {
 
   // After parsing. Throws UsageError.
   analysis::Reader value() const;
+  // File of "--metadata"; empty if it was not given.
+  std::filesystem::path metadata() const { return metadata_; }
 
  private:
   std::string choice_ = "native";
+  std::string metadata_;
 };
 
 // analysis::analyze with a count of instances on standard error while it goes, if that is a

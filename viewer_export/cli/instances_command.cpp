@@ -39,7 +39,8 @@ int instances_command(const Arguments& arguments) {
 
   auto output = open_output(target);
   viewer_export::InstanceWriter writer(spill_directory(target));
-  analyze_with_progress(traces, {.reader = reader.value()}, &writer);
+  analyze_with_progress(traces, {.reader = reader.value(), .metadata_from = reader.metadata()},
+                        &writer);
   write_data(output, [&](std::ostream& out) {
     writer.write(out, format == "csv" ? viewer_export::InstanceFormat::csv
                                       : viewer_export::InstanceFormat::json_lines);

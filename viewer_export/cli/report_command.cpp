@@ -43,8 +43,9 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto result =
-      analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr, .reader = reader.value()});
+  const auto result = analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr,
+                                                     .reader = reader.value(),
+                                                     .metadata_from = reader.metadata()});
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output));

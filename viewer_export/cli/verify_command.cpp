@@ -98,6 +98,7 @@ int verify_command(const Arguments& arguments) {
   options.spec = spec ? &*spec : nullptr;
   auto output = open_output(target);
   options.reader = reader.value();
+  options.metadata_from = reader.metadata();
   auto result = analyze_with_progress(traces, options);
   choice.apply(result.verdicts);
   if (format == "text") {

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <limits>
 #include <map>
 #include <set>
 #include <string>
@@ -60,7 +61,8 @@ std::string uuid_name(const Uuid& uuid) {
 
 class Reader {
  public:
-  explicit Reader(std::span<const fs::path> traces) {
+  Reader(std::span<const fs::path> traces, const fs::path& metadata_from)
+      : metadata_from_(metadata_from) {
     std::set<fs::path> seen;
     for (const auto& path : traces) {
       for (const auto& directory : find_traces(path)) {
@@ -70,6 +72,9 @@ class Reader {
         guard_tick();
       }
     }
+    // Last, because the clock of a sound trace is theirs as well.
+    for (const auto& [directory, reason] : unreadable_)
+      salvage_directory(directory, reason);
     make_streams();
   }
 
@@ -77,13 +82,59 @@ class Reader {
     Event event{};
     for (const auto& stream : streams_)
       stream->emit_begin(sink, event);
+    for (const auto& [stream, reason] : salvaged_) {
+      event.head = {.time = {}, .stream = stream, .cpu = {}, .pid = {}, .tid = {}};
+      event.body = DamagedPacket{.reason = reason,
+                                 .begin = Timestamp{},
+                                 .end = Timestamp{std::numeric_limits<std::int64_t>::max()},
+                                 .has_foreign_metadata = true};
+      sink(event);
+    }
     merge(sink, event);
     check_anything_read();
   }
 
  private:
   void add_directory(const fs::path& directory) {
-    const auto plan = plan_of(directory);
+    try {
+      const auto metadata = parse_metadata(metadata_text(read_metadata(directory / "metadata")));
+      add_files(directory, std::make_shared<const TracePlan>(metadata));
+      if (!clock_ && !metadata.clocks.empty()) clock_ = metadata.clocks.front();
+    } catch (const MetadataError& error) {
+      const auto reason =
+          "cannot read trace " + directory.string() + ": its metadata: " + error.what();
+      if (metadata_from_.empty()) {
+        throw UnreadableTrace(reason + kAdvice +
+                              "; or read it with --metadata, that of a recording like it");
+      }
+      unreadable_.emplace_back(directory, reason);
+    }
+  }
+
+  // Reads a directory as if its metadata were that of another recording. Which trace its packets
+  // say they are of, and the clock, differ between recordings.
+  void salvage_directory(const fs::path& directory, const std::string& reason) {
+    std::shared_ptr<const TracePlan> plan;
+    try {
+      auto metadata = parse_metadata(metadata_text(read_metadata(metadata_from_)));
+      metadata.uuid.clear();
+      if (clock_ && !metadata.clocks.empty()) {
+        auto& clock = metadata.clocks.front();
+        clock.uuid = clock_->uuid;
+        clock.offset_s = clock_->offset_s;
+        clock.offset = clock_->offset;
+      }
+      plan = std::make_shared<const TracePlan>(metadata);
+    } catch (const MetadataError& error) {
+      throw UnreadableTrace("cannot read metadata " + metadata_from_.string() + ": " +
+                            error.what());
+    }
+    add_files(directory, plan);
+    salvaged_traces_[directory.string()] =
+        reason + "; read with " + metadata_from_.string() + " instead";
+  }
+
+  void add_files(const fs::path& directory, const std::shared_ptr<const TracePlan>& plan) {
     const auto name = plan->uuid ? uuid_name(*plan->uuid) : directory.string();
     auto& trace = traces_[name];
     trace.name = name;
@@ -100,16 +151,6 @@ class Reader {
       file.first = PacketScanner(file.file, *plan, kSmallestPiece).first();
       guard_tick();
       files_[key_of(name, file, path)].push_back(std::move(file));
-    }
-  }
-
-  static std::shared_ptr<const TracePlan> plan_of(const fs::path& directory) {
-    try {
-      return std::make_shared<const TracePlan>(
-          parse_metadata(metadata_text(read_metadata(directory / "metadata"))));
-    } catch (const MetadataError& error) {
-      throw UnreadableTrace("cannot read trace " + directory.string() +
-                            ": its metadata: " + error.what() + kAdvice);
     }
   }
 
@@ -174,6 +215,9 @@ class Reader {
             clock.uuid.empty() ? clock.offset_ns
                                : offsets.try_emplace(clock.uuid, clock.offset_ns).first->second;
       }
+      if (const auto salvaged = salvaged_traces_.extract(key.trace)) {
+        salvaged_.emplace_back(identity.index, salvaged.mapped());
+      }
       streams_.push_back(
           std::make_unique<StreamReader>(std::move(files), identity, traces_.at(key.trace).state));
     }
@@ -206,6 +250,11 @@ class Reader {
     throw UnreadableTrace("cannot read any packet of the trace: " + damage->reason + kAdvice);
   }
 
+  fs::path metadata_from_;
+  std::optional<Clock> clock_;                                // of the first sound trace
+  std::vector<std::pair<fs::path, std::string>> unreadable_;  // directories, and why
+  std::map<std::string, std::string> salvaged_traces_;        // by name: what to tell of them
+  std::vector<std::pair<StreamIndex, std::string>> salvaged_;
   std::map<std::string, Trace> traces_;
   std::map<StreamKey, std::vector<StreamFile>> files_;
   std::vector<std::unique_ptr<StreamReader>> streams_;
@@ -213,8 +262,9 @@ class Reader {
 
 }  // namespace
 
-void read_traces(std::span<const fs::path> traces, const EventSink& sink) {
-  Reader(traces).read(sink);
+void read_traces(std::span<const fs::path> traces, const EventSink& sink,
+                 const fs::path& metadata_from) {
+  Reader(traces, metadata_from).read(sink);
 }
 
 }  // namespace cie::analysis::ctf

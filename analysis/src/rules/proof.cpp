@@ -24,6 +24,8 @@ std::string_view name_of(LossKind kind) {
       return "discarded_packets";
     case LossKind::damaged_packet:
       return "damaged_packet";
+    case LossKind::foreign_metadata:
+      return "foreign_metadata";
     case LossKind::switch_mismatch:
       return "switch_mismatch";
   }

@@ -30,7 +30,9 @@ EventRef begin_of(const Model& model) { return moment(model.begin.value_or(Times
 std::vector<Evidence> losses_of(const Model& model, bool only_damage) {
   std::vector<const Loss*> losses;
   for (const auto& loss : model.losses) {
-    if (!only_damage || loss.kind == LossKind::damaged_packet) losses.push_back(&loss);
+    const bool is_damage =
+        loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
+    if (!only_damage || is_damage) losses.push_back(&loss);
   }
   std::ranges::stable_sort(losses, {}, [](const Loss* loss) {
     return std::tie(loss->begin, loss->end, loss->kind, loss->domain, loss->cpu, loss->note);

@@ -25,6 +25,9 @@ struct AnalysisOptions {
   bool require_lossless = false;         // T2 fails on any loss
   bool allow_crash = false;              // T4 does not mind an interrupted process
   Reader reader = Reader::native;        // for analyze()
+  // For analyze() with the native reader: metadata of a recording of the same configuration, for
+  // traces whose own cannot be read. Empty: such traces are refused.
+  std::filesystem::path metadata_from{};
 };
 
 struct AnalysisResult {

@@ -65,6 +65,8 @@ struct DamagedPacket {
   // What it may have covered; empty: the time of the event.
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
+  // Nothing was skipped, but it was read with the metadata of another recording.
+  bool has_foreign_metadata = false;
 };
 // Time ran backwards in a stream.
 struct TimeRegression {
