@@ -100,6 +100,10 @@ void Statistics::merge(const Statistics& other) {
   histogram_.merge(other.histogram_);
 }
 
+std::int64_t Statistics::at_rank(std::uint64_t rank) const {
+  return std::clamp(histogram_.quantile(rank, count()), min_, max_);
+}
+
 std::optional<Summary> Statistics::summary() const {
   if (count() == 0) return std::nullopt;
   const auto quantile = [this](std::uint64_t numerator, std::uint64_t denominator) {

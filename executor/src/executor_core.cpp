@@ -393,8 +393,9 @@ void ExecutorCore::cancel() noexcept {
 
 void ExecutorCore::reload_spec(std::shared_ptr<const SchedulingSpec> spec) {
   const std::lock_guard lock{mutex_};  // no thread starts meanwhile
-  configurator_.reload(spec);
-  run_.set_spec(spec ? spec->sha256() : std::string{});
+  const std::string sha256 = spec ? spec->sha256() : std::string{};
+  configurator_.reload(std::move(spec));
+  run_.set_spec(sha256);
 }
 
 // --- workers ------------------------------------------------------------------------------------

@@ -35,7 +35,7 @@ std::span<const Command> commands() {
        verify_command},
       {"export", "a file for a viewer: Perfetto", export_command},
       {"spec", "check a scheduling spec", spec_command},
-      {"diff", "compare two reports (not available in this version)", nullptr},
+      {"diff", "two recordings side by side: what became slower", diff_command},
       {"live", "watch a running system (not available in this version)", nullptr},
   }};
   return kCommands;
@@ -93,7 +93,7 @@ int dispatch(Arguments arguments) {
   if (name == "run" || name == "record") {
     start_program("cie-" + name, arguments);
   }
-  if (name == "diff" || name == "live") {
+  if (name == "live") {
     throw UsageError(fmt::format("\"cie {}\" is not available in this version", name));
   }
   throw UsageError(fmt::format("there is no command \"{}\"{}", name, suggestion(name, names)));

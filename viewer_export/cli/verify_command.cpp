@@ -4,6 +4,7 @@
 #include "exit_code.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
+#include "rule_choice.hpp"
 #include "rule_pages.hpp"
 
 namespace cie::cli {
@@ -21,6 +22,8 @@ constexpr const char* kFooter =
     "  cie verify recordings/latest                       verdict and evidence, for reading\n"
     "  cie verify run1 --spec app.yaml                    also against the scheduling spec\n"
     "  cie verify run1 --format json -o verdict.json      for programs\n"
+    "  cie verify run1 --format junit -o verdict.xml      for continuous integration\n"
+    "  cie verify run1 --only M2,M3                       one-to-one mapping alone\n"
     "  cie verify --explain M2                            what rule M2 means\n"
     "\n"
     "Without --spec, rules that compare with one are not applicable.\n"
@@ -35,6 +38,19 @@ OnInconclusive on_inconclusive(const std::string& choice) {
   return choice == "warn" ? OnInconclusive::warn : OnInconclusive::fail;
 }
 
+void write_as(const std::string& format, std::ostream& out,
+              const analysis::AnalysisResult& result) {
+  if (format == "junit") {
+    viewer_export::write_verify_junit(out, result.verdicts, result.report);
+  } else if (format == "sarif") {
+    viewer_export::write_verify_sarif(out, result.verdicts, result.report);
+  } else if (format == "tap") {
+    viewer_export::write_verify_tap(out, result.verdicts, result.report);
+  } else {
+    viewer_export::write_verify_json(out, result.verdicts);
+  }
+}
+
 }  // namespace
 
 int verify_command(const Arguments& arguments) {
@@ -43,16 +59,20 @@ int verify_command(const Arguments& arguments) {
   std::string target = "-";
   std::string format = "text";
   std::string inconclusive_choice;
+  std::string only;
+  std::string skip;
   std::string explained;
   bool is_listing = false;
   analysis::AnalysisOptions options;
   CommandLine line({"cie verify TRACE... [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge by");
-  line.option("-f,--format", "FORMAT", format, "text (default) or json");
+  line.option("-f,--format", "FORMAT", format, "text (default), json, junit, sarif or tap");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.option("--inconclusive", "HOW", inconclusive_choice,
               "warn: exit 0 when inconclusive; fail: exit 1");
+  line.option("--only", "IDS", only, "Judge by these rules alone, for instance M2,M3");
+  line.option("--skip", "IDS", skip, "Leave these rules out");
   line.flag("--require-lossless", options.require_lossless, "Any lost event is a violation (T2)");
   line.flag("--allow-crash", options.allow_crash,
             "A process that did not end cleanly is no objection (T4)");
@@ -62,8 +82,9 @@ int verify_command(const Arguments& arguments) {
   if (!line.parse(arguments)) {
     return ok;
   }
-  check_choice("--format", format, {"text", "json"}, {"junit", "sarif", "tap"});
+  check_choice("--format", format, {"text", "json", "junit", "sarif", "tap"});
   const auto policy = on_inconclusive(inconclusive_choice);
+  const RuleChoice choice(only, skip);
   if (is_listing || !explained.empty()) {
     const auto text = is_listing ? rule_list() : rule_page(explained);
     auto output = open_output(target);
@@ -77,7 +98,8 @@ int verify_command(const Arguments& arguments) {
   options.spec = spec ? &*spec : nullptr;
   auto output = open_output(target);
   options.reader = reader.value();
-  const auto result = analyze_with_progress(traces, options);
+  auto result = analyze_with_progress(traces, options);
+  choice.apply(result.verdicts);
   if (format == "text") {
     const viewer_export::VerifyContext context{
         .spec_name = spec ? spec->name() : std::string{},
@@ -87,8 +109,7 @@ int verify_command(const Arguments& arguments) {
                                      text_style(output));
     output.commit();
   } else {
-    write_data(output,
-               [&](std::ostream& out) { viewer_export::write_verify_json(out, result.verdicts); });
+    write_data(output, [&](std::ostream& out) { write_as(format, out, result); });
   }
   return exit_code(result.verdicts, policy);
 }

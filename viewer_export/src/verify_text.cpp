@@ -2,6 +2,7 @@
 #include <cie/viewer_export/version.hpp>
 
 #include "text_layout.hpp"
+#include "verify_words.hpp"
 
 #include <algorithm>
 #include <array>
@@ -57,20 +58,6 @@ std::string shell_quoted(std::string_view text) {
     result += c == '\'' ? std::string("'\\''") : std::string(1, c);
   }
   return result + "'";
-}
-
-std::string evidence_line(const Evidence& evidence, const analysis::Report& report) {
-  const auto id = [](std::string_view name, const auto& value) {
-    return value ? fmt::format("  {} {}", name, *value) : std::string{};
-  };
-  const auto since_begin =
-      report.trace.begin ? fmt::format(" ({} into the trace)",
-                                       format_duration((evidence.time - *report.trace.begin).ns))
-                         : std::string{};
-  return fmt::format("at {} ns{}  {}{}{}{}{}{}", evidence.time.ns, since_begin,
-                     printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),
-                     id("tid", evidence.tid), evidence.note.empty() ? "" : "  ",
-                     printable(evidence.note));
 }
 
 // Shows the events around the evidence. Times are CLOCK_REALTIME there.

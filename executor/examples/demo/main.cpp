@@ -4,6 +4,8 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstdio>
+#include <exception>
 #include <filesystem>
 #include <string>
 #include <system_error>
@@ -36,14 +38,14 @@ void run_part(const Settings& settings, pid_t other_part = 0) {
 class PlanningProcess {
  public:
   explicit PlanningProcess(const example::RunSettings& settings) {
-    constexpr double kMargin_s = 10;
+    constexpr double kMarginSeconds = 10;
     std::vector<std::string> arguments{"cie-demo",
                                        "--part",
                                        "planning",
                                        "--executor",
                                        settings.executor,
                                        "--duration",
-                                       std::to_string(settings.duration_s + kMargin_s),
+                                       std::to_string(settings.duration_s + kMarginSeconds),
                                        "--load",
                                        std::to_string(settings.load),
                                        "--threads",
@@ -58,6 +60,7 @@ class PlanningProcess {
       arguments.insert(arguments.end(), {"--spec", settings.spec});
     }
     std::vector<char*> raw;
+    raw.reserve(arguments.size() + 1);
     for (std::string& argument : arguments)
       raw.push_back(argument.data());
     raw.push_back(nullptr);
@@ -104,11 +107,8 @@ int run(Settings settings) {
   return planning.stop() ? 0 : 1;
 }
 
-}  // namespace
-}  // namespace demo
-
-int main(int argc, char** argv) {
-  demo::Settings settings;
+int command_line(int argc, char** argv) {
+  Settings settings;
   CLI::App app{
       "A sensor -> transform -> fusion -> command graph over Cyclone DDS: 26 callbacks in two\n"
       "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
@@ -117,6 +117,19 @@ int main(int argc, char** argv) {
   app.add_option("--part", settings.part, "Run one of the two processes only")
       ->check(CLI::IsMember({"both", "sensing", "planning"}))
       ->capture_default_str();
-  return example::run_main(argc, argv, app, settings.common,
-                           [&settings] { return demo::run(settings); });
+  return example::run_main(argc, argv, app, settings.common, [&settings] { return run(settings); });
+}
+
+}  // namespace
+}  // namespace demo
+
+int main(int argc, char** argv) {
+  try {
+    return demo::command_line(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "cie-demo: %s\n", error.what());
+  } catch (...) {
+    std::fputs("cie-demo: unknown exception\n", stderr);
+  }
+  return 2;
 }

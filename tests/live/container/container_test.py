@@ -303,10 +303,10 @@ class Orders(unittest.TestCase):
         spec.write_text(entry % "SCHED_BATCH")
         with Running(app_file(component("one"), head=f"spec: {spec}\n")) as running:
             self.assertEqual(self.policies(running)["recvUC"], os.SCHED_BATCH)
-            spec.write_text(entry % "SCHED_IDLE")
+            spec.write_text(entry % "SCHED_OTHER")
             code, said, _ = order("reload")
             self.assertEqual((code, self.policies(running)["recvUC"]),
-                             (ENDED_WELL, os.SCHED_IDLE))
+                             (ENDED_WELL, os.SCHED_OTHER))
             self.assertIn(str(spec), said)
             spec.write_text(entry % "SCHED_SOON")
             code, _, error = order("reload")
@@ -314,11 +314,11 @@ class Orders(unittest.TestCase):
             self.assertIn("SCHED_SOON", error)
             running.process.send_signal(signal.SIGHUP)
             wait_for(lambda: running.text().count("the former spec stays in force") == 2)
-            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_IDLE)
-            spec.write_text(entry % "SCHED_OTHER")
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_OTHER)
+            spec.write_text(entry % "SCHED_IDLE")  # last: out of it nobody gets without privilege
             running.process.send_signal(signal.SIGHUP)
             wait_for(lambda: running.text().count("as it is now") == 2)
-            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_OTHER)
+            self.assertEqual(self.policies(running)["recvUC"], os.SCHED_IDLE)
             self.assertEqual(running.end()[0], ENDED_WELL)
 
     def test_without_a_spec_there_is_nothing_to_reload(self):
@@ -542,7 +542,7 @@ class BadFiles(unittest.TestCase):
         self.assertEqual(code, ENDED_WELL)
         self.assertIn("warning: " + said, told)
 
-    @unittest.skipIf(os.nice(0) > 3, "runs at a nice value that an ordinary user cannot lower")
+    @unittest.skipIf(os.nice(0) > 3, "not possible here: runs at a nice value that an ordinary user cannot lower")
     def test_spec_of_the_domain(self):
         spec = scratch / "domains.yaml"
         spec.write_text("callback_groups:\n"

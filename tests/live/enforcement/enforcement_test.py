@@ -263,7 +263,8 @@ class Enforcement(unittest.TestCase):
         with Recorded("kept", former, audit_ms=100) as app:
             app.reload("callback_groups: [{id: x, polcy: y}]\n", "the former spec stays in force")
             self.assertIn("unknown key \"polcy\"", app.text())
-            impossible = {**former, IDS[0]: {"policy": "SCHED_IDLE"},
+            # Not SCHED_IDLE, out of which nobody gets without privilege.
+            impossible = {**former, IDS[0]: {"policy": "SCHED_BATCH"},
                           IDS[5]: {"policy": "SCHED_BATCH", "affinity": [1023]}}
             app.reload(impossible, "the former spec stays in force")
             self.assertIn("cannot set CPUs 1023", app.text())

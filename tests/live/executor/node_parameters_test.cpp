@@ -234,7 +234,7 @@ TEST_F(NodeParameters, HaveAnOrdinaryThreadWhateverItsCreatorIs) {
     error = sched_setscheduler(0, SCHED_FIFO, &parameter) == 0 ? 0 : errno;
     node.declare_parameter("rate", 10);
   }}.join();
-  if (error != 0) GTEST_SKIP() << "needs CAP_SYS_NICE: " << std::strerror(error);
+  if (error != 0) GTEST_SKIP() << "not possible here: needs CAP_SYS_NICE: " << std::strerror(error);
   const id_t tid = tid_of("cie-parameters");
   EXPECT_EQ(sched_getscheduler(static_cast<pid_t>(tid)), SCHED_OTHER);
   EXPECT_EQ(getpriority(PRIO_PROCESS, tid), 10);
@@ -245,7 +245,7 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
   const auto spec = [](const char* cpus) {
     return std::make_shared<SchedulingSpec>(SchedulingSpec::parse(
         std::string{"non_ros_threads:\n  - name: cie-parameters\n    policy: SCHED_OTHER\n    "
-                    "nice: 7\n    affinity: "} +
+                    "nice: 12\n    affinity: "} +
             cpus + "\n",
         "test.yaml"));
   };
@@ -254,7 +254,7 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
     configured.add_node(node);
     const Spinning spinning{configured};
     node.declare_parameter("rate", 10);
-    EXPECT_EQ(getpriority(PRIO_PROCESS, tid_of("cie-parameters")), 7);
+    EXPECT_EQ(getpriority(PRIO_PROCESS, tid_of("cie-parameters")), 12);
     configured.remove_node(node);
   }
   CallbackIsolatedExecutor refusing{{.spec = spec("[999]")}};

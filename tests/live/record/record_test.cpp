@@ -26,7 +26,7 @@ class Record : public ::testing::TestWithParam<User> {
  protected:
   void SetUp() override {
     if (!sandbox_.skip_reason().empty()) {
-      GTEST_SKIP() << sandbox_.skip_reason();
+      GTEST_SKIP() << "not possible here: " << sandbox_.skip_reason();
     }
   }
 
@@ -380,7 +380,7 @@ TEST_P(Record, FailsWhenNothingRegistered) {
 
 TEST_P(Record, SaysWhenTheDiskWasFull) {
   if (geteuid() != 0) {
-    GTEST_SKIP() << "needs root to mount a small file system";
+    GTEST_SKIP() << "not possible here: needs root to mount a small file system";
   }
   fs::create_directory(path("small"));
   ASSERT_EQ(mount("none", path("small").c_str(), "tmpfs", 0, "size=256k,mode=777"), 0);

@@ -28,7 +28,7 @@ class Announcement : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!sandbox_.skip_reason().empty()) {
-      GTEST_SKIP() << sandbox_.skip_reason();
+      GTEST_SKIP() << "not possible here: " << sandbox_.skip_reason();
     }
     daemon_.emplace_back(sandbox_.start({"lttng-sessiond", "--no-kernel"}));
     ASSERT_TRUE(eventually([this] { return sandbox_.run({"lttng", "list"}).status == 0; }));

@@ -16,7 +16,7 @@ CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
 SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
-COMMANDS = ("report", "instances", "verify", "export", "spec")
+COMMANDS = ("report", "instances", "verify", "export", "spec", "diff")
 
 
 def cie(*arguments, **options):
@@ -118,22 +118,88 @@ class Usage(unittest.TestCase):
         for arguments in (("report", TRACE, "--spec"), ("report", TRACE, "-o"), ("report", TRACE, "-f", "a", "-f", "b")):
             self.assertEqual(cie(*arguments).returncode, 2, arguments)
 
+    def test_rules_are_chosen(self):
+        def rules(*arguments):
+            return [r["id"] for r in json.loads(cie("verify", TRACE, "-f", "json", *arguments).stdout)["rules"]]
+        everything = rules()
+        self.assertEqual(rules("--only", "m2,M3"), ["M2", "M3"])
+        self.assertEqual(rules("--skip", "M2,T1"), [r for r in everything if r not in ("M2", "T1")])
+        self.assert_usage_error(("verify", TRACE, "--only", "M2,Z9"),
+                                '--only: there is no rule "Z9"; cie verify --list-rules names them all')
+        self.assert_usage_error(("verify", TRACE, "--only", "M2", "--skip", "M3"),
+                                "--only and --skip exclude each other: name the rules that count, or those that do not")
+
+    def test_what_is_left_out_has_no_say(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        self.assertEqual(cie("verify", violating).returncode, 1)
+        self.assertEqual(cie("verify", violating, "--only", "T1").returncode, 0)
+
     def test_not_available_yet(self):
-        for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl"),
-                                            ("verify", "junit", "text, json"), ("verify", "sarif", "text, json"),
-                                            ("verify", "tap", "text, json")):
+        for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl")):
             self.assert_usage_error((command, TRACE, "--format", planned),
                                     f"--format {planned} is not available in this version; available: {available}")
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
                                 "--to chrome is not available in this version; available: perfetto")
-        self.assert_usage_error(("diff", "a", "b"), '"cie diff" is not available in this version')
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
                                 '--inconclusive does not know "wran"; did you mean "warn"? available: warn, fail')
         self.assert_usage_error(("verify", "--explain", "Z9"),
-                                'there is no rule "Z9"; cie verify --list-rules names them all')
+                                '--explain: there is no rule "Z9"; cie verify --list-rules names them all')
+
+
+class Diff(Folder):
+    def report(self, name, change=lambda report: None):
+        report = json.loads(cie("report", TRACE, "-f", "json").stdout)
+        change(report)
+        return self.write(name, json.dumps(report).encode())
+
+    def test_nothing_is_worse_than_itself(self):
+        for inputs in ((TRACE, TRACE), (self.report("a.json"), self.report("b.json"))):
+            done = cie("diff", *inputs)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(b"No regression", done.stdout)
+
+    def test_a_callback_that_is_gone_or_shares_its_thread_is_a_regression(self):
+        def drop(report):
+            del report["callbacks"][0]
+
+        def share(report):
+            report["callbacks"][0]["isolated"] = False
+
+        for change, said in ((drop, b"is gone"), (share, b"no longer has a thread of its own")):
+            done = cie("diff", TRACE, self.report("changed.json", change))
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(said, done.stdout)
+
+    def test_what_is_slower_beyond_chance(self):
+        def scaled(count, factor):
+            def change(report):
+                for callback in report["callbacks"]:
+                    callback["response_time_ns"] = {
+                        "count": count, "sum": 0, "mean": 0,
+                        **{k: int(v * factor) for k, v in
+                           {"min": 1000, "max": 1090, "p50": 1020, "p90": 1050, "p99": 1080, "p99_9": 1090}.items()}}
+            return change
+
+        # Every value known lies above every value known before: certain with 1000, not with 2.
+        for count, code in ((1000, 1), (2, 0)):
+            before = self.report("before.json", scaled(count, 1))
+            after = self.report("after.json", scaled(count, 2))
+            done = cie("diff", before, after, "-f", "json")
+            self.assertEqual(done.returncode, code, (count, done.stderr))
+            diff = json.loads(done.stdout)
+            self.assertEqual((diff["schema"], diff["regression"]), ("cie.diff/1", code == 1))
+            self.assertEqual(cie("diff", before, after, "--tolerance", "150").returncode, 0)
+
+    def test_bad_input_is_named(self):
+        self.assertEqual(cie("diff", TRACE).returncode, 2)
+        self.assertEqual(cie("diff", TRACE, TRACE, "--tolerance", "much").returncode, 2)
+        for content in ("", "[", "{}", '{"schema": "cie.verify/1"}', '{"schema": "cie.report/1", "callbacks": [{}]}'):
+            done = cie("diff", TRACE, self.write("bad.json", content.encode()))
+            self.assertEqual(done.returncode, 4, content)
+            self.assertIn(b"bad.json", done.stderr)
 
 
 class Rules(unittest.TestCase):

@@ -111,7 +111,7 @@ TEST_F(OutputFileTest, NamesWhatCannotBeWritten) {
 
 TEST_F(OutputFileTest, AFullDiskIsAnErrorOfTheWriteNotOfTheDestructor) {
   if (!fs::exists("/dev/full")) {
-    GTEST_SKIP() << "this system has no /dev/full";
+    GTEST_SKIP() << "not possible here: this system has no /dev/full";
   }
   OutputFile file("/dev/full");
   file.stream() << "x";

@@ -53,6 +53,8 @@ class Statistics {
   void add(Duration value);
   void merge(const Statistics& other);
   std::uint64_t count() const noexcept { return histogram_.count(); }
+  // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
+  std::int64_t at_rank(std::uint64_t rank) const;
   // Empty when nothing was added: "not measured" is never 0.
   std::optional<Summary> summary() const;
 

@@ -15,6 +15,22 @@ namespace cie::viewer_export {
 // `cie.verify/1`: every rule, every subject, all evidence.
 void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts);
 
+// JUnit XML as continuous integration reads it: one suite per rule, one case per subject. FAIL is a
+// failure, INCONCLUSIVE an error, never skipped; only what is not applicable is skipped.
+void write_verify_junit(std::ostream& out, const analysis::VerdictReport& verdicts,
+                        const analysis::Report& report);
+
+// SARIF 2.1.0 (https://docs.oasis-open.org/sarif/sarif/v2.1.0/): one result per subject, of kind
+// fail, open (inconclusive), pass or notApplicable; evidence as related locations; the rules' pages
+// as their help.
+void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdicts,
+                        const analysis::Report& report);
+
+// TAP 13 (https://testanything.org): one test per subject; FAIL and INCONCLUSIVE are "not ok", told
+// apart by the severity of their diagnostics.
+void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts,
+                      const analysis::Report& report);
+
 // What the text says besides the verdicts.
 struct VerifyContext {
   std::string spec_name{};    // empty: no spec was given

@@ -1,0 +1,90 @@
+#include <cie/analysis/comparison.hpp>
+#include <cie/viewer_export/diff_writers.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+#include "report_file.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <string>
+
+namespace cie::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Compares two recordings, or reports written by `cie report --format json`: which callbacks\n"
+    "became slower by more than a tolerance, and more than chance explains? Callbacks are matched\n"
+    "by logical id. Reports keep few quantiles, so comparing recordings decides more.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie diff before after                              what became worse\n"
+    "  cie diff before after --tolerance 2                more than 2 % counts\n"
+    "  cie diff before.json after -f json -o diff.json    for programs\n"
+    "\n"
+    "Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, 2 wrong "
+    "usage,\n"
+    "4 input unreadable or result not writable.\n";
+
+double tolerance_of(const std::string& text) {
+  double percent = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), percent);
+  if (error != std::errc{} || end != text.data() + text.size() || !(percent >= 0) ||
+      percent > 1e6) {
+    throw UsageError("--tolerance takes a percentage, such as 5, and not \"" + text + '"');
+  }
+  return percent / 100;
+}
+
+std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& input,
+                                                 analysis::Reader reader) {
+  if (!std::filesystem::is_directory(input)) return samples_in_report(input);
+  analysis::SampleCollector collector;
+  const auto result = analyze_with_progress({input}, {.reader = reader}, &collector);
+  return collector.samples(result.report);
+}
+
+}  // namespace
+
+int diff_command(const Arguments& arguments) {
+  std::string before;
+  std::string after;
+  std::string tolerance = "5";
+  std::string format = "text";
+  std::string target = "-";
+  CommandLine line({"cie diff BEFORE AFTER [OPTIONS]", kDescription, kFooter});
+  line.argument("BEFORE", before, "A recording, or a report in JSON");
+  line.argument("AFTER", after, "The one to hold against it");
+  line.option("--tolerance", "PERCENT", tolerance, "Growth that does not count (5)");
+  line.option("-f,--format", "FORMAT", format, "text (default) or json");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  const ReaderOption reader(line);
+  if (!line.parse(arguments)) {
+    return ok;
+  }
+  check_choice("--format", format, {"text", "json"});
+  if (before.empty() || after.empty()) {
+    throw UsageError("two recordings or reports are compared: name both");
+  }
+  const viewer_export::DiffContext context{
+      .before = before, .after = after, .tolerance = tolerance_of(tolerance)};
+  auto output = open_output(target);
+  const auto changes = analysis::compare(samples_of(before, reader.value()),
+                                         samples_of(after, reader.value()), context.tolerance);
+  if (format == "text") {
+    viewer_export::write_diff_text(output.stream(), changes, context, text_style(output));
+    output.commit();
+  } else {
+    write_data(output,
+               [&](std::ostream& out) { viewer_export::write_diff_json(out, changes, context); });
+  }
+  const bool is_regression = std::ranges::any_of(
+      changes, [](const analysis::CallbackChange& change) { return change.is_regression(); });
+  return is_regression ? violation : ok;
+}
+
+}  // namespace cie::cli

@@ -1,0 +1,32 @@
+#include "verify_words.hpp"
+
+#include "text_layout.hpp"
+
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+
+std::string evidence_line(const analysis::Evidence& evidence, const analysis::Report& report) {
+  const auto id = [](std::string_view name, const auto& value) {
+    return value ? fmt::format("  {} {}", name, *value) : std::string{};
+  };
+  const auto since_begin =
+      report.trace.begin ? fmt::format(" ({} into the trace)",
+                                       format_duration((evidence.time - *report.trace.begin).ns))
+                         : std::string{};
+  return fmt::format("at {} ns{}  {}{}{}{}{}{}", evidence.time.ns, since_begin,
+                     printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),
+                     id("tid", evidence.tid), evidence.note.empty() ? "" : "  ",
+                     printable(evidence.note));
+}
+
+std::string headline_of(const analysis::SubjectVerdict& subject) {
+  for (const auto& evidence : subject.evidence) {
+    if (!evidence.note.empty()) return printable(evidence.note);
+  }
+  return std::string(analysis::label(subject.verdict));
+}
+
+}  // namespace cie::viewer_export

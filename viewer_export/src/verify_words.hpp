@@ -1,0 +1,28 @@
+// What every format of `cie verify` says in the same words.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include <string>
+
+namespace cie::viewer_export {
+
+// "at 12 ns (3 ns into the trace)  callback_start  cpu 0  pid 1  tid 2  what it shows", printable.
+std::string evidence_line(const analysis::Evidence& evidence, const analysis::Report& report);
+
+// The first evidence's note, for formats that have room for one line; the verdict if there is none.
+std::string headline_of(const analysis::SubjectVerdict& subject);
+
+// Calls visit() with every subject of a rule; with one that has no name if the rule has none.
+template <typename Visit>
+void for_each_case(const analysis::RuleVerdict& rule, const Visit& visit) {
+  for (const auto& subject : rule.subjects)
+    visit(subject);
+  if (!rule.subjects.empty()) return;
+  analysis::SubjectVerdict itself;
+  itself.verdict = rule.verdict;
+  visit(itself);
+}
+
+}  // namespace cie::viewer_export
