@@ -33,8 +33,11 @@ void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
                               std::int64_t source_timestamp, ChainNodeRef node) {
   auto& facts = model_.publishers[publisher];
   if (!facts.first_source_timestamp) facts.first_source_timestamp = source_timestamp;
-  messages_[publisher].push(
+  auto& messages = messages_[publisher];
+  messages.push(
       Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
+  // It was not looked at for long; to give its node back would be to wait for memory.
+  messages.prefetch_oldest([](const Message& oldest) { return oldest.node.get(); });
 }
 
 void ChainTracker::resolve(ChainNode& node) {

@@ -1,8 +1,11 @@
 #include <cie/analysis/analyzer.hpp>
 
 #include "ctf/native_reader.hpp"
+#include "ctf/read_ahead.hpp"
 #include "guard_state.hpp"
 #include "reader/bt_reader.hpp"
+
+#include <thread>
 
 namespace cie::analysis {
 
@@ -13,7 +16,9 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
   if (options.reader == Reader::babeltrace2) {
     bt::read_traces(traces, analyzer);
   } else {
-    ctf::read_traces(
+    const bool has_two_cores = std::thread::hardware_concurrency() > 1;
+    const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
+    read(
         traces, [&analyzer](const Event& event) { analyzer.consume(event); },
         options.metadata_from);
   }

@@ -21,6 +21,11 @@ class Recent {
     }
     next_ = (next_ + 1) & (kCapacity - 1);
   }
+  // Brings into the cache, ahead of the next push, what `address_of` says of the value it replaces.
+  template <typename AddressOf>
+  void prefetch_oldest(AddressOf address_of) const {
+    if (size() == kCapacity) __builtin_prefetch(address_of(values_[next_]), 1);
+  }
   std::size_t size() const noexcept { return values_.size(); }
   // 0: the latest; below size().
   const T& newest(std::size_t age) const noexcept {

@@ -5,67 +5,91 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace cie::analysis::ctf {
 
 // A tree of matches that remembers the loser of each (Knuth: The Art of Computer Programming 3,
 // 5.4.1): the winner's next key meets one opponent per round. Equal keys go by the streams' order.
+// Keys of a stream must not decrease.
+//
+// A player is one number, so that a match is a minimum and a maximum without a branch: nothing
+// could predict how streams interleave. Its upper bits are the key's distance from a base, as far
+// as there is room; its lower bits the stream. Should one win that is farther away, the base moves.
 class Tournament {
  public:
-  explicit Tournament(std::span<const std::int64_t> keys) {
-    const auto leaves = std::bit_ceil(std::max<std::size_t>(keys.size(), 1));
-    losers_.resize(leaves, kOut);
-    std::vector<Player> winners(2 * leaves, kOut);
-    for (std::size_t i = 0; i < keys.size(); ++i)
-      winners[leaves + i] = player(keys[i], i);
-    for (auto match = leaves; --match > 0;) {
-      const auto [winner, loser] = std::minmax(winners[2 * match], winners[2 * match + 1]);
-      winners[match] = winner;
-      losers_[match] = loser;
+  explicit Tournament(std::span<const std::int64_t> keys)
+      : keys_(keys.begin(), keys.end()),
+        is_out_(keys.size(), false),
+        stream_bits_(static_cast<unsigned>(std::bit_width(keys.size()))),
+        farthest_((~std::uint64_t{0} >> stream_bits_) - 1) {
+    losers_.resize(std::bit_ceil(std::max<std::size_t>(keys.size(), 1)));
+    play_all();
+  }
+
+  bool is_over() const noexcept { return winner_ == kOut; }  // all are out
+  std::size_t winner() const noexcept {
+    return static_cast<std::size_t>(winner_ & ((std::uint64_t{1} << stream_bits_) - 1));
+  }
+  // The winner plays on from another place.
+  void move_winner(std::int64_t key) {
+    const auto stream = winner();
+    keys_[stream] = key;
+    play(stream, player(stream));
+  }
+  // The winner plays no more.
+  void remove_winner() {
+    const auto stream = winner();
+    is_out_[stream] = true;
+    play(stream, kOut);
+  }
+
+ private:
+  static constexpr std::uint64_t kOut = ~std::uint64_t{0};
+
+  std::uint64_t player(std::size_t stream) const noexcept {
+    const auto distance =
+        static_cast<std::uint64_t>(keys_[stream]) - static_cast<std::uint64_t>(base_);
+    return std::min(distance, farthest_) << stream_bits_ | stream;
+  }
+  void play(std::size_t stream, std::uint64_t player) {
+    for (auto match = (losers_.size() + stream) / 2; match > 0; match /= 2) {
+      const auto opponent = losers_[match];
+      // What compilers make of std::min and std::max here is a branch.
+      const auto exchange = (opponent ^ player) & (0 - std::uint64_t{opponent < player});
+      losers_[match] = opponent ^ exchange;
+      player ^= exchange;
     }
+    winner_ = player;
+    if (winner_ >> stream_bits_ == farthest_) play_all();
+  }
+  // From the start, with the smallest key as the base.
+  void play_all() {
+    base_ = std::numeric_limits<std::int64_t>::max();
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      if (!is_out_[i]) base_ = std::min(base_, keys_[i]);
+    }
+    const auto leaves = losers_.size();
+    std::vector<std::uint64_t> winners(2 * leaves, kOut);
+    for (std::size_t i = 0; i < keys_.size(); ++i) {
+      if (!is_out_[i]) winners[leaves + i] = player(i);
+    }
+    for (auto match = leaves; --match > 0;)
+      std::tie(winners[match], losers_[match]) =
+          std::minmax(winners[2 * match], winners[2 * match + 1]);
     winner_ = winners[1];
   }
 
-  bool is_over() const noexcept { return winner_.stream == kOut.stream; }  // all are out
-  std::size_t winner() const noexcept { return static_cast<std::size_t>(winner_.stream); }
-  // The winner plays on from another place.
-  void move_winner(std::int64_t key) noexcept { play(player(key, winner())); }
-  // The winner plays no more.
-  void remove_winner() noexcept { play(kOut); }
-
- private:
-  struct Player {
-    std::uint64_t key = 0;  // biased, so that it compares as unsigned
-    std::uint64_t stream = 0;
-    // All parts are computed: a comparison that stops early would be a branch.
-    bool operator<(const Player& other) const noexcept {
-      return static_cast<unsigned>(key < other.key) |
-             (static_cast<unsigned>(key == other.key) &
-              static_cast<unsigned>(stream < other.stream));
-    }
-  };
-  static constexpr Player kOut{~std::uint64_t{0}, ~std::uint64_t{0}};
-
-  static Player player(std::int64_t key, std::size_t stream) noexcept {
-    return {static_cast<std::uint64_t>(key) ^ (std::uint64_t{1} << 63U), stream};
-  }
-  void play(Player player) noexcept {
-    for (auto match = (losers_.size() + winner()) / 2; match > 0; match /= 2) {
-      auto& loser = losers_[match];
-      // Without a branch: nothing could predict how streams interleave.
-      const auto mask = 0 - std::uint64_t{loser < player};
-      const Player exchange{(loser.key ^ player.key) & mask, (loser.stream ^ player.stream) & mask};
-      loser = {loser.key ^ exchange.key, loser.stream ^ exchange.stream};
-      player = {player.key ^ exchange.key, player.stream ^ exchange.stream};
-    }
-    winner_ = player;
-  }
-
-  std::vector<Player> losers_;  // by match; 1 is the final, 0 is unused
-  Player winner_ = kOut;
+  std::vector<std::int64_t> keys_;  // by stream
+  std::vector<bool> is_out_;
+  std::vector<std::uint64_t> losers_;  // by match; 1 is the final, 0 is unused
+  std::uint64_t winner_ = kOut;
+  std::int64_t base_ = 0;
+  unsigned stream_bits_;
+  std::uint64_t farthest_;  // distance that stands for all that are as far or farther
 };
 
 }  // namespace cie::analysis::ctf

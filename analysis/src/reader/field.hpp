@@ -73,6 +73,24 @@ class Payload {
       : fields_(raw.slots), begin_(raw.begin), fixed_(raw.fixed) {}
   RawFields raw() const noexcept { return {.slots = fields_, .begin = begin_, .fixed = fixed_}; }
 
+  // One slot as a reader would have collected it; absent if the payload is empty.
+  Field collected(std::size_t slot) const noexcept {
+    if (fields_ != nullptr) return fields_[slot];
+    Field field;
+    if (fixed_ == nullptr) return field;
+    field.label = label_index(slot);
+    if (fixed_[slot].kind == FixedField::Kind::integer) {
+      field.kind = Field::Kind::integer;
+      field.number = static_cast<std::int64_t>(fixed_[slot].load(begin_));
+    } else if (fixed_[slot].kind == FixedField::Kind::text) {
+      const auto characters = fixed_[slot].text(begin_);
+      field.kind = Field::Kind::text;
+      field.length = static_cast<std::uint32_t>(characters.size());
+      field.characters = characters.data();
+    }
+    return field;
+  }
+
   std::optional<std::int64_t> integer(std::size_t slot) const noexcept {
     if (fixed_ != nullptr) {
       const auto& field = fixed_[slot];

@@ -53,7 +53,7 @@ std::int64_t EventTranslator::realtime(const EventHead& head) const {
 }
 
 void EventTranslator::translate(const EventHead& head, const Untranslated& raw, const Sink& sink) {
-  if (!head.pid) return;
+  if (!head.pid || (raw.fields.slots == nullptr && raw.fields.fixed == nullptr)) return;
   auto& host = hosts_[stream_of(head).host];
   if (!host.has_clock) {
     host.has_clock = true;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <ctf/native_reader.hpp>
+#include <ctf/read_ahead.hpp>
 
 namespace cie::test {
 namespace {
@@ -53,6 +54,19 @@ bool is_structure(const Event& event) {
          std::holds_alternative<StreamEnd>(event.body) ||
          std::holds_alternative<PacketBegin>(event.body) ||
          std::holds_alternative<PacketEnd>(event.body);
+}
+
+std::vector<std::string> all_lines(const TraceFolder& folder,
+                                   decltype(ctf::read_traces)& read_with) {
+  std::vector<std::string> lines;
+  const std::vector<fs::path> paths{folder.path()};
+  read_with(paths,
+            [&lines](const Event& event) {
+              lines.push_back(std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " +
+                              line_of(event));
+            },
+            {});
+  return lines;
 }
 
 }  // namespace
@@ -137,13 +151,11 @@ std::vector<std::string> read(const TraceFolder& folder) {
 }
 
 std::vector<std::string> read_all(const TraceFolder& folder) {
-  std::vector<std::string> lines;
-  const std::vector<fs::path> paths{folder.path()};
-  ctf::read_traces(paths, [&lines](const Event& event) {
-    lines.push_back(std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " +
-                    line_of(event));
-  });
-  return lines;
+  return all_lines(folder, ctf::read_traces);
+}
+
+std::vector<std::string> read_all_ahead(const TraceFolder& folder) {
+  return all_lines(folder, ctf::read_ahead);
 }
 
 }  // namespace cie::test

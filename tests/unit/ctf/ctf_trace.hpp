@@ -57,5 +57,7 @@ std::vector<std::string> read(const std::vector<std::filesystem::path>& traces);
 std::vector<std::string> read(const TraceFolder& folder);
 // Everything, structure included, with the number of the stream first.
 std::vector<std::string> read_all(const TraceFolder& folder);
+// The same by a reader on another thread.
+std::vector<std::string> read_all_ahead(const TraceFolder& folder);
 
 }  // namespace cie::test

@@ -39,6 +39,27 @@ TEST(Tournament, EqualKeysGoByStream) {
   EXPECT_EQ(order, (std::vector<std::size_t>{1, 3, 0, 2}));
 }
 
+TEST(Tournament, KeysMayBeAsFarApartAsTheyCan) {
+  const std::vector<std::int64_t> keys{kMin, 0, kMin, kMax - 1};
+  Tournament tournament(keys);
+  std::vector<std::size_t> order;
+  const auto move = [&](std::int64_t key) {
+    order.push_back(tournament.winner());
+    tournament.move_winner(key);
+  };
+  move(1);     // 0
+  move(kMax);  // 2
+  move(kMax);  // 1
+  move(2);     // 0
+  move(kMax);  // 0
+  move(kMax);  // 3
+  while (!tournament.is_over()) {
+    order.push_back(tournament.winner());
+    tournament.remove_winner();
+  }
+  EXPECT_EQ(order, (std::vector<std::size_t>{0, 2, 1, 0, 0, 3, 0, 1, 2, 3}));
+}
+
 // Against the smallest (key, stream) found by looking at all of them.
 TEST(Tournament, AlwaysNamesTheSmallest) {
   std::mt19937 random(1);

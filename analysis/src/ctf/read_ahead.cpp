@@ -1,0 +1,130 @@
+#include "read_ahead.hpp"
+
+#include "../event_batch.hpp"
+#include "native_reader.hpp"
+
+#include <array>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+namespace cie::analysis::ctf {
+namespace {
+
+// Small enough that all of them stay in the cache that both cores share.
+constexpr std::size_t kEventsPerBatch = 512;
+constexpr std::size_t kBatches = 4;
+
+struct Batch {
+  EventBatch events{kEventsPerBatch};
+  bool is_last = false;
+};
+
+// Thrown through the reader when nobody wants its events any more.
+struct Abandoned {};
+
+// Batches going round between the thread that fills them and the one that consumes them.
+class Ring {
+ public:
+  // --- the reader's side: throws Abandoned.
+  void put(const Event& event) {
+    if (filling_ == nullptr) begin_batch();
+    filling_->events.add(event);
+    if (filling_->events.is_full()) pass_on();
+  }
+  // Nothing follows.
+  void finish() {
+    if (filling_ == nullptr) begin_batch();
+    filling_->is_last = true;
+    pass_on();
+  }
+
+  // --- the consumer's side.
+  const Batch& take() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return filled_ > 0; });
+    return batches_[taken_ % kBatches];
+  }
+  // The batch taken last can be filled again.
+  void give_back() {
+    {
+      const std::scoped_lock lock(mutex_);
+      ++taken_;
+      --filled_;
+    }
+    changed_.notify_one();
+  }
+  void abandon() {
+    {
+      const std::scoped_lock lock(mutex_);
+      is_abandoned_ = true;
+    }
+    changed_.notify_one();
+  }
+
+ private:
+  void begin_batch() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return filled_ < kBatches || is_abandoned_; });
+    if (is_abandoned_) throw Abandoned{};
+    filling_ = &batches_[(taken_ + filled_) % kBatches];
+    filling_->events.clear();
+  }
+  void pass_on() {
+    filling_ = nullptr;
+    {
+      const std::scoped_lock lock(mutex_);
+      ++filled_;
+    }
+    changed_.notify_one();
+  }
+
+  std::array<Batch, kBatches> batches_;
+  Batch* filling_ = nullptr;  // the reader's
+
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable changed_;
+  std::size_t taken_ = 0;   // batches given back
+  std::size_t filled_ = 0;  // batches that wait for the consumer, or are with it
+  bool is_abandoned_ = false;
+};
+
+}  // namespace
+
+void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& sink,
+                const std::filesystem::path& metadata_from) {
+  Ring ring;
+  std::exception_ptr error;
+  std::jthread reader([&] {
+    try {
+      try {
+        read_traces(
+            traces, [&ring](const Event& event) { ring.put(event); }, metadata_from);
+      } catch (const Abandoned&) {
+        throw;
+      } catch (...) {
+        error = std::current_exception();
+      }
+      ring.finish();
+    } catch (const Abandoned&) {  // the consumer has failed and waits for this thread's end
+    }
+  });
+  try {
+    for (bool is_last = false; !is_last;) {
+      const auto& batch = ring.take();
+      for (const auto& event : batch.events.events())
+        sink(event);
+      is_last = batch.is_last;
+      ring.give_back();
+    }
+  } catch (...) {
+    ring.abandon();
+    throw;
+  }
+  reader.join();
+  if (error) std::rethrow_exception(error);
+}
+
+}  // namespace cie::analysis::ctf
