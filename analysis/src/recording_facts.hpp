@@ -60,7 +60,7 @@ enum class LossKind : std::uint8_t {
   discarded_packets,
   damaged_packet,
   foreign_metadata,  // all of it was read with another recording's metadata
-  switch_mismatch  // a sched_switch whose prev_tid is not the CPU's last next_tid
+  switch_mismatch    // a sched_switch whose prev_tid is not the CPU's last next_tid
 };
 struct Loss {
   LossKind kind = LossKind::discarded_events;

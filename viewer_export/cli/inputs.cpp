@@ -57,7 +57,7 @@ ReaderOption::ReaderOption(CommandLine& line) {
   line.option("--reader", "READER", choice_,
               "Who decodes the traces: native (default) or babeltrace2");
   line.option("--metadata", "FILE", metadata_,
-              "Metadata of a recording of the same configuration, for traces whose own is lost");
+              "Metadata of a like recording, for traces whose own is lost");
 }
 
 analysis::Reader ReaderOption::value() const {

@@ -142,9 +142,9 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
     add("longest preempted", format_duration(c->preempted->max), *c);
     if (!c->preempted_by.empty()) {
       const auto& by = c->preempted_by.front();
-      text +=
-          fmt::format("  {:<22}{:>11}  {} (thread {}), in all its instances\n", "  most of it by",
-                      format_duration(by.time.ns), by.name.empty() ? "?" : printable(by.name), by.tid);
+      text += fmt::format("  {:<22}{:>11}  {} (thread {}), in all its instances\n",
+                          "  most of it by", format_duration(by.time.ns),
+                          by.name.empty() ? "?" : printable(by.name), by.tid);
     }
   }
   const auto missed = [](const auto& x) {

@@ -30,7 +30,8 @@ class EventTranslator {
 
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
-  // Events of a host were lost: what is open may have ended, and what ends now may have begun unseen.
+  // Events of a host were lost: what is open may have ended, and what ends now may have begun
+  // unseen.
   void lose(const EventHead& head);
   // Feeds `sink` what follows from the event; all of it is_derived.
   void translate(const EventHead& head, const Untranslated& event, const Sink& sink);

@@ -56,6 +56,7 @@ TEST(ReportText, NamesTheWorstOffenders) {
 
 TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {
   auto report = test::sample_report();
+  report.callbacks[0].preempted = test::summary(0, 2'500'000, 7);
   report.callbacks[0].preempted_by = {{.tid = 77, .name = "hog\x1b", .time = {2'500'000}}};
   const auto text = text_of(report);
   EXPECT_THAT(text, HasSubstr("  most of it by          2.500 ms  hog"));
