@@ -172,11 +172,9 @@ void SampleCollector::on_instance(const Instance& instance) {
   if (instance.state != InstanceState::complete || !instance.end || instance.logical_id.empty()) {
     return;
   }
-  auto found = measured_.find(instance.logical_id);
-  if (found == measured_.end()) {
-    found = measured_.emplace(std::string(instance.logical_id), Measured{}).first;
-  }
-  auto& measured = found->second;
+  if (instance.callback >= measured_.size()) measured_.resize(instance.callback + 1);
+  auto& measured = measured_[instance.callback];
+  if (measured.logical_id.empty()) measured.logical_id = instance.logical_id;
   measured.duration.add(*instance.end - instance.start);
   if (instance.release_source == ReleaseSource::exact && instance.release) {
     measured.response_time.add(*instance.end - *instance.release);
@@ -185,26 +183,29 @@ void SampleCollector::on_instance(const Instance& instance) {
 }
 
 std::vector<CallbackSample> SampleCollector::samples(const Report& report) const {
+  std::map<std::string_view, Measured> by_id;
+  for (const auto& measured : measured_) {
+    auto& sum = by_id[measured.logical_id];
+    sum.response_time.merge(measured.response_time);
+    sum.start_latency.merge(measured.start_latency);
+    sum.duration.merge(measured.duration);
+  }
   std::vector<CallbackSample> samples;
   for (const auto& callback : report.callbacks) {
+    const auto& measured = by_id[callback.logical_id];
     CallbackSample sample{.logical_id = callback.logical_id,
                           .instances = callback.instances,
                           .missed_releases = callback.missed_releases,
                           .isolated = callback.isolated,
-                          .response_time = {},
-                          .start_latency = {},
-                          .duration = {}};
+                          .response_time = OrderStatistics::of(measured.response_time),
+                          .start_latency = OrderStatistics::of(measured.start_latency),
+                          .duration = OrderStatistics::of(measured.duration)};
     const auto same = std::ranges::find(samples, sample.logical_id, &CallbackSample::logical_id);
     if (same != samples.end()) {
       merge(*same, sample);
-      continue;
+    } else {
+      samples.push_back(std::move(sample));
     }
-    if (const auto found = measured_.find(sample.logical_id); found != measured_.end()) {
-      sample.response_time = OrderStatistics::of(found->second.response_time);
-      sample.start_latency = OrderStatistics::of(found->second.start_latency);
-      sample.duration = OrderStatistics::of(found->second.duration);
-    }
-    samples.push_back(std::move(sample));
   }
   return samples;
 }

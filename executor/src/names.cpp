@@ -47,22 +47,6 @@ std::string short_period(std::uint64_t ns) {
   return std::to_string(ns) + "ns";
 }
 
-std::string_view kind_name(CallbackKind kind) noexcept {
-  switch (kind) {
-    case CallbackKind::timer:
-      return "Timer";
-    case CallbackKind::subscription:
-      return "Subscription";
-    case CallbackKind::service:
-      return "Service";
-    case CallbackKind::client:
-      return "Client";
-    case CallbackKind::waitable:
-      return "Waitable";
-  }
-  return "Callback";
-}
-
 }  // namespace
 
 std::string qualified_node_name(std::string_view name, std::string_view name_space) {
@@ -100,12 +84,6 @@ TopicName request_topic(std::string_view qualified_service) {
 TopicName reply_topic(std::string_view qualified_service) {
   const std::string topic = std::string{qualified_service} + "Reply";
   return {.ros = topic, .dds = "rr" + topic};
-}
-
-std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::string_view what) {
-  std::string id{qualified_node};
-  id.append("@").append(kind_name(kind)).append("(").append(what).append(")");
-  return id;
 }
 
 std::string thread_label(const trace::CallbackInfo& info) {

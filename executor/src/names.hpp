@@ -27,9 +27,6 @@ TopicName message_topic(std::string_view qualified_topic);
 TopicName request_topic(std::string_view qualified_service);
 TopicName reply_topic(std::string_view qualified_service);
 
-// `<node>@Timer(<what>)`; `what` is the period in ns, the topic, or an explicit callback name.
-std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::string_view what);
-
 // What a thread can be called (15 bytes) so that `ps` and `top` show what it does: the beginnings
 // of the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
 std::string thread_label(const trace::CallbackInfo& info);

@@ -1,5 +1,7 @@
 #include "node_state.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
+
 #include "client_callback.hpp"
 #include "executor_core.hpp"
 #include "names.hpp"

@@ -1,5 +1,7 @@
 #include "directory.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
+
 #include <algorithm>
 #include <utility>
 
@@ -12,22 +14,6 @@ constexpr std::uint32_t kFirstId = 1'000'000;
 template <typename Id>
 Id id_of(std::size_t number) noexcept {
   return static_cast<Id>(kFirstId + static_cast<std::uint32_t>(number));
-}
-
-std::string_view kind_name(std::optional<CallbackKind> kind) noexcept {
-  switch (kind.value_or(CallbackKind::waitable)) {
-    case CallbackKind::timer:
-      return "Timer";
-    case CallbackKind::subscription:
-      return "Subscription";
-    case CallbackKind::service:
-      return "Service";
-    case CallbackKind::client:
-      return "Client";
-    case CallbackKind::waitable:
-      break;
-  }
-  return "Waitable";
 }
 
 }  // namespace
@@ -249,17 +235,11 @@ std::optional<CallbackNumber> Directory::callback_of_buffer(Address buffer) cons
 }
 
 std::string Directory::plain_id(const Callback& callback) const {
-  std::string text = "?";
-  if (callback.node) text = nodes_[to_number(*callback.node) - kFirstId].name;
-  text += '@';
-  text += kind_name(callback.kind);
-  text += '(';
-  if (callback.kind == CallbackKind::timer) {
-    text += std::to_string(callback.period_ns);
-  } else {
-    text += callback.source.empty() ? "?" : callback.source;
-  }
-  return text + ')';
+  const std::string node = callback.node ? nodes_[to_number(*callback.node) - kFirstId].name : "?";
+  const bool is_timer = callback.kind == CallbackKind::timer;
+  const std::string source = callback.source.empty() ? "?" : callback.source;
+  return cie::logical_id(node, callback.kind.value_or(CallbackKind::waitable),
+                         is_timer ? std::to_string(callback.period_ns) : source);
 }
 
 std::string Directory::logical_id(CallbackNumber number) const {

@@ -55,7 +55,7 @@ std::optional<double> ratio(std::optional<double> a, std::optional<double> b) {
 
 // What rows of different executors have in common when they are compared.
 auto conditions(const Workload& w) {
-  return std::tuple{policy_of(w)[0], w.placement, w.phases, w.payload, w.passing, w.pairs};
+  return std::tuple{w.fifo_priority, w.placement, w.phases, w.payload, w.passing, w.pairs};
 }
 
 void print_ratios_of(const Row& isolated, const std::map<std::string, const Row*>& others,

@@ -1,5 +1,7 @@
 #include <cie/analysis/analyzer.hpp>
 
+#include "support/temporary_directory.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
@@ -20,28 +22,12 @@ namespace {
 using namespace cie::analysis;
 namespace fs = std::filesystem;
 
-// A directory of its own, removed at the end of the process.
-class Folder {
- public:
-  Folder() {
-    const fs::path memory = "/dev/shm";  // no disk, where there is such a thing
-    std::error_code ignored;
-    const auto where = fs::is_directory(memory, ignored) ? memory : fs::temp_directory_path();
-    std::string pattern = (where / "cie-fuzz-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) std::abort();
-    path_ = pattern;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
+// No disk, where there is such a thing.
+fs::path in_memory() {
+  const fs::path memory = "/dev/shm";
+  std::error_code ignored;
+  return fs::is_directory(memory, ignored) ? memory : fs::temp_directory_path();
+}
 
 void write(const fs::path& file, std::string_view bytes) {
   std::ofstream(file, std::ios::binary | std::ios::trunc)
@@ -104,7 +90,7 @@ class Checker {
 
 // Two bytes: length of the metadata; one byte: how many 256ths of the rest are the first stream's.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const Folder folder;
+  static const cie::test::TemporaryDirectory folder(in_memory());
   constexpr std::size_t kHead = 3;
   if (size < kHead) return 0;
   std::string_view rest(reinterpret_cast<const char*>(data + kHead), size - kHead);

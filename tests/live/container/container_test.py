@@ -1,107 +1,30 @@
 #!/usr/bin/env python3
-"""Runs the component container as its users do: from files, with good and bad components, under each
-executor, ended by signals. Counts and texts are asserted, never times."""
+"""Runs the component container as its users do: under each executor, by orders, ended by signals, and
+recorded. Counts and texts are asserted, never times."""
 
-import argparse
 import json
 import os
 import re
 import signal
 import socket
 import subprocess
-import sys
-import tempfile
 import time
 import unittest
 from pathlib import Path
 
-options: argparse.Namespace
-scratch: Path
+import harness
+from harness import (ENDED_WELL, FAILED, UNUSABLE, app_file, component, order, run_and_end,
+                     run_to_its_end, Running, wait_for)
+
 EXECUTORS = ("isolated", "single", "multi", "events", "isolated-waitset", "single-waitset",
              "multi-waitset")
-ENDED_WELL, UNUSABLE, FAILED = 0, 2, 4
 TIMING = {"R1", "R2"}  # rules that a busy machine violates
-
-
-def isolate():
-    """A session daemon of this test's own. Root needs a mount namespace for that."""
-    home = scratch / "home"
-    home.mkdir()
-    os.environ["LTTNG_HOME"] = str(home)
-    os.environ["XDG_RUNTIME_DIR"] = str(home)  # orders reach the containers of this test only
-    os.environ["CIE_LOOPBACK"] = "1"
-    os.environ["CIE_DISCOVERY_TAG"] = f"container{os.getpid()}"
-    if not options.record or os.geteuid() != 0 or os.environ.get("CIE_TEST_NAMESPACE") == "1":
-        return
-    os.environ["CIE_TEST_NAMESPACE"] = "1"
-    inside = "mkdir -p /run/lttng && mount -t tmpfs none /run/lttng && exec \"$@\""
-    os.execvp("unshare", ["unshare", "--mount", "--", "sh", "-c", inside, "sh", sys.executable,
-                          *sys.argv])
-
-
-def component(name, of="Good", library="libodd.so", more=""):
-    return (f"  - library: {options.libraries / library}\n    class: odd::{of}\n    name: {name}\n"
-            + "".join(f"    {line}\n" for line in more.splitlines()))
-
-
-def app_file(*components, head=""):
-    file = scratch / f"app{len(list(scratch.iterdir()))}.yaml"
-    file.write_text(f"loopback: true\n\n{head}components:\n" + "".join(components))
-    return file
-
-
-def wait_for(condition):
-    """What a busy machine does late is waited for; what never comes fails at the assertion."""
-    bound = time.monotonic() + 20
-    while not condition() and time.monotonic() < bound:
-        time.sleep(0.01)
-
-
-class Running:
-    """cie-run, once it says that it runs (or has ended)."""
-
-    def __init__(self, file, *arguments):
-        self.log = scratch / f"log{len(list(scratch.iterdir()))}"
-        with self.log.open("w") as log:
-            self.process = subprocess.Popen(
-                [options.programs / "cie-run", file, *arguments], stdout=subprocess.PIPE,
-                stderr=log, text=True)
-        wait_for(lambda: "under the executor" in self.text() or self.process.poll() is not None)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        if self.process.poll() is None:
-            self.process.kill()
-        self.process.communicate()
-
-    def end(self, signal_number=signal.SIGTERM):
-        self.process.send_signal(signal_number)
-        out, _ = self.process.communicate(timeout=30)
-        return self.process.returncode, out
-
-    def text(self):
-        return self.log.read_text()
-
-
-def run_and_end(file, *arguments, seconds=0.3):
-    with Running(file, *arguments) as running:
-        time.sleep(seconds)
-        code, out = running.end()
-        return code, out, running.text()
-
-
-def run_to_its_end(file, *arguments):
-    done = subprocess.run([options.programs / "cie-run", file, *arguments], capture_output=True,
-                          text=True, timeout=60, check=False)
-    return done.returncode, done.stderr
 
 
 class Example(unittest.TestCase):
     """The example of two libraries."""
 
-    app = property(lambda _: options.programs / "components" / "app.yaml")
+    app = property(lambda _: harness.options.programs / "components" / "app.yaml")
 
     def test_every_executor_runs_it(self):
         for executor in EXECUTORS:
@@ -116,13 +39,13 @@ class Example(unittest.TestCase):
                     self.assertGreater(int(heard[1]), 0)
 
     def test_recorded_it_passes_the_rules(self):
-        if not options.record:
+        if not harness.options.record:
             self.skipTest("cie and cie-record are not built, or with sanitizers")
         for executor, expected in (("isolated", 0), ("multi", 1)):
             with self.subTest(executor=executor):
-                trace = scratch / f"trace-{executor}"
+                trace = harness.scratch / f"trace-{executor}"
                 command = ["timeout", "--preserve-status", "-s", "TERM", "2",
-                           options.programs / "cie-run", self.app, "--executor", executor]
+                           harness.options.programs / "cie-run", self.app, "--executor", executor]
                 done = self.cie("record", "-o", trace, "--", *command)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 done = self.cie("verify", trace, "--spec", self.app.parent / "spec.yaml",
@@ -147,66 +70,8 @@ class Example(unittest.TestCase):
         self.assertEqual(judged[f"thread {thread['tid']}"], "PASS")
 
     def cie(self, *arguments):
-        return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True,
+        return subprocess.run([harness.options.programs / "cie", *arguments], capture_output=True, text=True,
                               timeout=90, check=False)
-
-
-class BadComponents(unittest.TestCase):
-    """One does not take the others down, and each is told by name."""
-
-    def assert_told(self, bad, *parts):
-        file = app_file(component("first"), bad, component("last"))
-        code, _, said = run_and_end(file)
-        self.assertEqual(code, ENDED_WELL, said)
-        self.assertIn('loaded "/first"', said)
-        self.assertIn('loaded "/last"', said)
-        self.assertIn("2 components under the executor \"isolated\", 1 could not be loaded", said)
-        line = next(line for line in said.splitlines() if "is not loaded" in line)
-        for part in (f'{file}:7: component "/bad"', *parts):
-            self.assertIn(part, line)
-
-    def test_missing_library(self):
-        self.assert_told(component("bad", library="libabsent.so"), "libabsent.so",
-                         "No such file or directory")
-
-    def test_no_entry_point(self):
-        self.assert_told(component("bad", library="libno_entry.so"), "cie_component_library()")
-
-    def test_other_interface_version(self):
-        self.assert_told(component("bad", library="libold_abi.so"), "version 2", "rebuild it")
-
-    def test_unknown_class(self):
-        self.assert_told(component("bad", of="Absent"), 'no class "odd::Absent"', "odd::Good")
-
-    def test_throwing_constructor(self):
-        self.assert_told(component("bad", of="ThrowsInConstructor"), "no lidar is connected")
-
-    def test_unknown_parameter(self):
-        self.assert_told(component("bad", more="parameters: {raet: 1}"), "no parameter raet")
-
-    def test_other_name(self):
-        self.assert_told(component("bad", of="NamesItselfOtherwise"), '"/somebody_else"')
-
-    def test_none_is_left(self):
-        code, said = run_to_its_end(app_file(component("bad", of="ThrowsInConstructor")))
-        self.assertEqual(code, FAILED, said)
-        self.assertIn("none of the components could be loaded", said)
-
-    def test_throwing_callback(self):
-        file = app_file(component("first"), component("bad", of="ThrowsInCallback"))
-        code, _, said = run_and_end(file)
-        self.assertEqual(code, FAILED, said)
-        self.assertEqual(said.count("threw: odd"), 1, said)
-        self.assertIn('callback "/bad@Timer(10000000)"', said)
-        self.assertRegex(said, r"ended by an exception \d+ time")
-
-
-def order(*words, pid=None):
-    """Exit code, standard output and error of `cie-run --control WORDS`."""
-    choice = ["--pid", str(pid)] if pid else []
-    done = subprocess.run([options.programs / "cie-run", *choice, "--control", *words],
-                          capture_output=True, text=True, timeout=60, check=False)
-    return done.returncode, done.stdout, done.stderr
 
 
 class Orders(unittest.TestCase):
@@ -215,7 +80,7 @@ class Orders(unittest.TestCase):
     def mapped(self, running, library):
         """The kernel's word, not the program's."""
         maps = Path(f"/proc/{running.process.pid}/maps").read_text()
-        return str(options.libraries / library) in maps
+        return str(harness.options.libraries / library) in maps
 
     def test_unload_and_load_again_under_every_executor(self):
         for executor in EXECUTORS:
@@ -252,7 +117,7 @@ class Orders(unittest.TestCase):
 
     def test_a_library_that_stays_says_why(self):
         stays = [("libnodelete.so", "-z nodelete")]
-        if options.compiler == "GNU":
+        if harness.options.compiler == "GNU":
             stays.append(("libunique.so", "-fno-gnu-unique"))
         for library, reason in stays:
             with self.subTest(library=library):
@@ -284,7 +149,7 @@ class Orders(unittest.TestCase):
             code, _, err = order("load", file, "/kept")
             self.assertEqual(code, FAILED)
             self.assertIn("is loaded already", err)
-            code, _, err = order("load", scratch / "absent.yaml")
+            code, _, err = order("load", harness.scratch / "absent.yaml")
             self.assertEqual(code, UNUSABLE)
             self.assertIn("absent.yaml: cannot read it", err)
             for words in (["dance"], ["list", "more"], ["unload"], ["load"]):
@@ -298,7 +163,7 @@ class Orders(unittest.TestCase):
                 for task in tasks}
 
     def test_reload_by_order_and_by_signal(self):
-        spec = scratch / "reloaded.yaml"
+        spec = harness.scratch / "reloaded.yaml"
         entry = "dds_threads:\n  - {name: recvUC, policy: %s}\n"
         spec.write_text(entry % "SCHED_BATCH")
         with Running(app_file(component("one"), head=f"spec: {spec}\n")) as running:
@@ -367,10 +232,10 @@ class Orders(unittest.TestCase):
 class Mapping(unittest.TestCase):
     """One callback to one thread, and back, whatever comes and goes: judged on recordings."""
 
-    app = property(lambda _: options.programs / "components" / "app.yaml")
+    app = property(lambda _: harness.options.programs / "components" / "app.yaml")
 
     def setUp(self):
-        if not options.record:
+        if not harness.options.record:
             self.skipTest("cie and cie-record are not built, or with sanitizers")
 
     def judge(self, trace):
@@ -385,7 +250,7 @@ class Mapping(unittest.TestCase):
         return {rule["id"]: rule for rule in verdicts["rules"]}, report["callbacks"]
 
     def cie(self, *arguments):
-        return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True,
+        return subprocess.run([harness.options.programs / "cie", *arguments], capture_output=True, text=True,
                               timeout=90, check=False)
 
     def assert_mapping_passes(self, rules):
@@ -395,11 +260,11 @@ class Mapping(unittest.TestCase):
                                        "PASS"))
 
     def test_holds_while_components_are_unloaded_loaded_again_and_added(self):
-        trace = scratch / "trace-reload"
+        trace = harness.scratch / "trace-reload"
         added = app_file(component("added"))
-        pid_file = scratch / "reloaded.pid"
-        command = f"echo $$ > {pid_file}; exec {options.programs / 'cie-run'} {self.app}"
-        recorder = subprocess.Popen([options.programs / "cie", "record", "-o", trace, "--",
+        pid_file = harness.scratch / "reloaded.pid"
+        command = f"echo $$ > {pid_file}; exec {harness.options.programs / 'cie-run'} {self.app}"
+        recorder = subprocess.Popen([harness.options.programs / "cie", "record", "-o", trace, "--",
                                      "sh", "-c", command], stdout=subprocess.DEVNULL,
                                     stderr=subprocess.DEVNULL)
         try:
@@ -429,8 +294,8 @@ class Mapping(unittest.TestCase):
         self.assertEqual(sum(each["logical_id"] == "/added@Timer(50000000)" for each in callbacks), 3)
 
     def test_holds_over_a_restart(self):
-        trace = scratch / "trace-restart"
-        once = f"timeout --preserve-status -s TERM 1 {options.programs / 'cie-run'} {self.app}"
+        trace = harness.scratch / "trace-restart"
+        once = f"timeout --preserve-status -s TERM 1 {harness.options.programs / 'cie-run'} {self.app}"
         done = self.cie("record", "-o", trace, "--", "sh", "-c", f"{once}; {once}")
         self.assertEqual(done.returncode, 0, done.stderr)
         rules, callbacks = self.judge(trace)
@@ -507,93 +372,5 @@ class Parameters(unittest.TestCase):
         self.assertIn("11 is not in the range 1 to 10", said)
 
 
-class BadFiles(unittest.TestCase):
-
-    def assert_unusable(self, file, *parts, arguments=()):
-        code, said = run_to_its_end(file, *arguments)
-        self.assertEqual(code, UNUSABLE, said)
-        for part in parts:
-            self.assertIn(part, said)
-
-    def test_unknown_key(self):
-        file = app_file(component("a"), head="executer: single\n")
-        self.assert_unusable(file, f'{file}:3: unknown key "executer"')
-
-    def test_missing_file(self):
-        self.assert_unusable(scratch / "absent.yaml", "absent.yaml: cannot read it")
-
-    def test_missing_spec(self):
-        self.assert_unusable(app_file(component("a"), head="spec: absent.yaml\n"),
-                             f"{scratch}/absent.yaml: cannot read it")
-
-    def test_bad_spec(self):
-        spec = scratch / "bad_spec.yaml"
-        spec.write_text("callback_groups:\n  - id: /a@Timer(50000000)\n    policy: SCHED_NOPE\n")
-        self.assert_unusable(app_file(component("a"), head="spec: bad_spec.yaml\n"),
-                             f'{spec}:3: entry "/a@Timer(50000000)": unknown policy')
-
-    def test_spec_of_another_machine(self):
-        spec = scratch / "abacus.yaml"
-        spec.write_text("callback_groups: []\nhardware_info: {model_name: abacus}\n")
-        said = f'{spec}:2: entry "hardware_info": "model_name" should be "abacus"'
-        self.assert_unusable(app_file(component("a"), head="spec: abacus.yaml\n"), said)
-        code, _, told = run_and_end(app_file(component("a"),
-                                             head="spec: abacus.yaml\non_error: warn\n"))
-        self.assertEqual(code, ENDED_WELL)
-        self.assertIn("warning: " + said, told)
-
-    @unittest.skipIf(os.nice(0) > 3, "not possible here: runs at a nice value that an ordinary user cannot lower")
-    def test_spec_of_the_domain(self):
-        spec = scratch / "domains.yaml"
-        spec.write_text("callback_groups:\n"
-                        "  - {id: /a@Timer(50000000), domain_id: 3, policy: SCHED_OTHER, nice: 3}\n"
-                        "  - {id: /a@Timer(50000000), domain_id: 4, policy: SCHED_OTHER, nice: 4}\n"
-                        "dds_threads: [{name: dq.*, policy: SCHED_OTHER, nice: 7}]\n")
-        file = app_file(component("a"), head="spec: domains.yaml\ndomain: 4\n")
-        with Running(file) as running:
-            def nice_of(name):
-                for task in Path(f"/proc/{running.process.pid}/task").iterdir():
-                    if (task / "comm").read_text().strip() == name:
-                        # The 19th field; the second may hold spaces, but ends with the last ")".
-                        return int((task / "stat").read_text().rsplit(")", 1)[1].split()[16])
-                return None
-            wait_for(lambda: nice_of("a:50ms") == 4)
-            self.assertEqual({name: nice_of(name) for name in ("a:50ms", "dq.user", "dq.builtins",
-                                                               "gc")},
-                             {"a:50ms": 4, "dq.user": 7, "dq.builtins": 7, "gc": os.nice(0)})
-
-    def test_unknown_executor(self):
-        self.assert_unusable(app_file(component("a")), "--executor",
-                             arguments=["--executor", "magic"])
-
-    def test_spec_that_cannot_be_applied(self):
-        spec = scratch / "too_many_cpus.yaml"
-        spec.write_text("callback_groups:\n  - id: /a@Timer(50000000)\n    affinity: [1023]\n")
-        head = "spec: too_many_cpus.yaml\n"
-        code, said = run_to_its_end(app_file(component("a"), head=head))
-        self.assertEqual(code, FAILED, said)
-        self.assertIn(f'{spec}:2: "/a@Timer(50000000)"', said)
-        code, _, said = run_and_end(app_file(component("a"), head=head + "on_error: warn\n"))
-        self.assertEqual(code, ENDED_WELL, said)
-        self.assertIn(f'warning: {spec}:2: "/a@Timer(50000000)"', said)
-
-
-def main():
-    global options, scratch  # pylint: disable=global-statement
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--programs", type=Path, required=True)
-    parser.add_argument("--libraries", type=Path, required=True)
-    parser.add_argument("--record", action="store_true")
-    parser.add_argument("--compiler", default="GNU")
-    options, rest = parser.parse_known_args()
-    options.programs = options.programs.resolve()
-    options.libraries = options.libraries.resolve()
-    with tempfile.TemporaryDirectory(prefix="cie-container-") as directory:
-        scratch = Path(directory)
-        isolate()
-        program = unittest.main(argv=[sys.argv[0], *rest], exit=False, verbosity=2)
-    sys.exit(not program.result.wasSuccessful())
-
-
 if __name__ == "__main__":
-    main()
+    harness.main(__doc__)

@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
 """24 callbacks under all six policies, for real: who runs as what, since when, and who says so.
 
-Root's session daemon has one fixed place, so as root the whole test runs in a mount namespace with a
-/run/lttng of its own; an ordinary user's has an LTTNG_HOME of its own. Times are never asserted.
+Times are never asserted.
 """
 
 import argparse
@@ -12,10 +11,12 @@ import re
 import signal
 import subprocess
 import sys
-import tempfile
 import time
 import unittest
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -306,32 +307,20 @@ class Enforcement(unittest.TestCase):
                          "it was configured as it should, and before its first instance")
 
 
-def isolate():
-    """A session daemon of this test's own. Root needs a mount namespace for that."""
-    if os.geteuid() != 0 or os.environ.get("CIE_TEST_NAMESPACE") == "1":
-        return
-    os.environ["CIE_TEST_NAMESPACE"] = "1"
-    inside = "mkdir -p /run/lttng && mount -t tmpfs none /run/lttng && exec \"$@\""
-    os.execvp("unshare", ["unshare", "--mount", "--", "sh", "-c", inside, "sh", sys.executable,
-                          *sys.argv])
+def begin(directory):
+    global scratch  # pylint: disable=global-statement
+    scratch = directory
+    os.environ["CIE_LOOPBACK"] = "1"
+    os.environ["CIE_DISCOVERY_TAG"] = f"enforcement{os.getpid()}"
 
 
 def main():
-    global options, scratch  # pylint: disable=global-statement
+    global options  # pylint: disable=global-statement
     parser = argparse.ArgumentParser(description=__doc__)
     for name in ("programs", "app", "oracle"):
         parser.add_argument(f"--{name}", type=Path, required=True)
     options, rest = parser.parse_known_args()
-    isolate()
-    with tempfile.TemporaryDirectory(prefix="cie-enforcement-") as directory:
-        scratch = Path(directory)
-        home = scratch / "home"
-        home.mkdir()
-        os.environ["LTTNG_HOME"] = os.environ["HOME"] = str(home)
-        os.environ["CIE_LOOPBACK"] = "1"
-        os.environ["CIE_DISCOVERY_TAG"] = f"enforcement{os.getpid()}"
-        program = unittest.main(argv=[sys.argv[0], *rest], exit=False, verbosity=2)
-    sys.exit(not program.result.wasSuccessful())
+    isolated_main.main("enforcement", rest, begin)
 
 
 if __name__ == "__main__":

@@ -122,20 +122,9 @@ std::string metadata(std::uint8_t uuid, const std::string& clock) {
          "event { id = 2; stream_id = 0; name = \"text\"; fields := struct { string s; }; };\n";
 }
 
-TraceFolder::TraceFolder() {
-  std::string pattern = (fs::temp_directory_path() / "cie-ctf-XXXXXX").string();
-  if (::mkdtemp(pattern.data()) == nullptr) std::abort();
-  path_ = pattern;
-}
-
-TraceFolder::~TraceFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 void TraceFolder::write(const std::string& file, const std::string& bytes) const {
-  fs::create_directories((path_ / file).parent_path());
-  std::ofstream(path_ / file, std::ios::binary | std::ios::trunc) << bytes;
+  fs::create_directories((path() / file).parent_path());
+  std::ofstream(path() / file, std::ios::binary | std::ios::trunc) << bytes;
 }
 
 std::vector<std::string> read(const std::vector<fs::path>& traces) {

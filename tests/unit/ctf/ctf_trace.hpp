@@ -1,6 +1,8 @@
 // Small CTF traces written byte by byte, and what the reader makes of them as lines of text.
 #pragma once
 
+#include "support/temporary_directory.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -39,16 +41,11 @@ std::string metadata(std::uint8_t uuid = 1, const std::string& clock = "");
 // A directory of its own, removed at the end.
 class TraceFolder {
  public:
-  TraceFolder();
-  ~TraceFolder();
-  TraceFolder(const TraceFolder&) = delete;
-  TraceFolder& operator=(const TraceFolder&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return directory_.path(); }
   void write(const std::string& file, const std::string& bytes) const;
 
  private:
-  std::filesystem::path path_;
+  TemporaryDirectory directory_;
 };
 
 // One line per event, without the begins and ends of streams and packets: "100 tick 1" by its CPU,

@@ -2,11 +2,10 @@
 #pragma once
 
 #include "kernel_view.hpp"
+#include "support/temporary_directory.hpp"
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <stdexcept>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -19,25 +18,16 @@ class KernelTree : public testing::Test {
   KernelTree& operator=(const KernelTree&) = delete;
 
  protected:
-  KernelTree() {
-    std::string name = testing::TempDir() + "cie-kernel-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error{"no temporary folder"};
-    root_ = name;
-    kernel_ = KernelView{root_};
-  }
-  ~KernelTree() override {
-    std::error_code error;
-    remove_all(root_, error);
-  }
+  KernelTree() = default;
   void write(const std::string& file, const std::string& text) const {
-    create_directories((root_ / file).parent_path());
-    std::ofstream{root_ / file} << text;
+    create_directories((directory_.path() / file).parent_path());
+    std::ofstream{directory_.path() / file} << text;
   }
   const KernelView& kernel() const { return kernel_; }
 
  private:
-  std::filesystem::path root_;
-  KernelView kernel_;
+  test::TemporaryDirectory directory_;
+  KernelView kernel_{directory_.path()};
 };
 
 }  // namespace cie::executor

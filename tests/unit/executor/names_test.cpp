@@ -1,5 +1,7 @@
 #include "names.hpp"
 
+#include <cie/tracepoints/logical_id.hpp>
+
 #include "delivery.hpp"
 
 #include <array>

@@ -6,16 +6,6 @@
 namespace cie::test {
 namespace {
 
-constexpr const char* kTwoTimers = R"(
-  0 rcl_node_init node_handle=0x10 node_name=n namespace=/
-  1 rcl_timer_init timer_handle=0x20 period=1
-  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
-  1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
-  2 rcl_timer_init timer_handle=0x21 period=2
-  2 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
-  2 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
-)";
-
 TEST(Ros2Instances, NestedCallbacksPairByThreadAndAddress) {
   // The service of a component container runs other callbacks while it loads a component.
   const auto result = analyze_ros2(std::string(kTwoTimers) + R"(

@@ -14,6 +14,17 @@ namespace cie::test {
 // CLOCK_REALTIME of these recordings is their time plus this.
 inline constexpr std::int64_t kRealtimeOffset = 1'000'000;
 
+// A node "/n" with timers of period 1 (callback 0x30) and 2 (0x31).
+inline constexpr const char* kTwoTimers = R"(
+  0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+  1 rcl_timer_init timer_handle=0x20 period=1
+  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+  2 rcl_timer_init timer_handle=0x21 period=2
+  2 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+  2 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
+)";
+
 struct InstanceRow {
   std::string logical_id;
   std::int64_t start = 0;

@@ -12,15 +12,6 @@ namespace {
 using analysis::Verdict;
 using testing::HasSubstr;
 
-constexpr const char* kTwoTimers = R"(
-  0 rcl_node_init node_handle=0x10 node_name=n namespace=/
-  1 rcl_timer_init timer_handle=0x20 period=1
-  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
-  1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
-  2 rcl_timer_init timer_handle=0x21 period=2
-  2 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
-  2 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
-)";
 constexpr const char* kIsolated = R"(
   10 callback_start tid=1 callback=0x30
   11 callback_end tid=1 callback=0x30

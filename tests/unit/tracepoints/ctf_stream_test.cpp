@@ -7,6 +7,7 @@
 #include "kernel_events.hpp"
 #include "kernel_pages.hpp"
 #include "stream_check.hpp"
+#include "support/temporary_directory.hpp"
 
 #include <cstdio>
 #include <filesystem>
@@ -17,7 +18,6 @@
 
 #include <ctf/native_reader.hpp>
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 namespace cie::record {
 namespace {
@@ -30,12 +30,9 @@ const TraceClock kClock{.uuid = "5a17c0de-0b07-4b1d-9abc-0123456789ab",
 class KernelTrace : public ::testing::Test {
  protected:
   KernelTrace() {
-    std::string name = "/tmp/cie-kernel-trace-XXXXXX";
-    root_ = mkdtemp(name.data());
     std::ofstream(root_ / "metadata") << kernel_metadata(uuid_, kClock);
     encoder_.learn(kernel_event_classes().front(), test::switch_format());
   }
-  ~KernelTrace() override { fs::remove_all(root_); }
 
   CtfStream stream(std::uint32_t cpu, std::uint64_t begin) const {
     return CtfStream(root_ / ("sched_" + std::to_string(cpu)), uuid_, cpu, begin);
@@ -98,7 +95,8 @@ class KernelTrace : public ::testing::Test {
     return text;
   }
 
-  fs::path root_;
+  const test::TemporaryDirectory directory_;
+  const fs::path root_ = directory_.path();
   TraceUuid uuid_ = random_uuid();
   KernelEventEncoder encoder_;
 };

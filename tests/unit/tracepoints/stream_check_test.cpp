@@ -1,13 +1,14 @@
 // What the recorder says of damaged stream files: packets written byte by byte here.
 #include "stream_check.hpp"
 
+#include "support/temporary_directory.hpp"
+
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 namespace cie::record {
 namespace {
@@ -41,14 +42,11 @@ std::string packet(std::uint64_t number, std::uint64_t discarded) {
 class StreamCheck : public ::testing::Test {
  protected:
   StreamCheck() {
-    std::string name = "/tmp/cie-stream-XXXXXX";
-    root_ = mkdtemp(name.data());
     fs::create_directories(root_ / "trace/index");
     write("trace/metadata", "x");
     write("trace/index/c_0.idx", "not a stream");
     write("manifest.json", "not a stream");
   }
-  ~StreamCheck() override { fs::remove_all(root_); }
 
   void write(const std::string& name, const std::string& bytes) const {
     std::ofstream(root_ / name, std::ios::binary) << bytes;
@@ -61,7 +59,8 @@ class StreamCheck : public ::testing::Test {
     return summaries.front();
   }
 
-  fs::path root_;
+  const test::TemporaryDirectory directory_;
+  const fs::path root_ = directory_.path();
 };
 
 TEST_F(StreamCheck, CountsPacketsAndWhatTheTracerDiscarded) {

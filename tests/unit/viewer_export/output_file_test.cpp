@@ -1,5 +1,7 @@
 #include <cie/viewer_export/output_file.hpp>
 
+#include "support/temporary_directory.hpp"
+
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -17,12 +19,6 @@ namespace fs = std::filesystem;
 
 class OutputFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "cie-output.XXXXXX").string();
-    directory_ = ::mkdtemp(name.data());
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   static std::string content(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
@@ -33,7 +29,8 @@ class OutputFileTest : public testing::Test {
         std::distance(fs::directory_iterator(directory_), fs::directory_iterator()));
   }
 
-  fs::path directory_;
+  const test::TemporaryDirectory temporary_;
+  const fs::path directory_ = temporary_.path();
 };
 
 TEST_F(OutputFileTest, AppearsAtCommitAndNotBefore) {

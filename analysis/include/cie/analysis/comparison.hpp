@@ -82,11 +82,12 @@ class SampleCollector final : public Observer {
 
  private:
   struct Measured {
+    std::string logical_id;
     Statistics response_time;
     Statistics start_latency;
     Statistics duration;
   };
-  std::map<std::string, Measured, std::less<>> measured_;
+  std::vector<Measured> measured_;  // by Instance::callback
 };
 
 struct QuantityChange {

@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""What the component container says to components and files that it cannot use."""
+
+import os
+import unittest
+from pathlib import Path
+
+import harness
+from harness import (ENDED_WELL, FAILED, UNUSABLE, app_file, component, run_and_end,
+                     run_to_its_end, Running, wait_for)
+
+
+class BadComponents(unittest.TestCase):
+    """One does not take the others down, and each is told by name."""
+
+    def assert_told(self, bad, *parts):
+        file = app_file(component("first"), bad, component("last"))
+        code, _, said = run_and_end(file)
+        self.assertEqual(code, ENDED_WELL, said)
+        self.assertIn('loaded "/first"', said)
+        self.assertIn('loaded "/last"', said)
+        self.assertIn("2 components under the executor \"isolated\", 1 could not be loaded", said)
+        line = next(line for line in said.splitlines() if "is not loaded" in line)
+        for part in (f'{file}:7: component "/bad"', *parts):
+            self.assertIn(part, line)
+
+    def test_missing_library(self):
+        self.assert_told(component("bad", library="libabsent.so"), "libabsent.so",
+                         "No such file or directory")
+
+    def test_no_entry_point(self):
+        self.assert_told(component("bad", library="libno_entry.so"), "cie_component_library()")
+
+    def test_other_interface_version(self):
+        self.assert_told(component("bad", library="libold_abi.so"), "version 2", "rebuild it")
+
+    def test_unknown_class(self):
+        self.assert_told(component("bad", of="Absent"), 'no class "odd::Absent"', "odd::Good")
+
+    def test_throwing_constructor(self):
+        self.assert_told(component("bad", of="ThrowsInConstructor"), "no lidar is connected")
+
+    def test_unknown_parameter(self):
+        self.assert_told(component("bad", more="parameters: {raet: 1}"), "no parameter raet")
+
+    def test_other_name(self):
+        self.assert_told(component("bad", of="NamesItselfOtherwise"), '"/somebody_else"')
+
+    def test_none_is_left(self):
+        code, said = run_to_its_end(app_file(component("bad", of="ThrowsInConstructor")))
+        self.assertEqual(code, FAILED, said)
+        self.assertIn("none of the components could be loaded", said)
+
+    def test_throwing_callback(self):
+        file = app_file(component("first"), component("bad", of="ThrowsInCallback"))
+        code, _, said = run_and_end(file)
+        self.assertEqual(code, FAILED, said)
+        self.assertEqual(said.count("threw: odd"), 1, said)
+        self.assertIn('callback "/bad@Timer(10000000)"', said)
+        self.assertRegex(said, r"ended by an exception \d+ time")
+
+
+class BadFiles(unittest.TestCase):
+
+    def assert_unusable(self, file, *parts, arguments=()):
+        code, said = run_to_its_end(file, *arguments)
+        self.assertEqual(code, UNUSABLE, said)
+        for part in parts:
+            self.assertIn(part, said)
+
+    def test_unknown_key(self):
+        file = app_file(component("a"), head="executer: single\n")
+        self.assert_unusable(file, f'{file}:3: unknown key "executer"')
+
+    def test_missing_file(self):
+        self.assert_unusable(harness.scratch / "absent.yaml", "absent.yaml: cannot read it")
+
+    def test_missing_spec(self):
+        self.assert_unusable(app_file(component("a"), head="spec: absent.yaml\n"),
+                             f"{harness.scratch}/absent.yaml: cannot read it")
+
+    def test_bad_spec(self):
+        spec = harness.scratch / "bad_spec.yaml"
+        spec.write_text("callback_groups:\n  - id: /a@Timer(50000000)\n    policy: SCHED_NOPE\n")
+        self.assert_unusable(app_file(component("a"), head="spec: bad_spec.yaml\n"),
+                             f'{spec}:3: entry "/a@Timer(50000000)": unknown policy')
+
+    def test_spec_of_another_machine(self):
+        spec = harness.scratch / "abacus.yaml"
+        spec.write_text("callback_groups: []\nhardware_info: {model_name: abacus}\n")
+        said = f'{spec}:2: entry "hardware_info": "model_name" should be "abacus"'
+        self.assert_unusable(app_file(component("a"), head="spec: abacus.yaml\n"), said)
+        code, _, told = run_and_end(app_file(component("a"),
+                                             head="spec: abacus.yaml\non_error: warn\n"))
+        self.assertEqual(code, ENDED_WELL)
+        self.assertIn("warning: " + said, told)
+
+    @unittest.skipIf(os.nice(0) > 3, "not possible here: runs at a nice value that an ordinary user cannot lower")
+    def test_spec_of_the_domain(self):
+        spec = harness.scratch / "domains.yaml"
+        spec.write_text("callback_groups:\n"
+                        "  - {id: /a@Timer(50000000), domain_id: 3, policy: SCHED_OTHER, nice: 3}\n"
+                        "  - {id: /a@Timer(50000000), domain_id: 4, policy: SCHED_OTHER, nice: 4}\n"
+                        "dds_threads: [{name: dq.*, policy: SCHED_OTHER, nice: 7}]\n")
+        file = app_file(component("a"), head="spec: domains.yaml\ndomain: 4\n")
+        with Running(file) as running:
+            def nice_of(name):
+                for task in Path(f"/proc/{running.process.pid}/task").iterdir():
+                    if (task / "comm").read_text().strip() == name:
+                        # The 19th field; the second may hold spaces, but ends with the last ")".
+                        return int((task / "stat").read_text().rsplit(")", 1)[1].split()[16])
+                return None
+            wait_for(lambda: nice_of("a:50ms") == 4)
+            self.assertEqual({name: nice_of(name) for name in ("a:50ms", "dq.user", "dq.builtins",
+                                                               "gc")},
+                             {"a:50ms": 4, "dq.user": 7, "dq.builtins": 7, "gc": os.nice(0)})
+
+    def test_unknown_executor(self):
+        self.assert_unusable(app_file(component("a")), "--executor",
+                             arguments=["--executor", "magic"])
+
+    def test_spec_that_cannot_be_applied(self):
+        spec = harness.scratch / "too_many_cpus.yaml"
+        spec.write_text("callback_groups:\n  - id: /a@Timer(50000000)\n    affinity: [1023]\n")
+        head = "spec: too_many_cpus.yaml\n"
+        code, said = run_to_its_end(app_file(component("a"), head=head))
+        self.assertEqual(code, FAILED, said)
+        self.assertIn(f'{spec}:2: "/a@Timer(50000000)"', said)
+        code, _, said = run_and_end(app_file(component("a"), head=head + "on_error: warn\n"))
+        self.assertEqual(code, ENDED_WELL, said)
+        self.assertIn(f'warning: {spec}:2: "/a@Timer(50000000)"', said)
+
+
+if __name__ == "__main__":
+    harness.main(__doc__)

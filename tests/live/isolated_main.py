@@ -1,0 +1,34 @@
+"""How a live test in Python runs: with a session daemon of its own, and in a folder of its own."""
+
+import os
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+
+def isolate():
+    """Nothing of LTTng is shared with others. Root's session daemon has one fixed place, so root needs
+    a mount namespace with a /run/lttng of its own; this program starts again in one."""
+    if os.geteuid() != 0 or os.environ.get("CIE_TEST_NAMESPACE") == "1":
+        return
+    os.environ["CIE_TEST_NAMESPACE"] = "1"
+    inside = "mkdir -p /run/lttng && mount -t tmpfs none /run/lttng && exec \"$@\""
+    os.execvp("unshare", ["unshare", "--mount", "--", "sh", "-c", inside, "sh", sys.executable,
+                          *sys.argv])
+
+
+def main(name, arguments, begin, records=True):
+    """Runs the tests of __main__ and exits. `begin(scratch)` is called first, with a folder that is
+    removed at the end and holds the home. `records`: the tests use a session daemon."""
+    if records:
+        isolate()
+    with tempfile.TemporaryDirectory(prefix=f"cie-{name}-") as directory:
+        scratch = Path(directory)
+        home = scratch / "home"
+        home.mkdir()
+        os.environ["LTTNG_HOME"] = os.environ["HOME"] = str(home)
+        begin(scratch)
+        program = unittest.main(module="__main__", argv=[sys.argv[0], *arguments], exit=False,
+                                verbosity=2)
+    sys.exit(not program.result.wasSuccessful())
