@@ -142,10 +142,25 @@ VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
   for (const auto& rule : rules()) {
     report.rules.push_back(judge(rule, context));
-    report.verdict = std::max(report.verdict, report.rules.back().verdict);
   }
-  if (report.verdict == Verdict::not_applicable) report.verdict = Verdict::pass;
+  report.verdict = overall_verdict(report);
   return report;
+}
+
+Verdict counted_verdict(const RuleVerdict& rule) noexcept {
+  if (rule.subjects.empty()) return rule.verdict;
+  auto verdict = Verdict::not_applicable;
+  for (const auto& subject : rule.subjects) {
+    if (!subject.is_suppressed()) verdict = std::max(verdict, subject.verdict);
+  }
+  return verdict;
+}
+
+Verdict overall_verdict(const VerdictReport& verdicts) noexcept {
+  auto verdict = Verdict::pass;
+  for (const auto& rule : verdicts.rules)
+    verdict = std::max(verdict, counted_verdict(rule));
+  return verdict;
 }
 
 std::string_view label(Verdict verdict) noexcept {

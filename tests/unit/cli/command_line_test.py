@@ -90,7 +90,7 @@ class Help(unittest.TestCase):
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
 
 
-class Usage(unittest.TestCase):
+class Usage(Folder):
     def assert_usage_error(self, arguments, message):
         result = cie(*arguments)
         self.assertEqual(result.returncode, 2, arguments)
@@ -133,6 +133,37 @@ class Usage(unittest.TestCase):
         violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
         self.assertEqual(cie("verify", violating).returncode, 1)
         self.assertEqual(cie("verify", violating, "--only", "T1").returncode, 0)
+
+    def suppressions(self, *fields):
+        lines = "".join(f"  - {{rule: {rule}, subject: \"{subject}\", reason: known, expires: {expires}}}\n"
+                        for rule, subject, expires in fields)
+        return self.write("accepted.yaml", ("suppressions:\n" + lines).encode())
+
+    def test_what_is_suppressed_has_no_say_until_it_expires(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        rules = [r["id"] for r in json.loads(cie("verify", violating, "-f", "json").stdout)["rules"]
+                 if r["verdict"] in ("FAIL", "INCONCLUSIVE")]
+        file = self.suppressions(*((rule, "*", "2026-06-15") for rule in rules))
+        for date, code in (("2026-06-15", 0), ("2026-06-16", 1)):
+            for form in ("text", "json", "junit", "sarif", "tap"):
+                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form)
+                self.assertEqual((result.returncode, result.stderr), (code, b""))
+                self.assertIn(b"known", result.stdout)
+        self.assertEqual(cie("verify", violating, "--suppressions", self.suppressions(("R9", "*", "never"))).returncode, 2)
+        forever = self.suppressions(*((rule, "*", "never") for rule in rules))
+        self.assertEqual(cie("verify", violating, "--suppressions", forever).returncode, 0)
+
+    def test_a_bad_suppressions_file_is_named_with_its_line(self):
+        file = self.suppressions(("R2", "*", "tomorrow"))
+        result = cie("verify", TRACE, "--suppressions", file)
+        self.assertEqual((result.returncode, result.stdout), (2, b""))
+        self.assertEqual(result.stderr.decode(),
+                         f'cie: {file}:2: entry "R2 *": "expires" is "tomorrow"; write its last day as in '
+                         "2026-12-31, or never\n")
+        self.assert_usage_error(("verify", TRACE, "--now", "2026-01-01"),
+                                "--now is the day that suppressions expire by: add --suppressions FILE")
+        self.assert_usage_error(("verify", TRACE, "--suppressions", file, "--now", "today"),
+                                '--now takes a date such as 2026-12-31, and not "today"')
 
     def test_not_available_yet(self):
         for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl")):

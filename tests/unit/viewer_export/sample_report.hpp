@@ -172,4 +172,25 @@ inline analysis::VerdictReport sample_verdicts() {
            .subjects = {}}}};
 }
 
+// The same, with the FAIL of thread 4008 suppressed, and an entry that names nothing.
+inline analysis::VerdictReport suppressed_verdicts(bool is_expired) {
+  auto verdicts = sample_verdicts();
+  const analysis::Suppression entry{.rule = "M2",
+                                    .subject = "thread *",
+                                    .reason = "known <since> May",
+                                    .expires = "2026-12-31",
+                                    .place = "ok.yaml:2",
+                                    .is_expired = is_expired};
+  auto other = entry;
+  other.rule = "M5";
+  other.place = "ok.yaml:6";
+  other.expires = "never";
+  other.is_expired = false;
+  verdicts.rules[2].subjects[1].suppression = entry;
+  verdicts.suppressions = {.date = is_expired ? "2027-01-01" : "2026-12-31",
+                           .uses = {{.suppression = entry, .matched = 1}, {.suppression = other}}};
+  verdicts.verdict = analysis::overall_verdict(verdicts);
+  return verdicts;
+}
+
 }  // namespace cie::test

@@ -42,6 +42,25 @@ TEST(VerifyJson, IsTheContractsObject) {
   EXPECT_EQ(json_of(test::sample_verdicts()).dump(1), expected.dump(1));
 }
 
+TEST(VerifyJson, NamesSuppressionsOfASubjectAndOfTheFile) {
+  const auto json = json_of(test::suppressed_verdicts(false));
+  EXPECT_EQ(json["verdict"], "INCONCLUSIVE");
+  EXPECT_EQ(json["rules"][2]["verdict"], "FAIL");
+  const auto subject = json["rules"][2]["subjects"][1];
+  EXPECT_EQ(subject["verdict"], "FAIL");
+  EXPECT_EQ(
+      subject["suppression"].dump(),
+      R"({"state":"active","reason":"known <since> May","expires":"2026-12-31","place":"ok.yaml:2"})");
+  EXPECT_FALSE(json["rules"][2]["subjects"][0].contains("suppression"));
+  EXPECT_EQ(json["suppressions"]["date"], "2026-12-31");
+  EXPECT_EQ(json["suppressions"]["entries"][1].dump(),
+            R"({"rule":"M5","subject":"thread *","reason":"known <since> May","expires":"never",)"
+            R"("place":"ok.yaml:6","state":"active","matched":0})");
+  EXPECT_EQ(
+      json_of(test::suppressed_verdicts(true))["rules"][2]["subjects"][1]["suppression"]["state"],
+      "expired");
+}
+
 TEST(VerifyJson, AnOverallVerdictIsNeverNotApplicable) {
   EXPECT_EQ(json_of({}).at("verdict"), "PASS");
 }

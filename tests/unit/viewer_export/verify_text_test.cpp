@@ -79,6 +79,31 @@ TEST(VerifyText, NamesWhatTaintsTheTrace) {
               HasSubstr("tainted by discarded-events x 12: use larger buffers\n"));
 }
 
+TEST(VerifyText, ShowsASuppressedVerdictApartAndNamesUselessEntries) {
+  const auto text = text_of(test::suppressed_verdicts(false), test::sample_report());
+  EXPECT_THAT(text, StartsWith("Verdict: INCONCLUSIVE\n"
+                               "  undecided       T4\n"
+                               "  suppressed      M2\n"
+                               "  passed          T1\n"));
+  EXPECT_THAT(text,
+              HasSubstr("SUPPRESSED FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
+                        "    suppressed until 2026-12-31 (ok.yaml:2): known <since> May\n"
+                        "    at 983005016596 ns"));
+  EXPECT_LT(text.find("INCONCLUSIVE  T4"), text.find("SUPPRESSED FAIL"))
+      << "what counts comes first";
+  EXPECT_THAT(text, HasSubstr("suppression ok.yaml:6 (M5 thread *) is unused: nothing it names is "
+                              "violated or undecided\n"));
+}
+
+TEST(VerifyText, SaysThatASuppressionHasExpired) {
+  const auto text = text_of(test::suppressed_verdicts(true), test::sample_report());
+  EXPECT_THAT(text, StartsWith("Verdict: FAIL\n  violated        M2\n"));
+  EXPECT_THAT(text, HasSubstr("FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
+                              "    suppression expired after 2026-12-31 (ok.yaml:2): known"));
+  EXPECT_THAT(text, HasSubstr("suppression ok.yaml:2 (M2 thread *) expired after 2026-12-31: its "
+                              "verdict counts again\n"));
+}
+
 TEST(VerifyText, OfAPassIsShort) {
   analysis::VerdictReport verdicts{.verdict = analysis::Verdict::pass,
                                    .rules = {{.id = "M2",
