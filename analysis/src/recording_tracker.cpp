@@ -79,9 +79,18 @@ void RecordingTracker::update(Channel& channel) {
     }
   }
   if (!has_all_begun) channel.window.begin.reset();
+  if (!asked_) return;
+  auto& window = channel.window;
+  if (window.begin) window.begin = std::max(*window.begin, asked_->from);
+  if (window.end || asked_->to != TimeWindow{}.to) {
+    window.end = std::min(window.end.value_or(asked_->to), asked_->to);
+  }
 }
 
 void RecordingTracker::add_loss(Loss loss) {
+  const bool is_damage =
+      loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
+  if (asked_ && !is_damage && (loss.end < asked_->from || loss.begin > asked_->to)) return;
   if (model_.losses.size() >= kMaxLosses) {
     ++model_.losses_dropped;
     return;

@@ -4,6 +4,7 @@
 #include "exit_code.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
+#include "window_option.hpp"
 
 namespace cie::cli {
 namespace {
@@ -17,6 +18,7 @@ constexpr const char* kFooter =
     "  cie report recordings/latest                       a table for reading\n"
     "  cie report run1 --spec app.yaml                    with the chains that the spec names\n"
     "  cie report run1 --format json -o run1.json         everything, for programs\n"
+    "  cie report run1 --window +2s..-1s                  without its first and last seconds\n"
     "  cie report robot desk                              two recordings of one run, merged by "
     "time\n"
     "\n"
@@ -34,6 +36,7 @@ int report_command(const Arguments& arguments) {
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) that names the chains");
   line.option("-f,--format", "FORMAT", format, "text (default), json or csv");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -43,9 +46,12 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto result = analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr,
-                                                     .reader = reader.value(),
-                                                     .metadata_from = reader.metadata()});
+  analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
+                                    .reader = reader.value(),
+                                    .metadata_from = reader.metadata()};
+  window.resolve(traces, options);
+  const auto result = analyze_with_progress(traces, options);
+  window.check(result.report);
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output));

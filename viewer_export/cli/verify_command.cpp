@@ -7,6 +7,7 @@
 #include "output.hpp"
 #include "rule_choice.hpp"
 #include "rule_pages.hpp"
+#include "window_option.hpp"
 
 #include <chrono>
 #include <optional>
@@ -31,6 +32,7 @@ constexpr const char* kFooter =
     "  cie verify run1 --format json -o verdict.json      for programs\n"
     "  cie verify run1 --format junit -o verdict.xml      for continuous integration\n"
     "  cie verify run1 --only M2,M3                       one-to-one mapping alone\n"
+    "  cie verify run1 --window +2s..                     without the first two seconds\n"
     "  cie verify run1 --suppressions accepted.yaml       known violations do not count\n"
     "  cie verify --explain M2                            what rule M2 means\n"
     "\n"
@@ -119,6 +121,7 @@ int verify_command(const Arguments& arguments) {
   line.option("--explain", "ID", explained, "Print the page of a rule, for instance M2");
   line.flag("--list-rules", is_listing, "Print all rules");
   SuppressionOption suppressions(line);
+  const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -141,7 +144,9 @@ int verify_command(const Arguments& arguments) {
   auto output = open_output(target);
   options.reader = reader.value();
   options.metadata_from = reader.metadata();
+  window.resolve(traces, options);
   auto result = analyze_with_progress(traces, options);
+  window.check(result.report);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);
   if (format == "text") {

@@ -77,6 +77,9 @@ void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdict
   Json document{{"schema", "cie.verify/1"},
                 {"verdict", overall_label(verdicts.verdict)},
                 {"rules", std::move(rules)}};
+  if (const auto& window = verdicts.window) {
+    document["window"] = {{"begin_ns", window->from.ns}, {"end_ns", window->to.ns}};
+  }
   if (verdicts.suppressions) document["suppressions"] = json_of(*verdicts.suppressions);
   write_json(out, document);
 }

@@ -34,6 +34,11 @@ struct Counts {
   }
 };
 
+std::string window_of(const analysis::VerdictReport& verdicts) {
+  if (!verdicts.window) return {};
+  return fmt::format(" of the window {}..{} ns", verdicts.window->from.ns, verdicts.window->to.ns);
+}
+
 Counts counts_of(const analysis::RuleVerdict& rule) {
   Counts counts;
   for_each_case(rule, [&counts](const auto& subject) { counts.add(subject); });
@@ -88,7 +93,8 @@ void write_verify_junit(std::ostream& out, const analysis::VerdictReport& verdic
     all.skipped += counts.skipped;
   }
   out << "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      << fmt::format("<testsuites name=\"cie verify\" {}>\n", all.attributes());
+      << fmt::format("<testsuites name=\"cie verify{}\" {}>\n", window_of(verdicts),
+                     all.attributes());
   for (const auto& rule : verdicts.rules) {
     out << fmt::format("  <testsuite name=\"{} {}\" {}>\n", rule.id, xml_escaped(rule.name),
                        counts_of(rule).attributes());

@@ -133,6 +133,9 @@ void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdic
   Json run{{"tool", {{"driver", std::move(driver)}}},
            {"columnKind", "utf16CodeUnits"},
            {"results", std::move(results)}};
+  if (const auto& window = verdicts.window) {
+    run["properties"] = {{"window", {{"begin_ns", window->from.ns}, {"end_ns", window->to.ns}}}};
+  }
   write_json(out, {{"$schema",
                     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/"
                     "sarif-schema-2.1.0.json"},

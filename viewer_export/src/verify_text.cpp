@@ -158,6 +158,10 @@ std::string summary(const analysis::VerdictReport& verdicts, const analysis::Rep
                           printable(defect.advice));
     }
   }
+  if (const auto& window = verdicts.window) {
+    text += fmt::format("judged is the window {}..{} ns ({}) alone\n", window->from.ns,
+                        window->to.ns, format_duration((window->to - window->from).ns));
+  }
   if (verdicts.suppressions) text += useless_suppressions(*verdicts.suppressions);
   text +=
       context.spec_name.empty()

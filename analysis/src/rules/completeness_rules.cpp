@@ -57,10 +57,13 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
       judgement.doubt(evidence("run_begin", process.first_seen.value_or(EventRef{}),
                                "no run_begin of this process"));
     }
+    const auto last = process.last_seen.value_or(EventRef{});
+    const auto& window = context.options.window;
+    const bool outlives_window = window && last.time > window->to;
     if (!process.run_end) {
-      auto note = evidence("run_end", process.last_seen.value_or(EventRef{}),
+      auto note = evidence("run_end", last,
                            "interrupted: no run_end; this is the last event of the process");
-      if (context.options.allow_crash) {
+      if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {
         judgement.doubt(std::move(note));
@@ -77,7 +80,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback) {
   const bool is_attached =
       model.processes[at(callback.process)].first_moment == RunMoment::announce;
-  std::uint64_t count = callback.starts.count;
+  std::uint64_t count = callback.starts.count + callback.starts_outside;
   if (callback.fini) count = std::max(count, callback.fini->started);
   if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
   return count;

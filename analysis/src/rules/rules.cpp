@@ -72,12 +72,16 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
   }
   const auto& callbacks = model.callbacks;
   const auto has_run = std::ranges::find_if(callbacks, [](const CallbackFacts& callback) {
-    return callback.ends != 0 || (callback.fini && callback.fini->started != 0);
+    return callback.ends != 0 || callback.starts_outside != 0 ||
+           (callback.fini && callback.fini->started != 0);
   });
   if (has_run == callbacks.end()) return std::nullopt;
   Judgement judgement("trace");
+  const bool has_outside = std::ranges::any_of(
+      callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
   judgement.doubt(evidence("callback_start", moment(model.begin.value_or(Timestamp{})),
-                           "callbacks ran, but no callback_start was recorded"));
+                           has_outside ? "no callback started in the window"
+                                       : "callbacks ran, but no callback_start was recorded"));
   return std::move(judgement).finish();
 }
 

@@ -84,9 +84,12 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto missing = [&](std::string_view what, std::string note) {
     judgement.doubt(evidence(std::string(what), begin_of(context.model), std::move(note)));
   };
+  const bool is_cut = context.options.window.has_value();
   for (const auto& requirement : kRequired) {
     if (events.by_name.contains(requirement.event)) {
       judgement.check();
+    } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
+      missing(requirement.event, "none in the window; widen --window, or leave it out");
     } else {
       missing(requirement.event, "absent; " + std::string(requirement.remedy));
     }

@@ -165,6 +165,31 @@ class Usage(Folder):
         self.assert_usage_error(("verify", TRACE, "--suppressions", file, "--now", "today"),
                                 '--now takes a date such as 2026-12-31, and not "today"')
 
+    def test_a_window_is_judged_alone(self):
+        begin, end = (json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"][key] for key in ("begin_ns", "end_ns"))
+        middle = begin + 50_000_000
+        for text, window in ((f"{middle}..{middle + 7}", (middle, middle + 7)), ("+50ms..", (middle, end)),
+                             ("..-0.01s", (begin, end - 10_000_000)), ("+50ms..-10ms", (middle, end - 10_000_000)),
+                             (f"..{middle}", (begin, middle)), ("..", (begin, end)), ("-9s..+9s", (begin, end))):
+            for reader in ("native", "babeltrace2"):
+                arguments = (TRACE, f"--window={text}", "-f", "json", "--reader", reader)
+                result = cie("verify", *arguments)
+                self.assertEqual(json.loads(result.stdout)["window"], {"begin_ns": window[0], "end_ns": window[1]}, text)
+                self.assertEqual(result.returncode, 3 if text.startswith(str(middle)) else 0, text)
+                trace = json.loads(cie("report", *arguments).stdout)["trace"]
+                self.assertEqual((trace["begin_ns"], trace["end_ns"]), window)
+        for form in ("text", "junit", "sarif", "tap"):
+            self.assertIn(str(middle).encode(), cie("verify", TRACE, "--window", f"{middle}..", "-f", form).stdout)
+
+    def test_a_bad_window(self):
+        for text, message in (("5", '--window does not understand "5"; write FROM..TO, each of them nanoseconds as outputs '
+                                    "show them, +1.5s from the begin, -200ms from the end, or nothing"),
+                              ("2..1", "--window 2..1 is empty: it begins at 2 ns and ends at 1 ns"),
+                              ("1..2", "--window 1..2 lies outside the recording"),
+                              ("+1h..", '--window does not understand "+1h"; write FROM..TO, each of them nanoseconds as '
+                                        "outputs show them, +1.5s from the begin, -200ms from the end, or nothing")):
+            self.assert_usage_error(("verify", TRACE, "--window", text), message)
+
     def test_not_available_yet(self):
         for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl")):
             self.assert_usage_error((command, TRACE, "--format", planned),

@@ -69,6 +69,7 @@ struct VerdictReport {
   Verdict verdict = Verdict::not_applicable;        // overall, of what is not suppressed
   std::vector<RuleVerdict> rules;                   // every rule, in the order of the contract
   std::optional<SuppressionReport> suppressions{};  // empty: none were asked for
+  std::optional<TimeWindow> window{};  // what of the recording was judged; empty: all of it
 };
 
 // The worst verdict of a rule's subjects that are not suppressed. Its own verdict, which is that of
