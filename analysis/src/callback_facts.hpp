@@ -172,6 +172,14 @@ struct PublisherFacts {
   std::optional<std::int64_t> first_source_timestamp{};
 };
 
+// Messages that instances of one callback took from another, or from outside any callback seen.
+struct MessageEdgeFacts {
+  std::optional<CallbackIndex> from{};
+  CallbackIndex to{};
+  std::uint64_t messages = 0;
+  Statistics communication{};  // exact releases only
+};
+
 // Chain instance as a witness.
 struct ChainExtreme {
   Duration value{};

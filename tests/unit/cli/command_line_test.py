@@ -11,12 +11,13 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
 SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
-COMMANDS = ("report", "instances", "verify", "export", "spec", "diff")
+COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff")
 
 
 def cie(*arguments, **options):
@@ -190,12 +191,39 @@ class Usage(Folder):
                                         "outputs show them, +1.5s from the begin, -200ms from the end, or nothing")):
             self.assert_usage_error(("verify", TRACE, "--window", text), message)
 
+    def test_schedulability(self):
+        result = cie("analyze", "schedulability", TRACE, "-f", "json")
+        self.assertIn(result.returncode, (0, 1), result.stderr)
+        document = json.loads(result.stdout)
+        self.assertEqual(document["schema"], "cie.schedulability/1")
+        self.assertEqual(result.returncode == 1, document["finding"])
+        ids = [c["logical_id"] for c in json.loads(cie("report", TRACE, "-f", "json").stdout)["callbacks"]]
+        self.assertEqual([c["logical_id"] for c in document["callbacks"]], ids)
+        self.assert_usage_error(("analyze",), "say what to analyze: cie analyze schedulability TRACE")
+        self.assert_usage_error(("analyze", "schedulabilty", TRACE),
+                                'cie analyze does not know "schedulabilty"; did you mean "schedulability"? '
+                                "available: schedulability")
+
+    def test_a_graph_is_drawn_where_graphviz_is(self):
+        dot = cie("export", TRACE, "--to", "dot")
+        self.assertEqual(dot.returncode, 0)
+        self.assertIn(b"/a/plan@Timer(20000000)", dot.stdout)
+        nowhere = cie("export", TRACE, "--to", "svg", env={**os.environ, "PATH": self.folder})
+        self.assertEqual((nowhere.returncode, nowhere.stdout), (4, b""))
+        self.assertIn(b"install graphviz, or use --to dot", nowhere.stderr)
+        if shutil.which("dot") is None:
+            self.skipTest("graphviz is not installed")
+        svg = cie("export", TRACE, "--to", "svg")
+        self.assertEqual(svg.returncode, 0, svg.stderr)
+        texts = [e.text for e in xml.etree.ElementTree.fromstring(svg.stdout).iter("{http://www.w3.org/2000/svg}text")]
+        self.assertIn("/a/plan@Timer(20000000)", texts)
+
     def test_not_available_yet(self):
         for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl")):
             self.assert_usage_error((command, TRACE, "--format", planned),
                                     f"--format {planned} is not available in this version; available: {available}")
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
-                                "--to chrome is not available in this version; available: perfetto")
+                                "--to chrome is not available in this version; available: perfetto, dot, svg")
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
 
     def test_unknown_choices(self):
