@@ -7,7 +7,11 @@
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 
+#include <string>
+#include <system_error>
 #include <thread>
+#include <utility>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -17,6 +21,28 @@ void read_natively(std::span<const std::filesystem::path> traces, const ctf::Eve
   const bool has_two_cores = std::thread::hardware_concurrency() > 1;
   const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
   read(traces, sink, options.metadata_from);
+}
+
+// Evidence names files below the trace, as the user named it where there are several: what is said
+// of a recording does not depend on where it lies.
+void shorten_files(std::span<const std::filesystem::path> traces, VerdictReport& verdicts) {
+  std::vector<std::pair<std::string, std::string>> prefixes;  // and what stands for them
+  for (const auto& trace : traces) {
+    std::error_code error;
+    auto whole = std::filesystem::canonical(trace, error).string() + '/';
+    if (!error) prefixes.emplace_back(whole, traces.size() > 1 ? trace.string() + '/' : "");
+  }
+  const auto shorten = [&prefixes](std::string& file) {
+    for (const auto& [whole, name] : prefixes) {
+      if (file.starts_with(whole)) file.replace(0, whole.size(), name);
+    }
+  };
+  for (auto& rule : verdicts.rules) {
+    for (auto& subject : rule.subjects) {
+      for (auto& evidence : subject.evidence)
+        shorten(evidence.file);
+    }
+  }
 }
 
 }  // namespace
@@ -35,6 +61,7 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
   auto result = analyzer.finish();
   for (const auto& trace : traces)
     result.report.trace.paths.push_back(trace.string());
+  shorten_files(traces, result.verdicts);
   return result;
 }
 

@@ -5,6 +5,7 @@
 namespace cie::analysis {
 namespace {
 constexpr std::size_t kMaxLosses = 100'000;
+constexpr std::size_t kMaxPackets = 1'000'000;
 const Window kNoWindow{};
 }  // namespace
 
@@ -51,6 +52,7 @@ void RecordingTracker::apply(const EventHead& head, const PacketBegin& /*event*/
   auto* facts = stream(head.stream);
   if (facts == nullptr) return;
   ++facts->packets;
+  if (facts->packet_begins.size() < kMaxPackets) facts->packet_begins.push_back(head.time);
   if (facts->begin) return;
   facts->begin = head.time;
   update(channels_[facts->channel]);

@@ -17,7 +17,9 @@ Json json_of(const analysis::Evidence& evidence) {
           {"cpu", optional_json(evidence.cpu)},
           {"pid", optional_json(evidence.pid)},
           {"tid", optional_json(evidence.tid)},
-          {"note", evidence.note}};
+          {"note", evidence.note},
+          {"stream", evidence.file.empty() ? Json(nullptr) : Json(evidence.file)},
+          {"packet", optional_json(evidence.packet)}};
 }
 
 std::string_view state_of(const analysis::Suppression& suppression) {

@@ -1,3 +1,4 @@
+#include <cie/analysis/rule_pages.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 #include <cie/viewer_export/version.hpp>
 
@@ -76,6 +77,28 @@ std::string babeltrace2_command(const std::vector<Evidence>& evidence,
     command += " " + printable(shell_quoted(path));
   }
   return command;
+}
+
+// What the rule demands and why, and how to mend the system; or, if undecided, what decides it: for
+// who knows nothing of it.
+std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const TextStyle& style) {
+  const auto pages = analysis::rule_pages();
+  const auto found = std::ranges::find(pages, rule.id, &analysis::RulePage::id);
+  if (found == pages.end()) return {};
+  const auto is_wanted = [verdict](std::string_view line) {
+    return line.starts_with("Inconclusive when") == (verdict == Verdict::inconclusive);
+  };
+  std::string text;
+  std::string_view page = found->page;
+  for (bool is_first = true; !page.empty(); is_first = false) {
+    const auto line = page.substr(0, page.find('\n'));
+    page.remove_prefix(std::min(line.size() + 1, page.size()));
+    if (!is_first && !is_wanted(line)) continue;
+    const auto paragraph = is_first ? "The rule: " + std::string(line) : std::string(line);
+    for (const auto& part : wrap(paragraph, style.columns - 4))
+      text += "    " + part + "\n";
+  }
+  return text;
 }
 
 std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
@@ -179,9 +202,13 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
   out << headline(verdicts, style) << '\n';
   const auto write = [&](Verdict verdict, bool is_suppressed) {
     for (const auto& rule : verdicts.rules) {
+      bool is_told = is_suppressed;
       for (const auto& subject : rule.subjects) {
         if (subject.verdict != verdict || subject.is_suppressed() != is_suppressed) continue;
-        out << finding(rule, subject, report, context, style) << '\n';
+        out << finding(rule, subject, report, context, style);
+        if (!is_told) out << about(rule, verdict, style);
+        is_told = true;
+        out << '\n';
       }
     }
   };

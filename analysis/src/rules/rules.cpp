@@ -85,6 +85,20 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
   return std::move(judgement).finish();
 }
 
+// Names the file and the packet of each event.
+void locate(const Model& model, std::vector<Evidence>& evidence) {
+  for (auto& item : evidence) {
+    if (!item.stream || *item.stream >= model.streams.size()) continue;
+    const auto& stream = model.streams[*item.stream];
+    item.file = stream.path;
+    const auto& begins = stream.packet_begins;
+    const auto next = std::ranges::upper_bound(begins, item.time);
+    if (next != begins.begin() && stream.packets == begins.size()) {
+      item.packet = static_cast<std::uint64_t>(next - begins.begin() - 1);
+    }
+  }
+}
+
 RuleVerdict judge(const Rule& rule, const RuleContext& context) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
@@ -92,8 +106,9 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
   std::ranges::stable_sort(verdict.subjects, comes_before);
-  for (const auto& subject : verdict.subjects) {
+  for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
+    locate(context.model, subject.evidence);
   }
   return verdict;
 }

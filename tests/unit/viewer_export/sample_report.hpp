@@ -129,7 +129,10 @@ inline analysis::VerdictReport sample_verdicts() {
                                  .cpu = 0,
                                  .pid = 4001,
                                  .tid = 4008,
-                                 .note = "started /a/plan@Timer(20000000), instance 0"};
+                                 .note = "started /a/plan@Timer(20000000), instance 0",
+                                 .stream = 1,
+                                 .file = "ust/channel0_1",
+                                 .packet = 2};
   const analysis::Evidence second{.event = "callback_start",
                                   .time = {983'005'187'272},
                                   .cpu = std::nullopt,

@@ -24,6 +24,11 @@ struct Evidence {
   std::optional<std::int64_t> pid;
   std::optional<std::int64_t> tid;
   std::string note;
+  // Where the event stands: the stream's number in the reader, its file (analyze(): below the
+  // trace), and which of its packets, from 0. Empty for what no event marks.
+  std::optional<std::uint32_t> stream{};
+  std::string file{};
+  std::optional<std::uint64_t> packet{};
 };
 
 // A violation, or something undecided, that somebody knows and accepts: see suppressions.hpp.
