@@ -188,6 +188,7 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
   report.source = facts.source;
   report.symbol = facts.symbol;
   if (facts.period_ns > 0) report.period_ns = facts.period_ns;
+  if (facts.deadline_ns > 0) report.deadline_ns = facts.deadline_ns;
   if (facts.group) report.group = to_number(*facts.group);
   for (const auto& pair : facts.ran_on) {
     const auto& thread = model.threads[at(pair.thread)];
@@ -252,6 +253,21 @@ ThreadReport report_of(const Model& model, const ThreadFacts& facts) {
   }
   report.busy_ns = facts.busy_ns;
   return report;
+}
+
+GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
+  const auto node = [&model](CallbackIndex index) {
+    const auto& callback = model.callbacks[at(index)];
+    return GraphNode{.logical_id = callback.logical_id,
+                     .pid = model.processes[at(callback.process)].pid};
+  };
+  GraphEdge edge;
+  if (facts.from) edge.from = node(*facts.from);
+  edge.to = node(facts.to);
+  edge.topic = model.callbacks[at(facts.to)].source;
+  edge.messages = facts.messages;
+  edge.communication = facts.communication.summary();
+  return edge;
 }
 
 ChainReport report_of(const Model& model, const ChainFacts& facts) {
@@ -334,6 +350,11 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
   });
   for (const auto& chain : model.chains)
     report.chains.push_back(report_of(model, chain));
+  for (const auto& edge : model.edges)
+    report.edges.push_back(report_of(model, edge));
+  std::ranges::stable_sort(report.edges, {}, [](const GraphEdge& edge) {
+    return std::tie(edge.to, edge.from, edge.topic);
+  });
   return report;
 }
 
