@@ -297,6 +297,18 @@ ChainReport report_of(const Model& model, const ChainFacts& facts) {
 
 }  // namespace
 
+std::string_view label(Severity severity) noexcept {
+  switch (severity) {
+    case Severity::info:
+      return "info";
+    case Severity::loss:
+      return "loss";
+    case Severity::error:
+      break;
+  }
+  return "error";
+}
+
 std::string_view label(ReleaseSource source) noexcept {
   switch (source) {
     case ReleaseSource::exact:

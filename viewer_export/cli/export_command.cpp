@@ -3,6 +3,7 @@
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "export_tables.hpp"
 #include "graphviz.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
@@ -21,7 +22,8 @@ constexpr const char* kDescription =
     "from\n"
     "release to start, arrows from each publish to the callbacks it caused, and what the kernel's\n"
     "scheduler did, when that was recorded. The callback graph shows who takes whose messages,\n"
-    "with latencies: in Graphviz's language, or drawn by it.";
+    "with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every\n"
+    "number of the report, for SQL and data frames: all in an SQLite database, or one by one.";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -29,6 +31,8 @@ constexpr const char* kFooter =
     "  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size\n"
     "  cie export run1 --to svg -o graph.svg                        the callback graph\n"
     "  cie export run1 --to dot -o graph.dot                        the same, for Graphviz\n"
+    "  cie export run1 --to sqlite -o run1.db                       all tables, for SQL\n"
+    "  cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)\n"
     "\n"
     "Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with "
     "trace_processor.\n"
@@ -67,10 +71,13 @@ int export_command(const Arguments& arguments) {
   std::vector<std::filesystem::path> traces;
   std::string viewer;
   std::string target = "-";
+  std::string table;
   bool is_compressed = false;
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
-  line.option("--to", "VIEWER", viewer, "perfetto, or dot or svg for the callback graph");
+  line.option("--to", "VIEWER", viewer,
+              "perfetto; dot, svg (callback graph); sqlite, csv, jsonl, parquet (tables)");
+  line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");
   const ReaderOption reader(line);
@@ -80,13 +87,22 @@ int export_command(const Arguments& arguments) {
   if (viewer.empty()) {
     throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
   }
-  check_choice("--to", viewer, {"perfetto", "dot", "svg"},
+  check_choice("--to", viewer, {"perfetto", "dot", "svg", "sqlite", "csv", "jsonl", "parquet"},
                {"chrome", "speedscope", "otlp", "mcap"});
   require_traces(traces);
   const analysis::AnalysisOptions options{.reader = reader.value(),
                                           .metadata_from = reader.metadata()};
+  const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
+  if (!table.empty() && !is_table) {
+    throw UsageError("--table is for --to csv, jsonl and parquet");
+  }
   if (viewer != "perfetto") {
     if (is_compressed) throw UsageError("--gzip is for --to perfetto");
+    if (is_table || viewer == "sqlite") {
+      if (table.empty()) table = "instances";
+      check_table(table);
+      return export_tables(traces, options, viewer, table, target);
+    }
     return export_graph(traces, options, viewer == "svg", target);
   }
 

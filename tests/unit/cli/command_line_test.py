@@ -219,11 +219,8 @@ class Usage(Folder):
         self.assertIn("/a/plan@Timer(20000000)", texts)
 
     def test_not_available_yet(self):
-        for command, planned, available in (("instances", "parquet", "csv, jsonl"),):
-            self.assert_usage_error((command, TRACE, "--format", planned),
-                                    f"--format {planned} is not available in this version; available: {available}")
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
-                                "--to chrome is not available in this version; available: perfetto, dot, svg")
+                                "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
 
     def test_unknown_choices(self):

@@ -15,6 +15,7 @@
 namespace cie::analysis {
 
 enum class Severity : std::uint8_t { info, loss, error };
+std::string_view label(Severity severity) noexcept;
 
 // Something about the trace itself that a reader of the numbers must know.
 struct TraceDefect {
