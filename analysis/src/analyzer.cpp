@@ -10,6 +10,7 @@
 #include "ros2/event_translator.hpp"
 #include "rules/rule.hpp"
 #include "thread_timeline.hpp"
+#include "window_cut.hpp"
 
 #include <array>
 #include <utility>
@@ -62,10 +63,14 @@ struct Analyzer::Pipeline {
       : options(analysis_options),
         observer(instance_observer),
         registry(model),
-        recording(model, registry),
+        recording(model, registry, analysis_options.window),
         chains(model, registry, options.spec),
         instances(model, registry, recording, timeline, chains, observer),
-        enforcement(model, registry, timeline, instances) {}
+        enforcement(model, registry, timeline, instances) {
+    if (!options.window) return;
+    cut.emplace(*options.window, model, registry, instances);
+    if (options.window->from != TimeWindow{}.from) enforcement.await_window();
+  }
 
   void count(const Event& event) {
     ++by_class[event.body.index()];
@@ -74,6 +79,37 @@ struct Analyzer::Pipeline {
       recording.count_event(event.head.stream);
     }
     now = event.head.time;
+  }
+
+  // Passes the edges of the window that was asked for; true for a hot event outside it.
+  bool is_outside(const Event& event) {
+    const auto time = event.head.time;
+    if (phase == Phase::before && !cut->is_before(time)) {
+      phase = Phase::inside;
+      enforcement.begin_window(cut->window().from);
+    }
+    if (phase == Phase::inside && cut->is_after(time)) {
+      phase = Phase::after;
+      enforcement.end_window(cut->window().to);
+    }
+    return cut->is_before(time) || cut->is_after(time);
+  }
+
+  // What a hot event outside the window still tells: who lives, who runs where, what was counted.
+  void pass_by(const Event& event, const Emitter& who) {
+    cut->pass_by(event.head, who, event.body);
+    const bool is_before = cut->is_before(event.head.time);
+    const bool is_kept = std::visit(
+        Overloaded{[](const SchedProcessExit&) { return true; },
+                   [](const ProcessName&) { return true; }, [](const ClockSync&) { return true; },
+                   [is_before](const ThreadWakeup&) { return is_before; },
+                   [](const CallbackStart&) { return false; },
+                   [](const CallbackEnd&) { return false; },
+                   [](const CallbackRelease&) { return false; },
+                   [](const SampleLost&) { return false; }, [](const Publish&) { return false; },
+                   [is_before](const auto&) { return is_before; }},  // the kernel's
+        event.body);
+    if (is_kept) hot(event, who);
   }
 
   // An event of our provider: a thread of a process spoke.
@@ -192,33 +228,45 @@ struct Analyzer::Pipeline {
 
   void state(const Event& event) {
     const auto& head = event.head;
+    if (cut && cut->leaves_out(head, event.body)) {
+      const auto* read_back = std::get_if<ThreadSched>(&event.body);
+      if (read_back == nullptr || read_back->moment != SchedMoment::audit) return;
+      const auto thread = registry.thread_by_tid(registry.host_of(head), read_back->tid);
+      if (thread) enforcement.on_later_audit(*thread, read_back_of(head, *read_back));
+      return;
+    }
     const auto host = registry.host_of(head);
     std::visit(
-        Overloaded{[&](const ThreadInit& e) {
-                     const auto thread = registry.apply(head, e);
-                     if (!thread) return;
-                     const auto& facts = model.threads[at(*thread)];
-                     const bool is_new = facts.announced && facts.announced->time == head.time;
-                     if (!is_new) return;
-                     enforcement.on_thread_began(host, *thread);
-                     if (facts.ran.empty()) instances.thread_began(host, *thread);
-                   },
-                   [&](const ThreadFini& e) {
-                     enforcement.on_thread_fini(head, host, e.tid);
-                     registry.apply(head, e);
-                   },
-                   [&](const ThreadSched& e) {
-                     const auto thread = registry.apply(head, e);
-                     if (thread) enforcement.on_read_back(*thread, e);
-                   },
-                   [&](const RunBegin& e) { registry.apply(head, e); },
-                   [&](const RunEnd& e) { registry.apply(head, e); },
-                   [&](const NodeInit& e) { registry.apply(head, e); },
-                   [&](const GroupInit& e) { registry.apply(head, e); },
-                   [&](const CallbackInit& e) { registry.apply(head, e); },
-                   [&](const CallbackFini& e) { registry.apply(head, e); },
-                   [&](const PublisherInit& e) { registry.apply(head, e); },
-                   [&](const PublisherFini& e) { registry.apply(head, e); }, [](const auto&) {}},
+        Overloaded{
+            [&](const ThreadInit& e) {
+              const auto thread = registry.apply(head, e);
+              if (!thread) return;
+              const auto& facts = model.threads[at(*thread)];
+              const bool is_new = facts.announced && facts.announced->time == head.time;
+              if (!is_new) return;
+              enforcement.on_thread_began(host, *thread);
+              if (facts.ran.empty()) instances.thread_began(host, *thread);
+            },
+            [&](const ThreadFini& e) {
+              enforcement.on_thread_fini(head, host, e.tid);
+              registry.apply(head, cut ? cut->cut(head, e) : e);
+            },
+            [&](const ThreadSched& e) {
+              const auto thread = registry.apply(head, e);
+              if (thread) enforcement.on_read_back(*thread, e);
+            },
+            [&](const RunBegin& e) { registry.apply(head, e); },
+            [&](const RunEnd& e) { registry.apply(head, cut ? cut->cut(head, e) : e); },
+            [&](const NodeInit& e) { registry.apply(head, e); },
+            [&](const GroupInit& e) { registry.apply(head, e); },
+            [&](const CallbackInit& e) { registry.apply(head, e); },
+            [&](const CallbackFini& e) {
+              const auto totals = cut ? cut->cut(head, e) : std::optional(e);
+              if (totals) registry.apply(head, *totals);
+            },
+            [&](const PublisherInit& e) { registry.apply(head, e); },
+            [&](const PublisherFini& e) { registry.apply(head, cut ? cut->cut(head, e) : e); },
+            [](const auto&) {}},
         event.body);
   }
 
@@ -232,6 +280,9 @@ struct Analyzer::Pipeline {
   InstanceBuilder instances;
   EnforcementTracker enforcement;
   EventTranslator translator;
+  enum class Phase : std::uint8_t { before, inside, after };
+  std::optional<WindowCut> cut;
+  Phase phase = Phase::before;
   std::array<std::uint64_t, std::variant_size_v<EventBody>> by_class{};
   Timestamp now;
 };
@@ -257,9 +308,14 @@ void Analyzer::consume(const Event& event) {
     pipeline.translator.translate(event.head, *raw, [this](const Event& e) { consume(e); });
     return;
   }
-  pipeline.count(event);
+  const bool is_passing_by = pipeline.cut && pipeline.is_outside(event) && index > kLastState;
+  if (!is_passing_by) pipeline.count(event);
   Emitter who;
   if (index < kFirstKernel) who = pipeline.note_user(event.head);
+  if (is_passing_by) {
+    pipeline.pass_by(event, who);
+    return;
+  }
   if (index <= kLastState) {
     pipeline.state(event);
   } else {
@@ -277,6 +333,7 @@ AnalysisResult Analyzer::finish() {
       model.events.by_name.emplace(kEventNames[i], pipeline.by_class[i]);
     }
   }
+  if (pipeline.cut) pipeline.cut->finish();
   pipeline.registry.finish();
   pipeline.recording.finish();
   pipeline.instances.finish();
@@ -284,6 +341,9 @@ AnalysisResult Analyzer::finish() {
   pipeline.enforcement.finish();
   AnalysisResult result;
   result.verdicts = verify(RuleContext{.model = model, .options = pipeline.options});
+  if (pipeline.cut && model.begin && model.end) {
+    result.verdicts.window = TimeWindow{.from = *model.begin, .to = *model.end};
+  }
   result.report = build_report(model, result.verdicts);
   return result;
 }

@@ -63,9 +63,9 @@ struct CallbackFacts {
   std::uint32_t inits = 0;
   std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement
   std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
-  std::uint64_t first_next_seq = 0;         // of the first callback_init seen
-  bool is_accounted = true;                 // its recorder numbers instances and counts losses
-  std::string logical_id{};                 // "?<id>" when never registered
+  std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
+  bool is_accounted = true;          // its recorder numbers instances and counts losses
+  std::string logical_id{};          // "?<id>" when never registered
   std::string node{};
   NodeId node_id{};
   std::optional<CallbackKind> kind{};
@@ -78,6 +78,7 @@ struct CallbackFacts {
   std::optional<CallbackTotals> fini{};
 
   SequenceFacts starts{};
+  std::uint64_t starts_outside = 0;  // of the window that was asked for
   std::uint64_t ends = 0;
   std::uint64_t releases = 0;
   std::optional<EventRef> max_end_at{};  // of the largest seq ended
@@ -169,6 +170,14 @@ struct PublisherFacts {
   SequenceFacts published{};
   std::optional<std::pair<EventRef, std::uint64_t>> fini{};  // total published
   std::optional<std::int64_t> first_source_timestamp{};
+};
+
+// Messages that instances of one callback took from another, or from outside any callback seen.
+struct MessageEdgeFacts {
+  std::optional<CallbackIndex> from{};
+  CallbackIndex to{};
+  std::uint64_t messages = 0;
+  Statistics communication{};  // exact releases only
 };
 
 // Chain instance as a witness.

@@ -76,12 +76,29 @@ void ChainTracker::link(ChainNode& node) { resolve(node); }
 
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   resolve(node);  // the publisher may have been announced in between
+  note_edge(node);
   if (!has_spec_) {
     on_path(node, end);
     return;
   }
   for (auto& chain : specified_)
     on_specified(node, end, chain);
+}
+
+void ChainTracker::note_edge(const ChainNode& node) {
+  if (node.writer_gid == 0 || node.source_timestamp == 0) return;  // it took no message
+  if (node.link == ChainNode::Link::unseen) return;
+  std::optional<CallbackIndex> from;
+  if (node.link == ChainNode::Link::resolved && node.parent) from = node.parent->callback;
+  // Most often a message comes from where the one before it came from.
+  auto*& edge = last_edge_to_[node.callback];
+  if (edge == nullptr || edge->from != from) {
+    edge = &edges_[{node.callback, from}];
+    edge->from = from;
+    edge->to = node.callback;
+  }
+  ++edge->messages;
+  if (from && node.release) edge->communication.add(*node.release - node.published);
 }
 
 void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
@@ -221,6 +238,8 @@ void ChainTracker::finish() {
     }
     model_.chains.push_back(std::move(facts));
   };
+  for (auto& [key, edge] : edges_)
+    model_.edges.push_back(std::move(edge));
   for (auto& chain : specified_)
     add(chain);
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {

@@ -13,6 +13,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -62,6 +63,7 @@ class ChainTracker {
   using Nodes = std::vector<const ChainNode*>;
 
   void resolve(ChainNode& node);
+  void note_edge(const ChainNode& node);
   void on_specified(const ChainNode& node, const EventRef& end, Chain& chain);
   void on_path(const ChainNode& node, const EventRef& end);
   // The chain of a path, new if it is; null if there are too many.
@@ -75,7 +77,10 @@ class ChainTracker {
   ByIndex<std::uint32_t, Recent<Message, kMaxMessages>> messages_;  // by publisher
   std::vector<Chain> specified_;
   Paths paths_;
-  ByIndex<CallbackIndex, Paths::value_type*> last_path_to_;  // null: none yet
+  ByIndex<CallbackIndex, Paths::value_type*> last_path_to_;                // null: none yet
+  using EdgeKey = std::pair<CallbackIndex, std::optional<CallbackIndex>>;  // to, from
+  std::map<EdgeKey, MessageEdgeFacts> edges_;
+  ByIndex<CallbackIndex, MessageEdgeFacts*> last_edge_to_;  // null: none yet
   Nodes scratch_;
   bool has_spec_ = false;
 };

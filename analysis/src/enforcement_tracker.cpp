@@ -72,15 +72,25 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
   if (expected == nullptr || !thread.last_read_back || state.is_changing) return;
   // The audit that announces a change is the last one to compare with what was applied before.
   state.is_changing = event.change > expected->change;
+  if (!is_judging_) return;
   ++thread.audits_checked;
   const auto& audit = *thread.last_read_back;
   const bool is_same = is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit);
   if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {*expected, audit};
 }
 
+void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit) {
+  auto& thread = model_.threads[at(index)];
+  const auto* expected = reference(thread);
+  if (expected == nullptr || threads_[index].is_changing) return;
+  if (is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit)) {
+    ++thread.audits_checked;
+  }
+}
+
 void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
   const auto& state = threads_[index];
-  if (!head.cpu || !state.has_cpus || state.is_changing) return;
+  if (!is_judging_ || !head.cpu || !state.has_cpus || state.is_changing) return;
   auto& thread = model_.threads[at(index)];
   ++thread.cpus_checked;
   if (is_switch) ++thread.switch_cpus_checked;
@@ -101,6 +111,7 @@ void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index)
 
 void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
                                         std::int32_t prio) {
+  if (!is_judging_) return;
   const auto index = registry_.thread_by_tid(host, tid);
   if (!index) return;
   auto& thread = model_.threads[at(*index)];
@@ -125,7 +136,8 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
       auto& state = threads_[*index];
-      const bool is_configured = !thread.applied.empty() || thread.first_audit;
+      const bool is_configured =
+          (!thread.applied.empty() || thread.first_audit) && !instances_.is_inside_unseen(*index);
       if (!state.first_wait && thread.announced && is_configured && !thread.fini) {
         state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
         state.inside_before = instances_.inside_execution(*index, host, head.time);
@@ -158,7 +170,7 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
   const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
   child.fork.reset();
-  if (parent == nullptr || !is_real_time(parent->prio)) return;
+  if (!is_judging_ || parent == nullptr || !is_real_time(parent->prio)) return;
   if (model_.forks.size() >= kMaxForks) return;
   child.fork = model_.forks.size();
   model_.forks.push_back(ForkFacts{.at = ref(head),
@@ -185,9 +197,32 @@ void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
 }
 
 void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {
-  if (const auto index = registry_.thread_by_tid(host, tid)) {
-    total_foreign_work(*index, host, head.time);
+  const auto index = registry_.thread_by_tid(host, tid);
+  if (index && !is_totalled_) total_foreign_work(*index, host, head.time);
+}
+
+void EnforcementTracker::begin_window(Timestamp begin) {
+  is_judging_ = true;
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& thread = model_.threads[i];
+    const auto host = model_.processes[at(thread.process)].host;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    auto& state = threads_[index];
+    const auto mark = timeline_.mark(host, thread.tid, begin);
+    state.busy_before = mark.total.execution;
+    if (!state.first_wait) continue;
+    state.first_wait.reset();
+    thread.first_wait.reset();
+    if (instances_.is_inside_unseen(index)) continue;  // until that instance has ended
+    state.first_wait = mark;
+    state.inside_before = instances_.inside_execution(index, host, begin);
+    thread.first_wait = begin;
   }
+}
+
+void EnforcementTracker::end_window(Timestamp end) {
+  is_judging_ = false;
+  total(end);
 }
 
 void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end) {
@@ -203,21 +238,27 @@ void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, T
   thread.foreign_span_ns = (end - state.first_wait->time).ns;
 }
 
-void EnforcementTracker::finish() {
+void EnforcementTracker::total(std::optional<Timestamp> end) {
+  is_totalled_ = true;
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     const auto host = model_.processes[at(thread.process)].host;
     if (!model_.hosts[at(host)].has_switches) continue;
-    if (!thread.fini && thread.last_seen) {
-      total_foreign_work(index, host, model_.end.value_or(thread.last_seen->time));
+    if (!thread.fini && thread.first_seen) {
+      const auto& last_seen = thread.last_seen ? *thread.last_seen : *thread.first_seen;
+      total_foreign_work(index, host, end.value_or(last_seen.time));
     }
     if (registry_.thread_by_tid(host, thread.tid) == index) {
-      const auto end = model_.end.value_or(Timestamp{});
-      const auto total = timeline_.mark(host, thread.tid, end).total.execution;
+      const auto at_end = end.value_or(Timestamp{});
+      const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
       thread.busy_ns = (total - threads_[index].busy_before).ns;
     }
   }
+}
+
+void EnforcementTracker::finish() {
+  if (!is_totalled_) total(model_.end);
   for (auto& fork : model_.forks) {
     if (const auto child = registry_.thread_by_tid(fork.host, fork.child_tid)) {
       fork.child = child;

@@ -22,6 +22,8 @@ class EnforcementTracker {
       : model_(model), registry_(registry), timeline_(timeline), instances_(instances) {}
 
   void on_read_back(ThreadIndex thread, const ThreadSched& event);
+  // An audit after the window: where it agrees, nothing changed in the window that lasted.
+  void on_later_audit(ThreadIndex thread, const ReadBack& audit);
   void on_user_event(const EventHead& head, ThreadIndex thread);
   // After the timeline has seen the switch.
   void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
@@ -30,6 +32,10 @@ class EnforcementTracker {
   // A thread_init that begins a new incarnation: what the tid ran before is not its own.
   void on_thread_began(HostIndex host, ThreadIndex thread);
   void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
+  // Nothing is judged before the one and after the other.
+  void await_window() noexcept { is_judging_ = false; }
+  void begin_window(Timestamp begin);
+  void end_window(Timestamp end);
   void finish();
 
  private:
@@ -55,6 +61,8 @@ class EnforcementTracker {
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
+  // Busy time and foreign work of the threads that have not ended.
+  void total(std::optional<Timestamp> end);
 
   Model& model_;
   Registry& registry_;
@@ -62,6 +70,8 @@ class EnforcementTracker {
   InstanceBuilder& instances_;
   ByIndex<ThreadIndex, OfThread> threads_;
   ByIndex<HostIndex, FlatMap<std::int64_t, OfTid>> tids_;
+  bool is_judging_ = true;
+  bool is_totalled_ = false;
 };
 
 // Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs.

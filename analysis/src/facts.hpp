@@ -33,6 +33,7 @@ struct Model {
   std::deque<PublisherFacts> publishers{};
   std::vector<ForkFacts> forks{};
   std::vector<ChainFacts> chains{};
+  std::vector<MessageEdgeFacts> edges{};
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
   bool clocks_unrelated = false;  // streams of one host disagree about the boot

@@ -22,6 +22,20 @@ void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   timeline_.forget_wake(host, model_.threads[at(thread)].tid);
 }
 
+void InstanceBuilder::begin_outside(const std::optional<ThreadIndex>& thread) {
+  ++of_thread(thread).unseen;
+}
+
+void InstanceBuilder::end_outside(const std::optional<ThreadIndex>& thread) {
+  auto& unseen = of_thread(thread).unseen;
+  if (unseen > 0) --unseen;
+}
+
+bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
+  const auto& open = callbacks_[callback].open;
+  return std::ranges::find(open, seq, &LiveInstance::seq) != open.end();
+}
+
 void InstanceBuilder::apply(const EventHead& head, const ClockSync& event) {
   realtime_offsets_[registry_.host_of(head)] =
       detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
@@ -174,6 +188,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
                                     return live->callback == index && live->seq == event.seq;
                                   });
   if (found == open.rend()) {
+    end_outside(thread);
     note_end_without_start(head, index, event.seq);
     return;
   }

@@ -42,6 +42,14 @@ class InstanceBuilder {
   void apply(const EventHead& head, const Emitter& who, const Publish& event);
   void apply(const EventHead& head, const ClockSync& event);
   void thread_began(HostIndex host, ThreadIndex thread);
+  // An instance that is not looked at, because it began before the window, begins and ends.
+  void begin_outside(const std::optional<ThreadIndex>& thread);
+  void end_outside(const std::optional<ThreadIndex>& thread);
+  // Such an instance may run on the thread.
+  bool is_inside_unseen(ThreadIndex thread) { return threads_[thread].unseen > 0; }
+  // Instances of the callback that began in the window and have not ended yet.
+  std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
+  bool is_open(CallbackIndex callback, std::uint64_t seq);
   // Finalises instances that nothing later in the trace can change any more.
   void advance(Timestamp now);
   void finish();
@@ -57,6 +65,7 @@ class InstanceBuilder {
     std::optional<Timestamp> wakeup;
     Duration inside;  // on-CPU time inside outermost instances that ended
     bool is_inside_known = true;
+    std::uint32_t unseen = 0;  // instances that began before the window and have not ended
   };
   struct Ended {  // recently ended instances of a callback
     std::uint64_t seq = 0;

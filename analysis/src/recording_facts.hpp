@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -23,15 +24,19 @@ constexpr std::size_t at(Index index) noexcept {
   return static_cast<std::size_t>(index);
 }
 
+// No event's stream: of points in time that no event marks.
+inline constexpr StreamIndex kNoStream{0xffffffff};
+
 // Where and when an event happened: what evidence is made of.
 struct EventRef {
   Timestamp time{};
   std::optional<std::int32_t> cpu{};
   std::optional<std::int64_t> pid{};
   std::optional<std::int64_t> tid{};
+  StreamIndex stream = kNoStream;
 };
 inline EventRef ref(const EventHead& head) noexcept {
-  return {head.time, head.cpu, head.pid, head.tid};
+  return {head.time, head.cpu, head.pid, head.tid, head.stream};
 }
 
 struct StreamFacts {
@@ -44,6 +49,7 @@ struct StreamFacts {
   std::optional<Timestamp> begin{};  // first packet's begin
   std::optional<Timestamp> end{};    // last packet's end
   std::uint64_t packets = 0;
+  std::vector<Timestamp> packet_begins{};  // of the first million
   std::uint64_t events = 0;
 };
 

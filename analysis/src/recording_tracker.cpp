@@ -5,6 +5,7 @@
 namespace cie::analysis {
 namespace {
 constexpr std::size_t kMaxLosses = 100'000;
+constexpr std::size_t kMaxPackets = 1'000'000;
 const Window kNoWindow{};
 }  // namespace
 
@@ -51,6 +52,7 @@ void RecordingTracker::apply(const EventHead& head, const PacketBegin& /*event*/
   auto* facts = stream(head.stream);
   if (facts == nullptr) return;
   ++facts->packets;
+  if (facts->packet_begins.size() < kMaxPackets) facts->packet_begins.push_back(head.time);
   if (facts->begin) return;
   facts->begin = head.time;
   update(channels_[facts->channel]);
@@ -79,9 +81,18 @@ void RecordingTracker::update(Channel& channel) {
     }
   }
   if (!has_all_begun) channel.window.begin.reset();
+  if (!asked_) return;
+  auto& window = channel.window;
+  if (window.begin) window.begin = std::max(*window.begin, asked_->from);
+  if (window.end || asked_->to != TimeWindow{}.to) {
+    window.end = std::min(window.end.value_or(asked_->to), asked_->to);
+  }
 }
 
 void RecordingTracker::add_loss(Loss loss) {
+  const bool is_damage =
+      loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
+  if (asked_ && !is_damage && (loss.end < asked_->from || loss.begin > asked_->to)) return;
   if (model_.losses.size() >= kMaxLosses) {
     ++model_.losses_dropped;
     return;

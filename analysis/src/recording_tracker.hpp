@@ -2,12 +2,14 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+#include <cie/analysis/time.hpp>
 
 #include "by_index.hpp"
 #include "facts.hpp"
 #include "registry.hpp"
 
 #include <map>
+#include <optional>
 #include <vector>
 
 namespace cie::analysis {
@@ -29,7 +31,9 @@ struct Window {
 
 class RecordingTracker {
  public:
-  RecordingTracker(Model& model, Registry& registry) : model_(model), registry_(registry) {}
+  // `asked`: every channel's window ends there at the latest, and losses elsewhere are not kept.
+  RecordingTracker(Model& model, Registry& registry, std::optional<TimeWindow> asked = {})
+      : model_(model), registry_(registry), asked_(asked) {}
 
   void apply(const EventHead& head, const StreamBegin& event);
   void apply(const EventHead& head, const StreamEnd& event);
@@ -68,6 +72,7 @@ class RecordingTracker {
 
   Model& model_;
   Registry& registry_;
+  std::optional<TimeWindow> asked_;
   std::vector<StreamState> states_;
   ByIndex<HostIndex, HostState> hosts_;
   std::map<std::uint32_t, Channel> channels_;

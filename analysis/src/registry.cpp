@@ -7,6 +7,18 @@ namespace {
 
 constexpr std::size_t kMaxApplied = 1024;  // read-backs kept per thread; first and last survive
 
+template <typename Index>
+std::uint64_t scope(Index index) noexcept {
+  return static_cast<std::uint64_t>(index);
+}
+
+template <typename Id>
+std::int64_t key(Id id) noexcept {
+  return static_cast<std::int64_t>(to_number(id));
+}
+
+}  // namespace
+
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
   return ReadBack{.at = ref(head),
                   .moment = event.moment,
@@ -26,18 +38,6 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
                   .change = event.change,
                   .starts_before = 0};
 }
-
-template <typename Index>
-std::uint64_t scope(Index index) noexcept {
-  return static_cast<std::uint64_t>(index);
-}
-
-template <typename Id>
-std::int64_t key(Id id) noexcept {
-  return static_cast<std::int64_t>(to_number(id));
-}
-
-}  // namespace
 
 HostIndex Registry::host(std::string_view name) {
   for (std::size_t i = 0; i < model_.hosts.size(); ++i) {

@@ -26,6 +26,8 @@ struct Emitter {
   std::optional<ThreadIndex> thread;
 };
 
+ReadBack read_back_of(const EventHead& head, const ThreadSched& event);
+
 class Registry {
  public:
   explicit Registry(Model& model) : model_(model) {}

@@ -188,6 +188,7 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
   report.source = facts.source;
   report.symbol = facts.symbol;
   if (facts.period_ns > 0) report.period_ns = facts.period_ns;
+  if (facts.deadline_ns > 0) report.deadline_ns = facts.deadline_ns;
   if (facts.group) report.group = to_number(*facts.group);
   for (const auto& pair : facts.ran_on) {
     const auto& thread = model.threads[at(pair.thread)];
@@ -254,6 +255,21 @@ ThreadReport report_of(const Model& model, const ThreadFacts& facts) {
   return report;
 }
 
+GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
+  const auto node = [&model](CallbackIndex index) {
+    const auto& callback = model.callbacks[at(index)];
+    return GraphNode{.logical_id = callback.logical_id,
+                     .pid = model.processes[at(callback.process)].pid};
+  };
+  GraphEdge edge;
+  if (facts.from) edge.from = node(*facts.from);
+  edge.to = node(facts.to);
+  edge.topic = model.callbacks[at(facts.to)].source;
+  edge.messages = facts.messages;
+  edge.communication = facts.communication.summary();
+  return edge;
+}
+
 ChainReport report_of(const Model& model, const ChainFacts& facts) {
   ChainReport report;
   report.name = facts.name;
@@ -280,6 +296,18 @@ ChainReport report_of(const Model& model, const ChainFacts& facts) {
 }
 
 }  // namespace
+
+std::string_view label(Severity severity) noexcept {
+  switch (severity) {
+    case Severity::info:
+      return "info";
+    case Severity::loss:
+      return "loss";
+    case Severity::error:
+      break;
+  }
+  return "error";
+}
 
 std::string_view label(ReleaseSource source) noexcept {
   switch (source) {
@@ -334,6 +362,11 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
   });
   for (const auto& chain : model.chains)
     report.chains.push_back(report_of(model, chain));
+  for (const auto& edge : model.edges)
+    report.edges.push_back(report_of(model, edge));
+  std::ranges::stable_sort(report.edges, {}, [](const GraphEdge& edge) {
+    return std::tie(edge.to, edge.from, edge.topic);
+  });
   return report;
 }
 

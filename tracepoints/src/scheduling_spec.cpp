@@ -5,10 +5,6 @@
 #include "yaml_document.hpp"
 
 #include <array>
-#include <cerrno>
-#include <cstdio>
-#include <memory>
-#include <system_error>
 
 namespace cie {
 namespace {
@@ -73,19 +69,7 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
 
 SchedulingSpec SchedulingSpec::load(const std::filesystem::path& file,
                                     std::optional<std::uint32_t> domain) {
-  constexpr std::size_t kMaxBytes = (std::size_t{4} << 20U) + 1;  // parse() refuses the last one
-  const auto fail = [&file](int error) {
-    throw SpecError(file.string() + ": cannot read it: " + std::generic_category().message(error));
-  };
-  struct CloseFile {
-    void operator()(std::FILE* stream) const noexcept { std::fclose(stream); }
-  };
-  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rbe"));
-  if (!stream) fail(errno);
-  std::string text(kMaxBytes, '\0');
-  text.resize(std::fread(text.data(), 1, text.size(), stream.get()));
-  if (std::ferror(stream.get()) != 0) fail(errno);
-  return parse(text, file.string(), domain);
+  return parse(yaml::read_file(file), file.string(), domain);
 }
 
 const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id) const noexcept {

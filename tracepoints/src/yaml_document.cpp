@@ -3,10 +3,14 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
+#include <cstdio>
+#include <memory>
 #include <optional>
 #include <set>
 #include <sstream>
+#include <system_error>
 
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
@@ -238,6 +242,21 @@ std::shared_ptr<const TreeNode> parse(std::string_view text, std::string_view fi
   } catch (const YAML::Exception& error) {
     fail_at(file, line_of(error.mark), "not YAML: " + error.msg);
   }
+}
+
+std::string read_file(const std::filesystem::path& file) {
+  const auto fail = [&file](int error) {
+    throw SpecError(file.string() + ": cannot read it: " + std::generic_category().message(error));
+  };
+  struct CloseFile {
+    void operator()(std::FILE* stream) const noexcept { std::fclose(stream); }
+  };
+  const std::unique_ptr<std::FILE, CloseFile> stream(std::fopen(file.c_str(), "rbe"));
+  if (!stream) fail(errno);
+  std::string text(kMaxBytes + 1, '\0');
+  text.resize(std::fread(text.data(), 1, text.size(), stream.get()));
+  if (std::ferror(stream.get()) != 0) fail(errno);
+  return text;
 }
 
 }  // namespace cie::yaml

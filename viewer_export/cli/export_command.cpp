@@ -1,11 +1,15 @@
+#include <cie/viewer_export/graph_writer.hpp>
 #include <cie/viewer_export/perfetto_export.hpp>
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "export_tables.hpp"
+#include "graphviz.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
 
 #include <cstdio>
+#include <sstream>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -17,14 +21,21 @@ constexpr const char* kDescription =
     "Converts a trace for a viewer. Perfetto shows every thread with its callbacks, the waits "
     "from\n"
     "release to start, arrows from each publish to the callbacks it caused, and what the kernel's\n"
-    "scheduler did, when that was recorded.";
+    "scheduler did, when that was recorded. The callback graph shows who takes whose messages,\n"
+    "with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every\n"
+    "number of the report, for SQL and data frames: all in an SQLite database, or one by one.";
 
 constexpr const char* kFooter =
     "Examples:\n"
     "  cie export recordings/latest --to perfetto -o run.pftrace\n"
     "  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size\n"
+    "  cie export run1 --to svg -o graph.svg                        the callback graph\n"
+    "  cie export run1 --to dot -o graph.dot                        the same, for Graphviz\n"
+    "  cie export run1 --to sqlite -o run1.db                       all tables, for SQL\n"
+    "  cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)\n"
     "\n"
-    "Open the file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.\n"
+    "Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with "
+    "trace_processor.\n"
     "Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.\n";
 
 void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std::string& target) {
@@ -42,16 +53,31 @@ void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std
   fmt::print(stderr, "Open it at https://ui.perfetto.dev\n");
 }
 
+int export_graph(const std::vector<std::filesystem::path>& traces,
+                 const analysis::AnalysisOptions& options, bool is_drawn,
+                 const std::string& target) {
+  auto output = open_output(target);
+  const auto result = analyze_with_progress(traces, options);
+  std::ostringstream dot;
+  viewer_export::write_graph_dot(dot, result.report);
+  const auto graph = is_drawn ? svg_of(dot.str()) : dot.str();
+  write_data(output, [&graph](std::ostream& out) { out << graph; });
+  return ok;
+}
+
 }  // namespace
 
 int export_command(const Arguments& arguments) {
   std::vector<std::filesystem::path> traces;
   std::string viewer;
   std::string target = "-";
+  std::string table;
   bool is_compressed = false;
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
-  line.option("--to", "VIEWER", viewer, "The viewer: perfetto");
+  line.option("--to", "VIEWER", viewer,
+              "perfetto; dot, svg (callback graph); sqlite, csv, jsonl, parquet (tables)");
+  line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");
   const ReaderOption reader(line);
@@ -61,8 +87,24 @@ int export_command(const Arguments& arguments) {
   if (viewer.empty()) {
     throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
   }
-  check_choice("--to", viewer, {"perfetto"}, {"chrome", "speedscope", "otlp", "mcap"});
+  check_choice("--to", viewer, {"perfetto", "dot", "svg", "sqlite", "csv", "jsonl", "parquet"},
+               {"chrome", "speedscope", "otlp", "mcap"});
   require_traces(traces);
+  const analysis::AnalysisOptions options{.reader = reader.value(),
+                                          .metadata_from = reader.metadata()};
+  const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
+  if (!table.empty() && !is_table) {
+    throw UsageError("--table is for --to csv, jsonl and parquet");
+  }
+  if (viewer != "perfetto") {
+    if (is_compressed) throw UsageError("--gzip is for --to perfetto");
+    if (is_table || viewer == "sqlite") {
+      if (table.empty()) table = "instances";
+      check_table(table);
+      return export_tables(traces, options, viewer, table, target);
+    }
+    return export_graph(traces, options, viewer == "svg", target);
+  }
 
   auto output = open_output(target);
   if (output.is_terminal()) {
@@ -70,8 +112,7 @@ int export_command(const Arguments& arguments) {
   }
   viewer_export::PerfettoExport perfetto(
       {.gzip = is_compressed, .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(
-      traces, {.reader = reader.value(), .metadata_from = reader.metadata()}, &perfetto);
+  const auto result = analyze_with_progress(traces, options, &perfetto);
   const auto counts = perfetto.write(output.stream(), result.report);
   output.commit();
   if (::isatty(STDERR_FILENO) == 1) {

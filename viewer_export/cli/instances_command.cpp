@@ -4,6 +4,7 @@
 #include "exit_code.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
+#include "table_option.hpp"
 
 namespace cie::cli {
 namespace {
@@ -28,23 +29,23 @@ int instances_command(const Arguments& arguments) {
   std::string format = "csv";
   CommandLine line({"cie instances TRACE... [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
-  line.option("-f,--format", "FORMAT", format, "csv (default) or jsonl (JSON Lines)");
+  line.option("-f,--format", "FORMAT", format, "csv (default), jsonl (JSON Lines) or parquet");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
-  check_choice("--format", format, {"csv", "jsonl"}, {"parquet"});
+  const auto table_format = table_format_of("--format", format);
   require_traces(traces);
 
   auto output = open_output(target);
+  if (format == "parquet" && output.is_terminal()) {
+    throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
+  }
   viewer_export::InstanceWriter writer(spill_directory(target));
   analyze_with_progress(traces, {.reader = reader.value(), .metadata_from = reader.metadata()},
                         &writer);
-  write_data(output, [&](std::ostream& out) {
-    writer.write(out, format == "csv" ? viewer_export::InstanceFormat::csv
-                                      : viewer_export::InstanceFormat::json_lines);
-  });
+  write_data(output, [&](std::ostream& out) { writer.write(out, table_format); });
   return ok;
 }
 

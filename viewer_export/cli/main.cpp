@@ -25,7 +25,7 @@
 namespace cie::cli {
 
 std::span<const Command> commands() {
-  static constexpr std::array<Command, 9> kCommands{{
+  static constexpr std::array<Command, 11> kCommands{{
       {"run", "run an application with every callback on its own thread", nullptr},
       {"record", "record an application with LTTng", nullptr},
       {"report", "response times and more, per callback", report_command},
@@ -33,7 +33,10 @@ std::span<const Command> commands() {
        instances_command},
       {"verify", "does every callback have its own thread? Rules, evidence, exit code",
        verify_command},
-      {"export", "a file for a viewer: Perfetto", export_command},
+      {"analyze", "longest response times by scheduling theory, against those observed",
+       analyze_command},
+      {"export", "a file for a viewer: Perfetto, or the callback graph", export_command},
+      {"view", "the report and the timeline in a browser", view_command},
       {"spec", "check a scheduling spec", spec_command},
       {"diff", "two recordings side by side: what became slower", diff_command},
       {"live", "watch a running system (not available in this version)", nullptr},
@@ -164,6 +167,7 @@ int main(int argc, char** argv) {
   // A closed pipe and a file size limit are errors with a message, not a silent end.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  if (is_one_of({"report", "instances", "verify", "export"})) return cie::cli::guarded(arguments);
+  if (is_one_of({"report", "instances", "verify", "analyze", "export"}))
+    return cie::cli::guarded(arguments);
   return cie::cli::run(arguments);
 }

@@ -5,6 +5,7 @@
 #include "exit_code.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
+#include "window_option.hpp"
 
 namespace cie::cli {
 namespace {
@@ -19,6 +20,7 @@ constexpr const char* kFooter =
     "  cie report run1 --spec app.yaml                    with the chains that the spec names\n"
     "  cie report run1 --format json -o run1.json         everything, for programs\n"
     "  cie report run1 --format html -o run1.html         the same with pictures, for a browser\n"
+    "  cie report run1 --window +2s..-1s                  without its first and last seconds\n"
     "  cie report robot desk                              two recordings of one run, merged by "
     "time\n"
     "\n"
@@ -37,6 +39,7 @@ int report_command(const Arguments& arguments) {
   line.option("-f,--format", "FORMAT", format,
               "text (default), json, csv or html (one page for a browser)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -46,12 +49,13 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
+  analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
+                                    .reader = reader.value(),
+                                    .metadata_from = reader.metadata()};
+  window.resolve(traces, options);
   viewer_export::HtmlReport page;
-  const auto result = analyze_with_progress(traces,
-                                            {.spec = spec ? &*spec : nullptr,
-                                             .reader = reader.value(),
-                                             .metadata_from = reader.metadata()},
-                                            format == "html" ? &page : nullptr);
+  const auto result = analyze_with_progress(traces, options, format == "html" ? &page : nullptr);
+  window.check(result.report);
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output));

@@ -39,9 +39,7 @@ bool RuleChoice::is_chosen(const std::string& id) const {
 
 void RuleChoice::apply(analysis::VerdictReport& verdicts) const {
   std::erase_if(verdicts.rules, [this](const auto& rule) { return !is_chosen(rule.id); });
-  verdicts.verdict = analysis::Verdict::not_applicable;
-  for (const auto& rule : verdicts.rules)
-    verdicts.verdict = std::max(verdicts.verdict, rule.verdict);
+  verdicts.verdict = analysis::overall_verdict(verdicts);
 }
 
 }  // namespace cie::cli

@@ -1,3 +1,4 @@
+#include <cie/analysis/suppressions.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 
 #include "command_line.hpp"
@@ -6,6 +7,13 @@
 #include "output.hpp"
 #include "rule_choice.hpp"
 #include "rule_pages.hpp"
+#include "window_option.hpp"
+
+#include <chrono>
+#include <optional>
+#include <string>
+
+#include <fmt/format.h>
 
 namespace cie::cli {
 namespace {
@@ -24,6 +32,8 @@ constexpr const char* kFooter =
     "  cie verify run1 --format json -o verdict.json      for programs\n"
     "  cie verify run1 --format junit -o verdict.xml      for continuous integration\n"
     "  cie verify run1 --only M2,M3                       one-to-one mapping alone\n"
+    "  cie verify run1 --window +2s..                     without the first two seconds\n"
+    "  cie verify run1 --suppressions accepted.yaml       known violations do not count\n"
     "  cie verify --explain M2                            what rule M2 means\n"
     "\n"
     "Without --spec, rules that compare with one are not applicable.\n"
@@ -37,6 +47,38 @@ OnInconclusive on_inconclusive(const std::string& choice) {
   check_choice("--inconclusive", choice, {"warn", "fail"});
   return choice == "warn" ? OnInconclusive::warn : OnInconclusive::fail;
 }
+
+// `--suppressions` and the day they are judged on: today's (UTC) unless `--now` names another.
+class SuppressionOption {
+ public:
+  explicit SuppressionOption(CommandLine& line) {
+    line.option("--suppressions", "FILE", file_,
+                "Verdicts that are known and accepted (YAML): told, not counted");
+    line.option("--now", "DATE", now_, "The day that suppressions expire by; default: today, UTC");
+  }
+
+  // After parsing the command line. Throws UsageError and SpecError.
+  void read() {
+    if (!now_.empty() && file_.empty()) {
+      throw UsageError("--now is the day that suppressions expire by: add --suppressions FILE");
+    }
+    if (!now_.empty() && !analysis::parse_date(now_)) {
+      throw UsageError(fmt::format("--now takes a date such as 2026-12-31, and not \"{}\"", now_));
+    }
+    if (!file_.empty()) suppressions_ = analysis::Suppressions::load(file_);
+  }
+
+  void apply(analysis::VerdictReport& verdicts) const {
+    if (!suppressions_) return;
+    const auto today = std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now());
+    suppressions_->apply(verdicts, analysis::parse_date(now_).value_or(analysis::Date(today)));
+  }
+
+ private:
+  std::string file_;
+  std::string now_;
+  std::optional<analysis::Suppressions> suppressions_;
+};
 
 void write_as(const std::string& format, std::ostream& out,
               const analysis::AnalysisResult& result) {
@@ -78,6 +120,8 @@ int verify_command(const Arguments& arguments) {
             "A process that did not end cleanly is no objection (T4)");
   line.option("--explain", "ID", explained, "Print the page of a rule, for instance M2");
   line.flag("--list-rules", is_listing, "Print all rules");
+  SuppressionOption suppressions(line);
+  const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -94,13 +138,17 @@ int verify_command(const Arguments& arguments) {
   }
   require_traces(traces);
 
+  suppressions.read();
   const auto spec = load_spec(spec_file);
   options.spec = spec ? &*spec : nullptr;
   auto output = open_output(target);
   options.reader = reader.value();
   options.metadata_from = reader.metadata();
+  window.resolve(traces, options);
   auto result = analyze_with_progress(traces, options);
+  window.check(result.report);
   choice.apply(result.verdicts);
+  suppressions.apply(result.verdicts);
   if (format == "text") {
     const viewer_export::VerifyContext context{
         .spec_name = spec ? spec->name() : std::string{},

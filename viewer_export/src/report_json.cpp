@@ -34,18 +34,6 @@ Json array_of(const Range& range) {
   return array_of(range, [](const auto& element) { return Json(element); });
 }
 
-std::string_view label_of(analysis::Severity severity) {
-  switch (severity) {
-    case analysis::Severity::info:
-      return "info";
-    case analysis::Severity::loss:
-      return "loss";
-    case analysis::Severity::error:
-      break;
-  }
-  return "error";
-}
-
 Json json_of(const analysis::TraceSummary& trace) {
   return {{"paths", array_of(trace.paths)},
           {"begin_ns", json_of(trace.begin)},
@@ -59,7 +47,7 @@ Json json_of(const analysis::TraceSummary& trace) {
 
 Json json_of(const analysis::TraceDefect& defect) {
   return {{"kind", defect.kind},
-          {"severity", label_of(defect.severity)},
+          {"severity", analysis::label(defect.severity)},
           {"count", defect.count},
           {"advice", defect.advice}};
 }

@@ -19,11 +19,14 @@ struct Counts {
   std::size_t errors = 0;
   std::size_t skipped = 0;
 
-  void add(Verdict verdict) {
+  void add(const analysis::SubjectVerdict& subject) {
     ++tests;
-    failures += verdict == Verdict::fail ? 1U : 0U;
-    errors += verdict == Verdict::inconclusive ? 1U : 0U;
-    skipped += verdict == Verdict::not_applicable ? 1U : 0U;
+    if (subject.is_suppressed() || subject.verdict == Verdict::not_applicable) {
+      ++skipped;
+      return;
+    }
+    failures += subject.verdict == Verdict::fail ? 1U : 0U;
+    errors += subject.verdict == Verdict::inconclusive ? 1U : 0U;
   }
   std::string attributes() const {
     return fmt::format(R"(tests="{}" failures="{}" errors="{}" skipped="{}")", tests, failures,
@@ -31,9 +34,14 @@ struct Counts {
   }
 };
 
+std::string window_of(const analysis::VerdictReport& verdicts) {
+  if (!verdicts.window) return {};
+  return fmt::format(" of the window {}..{} ns", verdicts.window->from.ns, verdicts.window->to.ns);
+}
+
 Counts counts_of(const analysis::RuleVerdict& rule) {
   Counts counts;
-  for_each_case(rule, [&counts](const auto& subject) { counts.add(subject.verdict); });
+  for_each_case(rule, [&counts](const auto& subject) { counts.add(subject); });
   return counts;
 }
 
@@ -47,6 +55,13 @@ void write_outcome(std::ostream& out, const analysis::SubjectVerdict& subject,
   std::string text;
   for (const auto& evidence : subject.evidence)
     text += evidence_line(evidence, report) + '\n';
+  if (subject.suppression) text += words_of(*subject.suppression) + '\n';
+  if (subject.is_suppressed()) {
+    out << fmt::format("      <skipped message=\"{} {}\"/>\n      <system-out>{}</system-out>\n",
+                       analysis::label(subject.verdict),
+                       xml_escaped(words_of(*subject.suppression)), xml_escaped(text));
+    return;
+  }
   out << fmt::format("      <{0} type=\"{1}\" message=\"{2}\">{3}</{0}>\n", element,
                      analysis::label(subject.verdict), xml_escaped(headline_of(subject)),
                      xml_escaped(text));
@@ -78,7 +93,8 @@ void write_verify_junit(std::ostream& out, const analysis::VerdictReport& verdic
     all.skipped += counts.skipped;
   }
   out << "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      << fmt::format("<testsuites name=\"cie verify\" {}>\n", all.attributes());
+      << fmt::format("<testsuites name=\"cie verify{}\" {}>\n", window_of(verdicts),
+                     all.attributes());
   for (const auto& rule : verdicts.rules) {
     out << fmt::format("  <testsuite name=\"{} {}\" {}>\n", rule.id, xml_escaped(rule.name),
                        counts_of(rule).attributes());

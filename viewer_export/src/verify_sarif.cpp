@@ -68,6 +68,27 @@ Json artifact_location(const analysis::Report& report) {
   return {{"artifactLocation", {{"uri", uri_of(report.trace.paths.front())}}}};
 }
 
+// "accepted.yaml:3" as its file and line.
+Json location_of(const std::string& place) {
+  const auto colon = place.rfind(':');
+  const auto line = std::stoi(place.substr(colon + 1));
+  return {{"physicalLocation",
+           {{"artifactLocation", {{"uri", uri_of(std::string_view(place).substr(0, colon))}}},
+            {"region", {{"startLine", line}}}}}};
+}
+
+Json suppressions_json(const analysis::SubjectVerdict& subject) {
+  Json suppressions = Json::array();
+  if (const auto& suppression = subject.suppression) {
+    suppressions.push_back({{"kind", "external"},
+                            {"status", suppression->is_expired ? "rejected" : "accepted"},
+                            {"justification", suppression->reason},
+                            {"location", location_of(suppression->place)},
+                            {"properties", {{"expires", suppression->expires}}}});
+  }
+  return suppressions;
+}
+
 Json result_json(const analysis::RuleVerdict& rule, std::size_t rule_index,
                  const analysis::SubjectVerdict& subject, const analysis::Report& report) {
   const auto name = subject.subject.empty() ? rule.name : subject.subject;
@@ -99,7 +120,10 @@ void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdic
   for (std::size_t i = 0; i < verdicts.rules.size(); ++i) {
     const auto& rule = verdicts.rules[i];
     for_each_case(rule, [&](const auto& subject) {
-      results.push_back(result_json(rule, i, subject, report));
+      auto result = result_json(rule, i, subject, report);
+      // Once one result has the property every result has (SARIF 2.1.0, 3.27.23).
+      if (verdicts.suppressions) result["suppressions"] = suppressions_json(subject);
+      results.push_back(std::move(result));
     });
   }
   Json driver{{"name", "cie"},
@@ -109,6 +133,9 @@ void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdic
   Json run{{"tool", {{"driver", std::move(driver)}}},
            {"columnKind", "utf16CodeUnits"},
            {"results", std::move(results)}};
+  if (const auto& window = verdicts.window) {
+    run["properties"] = {{"window", {{"begin_ns", window->from.ns}, {"end_ns", window->to.ns}}}};
+  }
   write_json(out, {{"$schema",
                     "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/"
                     "sarif-schema-2.1.0.json"},

@@ -1,3 +1,4 @@
+#include <cie/analysis/rule_pages.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 #include <cie/viewer_export/version.hpp>
 
@@ -78,12 +79,36 @@ std::string babeltrace2_command(const std::vector<Evidence>& evidence,
   return command;
 }
 
+// What the rule demands and why, and how to mend the system; or, if undecided, what decides it: for
+// who knows nothing of it.
+std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const TextStyle& style) {
+  const auto pages = analysis::rule_pages();
+  const auto found = std::ranges::find(pages, rule.id, &analysis::RulePage::id);
+  if (found == pages.end()) return {};
+  const auto is_wanted = [verdict](std::string_view line) {
+    return line.starts_with("Inconclusive when") == (verdict == Verdict::inconclusive);
+  };
+  std::string text;
+  std::string_view page = found->page;
+  for (bool is_first = true; !page.empty(); is_first = false) {
+    const auto line = page.substr(0, page.find('\n'));
+    page.remove_prefix(std::min(line.size() + 1, page.size()));
+    if (!is_first && !is_wanted(line)) continue;
+    const auto paragraph = is_first ? "The rule: " + std::string(line) : std::string(line);
+    for (const auto& part : wrap(paragraph, style.columns - 4))
+      text += "    " + part + "\n";
+  }
+  return text;
+}
+
 std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
                     const analysis::Report& report, const VerifyContext& context,
                     const TextStyle& style) {
-  std::string text = paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
+  std::string text = subject.is_suppressed() ? paint("SUPPRESSED ", Look::faint, style) : "";
+  text += paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
   text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
   text += subject.checked > 0 ? fmt::format(" ({} checked)\n", subject.checked) : "\n";
+  if (subject.suppression) text += "    " + words_of(*subject.suppression) + "\n";
   for (const auto& evidence : subject.evidence) {
     text += "    " + evidence_line(evidence, report) + "\n";
   }
@@ -97,28 +122,49 @@ std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVe
 
 std::string headline(const analysis::VerdictReport& verdicts, const TextStyle& style) {
   std::array<std::string, 4> ids;
+  std::string suppressed;
   for (const auto& rule : verdicts.rules) {
-    auto& list = ids.at(static_cast<std::size_t>(rule.verdict));
+    const auto counted = analysis::counted_verdict(rule);
+    const bool is_suppressed = counted < Verdict::inconclusive && rule.verdict > Verdict::pass;
+    auto& list = is_suppressed ? suppressed : ids.at(static_cast<std::size_t>(counted));
     list += (list.empty() ? "" : " ") + rule.id;
   }
   const auto overall = std::max(verdicts.verdict, Verdict::pass);
   std::string text =
       paint(fmt::format("Verdict: {}", analysis::label(overall)), look_of(overall), style) + "\n";
-  const auto add = [&](std::string_view title, Verdict verdict) {
-    const auto& list = ids.at(static_cast<std::size_t>(verdict));
+  const auto add = [&](std::string_view title, const std::string& list) {
     for (const auto& line : wrap(list, style.columns - 18)) {
       text += fmt::format("  {:<16}{}\n", title, line);
       title = "";
     }
   };
-  add("violated", Verdict::fail);
-  add("undecided", Verdict::inconclusive);
-  add("passed", Verdict::pass);
-  add("not applicable", Verdict::not_applicable);
+  const auto with = [&ids](Verdict verdict) { return ids.at(static_cast<std::size_t>(verdict)); };
+  add("violated", with(Verdict::fail));
+  add("undecided", with(Verdict::inconclusive));
+  add("suppressed", suppressed);
+  add("passed", with(Verdict::pass));
+  add("not applicable", with(Verdict::not_applicable));
   return text;
 }
 
-std::string summary(const analysis::Report& report, const VerifyContext& context) {
+// Entries that change nothing any more: whoever reads the file must not believe otherwise.
+std::string useless_suppressions(const analysis::SuppressionReport& suppressions) {
+  std::string text;
+  for (const auto& [suppression, matched] : suppressions.uses) {
+    const auto name = fmt::format("suppression {} ({} {})", printable(suppression.place),
+                                  suppression.rule, printable(suppression.subject));
+    if (suppression.is_expired) {
+      text += fmt::format("{} expired after {}: its {} again\n", name, suppression.expires,
+                          matched == 1 ? "verdict counts" : "verdicts count");
+    } else if (matched == 0) {
+      text += fmt::format("{} is unused: nothing it names is violated or undecided\n", name);
+    }
+  }
+  return text;
+}
+
+std::string summary(const analysis::VerdictReport& verdicts, const analysis::Report& report,
+                    const VerifyContext& context) {
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;
   for (const auto& callback : report.callbacks) {
@@ -135,6 +181,11 @@ std::string summary(const analysis::Report& report, const VerifyContext& context
                           printable(defect.advice));
     }
   }
+  if (const auto& window = verdicts.window) {
+    text += fmt::format("judged is the window {}..{} ns ({}) alone\n", window->from.ns,
+                        window->to.ns, format_duration((window->to - window->from).ns));
+  }
+  if (verdicts.suppressions) text += useless_suppressions(*verdicts.suppressions);
   text +=
       context.spec_name.empty()
           ? "no --spec was given: rules that compare with one are not applicable\n"
@@ -149,16 +200,23 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
                        const analysis::Report& report, const VerifyContext& context,
                        const TextStyle& style) {
   out << headline(verdicts, style) << '\n';
-  for (const auto verdict : {Verdict::fail, Verdict::inconclusive}) {
+  const auto write = [&](Verdict verdict, bool is_suppressed) {
     for (const auto& rule : verdicts.rules) {
+      bool is_told = is_suppressed;
       for (const auto& subject : rule.subjects) {
-        if (subject.verdict == verdict) {
-          out << finding(rule, subject, report, context, style) << '\n';
-        }
+        if (subject.verdict != verdict || subject.is_suppressed() != is_suppressed) continue;
+        out << finding(rule, subject, report, context, style);
+        if (!is_told) out << about(rule, verdict, style);
+        is_told = true;
+        out << '\n';
       }
     }
+  };
+  for (const bool is_suppressed : {false, true}) {
+    write(Verdict::fail, is_suppressed);
+    write(Verdict::inconclusive, is_suppressed);
   }
-  out << summary(report, context);
+  out << summary(verdicts, report, context);
 }
 
 }  // namespace cie::viewer_export

@@ -8,6 +8,17 @@
 
 namespace cie::viewer_export {
 
+namespace {
+
+// "  [kernel/sched_0 packet 3]".
+std::string place_of(const analysis::Evidence& evidence) {
+  if (evidence.file.empty()) return {};
+  const auto packet = evidence.packet ? fmt::format(" packet {}", *evidence.packet) : "";
+  return fmt::format("  [{}{}]", printable(evidence.file), packet);
+}
+
+}  // namespace
+
 std::string evidence_line(const analysis::Evidence& evidence, const analysis::Report& report) {
   const auto id = [](std::string_view name, const auto& value) {
     return value ? fmt::format("  {} {}", name, *value) : std::string{};
@@ -16,10 +27,10 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
       report.trace.begin ? fmt::format(" ({} into the trace)",
                                        format_duration((evidence.time - *report.trace.begin).ns))
                          : std::string{};
-  return fmt::format("at {} ns{}  {}{}{}{}{}{}", evidence.time.ns, since_begin,
+  return fmt::format("at {} ns{}  {}{}{}{}{}{}{}", evidence.time.ns, since_begin,
                      printable(evidence.event), id("cpu", evidence.cpu), id("pid", evidence.pid),
                      id("tid", evidence.tid), evidence.note.empty() ? "" : "  ",
-                     printable(evidence.note));
+                     printable(evidence.note), place_of(evidence));
 }
 
 std::string headline_of(const analysis::SubjectVerdict& subject) {
@@ -27,6 +38,15 @@ std::string headline_of(const analysis::SubjectVerdict& subject) {
     if (!evidence.note.empty()) return printable(evidence.note);
   }
   return std::string(analysis::label(subject.verdict));
+}
+
+std::string words_of(const analysis::Suppression& suppression) {
+  const auto& expires = suppression.expires;
+  const std::string term = suppression.is_expired ? "suppression expired after " + expires
+                           : expires == "never"   ? "suppressed for ever"
+                                                  : "suppressed until " + expires;
+  return fmt::format("{} ({}): {}", term, printable(suppression.place),
+                     printable(suppression.reason));
 }
 
 }  // namespace cie::viewer_export

@@ -14,6 +14,9 @@ std::string evidence_line(const analysis::Evidence& evidence, const analysis::Re
 // The first evidence's note, for formats that have room for one line; the verdict if there is none.
 std::string headline_of(const analysis::SubjectVerdict& subject);
 
+// "suppressed until 2026-12-31 (accepted.yaml:3): the reason", or "suppression expired on …".
+std::string words_of(const analysis::Suppression& suppression);
+
 // Calls visit() with every subject of a rule; with one that has no name if the rule has none.
 template <typename Visit>
 void for_each_case(const analysis::RuleVerdict& rule, const Visit& visit) {

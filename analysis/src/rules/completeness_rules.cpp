@@ -57,10 +57,13 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
       judgement.doubt(evidence("run_begin", process.first_seen.value_or(EventRef{}),
                                "no run_begin of this process"));
     }
+    const auto last = process.last_seen.value_or(EventRef{});
+    const auto& window = context.options.window;
+    const bool outlives_window = window && last.time > window->to;
     if (!process.run_end) {
-      auto note = evidence("run_end", process.last_seen.value_or(EventRef{}),
+      auto note = evidence("run_end", last,
                            "interrupted: no run_end; this is the last event of the process");
-      if (context.options.allow_crash) {
+      if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {
         judgement.doubt(std::move(note));
@@ -77,7 +80,7 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback) {
   const bool is_attached =
       model.processes[at(callback.process)].first_moment == RunMoment::announce;
-  std::uint64_t count = callback.starts.count;
+  std::uint64_t count = callback.starts.count + callback.starts_outside;
   if (callback.fini) count = std::max(count, callback.fini->started);
   if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
   return count;
@@ -160,27 +163,40 @@ std::vector<SubjectVerdict> judge_specified_seen(const RuleContext& context) {
 const Rule kSeqContiguous{
     "T3", "seq-contiguous",
     "The numbers that each callback, publisher and thread counts its events with have no hole: "
-    "nothing was lost silently. The first start of a callback carries the number its announcement "
-    "promised; an end below the first start belongs to an instance that the recording's begin cut. "
-    "INCONCLUSIVE names the hole; every rule that judges each instance of that subject is then "
-    "INCONCLUSIVE as well. Remedy: see T2.",
+    "nothing was lost silently. The first start of a callback carries the number its "
+    "announcement promised; an end below the first start belongs to an instance that the "
+    "recording's begin cut.\n"
+    "Why it matters: A tracer's own count of losses can be wrong or missing; contiguous numbers "
+    "cannot.\n"
+    "Inconclusive when a number jumps: the hole is named, and every rule that judges each "
+    "instance of that subject is INCONCLUSIVE as well.\n"
+    "Remedy: see T2; after a copy, compare the files with the recording's manifest.",
     judge_seq_contiguous};
 
 const Rule kRunComplete{
     "T4", "run-complete",
     "The process was seen from its run_begin to its run_end, and what it counted (callbacks, "
-    "threads, groups, publishers, instances started and ended, messages, read-backs) is what the "
-    "trace shows. INCONCLUSIVE when it is not, or when there is no run_end: the process crashed or "
-    "the recording stopped first (\"interrupted\"). --allow-crash accepts an interrupted process; "
-    "the other rules judge what was seen.",
+    "threads, groups, publishers, instances started and ended, messages, read-backs) is what "
+    "the trace shows.\n"
+    "Why it matters: That something did not happen can only be said of a recording that is "
+    "known to be whole.\n"
+    "Inconclusive when run_begin or run_end is missing (\"interrupted\": the process crashed, "
+    "or the recording stopped first), or a total differs from what was seen. --allow-crash "
+    "accepts an interrupted process; the other rules judge what was seen.\n"
+    "Remedy: start the recording before the application and end the application before the "
+    "recording; find out why it crashed.",
     judge_run_complete};
 
 const Rule kSpecifiedCallbackSeen{
     "M1", "specified-callback-seen",
-    "Every callback that the scheduling spec names exactly was registered and ran at least once. A "
-    "misspelt id configures nothing, silently. INCONCLUSIVE without proof that nothing is missing "
-    "from the trace. Remedy: take ids from cie spec template; recordings must last until the "
-    "callback has run.",
+    "Every callback that the scheduling spec names exactly was registered and ran at least "
+    "once.\n"
+    "Why it matters: A misspelt id configures nothing, silently: the callback that was meant "
+    "runs with default parameters.\n"
+    "Inconclusive when it was not seen, and there is no proof that nothing is missing from the "
+    "trace.\n"
+    "Remedy: take ids from cie spec template; let the recording last until the callback has "
+    "run; remove entries of callbacks that are gone.",
     judge_specified_seen};
 
 }  // namespace cie::analysis

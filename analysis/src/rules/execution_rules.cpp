@@ -139,23 +139,35 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
 
 const Rule kStartEndPaired{
     "E1", "start-end-paired",
-    "Each instance that starts ends, once. FAIL when a cleanly ended process counts other numbers "
-    "of starts and ends, when an instance ends twice, or when more ends than started. "
-    "INCONCLUSIVE when a start or end stands alone and no totals tell whether its partner was "
-    "lost. Instances that the recording or a crash cuts are listed in the report, not judged.",
+    "Each instance that starts ends, once. FAIL when a cleanly ended process counts other "
+    "numbers of starts and ends, when an instance ends twice, or when more ends than started. "
+    "Instances that the recording or a crash cuts are listed in the report, not judged.\n"
+    "Why it matters: A callback that never ends holds its thread; one that ends twice is not "
+    "recorded rightly, and its times mean nothing.\n"
+    "Inconclusive when a start or end stands alone and no totals tell whether its partner was "
+    "lost.\n"
+    "Remedy: look for a callback that blocks for ever or leaves by exit() or longjmp(); call "
+    "each tracepoint once.",
     judge_paired};
 
 const Rule kNonReentrant{
     "E2", "non-reentrant",
-    "No two instances of one callback overlap in time. User code is seldom written for that. "
-    "INCONCLUSIVE when events of the callback were lost. Remedy: a mutually exclusive group.",
+    "No two instances of one callback overlap in time.\n"
+    "Why it matters: User code is seldom written to run twice at once: what it shares with "
+    "itself is not protected.\n"
+    "Inconclusive when events of the callback were lost between the two.\n"
+    "Remedy: put the callback into a mutually exclusive group.",
     judge_non_reentrant};
 
 const Rule kNoNesting{
     "E3", "no-nesting",
     "No callback starts inside an instance of another on the same thread, as happens when user "
-    "code spins an executor inside a callback. The inner one's time is then counted twice. "
-    "INCONCLUSIVE when events of a callback on that thread were lost.",
+    "code spins an executor inside a callback.\n"
+    "Why it matters: The inner callback runs at the outer one's priority and its time is "
+    "counted twice.\n"
+    "Inconclusive when events of a callback on that thread were lost.\n"
+    "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
+    "callback of the client instead.",
     judge_no_nesting};
 
 }  // namespace cie::analysis

@@ -25,12 +25,14 @@ std::string counted(std::uint64_t count, std::string_view noun) {
 }
 
 Evidence evidence(std::string event, const EventRef& where, std::string note) {
-  return Evidence{.event = std::move(event),
-                  .time = where.time,
-                  .cpu = where.cpu,
-                  .pid = where.pid,
-                  .tid = where.tid,
-                  .note = std::move(note)};
+  Evidence item{.event = std::move(event),
+                .time = where.time,
+                .cpu = where.cpu,
+                .pid = where.pid,
+                .tid = where.tid,
+                .note = std::move(note)};
+  if (where.stream != kNoStream) item.stream = static_cast<std::uint32_t>(where.stream);
+  return item;
 }
 
 void Judgement::fail(Evidence witness) { append(witnesses_, std::move(witness)); }

@@ -16,7 +16,7 @@ namespace cie::analysis {
 
 // A point in time without an event of its own.
 inline EventRef moment(Timestamp time, std::optional<std::int64_t> tid = std::nullopt) {
-  return {.time = time, .cpu = std::nullopt, .pid = std::nullopt, .tid = tid};
+  return {.time = time, .cpu = std::nullopt, .pid = std::nullopt, .tid = tid, .stream = kNoStream};
 }
 
 Evidence evidence(std::string event, const EventRef& where, std::string note);

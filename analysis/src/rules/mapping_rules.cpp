@@ -268,32 +268,44 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
 
 const Rule kOneCallbackPerThread{
     "M2", "one-callback-per-thread",
-    "Each thread ran one callback only. Callbacks that share a thread wait for each other whatever "
-    "their priorities. Threads are told apart by incarnation, so a reused tid is another thread. "
-    "INCONCLUSIVE when a callback on it was never registered or lost instances. Remedy: use the "
-    "isolated executor, one callback per group.",
+    "Each thread ran one callback only. Threads are told apart by incarnation, so a reused tid "
+    "is another thread.\n"
+    "Why it matters: Callbacks that share a thread wait for each other whatever their "
+    "priorities: the urgent one is as late as the slowest before it.\n"
+    "Inconclusive when a callback on the thread was never registered, or lost instances that "
+    "may have been another callback's.\n"
+    "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
+    "group of its own.",
     judge_one_callback};
 
 const Rule kOneThreadPerCallback{
     "M3", "one-thread-per-callback",
     "Each callback ran on one thread at a time: it never ran on two threads that were alive "
-    "together. A callback that wanders has no priority and no CPU of its own. INCONCLUSIVE without "
-    "the context vtid, when instances were lost, or when it cannot be told whether the earlier "
-    "thread still lived. Remedy: use the isolated executor.",
+    "together.\n"
+    "Why it matters: A callback that wanders between threads has no priority and no CPU of its "
+    "own: what one thread was given does not hold on the next.\n"
+    "Inconclusive when the context vtid is absent, instances were lost, or it cannot be told "
+    "whether the earlier thread still lived.\n"
+    "Remedy: use the isolated executor (--executor isolated) in place of a pool of threads.",
     judge_one_thread};
 
 const Rule kMappingPersistent{
     "M4", "mapping-persistent",
-    "A callback stays with its thread: it did not go on on a thread that replaced an earlier one "
-    "(or reused its tid) without being registered anew. Parameters belong to threads, and a "
-    "replaced thread starts without them. INCONCLUSIVE when the earlier thread's exit was lost.",
+    "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
+    "one (or reused its tid) without being registered anew.\n"
+    "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
+    "Inconclusive when the earlier thread's exit was lost.\n"
+    "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
+    "register the callback again and apply its parameters before it runs.",
     judge_persistent};
 
 const Rule kUniqueLogicalId{
     "M7", "unique-logical-id",
-    "No two callbacks of one process live under the same logical id. With equal ids one entry of a "
-    "spec configures whichever comes first. Remedy: give callbacks explicit names, or periods that "
-    "differ.",
+    "No two callbacks of one process live under the same logical id.\n"
+    "Why it matters: With equal ids one entry of a spec configures whichever comes first, and "
+    "the other runs unconfigured.\n"
+    "Inconclusive when whether the earlier callback of the id still lived is unknown.\n"
+    "Remedy: give callbacks explicit names, or periods that differ.",
     judge_unique_id};
 
 }  // namespace cie::analysis

@@ -149,16 +149,23 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
 const Rule kNoQueueOverflow{
     "Q1", "no-queue-overflow",
     "No sample was lost before a callback's queue, and no more were overwritten in it than "
-    "overwrites_allowed says (0 by default). INCONCLUSIVE when the totals were not seen, as after "
-    "a crash. Remedy: a deeper queue, a faster callback, or overwrites_allowed where only the "
-    "newest sample matters.",
+    "overwrites_allowed says (0 by default).\n"
+    "Why it matters: A lost sample is an input that the callback never sees, while everything "
+    "else looks well.\n"
+    "Inconclusive when the totals were not seen, as after a crash.\n"
+    "Remedy: a deeper queue, a faster callback, or overwrites_allowed where only the newest "
+    "sample matters.",
     judge_queues};
 
 const Rule kChainBounds{
     "Q2", "chain-bounds",
-    "Path latency, reaction time and data age of the chains in the spec stay within their bounds. "
-    "INCONCLUSIVE when the publish of a message on the chain was not seen, a callback of it lost "
-    "instances, or a release on it is not known exactly.",
+    "Path latency, reaction time and data age of the chains in the spec stay within their "
+    "bounds.\n"
+    "Why it matters: What the vehicle does depends on the whole path from sensor to actuator: "
+    "every callback can be in time and the path too late.\n"
+    "Inconclusive when the publish of a message on the chain was not seen, a callback of it "
+    "lost instances, or a release on it is not known exactly.\n"
+    "Remedy: the hop table of cie report --spec shows which callback or message takes the time.",
     judge_chains};
 
 }  // namespace cie::analysis

@@ -215,25 +215,36 @@ std::map<ThreadIndex, Evidence> unknown_threads(const Model& model, const Proof&
 
 const Rule kNoForeignWork{
     "M6", "no-foreign-work",
-    "An isolated thread starts no callback but its own. With foreign_work_budget in the spec and "
-    "kernel events in the trace, its time on a CPU outside callbacks, from its first wait to its "
-    "end, stays within that budget per second; without a budget that time is not judged. "
-    "INCONCLUSIVE when a callback on it lost instances or the kernel's record has a gap.",
+    "An isolated thread works for its own callback alone: it starts no other, and its work "
+    "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one it "
+    "is not judged).\n"
+    "Why it matters: Work that no callback accounts for delays the callback at its own "
+    "priority, and no analysis of callbacks sees it.\n"
+    "Inconclusive when events of the thread were lost, or there are no kernel events to measure "
+    "work outside callbacks with.\n"
+    "Remedy: register the callback to the thread that runs it; move other work to a thread of "
+    "its own (Executor::spawn_thread); record with --kernel.",
     judge_foreign_work};
 
 const Rule kSingleCallbackGroup{
     "M8", "single-callback-group",
-    "The group that an isolated thread serves holds one callback and is not reentrant. Callbacks "
-    "of one group exclude each other, so a shared group takes isolation back. INCONCLUSIVE when "
-    "the group or its callbacks were not seen to be registered. Remedy: leave the group out; each "
-    "callback then gets its own.",
+    "The group of an isolated thread has one callback, and is not reentrant.\n"
+    "Why it matters: Callbacks of one group share its thread and so wait for each other, "
+    "although each looks isolated in the configuration; a reentrant group needs several "
+    "threads.\n"
+    "Inconclusive when the group, or the callbacks in it, were never announced.\n"
+    "Remedy: create each callback with a callback group of its own, which is the default, "
+    "instead of handing several the same one.",
     judge_groups};
 
 const Rule kThreadKnown{
     "M9", "thread-known",
-    "Every thread that ran a callback was announced by thread_init. A callback on an unannounced "
-    "thread runs outside the executor's knowledge: nobody configured that thread. INCONCLUSIVE "
-    "without proof that nothing is missing from the trace.",
+    "Every thread that ran a callback was announced by the executor.\n"
+    "Why it matters: Of a thread that nobody announced nobody knows the role or applied "
+    "parameters: its callbacks run by chance.\n"
+    "Inconclusive when no announcement was seen, and there is no proof that nothing is missing.\n"
+    "Remedy: run callbacks from the executor's threads only; call no callback from a thread of "
+    "your own.",
     judge_known};
 
 }  // namespace cie::analysis

@@ -224,22 +224,28 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
 
 const Rule kParametersAsSpecified{
     "S1", "parameters-as-specified",
-    "What the kernel reported when a thread's parameters were last applied is what the spec asks "
-    "for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. A "
-    "refused or forgotten request shows here. After a reload the spec to judge by is the new one. "
-    "On a process that was attached to, the first audit stands for it. INCONCLUSIVE without such a "
-    "read-back, when a later one may have been lost, or when the recording is too old to carry "
-    "what is asked for. Remedy: the request's errno in the evidence; CAP_SYS_NICE, rtprio limits "
-    "and cpusets are the usual causes.",
+    "What the kernel reported when a thread's parameters were last applied is what the spec "
+    "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. "
+    "After a reload the spec to judge by is the new one. On a process that was attached to, the "
+    "first audit stands for it.\n"
+    "Why it matters: A refused or forgotten request leaves the thread with other parameters "
+    "than planned, and every analysis of the plan is void.\n"
+    "Inconclusive when there is no such read-back, a later one may have been lost, or the "
+    "recording is too old to carry what is asked for.\n"
+    "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "
+    "cpusets are the usual causes); judge by the spec that the application was started with.",
     judge_specified};
 
 const Rule kParametersBeforeFirstCallback{
     "S2", "parameters-before-first-callback",
-    "A thread was configured before its callback ran for the first time. Configurators outside "
-    "the process come too late by nature; the evidence counts the instances that ran unconfigured. "
-    "Not judged where a reload brought the spec into the running process: what ran before did so "
-    "under the former one. "
-    "INCONCLUSIVE when the first start or an earlier read-back may have been lost.",
+    "A thread was configured before its callback ran for the first time; the evidence counts "
+    "the instances that ran unconfigured. Not judged where a reload brought the spec into the "
+    "running process.\n"
+    "Why it matters: The first instances after a start are often the longest ones, and without "
+    "their parameters they are late or delay others.\n"
+    "Inconclusive when the first start, or an earlier read-back, may have been lost.\n"
+    "Remedy: let the application apply the spec itself before it spins; configurators outside "
+    "the process come too late by nature.",
     judge_before};
 
 }  // namespace cie::analysis

@@ -132,10 +132,14 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
 
 const Rule kMappingSurvivesRestart{
     "M5", "mapping-survives-restart",
-    "When a process is restarted, each callback returns as it was: same kind, source, period and "
-    "deadline, and its thread with the same policy, priority or nice value, deadline triple and "
-    "CPUs. Configurators that address threads by tid lose their setting here. Each lifetime is "
-    "compared with the one before it. INCONCLUSIVE when an id or the last parameters were lost.",
+    "When a process is restarted, each callback returns as it was: same kind, source, period "
+    "and deadline, and its thread with the same policy, priority or nice value, deadline triple "
+    "and CPUs. Each lifetime is compared with the one before it.\n"
+    "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
+    "and nobody notices.\n"
+    "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost.\n"
+    "Remedy: let the application apply the spec itself at every start; make ids and parameters "
+    "depend on nothing that changes between starts.",
     judge_restart};
 
 }  // namespace cie::analysis

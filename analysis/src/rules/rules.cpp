@@ -72,13 +72,31 @@ std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model
   }
   const auto& callbacks = model.callbacks;
   const auto has_run = std::ranges::find_if(callbacks, [](const CallbackFacts& callback) {
-    return callback.ends != 0 || (callback.fini && callback.fini->started != 0);
+    return callback.ends != 0 || callback.starts_outside != 0 ||
+           (callback.fini && callback.fini->started != 0);
   });
   if (has_run == callbacks.end()) return std::nullopt;
   Judgement judgement("trace");
+  const bool has_outside = std::ranges::any_of(
+      callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
   judgement.doubt(evidence("callback_start", moment(model.begin.value_or(Timestamp{})),
-                           "callbacks ran, but no callback_start was recorded"));
+                           has_outside ? "no callback started in the window"
+                                       : "callbacks ran, but no callback_start was recorded"));
   return std::move(judgement).finish();
+}
+
+// Names the file and the packet of each event.
+void locate(const Model& model, std::vector<Evidence>& evidence) {
+  for (auto& item : evidence) {
+    if (!item.stream || *item.stream >= model.streams.size()) continue;
+    const auto& stream = model.streams[*item.stream];
+    item.file = stream.path;
+    const auto& begins = stream.packet_begins;
+    const auto next = std::ranges::upper_bound(begins, item.time);
+    if (next != begins.begin() && stream.packets == begins.size()) {
+      item.packet = static_cast<std::uint64_t>(next - begins.begin() - 1);
+    }
+  }
 }
 
 RuleVerdict judge(const Rule& rule, const RuleContext& context) {
@@ -88,8 +106,9 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
   std::ranges::stable_sort(verdict.subjects, comes_before);
-  for (const auto& subject : verdict.subjects) {
+  for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
+    locate(context.model, subject.evidence);
   }
   return verdict;
 }
@@ -142,10 +161,25 @@ VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
   for (const auto& rule : rules()) {
     report.rules.push_back(judge(rule, context));
-    report.verdict = std::max(report.verdict, report.rules.back().verdict);
   }
-  if (report.verdict == Verdict::not_applicable) report.verdict = Verdict::pass;
+  report.verdict = overall_verdict(report);
   return report;
+}
+
+Verdict counted_verdict(const RuleVerdict& rule) noexcept {
+  if (rule.subjects.empty()) return rule.verdict;
+  auto verdict = Verdict::not_applicable;
+  for (const auto& subject : rule.subjects) {
+    if (!subject.is_suppressed()) verdict = std::max(verdict, subject.verdict);
+  }
+  return verdict;
+}
+
+Verdict overall_verdict(const VerdictReport& verdicts) noexcept {
+  auto verdict = Verdict::pass;
+  for (const auto& rule : verdicts.rules)
+    verdict = std::max(verdict, counted_verdict(rule));
+  return verdict;
 }
 
 std::string_view label(Verdict verdict) noexcept {

@@ -26,6 +26,14 @@ bool is_known(const ThreadFacts& thread) {
   return thread.announced || thread.read_backs.count != 0 || thread.fini;
 }
 
+// " (thread of CALLBACK)": who reads of a thread wants to know whose it is.
+std::string whose(const Model& model, const ThreadFacts& thread) {
+  if (thread.ran.size() != 1) {
+    return thread.name.empty() ? std::string() : " (thread \"" + thread.name + "\")";
+  }
+  return " (thread of " + model.callbacks[at(thread.ran.front().callback)].logical_id + ")";
+}
+
 void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
                      Judgement& judgement) {
   const auto& thread = model.threads[at(index)];
@@ -33,7 +41,8 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
   if (thread.audit_mismatch) {
     const auto& [applied, audit] = *thread.audit_mismatch;
     if (proof.may_hide_read_back(index, applied.n, audit.n)) judgement.overrule(proof.loss(index));
-    judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied)));
+    judgement.fail(evidence("thread_sched", applied.at,
+                            "applied: " + describe(applied) + whose(model, thread)));
     judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
   }
   if (thread.priority_mismatch) {
@@ -41,7 +50,8 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
     if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
       judgement.overrule(proof.loss(index));
     }
-    judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied)));
+    judgement.fail(evidence("thread_sched", applied.at,
+                            "applied: " + describe(applied) + whose(model, thread)));
     judgement.fail(evidence("sched_switch", priority.at,
                             "the kernel schedules it with " + priority_text(priority.prio)));
   }
@@ -87,7 +97,8 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
           if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
             judgement.overrule(proof.loss(index));
           }
-          judgement.fail(evidence("thread_sched", mask.at, "last read back: " + describe(mask)));
+          judgement.fail(evidence("thread_sched", mask.at,
+                                  "last read back: " + describe(mask) + whose(model, thread)));
           judgement.fail(evidence("cpu", where,
                                   "ran on CPU " + std::to_string(where.cpu.value_or(-1)) +
                                       ", which is outside that mask"));
@@ -183,24 +194,39 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
 
 const Rule kParametersUnchanged{
     "S3", "parameters-unchanged",
-    "A thread keeps the parameters that were last applied: every later audit agrees with them, and "
-    "so does the priority in every sched_switch, intervals of priority inheritance aside. "
-    "INCONCLUSIVE without audit and kernel events, or when read-backs or kernel events were lost.",
+    "A thread keeps the parameters that were last applied: every later audit agrees with them, "
+    "and so does the priority in every sched_switch, intervals of priority inheritance aside.\n"
+    "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "
+    "the application had been given, and it goes on as if nothing had happened.\n"
+    "Inconclusive when there is neither an audit nor a kernel event to compare with, or "
+    "read-backs or kernel events were lost.\n"
+    "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
+    "syscalls:sys_enter_sched_set* events) and stop it; on_change: reapply has the executor put "
+    "it right.",
     judge_parameters_unchanged};
 
 const Rule kAllowedCpusOnly{
     "S4", "allowed-cpus-only",
-    "A thread ran only on CPUs of the mask that was last read back before. Without kernel events "
-    "only the CPUs of the thread's own events are known: PASS then says \"sampled\". INCONCLUSIVE "
-    "without a read-back, or when read-backs or kernel events were lost.",
+    "A thread ran only on CPUs of the mask that was last read back before. Without kernel "
+    "events only the CPUs of the thread's own events are known: PASS then says \"sampled\".\n"
+    "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
+    "cache.\n"
+    "Inconclusive when there is no read-back of the mask, or read-backs or kernel events were "
+    "lost.\n"
+    "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
+    "spec's affinity and read it back.",
     judge_allowed_cpus};
 
 const Rule kNoParameterLeak{
     "S5", "no-parameter-leak",
-    "No thread inherited a real-time policy that it was not given: announced threads are judged by "
-    "what they read back at creation, other children of real-time threads by the priority they "
-    "first run with. Remedy: SCHED_FLAG_RESET_ON_FORK, or create threads before raising the "
-    "priority. Without fork events PASS says \"announced only\".",
+    "No thread inherited a real-time policy that it was not given: announced threads are judged "
+    "by what they read back at creation, other children of real-time threads by the priority "
+    "they first run with. Without fork events PASS says \"announced only\".\n"
+    "Why it matters: A helper thread that inherits SCHED_FIFO by accident competes with the "
+    "callbacks it was meant to stay away from.\n"
+    "Inconclusive when the thread's first read-back, or kernel events, were lost.\n"
+    "Remedy: SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising "
+    "the priority.",
     judge_no_leak};
 
 }  // namespace cie::analysis

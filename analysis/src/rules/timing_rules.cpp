@@ -233,39 +233,60 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
 
 const Rule kArrivalExceedsTurnaround{
     "R1", "arrival-exceeds-turnaround",
-    "Each instance ends before the next one is released: the shortest inter-arrival time exceeds "
-    "the longest response time. This is the assumption under which one thread per callback needs "
-    "no queue. INCONCLUSIVE when releases are not known exactly or instances were lost. Fewer than "
-    "two instances are not judged.",
+    "Each instance ends before the next one is released: the shortest inter-arrival time "
+    "exceeds the longest response time. Fewer than two instances are not judged.\n"
+    "Why it matters: This is the assumption under which one thread per callback needs no queue: "
+    "when it does not hold, instances wait for the one before them and delays add up.\n"
+    "Inconclusive when releases are not known exactly, or instances were lost.\n"
+    "Remedy: shorten the callback, raise its priority or give it a CPU, or slow its source "
+    "down; cie report shows where the time went.",
     judge_arrival};
 
 const Rule kNoMissedRelease{
     "R2", "no-missed-release",
     "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
-    "those before an instance that was still open included. INCONCLUSIVE when expiries are not "
-    "recorded or instances were lost.",
+    "those before an instance that was still open included.\n"
+    "Why it matters: Every skipped period is an activation that the design counts on and that "
+    "never happened.\n"
+    "Inconclusive when expiries are not recorded, or instances were lost.\n"
+    "Remedy: find what kept the thread from running or the instance from ending (cie report: "
+    "preempted, blocked, wake delay); allow in the spec what the design can bear.",
     judge_missed};
 
 const Rule kDeadline{
     "R3", "deadline",
     "Response times stay within the deadline: response_deadline of the spec, else the one the "
-    "callback declared. Where a release is not known, FAIL needs the lower bound of the response "
-    "time above the deadline and PASS the upper bound within it; else INCONCLUSIVE. An instance "
-    "that never ended fails when the window ends after its deadline.",
+    "callback declared. Where a release is not known, FAIL needs the lower bound of the "
+    "response time above the deadline and PASS the upper bound within it. An instance that "
+    "never ended fails when the window ends after its deadline.\n"
+    "Why it matters: A result after its deadline is a wrong result.\n"
+    "Inconclusive when the bounds of a response time lie on both sides of the deadline, or "
+    "instances were lost.\n"
+    "Remedy: the evidence names the instance: cie report tells what it waited for, cie analyze "
+    "schedulability what it may have to wait for at worst.",
     judge_deadline};
 
 const Rule kBudget{
     "R4", "budget",
     "Execution times (on-CPU time, not duration) stay within the declared wcet. Without kernel "
-    "events an instance passes if its whole duration does; else INCONCLUSIVE. Remedy: record with "
-    "--kernel.",
+    "events an instance passes if its whole duration does.\n"
+    "Why it matters: Budgets and response-time analyses rest on the wcet: one callback that "
+    "takes more invalidates the bounds of all below it.\n"
+    "Inconclusive when an instance took longer than the wcet and its CPU time is not known, or "
+    "instances were lost.\n"
+    "Remedy: record with --kernel; make the callback faster, or declare what it really takes "
+    "and analyze again.",
     judge_budget};
 
 const Rule kRate{
     "R5", "rate",
     "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only consecutive "
-    "instances are compared. INCONCLUSIVE when releases are not known exactly or instances were "
-    "lost.",
+    "instances are compared.\n"
+    "Why it matters: Sources that send faster than declared overload everything behind them; "
+    "slower ones starve it.\n"
+    "Inconclusive when releases are not known exactly, or instances were lost.\n"
+    "Remedy: correct the source's rate, limit it, or declare what it really is and analyze "
+    "again.",
     judge_rate};
 
 }  // namespace cie::analysis

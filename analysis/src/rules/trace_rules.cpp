@@ -84,9 +84,12 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto missing = [&](std::string_view what, std::string note) {
     judgement.doubt(evidence(std::string(what), begin_of(context.model), std::move(note)));
   };
+  const bool is_cut = context.options.window.has_value();
   for (const auto& requirement : kRequired) {
     if (events.by_name.contains(requirement.event)) {
       judgement.check();
+    } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
+      missing(requirement.event, "none in the window; widen --window, or leave it out");
     } else {
       missing(requirement.event, "absent; " + std::string(requirement.remedy));
     }
@@ -128,33 +131,49 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
 
 const Rule kTraceReadable{
     "T1", "trace-readable",
-    "Every packet of the trace could be decoded. A packet that cannot be is skipped and named, and "
-    "the rest is used; the rules then count what it may have held as lost (INCONCLUSIVE). When "
-    "nothing can be decoded, cie ends with exit code 4. Remedy: record again, or check the disk "
-    "and the copy with the checksums of the recording's manifest.",
+    "Every packet of the trace could be decoded; one that could not is skipped and named, and "
+    "the rest is used.\n"
+    "Why it matters: What a damaged packet held may have been the very event that breaks a "
+    "rule, so the rules count it as lost.\n"
+    "Inconclusive when some packets were damaged and skipped, or were read with another "
+    "recording's metadata. When nothing at all can be decoded, cie ends with exit code 4.\n"
+    "Remedy: record again, or check the disk and the copy with the checksums of the recording's "
+    "manifest.",
     judge_readable};
 
 const Rule kNoLoss{
     "T2", "no-loss",
-    "The tracer threw nothing away that a verdict needed. Tracers discard events when a buffer is "
-    "full. Loss is judged per subject: contiguous numbers and totals prove that a callback or "
-    "thread lost nothing, so a loss that cost no subject its proof passes and is named. "
-    "INCONCLUSIVE when some subject lost its proof; FAIL only with --require-lossless. Remedy: "
-    "larger or more sub-buffers, or fewer enabled events.",
+    "The tracer threw nothing away that a verdict needed. Loss is judged per subject: "
+    "contiguous numbers and totals prove that a callback or thread lost nothing, so a loss that "
+    "cost no subject its proof passes and is named. FAIL only with --require-lossless.\n"
+    "Why it matters: Tracers discard events when a buffer is full, mostly when the system is "
+    "busiest: what is missing is seldom the harmless part.\n"
+    "Inconclusive when events or packets were discarded and some subject of a rule lost its "
+    "proof with them.\n"
+    "Remedy: larger or more sub-buffers (cie record --subbuf-size, --num-subbuf), or fewer "
+    "enabled events.",
     judge_no_loss};
 
 const Rule kRequiredEvents{
     "T5", "required-events",
     "The trace holds what every judgement rests on: run_begin, callback_init, thread_init, "
-    "callback_start, callback_end and the contexts vpid and vtid. INCONCLUSIVE names what is "
-    "absent and how to enable it. Whatever else a rule needs, that rule asks for.",
+    "callback_start, callback_end and the contexts vpid and vtid. Whatever else a rule needs, "
+    "that rule asks for.\n"
+    "Why it matters: Without them there is nothing to judge, and a rule that judges nothing "
+    "must not look as if it passed.\n"
+    "Inconclusive when one of them is absent: the message names it and how to enable it.\n"
+    "Remedy: record with cie record, or enable the named events and contexts.",
     judge_required_events};
 
 const Rule kTimeSane{
     "T6", "time-sane",
-    "Times can be compared. FAIL when time runs backwards inside one stream, which no correct "
-    "tracer writes. INCONCLUSIVE when streams carry clocks of different boots or of no common "
-    "origin. Remedy: verify the traces of one boot together, others apart.",
+    "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer writes "
+    "that), and all streams share a clock.\n"
+    "Why it matters: Response times are differences of times of several streams; with clocks "
+    "that do not belong together they mean nothing.\n"
+    "Inconclusive when streams carry clocks of different boots, or of no common origin.\n"
+    "Remedy: verify the traces of one boot together, others apart; after a FAIL record again "
+    "with another version of the tracer.",
     judge_time_sane};
 
 }  // namespace cie::analysis

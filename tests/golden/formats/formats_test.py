@@ -23,26 +23,35 @@ MEMBER = "package/lib/schemas/sarif-2.1.0-rtm.5.json"
 cie, examples = sys.argv[2], pathlib.Path(sys.argv[3])
 
 
-def verify(trace, form):
-    done = subprocess.run([cie, "verify", trace, "--format", form], capture_output=True, text=True,
-                          check=False)
+# Known violations of M2, accepted; those of M3, no longer.
+SUPPRESSIONS = """suppressions:
+  - {rule: M2, subject: "*", reason: "known # \\\\ <&>", expires: 2026-12-31}
+  - {rule: M3, subject: "*", reason: once known, expires: 2026-01-01}
+"""
+
+
+def verify(trace, form, *options):
+    done = subprocess.run([cie, "verify", trace, "--format", form, *options], capture_output=True,
+                          text=True, check=False)
     assert done.returncode in (0, 1, 3), done.stderr
     return done.stdout
 
 
-def expected(trace):
-    """How often each verdict occurs, a rule without subjects counting once."""
+def expected(trace, *options):
+    """How often each verdict occurs, a rule without subjects counting once; what is suppressed apart."""
     counts = collections.Counter()
-    for rule in json.loads(verify(trace, "json"))["rules"]:
-        counts.update(s["verdict"] for s in rule["subjects"] or [rule])
+    for rule in json.loads(verify(trace, "json", *options))["rules"]:
+        for subject in rule["subjects"] or [rule]:
+            is_suppressed = subject.get("suppression", {}).get("state") == "active"
+            counts["SUPPRESSED" if is_suppressed else subject["verdict"]] += 1
     return counts
 
 
-def check_junit(trace):
+def check_junit(trace, *options):
     import junitparser
 
     with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
-        file.write(verify(trace, "junit"))
+        file.write(verify(trace, "junit", *options))
         file.flush()
         document = junitparser.JUnitXml.fromfile(file.name)
     seen = collections.Counter()
@@ -51,18 +60,20 @@ def check_junit(trace):
         for case in suite:
             assert len(case.result) <= 1, case.name
             seen[kinds[type(case.result[0]).__name__] if case.result else "PASS"] += 1
-    assert seen == expected(trace), (seen, expected(trace))
+    counts = expected(trace, *options)
+    counts["NOT_APPLICABLE"] += counts.pop("SUPPRESSED", 0)  # JUnit knows but one word for both
+    assert seen == counts, (seen, counts)
     assert document.tests == sum(seen.values())
     assert (document.failures, document.errors) == (seen["FAIL"], seen["INCONCLUSIVE"])
 
 
-def check_tap(trace):
+def check_tap(trace, *options):
     with tempfile.NamedTemporaryFile("w", suffix=".tap") as file:
-        file.write(verify(trace, "tap"))
+        file.write(verify(trace, "tap", *options))
         file.flush()
         done = subprocess.run(["prove", "--exec", "cat", "--nocolor", "--verbose", file.name],
                               capture_output=True, text=True, check=False)
-    counts = expected(trace)
+    counts = expected(trace, *options)
     bad = counts["FAIL"] + counts["INCONCLUSIVE"]
     assert "Parse errors" not in done.stdout, done.stdout
     assert (done.returncode == 0) == (bad == 0), done.stdout
@@ -96,20 +107,35 @@ def sarif_schema():
     return json.loads(target.read_text())
 
 
-def check_sarif(trace):
+def is_accepted(result):
+    return any(s["status"] == "accepted" for s in result.get("suppressions", []))
+
+
+def check_sarif(trace, *options):
     import jsonschema
 
-    document = json.loads(verify(trace, "sarif"))
+    document = json.loads(verify(trace, "sarif", *options))
     schema = sarif_schema()
     jsonschema.validators.validator_for(schema)(schema).validate(document)
     kinds = {"fail": "FAIL", "open": "INCONCLUSIVE", "pass": "PASS",
              "notApplicable": "NOT_APPLICABLE"}
-    seen = collections.Counter(kinds[r["kind"]] for r in document["runs"][0]["results"])
-    assert seen == expected(trace), (seen, expected(trace))
+    results = document["runs"][0]["results"]
+    seen = collections.Counter("SUPPRESSED" if is_accepted(r) else kinds[r["kind"]] for r in results)
+    counts = expected(trace, *options)
+    assert seen == counts, (seen, counts)
+    assert len({"suppressions" in r for r in results}) == 1, "all results have the property or none"
     # A check that rejects nothing would pass everything.
     document["runs"][0]["results"][0]["kind"] = "maybe"
     assert not jsonschema.validators.validator_for(schema)(schema).is_valid(document)
 
 
-for example in ("isolated_ok", "multi_threaded_fails"):
-    globals()["check_" + sys.argv[1]](examples / example / "trace")
+check = globals()["check_" + sys.argv[1]]
+with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+    file.write(SUPPRESSIONS)
+    file.flush()
+    accepted = ("--suppressions", file.name, "--now", "2026-06-15")
+    for example in ("isolated_ok", "multi_threaded_fails"):
+        check(examples / example / "trace")
+        check(examples / example / "trace", *accepted)
+    suppressed = expected(examples / "multi_threaded_fails" / "trace", *accepted)["SUPPRESSED"]
+    assert suppressed > 0, "nothing was suppressed"

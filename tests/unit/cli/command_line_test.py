@@ -11,12 +11,13 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
 SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
-COMMANDS = ("report", "instances", "verify", "export", "spec", "diff")
+COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff")
 
 
 def cie(*arguments, **options):
@@ -90,7 +91,7 @@ class Help(unittest.TestCase):
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
 
 
-class Usage(unittest.TestCase):
+class Usage(Folder):
     def assert_usage_error(self, arguments, message):
         result = cie(*arguments)
         self.assertEqual(result.returncode, 2, arguments)
@@ -134,12 +135,92 @@ class Usage(unittest.TestCase):
         self.assertEqual(cie("verify", violating).returncode, 1)
         self.assertEqual(cie("verify", violating, "--only", "T1").returncode, 0)
 
+    def suppressions(self, *fields):
+        lines = "".join(f"  - {{rule: {rule}, subject: \"{subject}\", reason: known, expires: {expires}}}\n"
+                        for rule, subject, expires in fields)
+        return self.write("accepted.yaml", ("suppressions:\n" + lines).encode())
+
+    def test_what_is_suppressed_has_no_say_until_it_expires(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        rules = [r["id"] for r in json.loads(cie("verify", violating, "-f", "json").stdout)["rules"]
+                 if r["verdict"] in ("FAIL", "INCONCLUSIVE")]
+        file = self.suppressions(*((rule, "*", "2026-06-15") for rule in rules))
+        for date, code in (("2026-06-15", 0), ("2026-06-16", 1)):
+            for form in ("text", "json", "junit", "sarif", "tap"):
+                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form)
+                self.assertEqual((result.returncode, result.stderr), (code, b""))
+                self.assertIn(b"known", result.stdout)
+        self.assertEqual(cie("verify", violating, "--suppressions", self.suppressions(("R9", "*", "never"))).returncode, 2)
+        forever = self.suppressions(*((rule, "*", "never") for rule in rules))
+        self.assertEqual(cie("verify", violating, "--suppressions", forever).returncode, 0)
+
+    def test_a_bad_suppressions_file_is_named_with_its_line(self):
+        file = self.suppressions(("R2", "*", "tomorrow"))
+        result = cie("verify", TRACE, "--suppressions", file)
+        self.assertEqual((result.returncode, result.stdout), (2, b""))
+        self.assertEqual(result.stderr.decode(),
+                         f'cie: {file}:2: entry "R2 *": "expires" is "tomorrow"; write its last day as in '
+                         "2026-12-31, or never\n")
+        self.assert_usage_error(("verify", TRACE, "--now", "2026-01-01"),
+                                "--now is the day that suppressions expire by: add --suppressions FILE")
+        self.assert_usage_error(("verify", TRACE, "--suppressions", file, "--now", "today"),
+                                '--now takes a date such as 2026-12-31, and not "today"')
+
+    def test_a_window_is_judged_alone(self):
+        begin, end = (json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"][key] for key in ("begin_ns", "end_ns"))
+        middle = begin + 50_000_000
+        for text, window in ((f"{middle}..{middle + 7}", (middle, middle + 7)), ("+50ms..", (middle, end)),
+                             ("..-0.01s", (begin, end - 10_000_000)), ("+50ms..-10ms", (middle, end - 10_000_000)),
+                             (f"..{middle}", (begin, middle)), ("..", (begin, end)), ("-9s..+9s", (begin, end))):
+            for reader in ("native", "babeltrace2"):
+                arguments = (TRACE, f"--window={text}", "-f", "json", "--reader", reader)
+                result = cie("verify", *arguments)
+                self.assertEqual(json.loads(result.stdout)["window"], {"begin_ns": window[0], "end_ns": window[1]}, text)
+                self.assertEqual(result.returncode, 3 if text.startswith(str(middle)) else 0, text)
+                trace = json.loads(cie("report", *arguments).stdout)["trace"]
+                self.assertEqual((trace["begin_ns"], trace["end_ns"]), window)
+        for form in ("text", "junit", "sarif", "tap"):
+            self.assertIn(str(middle).encode(), cie("verify", TRACE, "--window", f"{middle}..", "-f", form).stdout)
+
+    def test_a_bad_window(self):
+        for text, message in (("5", '--window does not understand "5"; write FROM..TO, each of them nanoseconds as outputs '
+                                    "show them, +1.5s from the begin, -200ms from the end, or nothing"),
+                              ("2..1", "--window 2..1 is empty: it begins at 2 ns and ends at 1 ns"),
+                              ("1..2", "--window 1..2 lies outside the recording"),
+                              ("+1h..", '--window does not understand "+1h"; write FROM..TO, each of them nanoseconds as '
+                                        "outputs show them, +1.5s from the begin, -200ms from the end, or nothing")):
+            self.assert_usage_error(("verify", TRACE, "--window", text), message)
+
+    def test_schedulability(self):
+        result = cie("analyze", "schedulability", TRACE, "-f", "json")
+        self.assertIn(result.returncode, (0, 1), result.stderr)
+        document = json.loads(result.stdout)
+        self.assertEqual(document["schema"], "cie.schedulability/1")
+        self.assertEqual(result.returncode == 1, document["finding"])
+        ids = [c["logical_id"] for c in json.loads(cie("report", TRACE, "-f", "json").stdout)["callbacks"]]
+        self.assertEqual([c["logical_id"] for c in document["callbacks"]], ids)
+        self.assert_usage_error(("analyze",), "say what to analyze: cie analyze schedulability TRACE")
+        self.assert_usage_error(("analyze", "schedulabilty", TRACE),
+                                'cie analyze does not know "schedulabilty"; did you mean "schedulability"? '
+                                "available: schedulability")
+
+    def test_a_graph_is_drawn_where_graphviz_is(self):
+        dot = cie("export", TRACE, "--to", "dot")
+        self.assertEqual(dot.returncode, 0)
+        self.assertIn(b"/a/plan@Timer(20000000)", dot.stdout)
+        nowhere = cie("export", TRACE, "--to", "svg", env={**os.environ, "PATH": self.folder})
+        self.assertEqual((nowhere.returncode, nowhere.stdout), (4, b""))
+        self.assertIn(b"install graphviz, or use --to dot", nowhere.stderr)
+        if shutil.which("dot") is None:
+            self.skipTest("graphviz is not installed")
+        svg = cie("export", TRACE, "--to", "svg")
+        self.assertEqual(svg.returncode, 0, svg.stderr)
+        texts = [e.text for e in xml.etree.ElementTree.fromstring(svg.stdout).iter("{http://www.w3.org/2000/svg}text")]
+        self.assertIn("/a/plan@Timer(20000000)", texts)
+
     def test_not_available_yet(self):
-        for command, planned, available in (("instances", "parquet", "csv, jsonl"),):
-            self.assert_usage_error((command, TRACE, "--format", planned),
-                                    f"--format {planned} is not available in this version; available: {available}")
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
-                                "--to chrome is not available in this version; available: perfetto")
+                                "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
 
     def test_unknown_choices(self):

@@ -1,7 +1,9 @@
 #include "rules/rule.hpp"
 #include "support/verdicts.hpp"
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -46,10 +48,15 @@ TEST(Verify, KeepsTheContractsOrder) {
             "R1 R2 R3 R4 R5 Q1 Q2 ");
 }
 
-TEST(Verify, EveryRuleHasAPage) {
+TEST(Verify, EveryRuleHasAPageOfFourParts) {
+  using ::testing::ContainsRegex;
   for (const auto& rule : analysis::rules()) {
-    EXPECT_GT(rule.page.size(), 100U) << rule.id;
     EXPECT_FALSE(rule.name.empty()) << rule.id;
+    EXPECT_THAT(std::string(rule.page), ContainsRegex("^[A-Z][^\n]{40,}[.:)]\n"
+                                                      "Why it matters: [^\n]{40,}\\.\n"
+                                                      "Inconclusive when [^\n]{15,}\\.\n"
+                                                      "Remedy: [^\n]{30,}\\.$"))
+        << rule.id;
   }
 }
 
@@ -71,6 +78,39 @@ TEST(Verify, SortsNumbersInSubjectsByValue) {
   for (const auto& subject : verified.rule("M2").subjects)
     subjects.push_back(subject.subject);
   EXPECT_THAT(subjects, ElementsAre("thread 9", "thread 10", "thread 101"));
+}
+
+TEST(Verify, EvidenceNamesTheStreamAndThePacketOfItsEvent) {
+  using namespace analysis;
+  Analyzer analyzer(AnalysisOptions{});
+  const auto push = [&analyzer](std::int64_t time, std::uint32_t stream, const EventBody& body) {
+    analyzer.consume(
+        Event{.head = {.time = {time}, .stream = StreamIndex{stream}, .cpu = 0, .pid = 1, .tid = 2},
+              .body = body});
+  };
+  const auto start = [&push](std::int64_t time, std::uint32_t callback) {
+    CallbackStart event;
+    event.callback = CallbackId{callback};
+    push(time, 1, event);
+    push(time + 1, 1, CallbackEnd{.callback = CallbackId{callback}, .seq = 0, .status = {}});
+  };
+  push(0, 0, StreamBegin{});
+  StreamBegin second;
+  second.path = "run/channel0_1";
+  push(0, 1, second);
+  push(0, 0, PacketBegin{});
+  for (const auto& [begin, callback] : {std::pair(10, 7U), std::pair(20, 8U)}) {
+    push(begin, 1, PacketBegin{});
+    start(begin + 1, callback);
+    push(begin + 5, 1, PacketEnd{});
+  }
+  const auto verdicts = analyzer.finish().verdicts;
+  const auto rule = std::ranges::find(verdicts.rules, "M2", &RuleVerdict::id);
+  const auto& evidence = rule->subjects.at(0).evidence;
+  ASSERT_EQ(evidence.size(), 2U);
+  EXPECT_EQ(evidence[0].file, "run/channel0_1");
+  EXPECT_EQ(evidence[0].packet, 0U);
+  EXPECT_EQ(evidence[1].packet, 1U);
 }
 
 TEST(Verify, NamesThePidWhenThereAreSeveralProcesses) {

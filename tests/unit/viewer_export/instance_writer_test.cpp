@@ -20,7 +20,7 @@ constexpr const char* kHeader =
     "logical_id,pid,tid,seq,release_ns,wakeup_ns,start_ns,end_ns,cpu_start,cpu_end,execution_ns,"
     "preempted_ns,blocked_ns,release_source,waking_ns,wake_delay_ns,missed\n";
 
-std::string written(InstanceWriter& writer, InstanceFormat format = InstanceFormat::csv) {
+std::string written(InstanceWriter& writer, TableFormat format = TableFormat::csv) {
   std::ostringstream out;
   writer.write(out, format);
   return out.str();
@@ -96,7 +96,7 @@ TEST(InstanceJsonLines, HasTheSameNamesAndNullForUnknown) {
   InstanceWriter writer;
   writer.on_instance(full_instance());
   writer.on_instance(instance("line\nbreak \"quoted\" \x1b[31m", 12, 0, 400, 500, -1));
-  std::istringstream lines(written(writer, InstanceFormat::json_lines));
+  std::istringstream lines(written(writer, TableFormat::json_lines));
   std::string line;
   ASSERT_TRUE(std::getline(lines, line));
   EXPECT_EQ(line, R"x({"logical_id":"/a@Timer(1)","pid":4001,"tid":11,"seq":18446744073709551615,)x"

@@ -129,7 +129,10 @@ inline analysis::VerdictReport sample_verdicts() {
                                  .cpu = 0,
                                  .pid = 4001,
                                  .tid = 4008,
-                                 .note = "started /a/plan@Timer(20000000), instance 0"};
+                                 .note = "started /a/plan@Timer(20000000), instance 0",
+                                 .stream = 1,
+                                 .file = "ust/channel0_1",
+                                 .packet = 2};
   const analysis::Evidence second{.event = "callback_start",
                                   .time = {983'005'187'272},
                                   .cpu = std::nullopt,
@@ -170,6 +173,27 @@ inline analysis::VerdictReport sample_verdicts() {
            .name = "mapping-survives-restart",
            .verdict = Verdict::not_applicable,
            .subjects = {}}}};
+}
+
+// The same, with the FAIL of thread 4008 suppressed, and an entry that names nothing.
+inline analysis::VerdictReport suppressed_verdicts(bool is_expired) {
+  auto verdicts = sample_verdicts();
+  const analysis::Suppression entry{.rule = "M2",
+                                    .subject = "thread *",
+                                    .reason = "known <since> May",
+                                    .expires = "2026-12-31",
+                                    .place = "ok.yaml:2",
+                                    .is_expired = is_expired};
+  auto other = entry;
+  other.rule = "M5";
+  other.place = "ok.yaml:6";
+  other.expires = "never";
+  other.is_expired = false;
+  verdicts.rules[2].subjects[1].suppression = entry;
+  verdicts.suppressions = {.date = is_expired ? "2027-01-01" : "2026-12-31",
+                           .uses = {{.suppression = entry, .matched = 1}, {.suppression = other}}};
+  verdicts.verdict = analysis::overall_verdict(verdicts);
+  return verdicts;
 }
 
 }  // namespace cie::test

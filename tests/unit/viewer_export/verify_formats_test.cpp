@@ -96,6 +96,48 @@ TEST(VerifySarif, HasOneResultPerSubjectWithItsKind) {
             "M5 notApplicable none\n");
 }
 
+TEST(VerifyJunit, ASuppressedVerdictIsSkippedWithItsReasonAndKeepsItsEvidence) {
+  const auto text = written(write_verify_junit, test::suppressed_verdicts(false));
+  EXPECT_THAT(text, HasSubstr("tests=\"5\" failures=\"0\" errors=\"1\" skipped=\"2\">"));
+  EXPECT_THAT(text,
+              HasSubstr("<skipped message=\"FAIL suppressed until 2026-12-31 (ok.yaml:2): known "
+                        "&lt;since&gt; May\"/>\n      <system-out>at 983005016596 ns"));
+  const auto expired = written(write_verify_junit, test::suppressed_verdicts(true));
+  EXPECT_THAT(expired, HasSubstr("tests=\"5\" failures=\"1\" errors=\"1\" skipped=\"1\">"));
+  EXPECT_THAT(expired, HasSubstr("suppression expired after 2026-12-31"));
+}
+
+TEST(VerifyTap, ASuppressedVerdictIsATodo) {
+  EXPECT_THAT(
+      written(write_verify_tap, test::suppressed_verdicts(false)),
+      HasSubstr("not ok 4 - M2 one-callback-per-thread: thread 4008 # TODO suppressed until "
+                "2026-12-31 (ok.yaml:2): known <since> May\n  ---\n"));
+  const auto expired = written(write_verify_tap, test::suppressed_verdicts(true));
+  EXPECT_THAT(expired, HasSubstr("not ok 4 - M2 one-callback-per-thread: thread 4008\n"));
+  EXPECT_THAT(expired, HasSubstr("  suppression: \"suppression expired after 2026-12-31"));
+}
+
+TEST(VerifySarif, OnceAResultHasSuppressionsEveryResultHas) {
+  const auto results_of = [](bool is_expired) {
+    return nlohmann::json::parse(written(write_verify_sarif, test::suppressed_verdicts(is_expired)))
+        .at("runs")
+        .at(0)
+        .at("results");
+  };
+  const auto results = results_of(false);
+  ASSERT_EQ(results.size(), 5U);
+  for (const auto& result : results)
+    EXPECT_EQ(result.at("suppressions").size(), result.at("kind") == "fail" ? 1U : 0U);
+  const auto suppression = results[3]["suppressions"][0];
+  EXPECT_EQ(suppression["kind"], "external");
+  EXPECT_EQ(suppression["status"], "accepted");
+  EXPECT_EQ(suppression["justification"], "known <since> May");
+  EXPECT_EQ(suppression["location"]["physicalLocation"]["artifactLocation"]["uri"], "ok.yaml");
+  EXPECT_EQ(suppression["location"]["physicalLocation"]["region"]["startLine"], 2);
+  EXPECT_EQ(results_of(true)[3]["suppressions"][0]["status"], "rejected");
+  EXPECT_THAT(written(write_verify_sarif), Not(HasSubstr("suppressions")));
+}
+
 TEST(VerifySarif, LeadsToTheTraceAndToTheEvidence) {
   const auto result =
       nlohmann::json::parse(written(write_verify_sarif)).at("runs").at(0).at("results").at(3);

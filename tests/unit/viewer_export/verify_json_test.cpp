@@ -28,18 +28,38 @@ TEST(VerifyJson, IsTheContractsObject) {
       {"id": "T4", "name": "run-complete", "verdict": "INCONCLUSIVE", "subjects": [
         {"subject": "process 4001", "verdict": "INCONCLUSIVE", "checked": 0, "evidence": [
           {"event": "missing", "time_ns": 983130000000, "cpu": null, "pid": null, "tid": null,
-           "note": "no run_end: the process was interrupted"}]}]},
+           "note": "no run_end: the process was interrupted", "stream": null, "packet": null}]}]},
       {"id": "M2", "name": "one-callback-per-thread", "verdict": "FAIL", "subjects": [
         {"subject": "thread 4005", "verdict": "PASS", "checked": 7, "evidence": []},
         {"subject": "thread 4008", "verdict": "FAIL", "checked": 9, "evidence": [
           {"event": "callback_start", "time_ns": 983005016596, "cpu": 0, "pid": 4001, "tid": 4008,
-           "note": "started /a/plan@Timer(20000000), instance 0"},
+           "note": "started /a/plan@Timer(20000000), instance 0",
+           "stream": "ust/channel0_1", "packet": 2},
           {"event": "callback_start", "time_ns": 983005187272, "cpu": null, "pid": 4001,
-           "tid": 4008, "note": "started /b@Timer(1), instance 0"}]}]},
+           "tid": 4008, "note": "started /b@Timer(1), instance 0", "stream": null, "packet": null}]}]},
       {"id": "M5", "name": "mapping-survives-restart", "verdict": "NOT_APPLICABLE",
        "subjects": []}]})");
   // Compared as text, so that the order of keys counts.
   EXPECT_EQ(json_of(test::sample_verdicts()).dump(1), expected.dump(1));
+}
+
+TEST(VerifyJson, NamesSuppressionsOfASubjectAndOfTheFile) {
+  const auto json = json_of(test::suppressed_verdicts(false));
+  EXPECT_EQ(json["verdict"], "INCONCLUSIVE");
+  EXPECT_EQ(json["rules"][2]["verdict"], "FAIL");
+  const auto subject = json["rules"][2]["subjects"][1];
+  EXPECT_EQ(subject["verdict"], "FAIL");
+  EXPECT_EQ(
+      subject["suppression"].dump(),
+      R"({"state":"active","reason":"known <since> May","expires":"2026-12-31","place":"ok.yaml:2"})");
+  EXPECT_FALSE(json["rules"][2]["subjects"][0].contains("suppression"));
+  EXPECT_EQ(json["suppressions"]["date"], "2026-12-31");
+  EXPECT_EQ(json["suppressions"]["entries"][1].dump(),
+            R"({"rule":"M5","subject":"thread *","reason":"known <since> May","expires":"never",)"
+            R"("place":"ok.yaml:6","state":"active","matched":0})");
+  EXPECT_EQ(
+      json_of(test::suppressed_verdicts(true))["rules"][2]["subjects"][1]["suppression"]["state"],
+      "expired");
 }
 
 TEST(VerifyJson, AnOverallVerdictIsNeverNotApplicable) {

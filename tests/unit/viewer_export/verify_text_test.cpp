@@ -40,17 +40,35 @@ TEST(VerifyText, SaysVerdictFindingsEvidenceAndSummary) {
       "\n"
       "FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
       "    at 983005016596 ns (5.017 ms into the trace)  callback_start  cpu 0  pid 4001  "
-      "tid 4008  started /a/plan@Timer(20000000), instance 0\n"
+      "tid 4008  started /a/plan@Timer(20000000), instance 0  [ust/channel0_1 packet 2]\n"
       "    at 983005187272 ns (5.187 ms into the trace)  callback_start  pid 4001  tid 4008  "
       "started /b@Timer(1), instance 0\n"
       "    babeltrace2 --clock-seconds --begin 1700000983.127473385 --end "
       "1700000983.129644061 'recordings/run 1'\n"
+      "    The rule: Each thread ran one callback only. Threads are told apart by incarnation, so "
+      "a reused\n"
+      "    tid is another thread.\n"
+      "    Why it matters: Callbacks that share a thread wait for each other whatever their "
+      "priorities: the\n"
+      "    urgent one is as late as the slowest before it.\n"
+      "    Remedy: use the isolated executor (--executor isolated), and give each callback a "
+      "callback group\n"
+      "    of its own.\n"
       "\n"
       "INCONCLUSIVE  T4 run-complete: process 4001\n"
       "    at 983130000000 ns (130.0 ms into the trace)  missing  no run_end: the process was "
       "interrupted\n"
       "    babeltrace2 --clock-seconds --begin 1700000983.252456789 --end "
       "1700000983.254456789 'recordings/run 1'\n"
+      "    The rule: The process was seen from its run_begin to its run_end, and what it counted\n"
+      "    (callbacks, threads, groups, publishers, instances started and ended, messages, "
+      "read-backs) is\n"
+      "    what the trace shows.\n"
+      "    Inconclusive when run_begin or run_end is missing (\"interrupted\": the process "
+      "crashed, or the\n"
+      "    recording stopped first), or a total differs from what was seen. --allow-crash accepts "
+      "an\n"
+      "    interrupted process; the other rules judge what was seen.\n"
       "\n"
       "14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never "
       "ended\n"
@@ -77,6 +95,40 @@ TEST(VerifyText, NamesWhatTaintsTheTrace) {
                      .advice = "use larger buffers"}};
   EXPECT_THAT(text_of(test::sample_verdicts(), report),
               HasSubstr("tainted by discarded-events x 12: use larger buffers\n"));
+}
+
+TEST(VerifyText, ShowsASuppressedVerdictApartAndNamesUselessEntries) {
+  const auto text = text_of(test::suppressed_verdicts(false), test::sample_report());
+  EXPECT_THAT(text, StartsWith("Verdict: INCONCLUSIVE\n"
+                               "  undecided       T4\n"
+                               "  suppressed      M2\n"
+                               "  passed          T1\n"));
+  EXPECT_THAT(text,
+              HasSubstr("SUPPRESSED FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
+                        "    suppressed until 2026-12-31 (ok.yaml:2): known <since> May\n"
+                        "    at 983005016596 ns"));
+  EXPECT_LT(text.find("INCONCLUSIVE  T4"), text.find("SUPPRESSED FAIL"))
+      << "what counts comes first";
+  EXPECT_THAT(text, HasSubstr("suppression ok.yaml:6 (M5 thread *) is unused: nothing it names is "
+                              "violated or undecided\n"));
+}
+
+TEST(VerifyText, SaysThatASuppressionHasExpired) {
+  const auto text = text_of(test::suppressed_verdicts(true), test::sample_report());
+  EXPECT_THAT(text, StartsWith("Verdict: FAIL\n  violated        M2\n"));
+  EXPECT_THAT(text, HasSubstr("FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
+                              "    suppression expired after 2026-12-31 (ok.yaml:2): known"));
+  EXPECT_THAT(text, HasSubstr("suppression ok.yaml:2 (M2 thread *) expired after 2026-12-31: its "
+                              "verdict counts again\n"));
+}
+
+TEST(VerifyText, ExplainsARuleOnceHoweverManySubjectsViolateIt) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules[2].subjects.push_back(verdicts.rules[2].subjects[1]);
+  const auto text = text_of(verdicts, test::sample_report());
+  const std::string remedy = "Remedy: use the isolated executor";
+  EXPECT_NE(text.find(remedy), std::string::npos);
+  EXPECT_EQ(text.find(remedy), text.rfind(remedy));
 }
 
 TEST(VerifyText, OfAPassIsShort) {

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -28,6 +29,9 @@ struct AnalysisOptions {
   // For analyze() with the native reader: metadata of a recording of the same configuration, for
   // traces whose own cannot be read. Empty: such traces are refused.
   std::filesystem::path metadata_from{};
+  // Counts and judges instances within it alone. State from before holds in it, and numbers and
+  // totals from outside prove that nothing in it is missing; what an edge cuts is listed as such.
+  std::optional<TimeWindow> window{};
 };
 
 struct AnalysisResult {
@@ -62,5 +66,10 @@ class Analyzer {
 // the analyzer over them. Throws UnreadableTrace; trouble short of that is in the report.
 AnalysisResult analyze(std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options, Observer* observer = nullptr);
+
+// What the recording covers: the window of its report, without the analysis. Reads all of it. Empty
+// without packets. Throws UnreadableTrace.
+std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path> traces,
+                                          const AnalysisOptions& options);
 
 }  // namespace cie::analysis

@@ -15,6 +15,7 @@
 namespace cie::analysis {
 
 enum class Severity : std::uint8_t { info, loss, error };
+std::string_view label(Severity severity) noexcept;
 
 // Something about the trace itself that a reader of the numbers must know.
 struct TraceDefect {
@@ -71,6 +72,7 @@ struct CallbackReport {
   std::string source;
   std::string symbol;
   std::optional<std::uint64_t> period_ns;
+  std::optional<std::uint64_t> deadline_ns;  // that it declares itself; not part of the JSON
   std::optional<std::uint32_t> group;
   std::vector<CallbackThread> threads;  // by tid
   bool isolated = false;                // observed: one callback, one thread, both ways
@@ -139,6 +141,22 @@ struct ChainReport {
   std::vector<HopReport> hop_table;
 };
 
+// One end of a message: a callback, of a process.
+struct GraphNode {
+  std::string logical_id;
+  std::int64_t pid = 0;
+  friend auto operator<=>(const GraphNode&, const GraphNode&) = default;
+};
+
+// Messages that a callback took from another one, as they were seen. Not part of the JSON.
+struct GraphEdge {
+  std::optional<GraphNode> from;  // empty: from outside any callback of the recording
+  GraphNode to;
+  std::string topic;
+  std::uint64_t messages = 0;
+  std::optional<Summary> communication;  // publish to release; empty: none was exact
+};
+
 struct Report {
   TraceSummary trace;
   std::vector<TraceDefect> defects;
@@ -146,6 +164,7 @@ struct Report {
   std::vector<CallbackReport> callbacks;  // by pid, then creation order
   std::vector<ThreadReport> threads;      // by pid, then tid
   std::vector<ChainReport> chains;
+  std::vector<GraphEdge> edges;  // the callback graph, by `to`, then `from`
 };
 
 }  // namespace cie::analysis

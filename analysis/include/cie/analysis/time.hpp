@@ -4,6 +4,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <limits>
 
 namespace cie::analysis {
 
@@ -46,5 +47,12 @@ constexpr Duration operator-(Duration a, Duration b) noexcept {
   return {detail::wrapping_sub(a.ns, b.ns)};
 }
 constexpr Duration& operator+=(Duration& a, Duration b) noexcept { return a = a + b; }
+
+// A part of a recording, its ends included, in nanoseconds of CLOCK_MONOTONIC.
+struct TimeWindow {
+  Timestamp from{std::numeric_limits<std::int64_t>::min()};
+  Timestamp to{std::numeric_limits<std::int64_t>::max()};
+  friend bool operator==(const TimeWindow&, const TimeWindow&) = default;
+};
 
 }  // namespace cie::analysis

@@ -24,6 +24,21 @@ struct Evidence {
   std::optional<std::int64_t> pid;
   std::optional<std::int64_t> tid;
   std::string note;
+  // Where the event stands: the stream's number in the reader, its file (analyze(): below the
+  // trace), and which of its packets, from 0. Empty for what no event marks.
+  std::optional<std::uint32_t> stream{};
+  std::string file{};
+  std::optional<std::uint64_t> packet{};
+};
+
+// A violation, or something undecided, that somebody knows and accepts: see suppressions.hpp.
+struct Suppression {
+  std::string rule;     // "R2"
+  std::string subject;  // a subject as verdicts name it; "*" stands for any text
+  std::string reason;
+  std::string expires;      // "2026-12-31", its last day, or "never"
+  std::string place;        // where it was written: "accepted.yaml:3"
+  bool is_expired = false;  // as of the day of the verdict: it is told and does not count
 };
 
 struct SubjectVerdict {
@@ -31,6 +46,9 @@ struct SubjectVerdict {
   Verdict verdict = Verdict::not_applicable;
   std::uint64_t checked = 0;  // instances or events judged; at least 1 for pass and fail
   std::vector<Evidence> evidence;
+  std::optional<Suppression> suppression{};  // of a FAIL or INCONCLUSIVE
+
+  bool is_suppressed() const noexcept { return suppression && !suppression->is_expired; }
 };
 
 struct RuleVerdict {
@@ -40,9 +58,29 @@ struct RuleVerdict {
   std::vector<SubjectVerdict> subjects;  // sorted by subject, numbers by value
 };
 
-struct VerdictReport {
-  Verdict verdict = Verdict::not_applicable;  // overall; pass when nothing is worse
-  std::vector<RuleVerdict> rules;             // every rule, in the order of the contract
+// A suppression and how many verdicts it names; 0: it is not needed.
+struct SuppressionUse {
+  Suppression suppression;
+  std::uint64_t matched = 0;
 };
+
+// What `--suppressions` asked for.
+struct SuppressionReport {
+  std::string date;                  // that expiry was judged by, "2026-11-20"
+  std::vector<SuppressionUse> uses;  // in the order of the file
+};
+
+struct VerdictReport {
+  Verdict verdict = Verdict::not_applicable;        // overall, of what is not suppressed
+  std::vector<RuleVerdict> rules;                   // every rule, in the order of the contract
+  std::optional<SuppressionReport> suppressions{};  // empty: none were asked for
+  std::optional<TimeWindow> window{};  // what of the recording was judged; empty: all of it
+};
+
+// The worst verdict of a rule's subjects that are not suppressed. Its own verdict, which is that of
+// all its subjects, where it has none.
+Verdict counted_verdict(const RuleVerdict& rule) noexcept;
+// The overall verdict that the rules' counted verdicts give: pass when nothing is worse.
+Verdict overall_verdict(const VerdictReport& verdicts) noexcept;
 
 }  // namespace cie::analysis

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/instance.hpp>
+#include <cie/viewer_export/table_format.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -10,8 +11,6 @@
 #include <ostream>
 
 namespace cie::viewer_export {
-
-enum class InstanceFormat : std::uint8_t { csv, json_lines };
 
 // Collects instances in any order and writes them sorted. Memory is bounded: beyond
 // `rows_in_memory` rows, sorted runs go to nameless temporary files in `spill_directory` (empty:
@@ -29,11 +28,12 @@ class InstanceWriter final : public analysis::Observer {
   // Throws WriteError when the temporary files cannot be written.
   void on_instance(const analysis::Instance& instance) override;
 
-  // Writes all rows. CSV has the columns of the contract; JSON Lines the same names as keys, null
-  // for unknown. Call it once. Throws what the stream throws, and WriteError.
-  void write(std::ostream& out, InstanceFormat format);
+  // Writes all rows, in the columns of the contract. Call it once. Throws what the stream throws,
+  // and WriteError.
+  void write(std::ostream& out, TableFormat format);
 
  private:
+  friend class InstanceRows;
   struct State;
   std::unique_ptr<State> state_;
 };

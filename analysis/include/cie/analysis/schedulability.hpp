@@ -1,0 +1,94 @@
+// Schedulability of the callbacks of a recording: what theory says of the longest response times,
+// from the recording's own parameters, against what was observed. Which assumptions it rests on:
+// analysis/README.md ("Schedulability").
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::analysis {
+
+// Where a number comes from: the spec (or the callback's own declaration) or the recording.
+enum class ParameterSource : std::uint8_t { declared, measured };
+std::string_view label(ParameterSource source) noexcept;
+
+struct TaskParameter {
+  std::int64_t ns = 0;
+  ParameterSource source = ParameterSource::measured;
+};
+
+enum class BoundMethod : std::uint8_t { none, fixed_priority, deadline_server };
+std::string_view label(BoundMethod method) noexcept;
+
+// Something that the theory leaves out and that lengthened responses.
+struct Explanation {
+  std::string kind;     // "outside-thread", "kernel", "self-suspension", "overrun", "burst"
+  std::string text;     // with the numbers, for people
+  std::int64_t ns = 0;  // how much of it there was in one instance at most
+};
+
+struct CallbackSchedulability {
+  std::string logical_id;
+  std::int64_t pid = 0;
+  std::optional<std::int64_t> tid;         // empty: it ran on several threads or on none
+  std::string policy;                      // "SCHED_FIFO"; empty: unknown
+  std::int64_t priority = 0;               // of SCHED_FIFO and SCHED_RR
+  std::vector<std::uint32_t> cpus;         // that it may use
+  std::optional<TaskParameter> execution;  // longest (C), time of waiting within it included
+  std::optional<TaskParameter> period;     // shortest inter-arrival time (T)
+  std::optional<TaskParameter> deadline;   // relative to the release (D)
+  BoundMethod method = BoundMethod::none;
+  std::optional<std::int64_t> bound_ns;  // of the response time; empty: none, `reason` says why
+  std::string reason;
+  std::optional<std::int64_t> observed_ns;  // longest response time of exact releases
+  std::vector<Explanation> explanations;    // only where observed is above bound
+  bool is_flagged = false;                  // it is above by more than they explain
+
+  bool is_above_bound() const noexcept {
+    return bound_ns && observed_ns && *observed_ns > *bound_ns;
+  }
+  // Empty without deadline or analysis.
+  std::optional<bool> meets_deadline() const noexcept {
+    if (!deadline || method == BoundMethod::none) return std::nullopt;
+    return bound_ns && *bound_ns <= deadline->ns;
+  }
+};
+
+// One CPU's share that the callbacks' threads demand at most, in parts per billion.
+struct CpuDemand {
+  std::uint32_t cpu = 0;
+  std::int64_t real_time_ppb =
+      0;  // C / T of SCHED_FIFO and SCHED_RR, and reserved by SCHED_DEADLINE
+};
+
+// The SCHED_DEADLINE threads together.
+struct DeadlineAdmission {
+  std::size_t servers = 0;
+  std::uint32_t processors = 0;
+  std::int64_t reserved_ppb = 0;    // of one processor
+  std::int64_t admissible_ppb = 0;  // what the kernel admits by default: 95 % of each processor
+  bool is_guaranteed = false;       // an EDF test shows that all deadlines are met
+};
+
+struct SchedulabilityReport {
+  std::vector<CallbackSchedulability> callbacks;  // in the order of the report
+  std::vector<CpuDemand> cpus;                    // those that a callback's thread is pinned to
+  std::optional<DeadlineAdmission> deadline;      // empty: no SCHED_DEADLINE thread
+  // Real-time threads of the recording that run no callback: their demand is in no bound.
+  std::vector<std::string> outside;
+
+  // A deadline that is not guaranteed, or a response above its bound that nothing explains.
+  bool has_finding() const noexcept;
+};
+
+// Pure; the same for the same report and spec. `spec` may be null: its wcet, min_inter_arrival and
+// response_deadline are preferred to what was measured.
+SchedulabilityReport schedulability_of(const Report& report, const SchedulingSpec* spec);
+
+}  // namespace cie::analysis

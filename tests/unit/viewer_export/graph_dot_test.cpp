@@ -1,0 +1,75 @@
+#include <cie/viewer_export/graph_writer.hpp>
+
+#include "sample_report.hpp"
+
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+std::string dot_of(const analysis::Report& report) {
+  std::ostringstream out;
+  write_graph_dot(out, report);
+  return out.str();
+}
+
+analysis::Report with_edges() {
+  auto report = test::sample_report();
+  const analysis::GraphNode timer{report.callbacks[0].logical_id, 4001};
+  const analysis::GraphNode lidar{report.callbacks[1].logical_id, 4001};
+  report.edges = {
+      {.from = timer,
+       .to = lidar,
+       .topic = "/t",
+       .messages = 6,
+       .communication = test::summary(1'000, 3'000, 6)},
+      {.from = std::nullopt, .to = lidar, .topic = "/map", .messages = 1, .communication = {}},
+      {.from = analysis::GraphNode{"/far@Timer(1)", 7},
+       .to = timer,
+       .topic = "/x",
+       .messages = 2,
+       .communication = {}}};
+  return report;
+}
+
+TEST(GraphDot, HasProcessesCallbacksAndEdgesWithLatencies) {
+  const auto text = dot_of(with_edges());
+  EXPECT_THAT(text, HasSubstr("subgraph \"cluster_4001\" {\n    label=\"demo, pid 4001\";\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("\"4001 /a/plan@Timer(20000000)\" "
+                "[label=\"/a/plan@Timer(20000000)\\nresponse p99 289.4 us, max 289.4 us\"];"));
+  EXPECT_THAT(text, HasSubstr("\"4001 /a/plan@Timer(20000000)\" -> \"4001 "
+                              "/perception/lidar@Subscription(/sensing/lidar/top/points_raw)\" "
+                              "[label=\"/t\\n6 messages\\nlatency p50 2.000 us, max 3.000 us\"];"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("\"topic /map\" [shape=ellipse label=\"/map\\npublished outside callbacks\"];"));
+  EXPECT_THAT(text, HasSubstr("\"7 /far@Timer(1)\" -> \"4001 /a/plan@Timer(20000000)\" "
+                              "[label=\"/x\\n2 messages\" style=dashed];"));
+}
+
+TEST(GraphDot, LetsNoNameSayMoreThanANameMay) {
+  auto report = with_edges();
+  report.callbacks[0].logical_id = "a\"]; b [label=\"x\\";
+  report.edges[0].topic = "\n}\"\x1b";
+  const auto text = dot_of(report);
+  EXPECT_THAT(text, HasSubstr("[label=\"a\\\"]; b [label=\\\"x\\\\\\nresponse"));
+  EXPECT_THAT(text, HasSubstr("[label=\"\\\\x0a}\\\"\\\\x1b\\n6 messages"));
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+}
+
+TEST(GraphDot, OfNothingIsAnEmptyGraph) {
+  EXPECT_THAT(dot_of({}), ::testing::AllOf(::testing::StartsWith("digraph callbacks {\n"),
+                                           ::testing::EndsWith("}\n")));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

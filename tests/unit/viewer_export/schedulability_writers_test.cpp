@@ -1,0 +1,89 @@
+#include <cie/viewer_export/schedulability_writers.hpp>
+
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::ParameterSource;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+analysis::SchedulabilityReport sample() {
+  analysis::CallbackSchedulability bounded{
+      .logical_id = "/plan@Timer(1)",
+      .pid = 4,
+      .tid = 5,
+      .policy = "SCHED_FIFO",
+      .priority = 80,
+      .cpus = {0},
+      .execution = analysis::TaskParameter{2'000'000, ParameterSource::measured},
+      .period = analysis::TaskParameter{10'000'000, ParameterSource::declared},
+      .deadline = analysis::TaskParameter{3'000'000, ParameterSource::declared},
+      .method = analysis::BoundMethod::fixed_priority,
+      .bound_ns = 4'000'000,
+      .reason = {},
+      .observed_ns = 4'500'000,
+      .explanations = {{"kernel", "the kernel took 1.0 us", 1'000}},
+      .is_flagged = true};
+  analysis::CallbackSchedulability unbounded;
+  unbounded.logical_id = "/other\x1b";
+  unbounded.reason = "it never ran";
+  return {.callbacks = {bounded, unbounded},
+          .cpus = {{.cpu = 0, .real_time_ppb = 200'000'000}},
+          .deadline = analysis::DeadlineAdmission{.servers = 2,
+                                                  .processors = 1,
+                                                  .reserved_ppb = 980'000'000,
+                                                  .admissible_ppb = 950'000'000,
+                                                  .is_guaranteed = true},
+          .outside = {"thread 9 \"recv\" (SCHED_FIFO 90)"}};
+}
+
+std::string text_of(const analysis::SchedulabilityReport& report) {
+  std::ostringstream out;
+  write_schedulability_text(out, report, {});
+  return out.str();
+}
+
+TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
+  const auto text = text_of(sample());
+  EXPECT_THAT(text,
+              StartsWith("1 of 2 callbacks have a bound; 1 deadline not guaranteed; 1 above the "
+                         "bound without explanation\n"));
+  EXPECT_THAT(text, HasSubstr("CPU 0: real-time callbacks demand up to 20.00 %\n"));
+  EXPECT_THAT(text,
+              HasSubstr("SCHED_DEADLINE: 2 threads reserve 98.00 % of 1 CPU; the kernel admits "
+                        "95.00 % by default; the EDF test shows that all deadlines are met\n"));
+  EXPECT_THAT(text,
+              HasSubstr("observed is 500.0 us above the bound, NOT explained by what is known:\n"
+                        "      - the kernel took 1.0 us\n"));
+  EXPECT_THAT(text, HasSubstr("Without a bound\n  /other\\x1b\n      it never ran\n"));
+  EXPECT_THAT(text, HasSubstr("thread 9 \"recv\" (SCHED_FIFO 90)"));
+}
+
+TEST(SchedulabilityJson, HoldsEverything) {
+  std::ostringstream out;
+  write_schedulability_json(out, sample());
+  const auto json = nlohmann::json::parse(out.str());
+  EXPECT_EQ(json["schema"], "cie.schedulability/1");
+  EXPECT_EQ(json["finding"], true);
+  const auto& callback = json["callbacks"][0];
+  EXPECT_EQ(callback["execution"],
+            nlohmann::json::parse(R"({"ns": 2000000, "source": "measured"})"));
+  EXPECT_EQ(callback["bound_ns"], 4'000'000);
+  EXPECT_EQ(callback["reason"], nullptr);
+  EXPECT_EQ(callback["meets_deadline"], false);
+  EXPECT_EQ(callback["above_bound"], true);
+  EXPECT_EQ(json["callbacks"][1]["bound_ns"], nullptr);
+  EXPECT_EQ(json["callbacks"][1]["policy"], nullptr);
+  EXPECT_EQ(json["callbacks"][1]["meets_deadline"], nullptr);
+  EXPECT_EQ(json["sched_deadline"]["guaranteed"], true);
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

@@ -1,0 +1,80 @@
+#include <cie/analysis/schedulability.hpp>
+#include <cie/viewer_export/schedulability_writers.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+#include "window_option.hpp"
+
+#include <fmt/format.h>
+
+namespace cie::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "What scheduling theory says of a recording's callbacks. Takes from the recording each "
+    "callback's\n"
+    "longest execution time, shortest inter-arrival time, priority and CPU, computes the longest\n"
+    "response time that these can lead to (response-time analysis per CPU; SCHED_DEADLINE by\n"
+    "admission and EDF tests), and holds what was observed against it.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie analyze schedulability run1                    bounds from what was measured\n"
+    "  cie analyze schedulability run1 --spec app.yaml    wcet, min_inter_arrival and\n"
+    "                                                     response_deadline from the spec\n"
+    "  cie analyze schedulability run1 -f json -o s.json  for programs\n"
+    "\n"
+    "Execution times need the kernel's events: cie record --kernel. Formulas: analysis/README.md.\n"
+    "Exit codes: 0 done, 1 a deadline is not guaranteed or an observed response time exceeds its\n"
+    "bound without explanation, 2 wrong usage or spec, 4 trace unreadable or result not "
+    "writable.\n";
+
+}  // namespace
+
+int analyze_command(const Arguments& arguments) {
+  std::string subject;
+  std::vector<std::filesystem::path> traces;
+  std::string spec_file;
+  std::string target = "-";
+  std::string format = "text";
+  CommandLine line({"cie analyze schedulability TRACE... [OPTIONS]", kDescription, kFooter});
+  line.argument("WHAT", subject, "schedulability");
+  line.traces(traces);
+  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML); what it declares counts");
+  line.option("-f,--format", "FORMAT", format, "text (default) or json");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  const WindowOption window(line);
+  const ReaderOption reader(line);
+  if (!line.parse(arguments)) {
+    return ok;
+  }
+  if (subject.empty()) {
+    throw UsageError("say what to analyze: cie analyze schedulability TRACE");
+  }
+  check_choice("cie analyze", subject, {"schedulability"});
+  check_choice("--format", format, {"text", "json"});
+  require_traces(traces);
+
+  const auto spec = load_spec(spec_file);
+  auto output = open_output(target);
+  analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
+                                    .reader = reader.value(),
+                                    .metadata_from = reader.metadata()};
+  window.resolve(traces, options);
+  const auto result = analyze_with_progress(traces, options);
+  window.check(result.report);
+  const auto schedulability = analysis::schedulability_of(result.report, options.spec);
+  if (format == "text") {
+    viewer_export::write_schedulability_text(output.stream(), schedulability, text_style(output));
+    output.commit();
+  } else {
+    write_data(output, [&](std::ostream& out) {
+      viewer_export::write_schedulability_json(out, schedulability);
+    });
+  }
+  return schedulability.has_finding() ? violation : ok;
+}
+
+}  // namespace cie::cli

@@ -1,0 +1,41 @@
+#include "export_tables.hpp"
+
+#include <cie/viewer_export/instance_writer.hpp>
+#include <cie/viewer_export/tables.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+#include "table_option.hpp"
+
+namespace cie::cli {
+
+void check_table(const std::string& table) {
+  check_choice("--table", table, viewer_export::table_names());
+}
+
+int export_tables(const std::vector<std::filesystem::path>& traces,
+                  const analysis::AnalysisOptions& options, const std::string& format,
+                  const std::string& table, const std::string& target) {
+  const bool is_database = format == "sqlite";
+  const bool has_instances = is_database || table == "instances";
+  auto output = open_output(target);
+  if ((is_database || format == "parquet") && output.is_terminal()) {
+    throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
+  }
+  viewer_export::InstanceWriter instances(spill_directory(target));
+  const auto result = analyze_with_progress(traces, options, has_instances ? &instances : nullptr);
+  write_data(output, [&](std::ostream& out) {
+    if (is_database) {
+      viewer_export::write_sqlite(out, result, instances, spill_directory(target));
+    } else if (has_instances) {
+      instances.write(out, table_format_of("--to", format));
+    } else {
+      viewer_export::write_table(out, table, table_format_of("--to", format), result);
+    }
+  });
+  return ok;
+}
+
+}  // namespace cie::cli

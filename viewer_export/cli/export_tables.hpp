@@ -1,0 +1,21 @@
+// `cie export --to sqlite|csv|jsonl|parquet`: what the analysis found, as tables.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace cie::cli {
+
+// Throws UsageError for a table that there is not.
+void check_table(const std::string& table);
+
+// `table` is one of viewer_export::table_names(); with "sqlite" all of them are written. Throws
+// UnreadableTrace, WriteError, UsageError.
+int export_tables(const std::vector<std::filesystem::path>& traces,
+                  const analysis::AnalysisOptions& options, const std::string& format,
+                  const std::string& table, const std::string& target);
+
+}  // namespace cie::cli

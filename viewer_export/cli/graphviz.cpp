@@ -1,0 +1,74 @@
+#include "graphviz.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <stdexcept>
+#include <system_error>
+
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+struct CloseFile {
+  void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+};
+using File = std::unique_ptr<std::FILE, CloseFile>;
+
+// A nameless temporary file.
+File temporary() {
+  File file(std::tmpfile());
+  if (!file) throw std::system_error(errno, std::generic_category(), "a temporary file");
+  return file;
+}
+
+// Runs `dot -Tsvg` from one file to the other; its status as waitpid gives it.
+int run_dot(std::FILE* in, std::FILE* out) {
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, fileno(in), STDIN_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fileno(out), STDOUT_FILENO);
+  std::string program = "dot";
+  std::string form = "-Tsvg";
+  const std::array<char*, 3> arguments{program.data(), form.data(), nullptr};
+  pid_t child = 0;
+  const int error =
+      posix_spawnp(&child, program.c_str(), &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) {
+    throw std::runtime_error("the program dot of Graphviz cannot be started (" +
+                             std::generic_category().message(error) +
+                             "): install graphviz, or use --to dot");
+  }
+  int status = 0;
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return status;
+}
+
+}  // namespace
+
+std::string svg_of(const std::string& dot) {
+  const auto in = temporary();
+  const auto out = temporary();
+  if (std::fwrite(dot.data(), 1, dot.size(), in.get()) != dot.size() ||
+      std::fflush(in.get()) != 0) {
+    throw std::system_error(errno, std::generic_category(), "writing a temporary file");
+  }
+  std::rewind(in.get());
+  if (run_dot(in.get(), out.get()) != 0) {
+    throw std::runtime_error("the program dot of Graphviz could not draw the graph");
+  }
+  std::rewind(out.get());
+  std::string svg;
+  std::array<char, 65536> buffer{};
+  while (const auto count = std::fread(buffer.data(), 1, buffer.size(), out.get()))
+    svg.append(buffer.data(), count);
+  return svg;
+}
+
+}  // namespace cie::cli

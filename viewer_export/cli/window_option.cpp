@@ -1,0 +1,128 @@
+#include "window_option.hpp"
+
+#include <array>
+#include <charconv>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::cli {
+namespace {
+
+using analysis::Duration;
+using analysis::Timestamp;
+using analysis::TimeWindow;
+
+constexpr std::array<std::pair<std::string_view, std::int64_t>, 5> kUnits{
+    {{"ns", 1}, {"us", 1'000}, {"ms", 1'000'000}, {"s", 1'000'000'000}, {"min", 60'000'000'000}}};
+
+[[noreturn]] void refuse(std::string_view text) {
+  throw UsageError(fmt::format(
+      "--window does not understand \"{}\"; write FROM..TO, each of them nanoseconds as outputs "
+      "show them, +1.5s from the begin, -200ms from the end, or nothing",
+      text));
+}
+
+std::optional<std::int64_t> digits(std::string_view text) {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
+  return is_whole && text.front() != '-' ? std::optional(value) : std::nullopt;
+}
+
+// "1.5" in units of `unit` ns, exactly.
+std::optional<std::int64_t> scaled(std::string_view number, std::int64_t unit) {
+  const auto point = number.find('.');
+  const auto whole = digits(number.substr(0, point));
+  std::int64_t ns = 0;
+  if (number.empty() || !whole || __builtin_mul_overflow(*whole, unit, &ns)) return std::nullopt;
+  if (point == std::string_view::npos) return ns;
+  const auto fraction = number.substr(point + 1);
+  if (fraction.empty()) return std::nullopt;
+  for (const char digit : fraction) {
+    if (digit < '0' || digit > '9') return std::nullopt;
+    if (unit % 10 != 0 && digit != '0') return std::nullopt;  // finer than a nanosecond
+    unit /= 10;
+    ns += unit * (digit - '0');
+  }
+  return ns;
+}
+
+std::optional<std::int64_t> parse_duration(std::string_view text) {
+  for (const auto& [name, unit] : kUnits) {
+    if (!text.ends_with(name)) continue;
+    if (auto ns = scaled(text.substr(0, text.size() - name.size()), unit)) return ns;
+  }
+  return std::nullopt;
+}
+
+Timestamp resolved(const WindowBound& bound, Timestamp fallback, const TimeWindow& recorded) {
+  switch (bound.origin) {
+    case WindowBound::Origin::recording:
+      return fallback;
+    case WindowBound::Origin::clock:
+      return Timestamp{} + bound.offset;
+    case WindowBound::Origin::begin:
+      return recorded.from + bound.offset;
+    case WindowBound::Origin::end:
+      break;
+  }
+  return recorded.to + bound.offset;
+}
+
+bool is_relative(const WindowBound& bound) {
+  return bound.origin == WindowBound::Origin::begin || bound.origin == WindowBound::Origin::end;
+}
+
+}  // namespace
+
+WindowBound parse_window_bound(std::string_view text) {
+  if (text.empty()) return {};
+  const char sign = text.front();
+  if (sign == '+' || sign == '-') {
+    const auto ns = parse_duration(text.substr(1));
+    if (!ns) refuse(text);
+    return sign == '+' ? WindowBound{.origin = WindowBound::Origin::begin, .offset = {*ns}}
+                       : WindowBound{.origin = WindowBound::Origin::end, .offset = {-*ns}};
+  }
+  const auto ns = digits(text);
+  if (!ns) refuse(text);
+  return {.origin = WindowBound::Origin::clock, .offset = {*ns}};
+}
+
+WindowOption::WindowOption(CommandLine& line) {
+  line.option("--window", "FROM..TO", text_,
+              "Only this part, for instance +1s..-500ms (see the README for all forms)");
+}
+
+void WindowOption::resolve(const std::vector<std::filesystem::path>& traces,
+                           analysis::AnalysisOptions& options) const {
+  if (text_.empty()) return;
+  const auto dots = text_.find("..");
+  if (dots == std::string::npos) refuse(text_);
+  const std::string_view text = text_;
+  const auto from = parse_window_bound(text.substr(0, dots));
+  const auto to = parse_window_bound(text.substr(dots + 2));
+  TimeWindow recorded;
+  if (is_relative(from) || is_relative(to)) {
+    const auto found = analysis::recorded_window(traces, options);
+    if (!found) throw UsageError("--window: the recording has no begin and no end to count from");
+    recorded = *found;
+  }
+  const TimeWindow window{.from = resolved(from, TimeWindow{}.from, recorded),
+                          .to = resolved(to, TimeWindow{}.to, recorded)};
+  if (window.from > window.to) {
+    throw UsageError(fmt::format("--window {} is empty: it begins at {} ns and ends at {} ns",
+                                 text_, window.from.ns, window.to.ns));
+  }
+  options.window = window;
+}
+
+void WindowOption::check(const analysis::Report& report) const {
+  const auto& trace = report.trace;
+  if (text_.empty() || !trace.begin || !trace.end || *trace.begin <= *trace.end) return;
+  throw UsageError(fmt::format("--window {} lies outside the recording", text_));
+}
+
+}  // namespace cie::cli

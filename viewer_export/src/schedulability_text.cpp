@@ -1,0 +1,147 @@
+#include <cie/viewer_export/schedulability_writers.hpp>
+
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackSchedulability;
+using analysis::SchedulabilityReport;
+
+std::string time_or_dash(const std::optional<std::int64_t>& ns) {
+  return ns ? format_duration(*ns) : "-";
+}
+
+// "=" marks what the spec or the callback declares.
+std::string parameter(const std::optional<analysis::TaskParameter>& value) {
+  if (!value) return "-";
+  const bool is_declared = value->source == analysis::ParameterSource::declared;
+  return (is_declared ? "=" : "") + format_duration(value->ns);
+}
+
+std::string policy_of(const CallbackSchedulability& callback) {
+  if (callback.policy.empty()) return "-";
+  const bool has_priority = callback.policy == "SCHED_FIFO" || callback.policy == "SCHED_RR";
+  const auto name = callback.policy.substr(callback.policy.find('_') + 1);
+  return has_priority ? fmt::format("{} {}", name, callback.priority) : name;
+}
+
+std::string table(const SchedulabilityReport& report, const TextStyle& style) {
+  using Align = TextTable::Align;
+  TextTable table({{"callback", "", Align::left},
+                   {"policy", "", Align::left},
+                   {"CPUs", ""},
+                   {"execution", "longest C"},
+                   {"inter-arr.", "shortest T"},
+                   {"deadline", "D"},
+                   {"bound", "R"},
+                   {"observed", "longest"}});
+  for (const auto& callback : report.callbacks) {
+    const bool misses = callback.meets_deadline() == false;
+    const bool is_above = callback.is_above_bound();
+    table.add({{printable(callback.logical_id)},
+               {policy_of(callback)},
+               {format_cpus(callback.cpus)},
+               {parameter(callback.execution)},
+               {parameter(callback.period)},
+               {parameter(callback.deadline)},
+               {time_or_dash(callback.bound_ns), misses ? Look::bad : Look::plain},
+               {time_or_dash(callback.observed_ns), callback.is_flagged ? Look::bad
+                                                    : is_above          ? Look::doubtful
+                                                                        : Look::plain}});
+  }
+  return table.is_empty() ? "no callback was seen\n" : table.render(style);
+}
+
+std::string percent(std::int64_t ppb) {
+  return fmt::format("{}.{:02} %", ppb / 10'000'000, ppb % 10'000'000 / 100'000);
+}
+
+std::string processors(const SchedulabilityReport& report) {
+  std::string text;
+  for (const auto& demand : report.cpus) {
+    text += fmt::format("CPU {}: real-time callbacks demand up to {}\n", demand.cpu,
+                        percent(demand.real_time_ppb));
+  }
+  if (const auto& admission = report.deadline) {
+    text += fmt::format(
+        "SCHED_DEADLINE: {} reserve {} of {}; the kernel admits {} by default; the EDF test {}\n",
+        counted(admission->servers, "thread"), percent(admission->reserved_ppb),
+        counted(admission->processors, "CPU"), percent(admission->admissible_ppb),
+        admission->is_guaranteed ? "shows that all deadlines are met"
+                                 : "does NOT show that deadlines are met");
+  }
+  return text;
+}
+
+template <typename Predicate, typename Lines>
+std::string section(const SchedulabilityReport& report, std::string_view title,
+                    const Predicate& predicate, const Lines& lines, const TextStyle& style) {
+  std::string text;
+  for (const auto& callback : report.callbacks) {
+    if (!predicate(callback)) continue;
+    text += "  " + printable(callback.logical_id) + '\n';
+    for (const auto& line : lines(callback)) {
+      for (const auto& part : wrap(printable(line), style.columns - 6))
+        text += "      " + part + '\n';
+    }
+  }
+  return text.empty() ? text : '\n' + paint(title, Look::strong, style) + '\n' + text;
+}
+
+std::vector<std::string> why_above(const CallbackSchedulability& callback) {
+  const auto excess = *callback.observed_ns - *callback.bound_ns;
+  std::vector<std::string> lines{"observed is " + format_duration(excess) + " above the bound" +
+                                 (callback.is_flagged ? ", NOT explained by what is known:" : ":")};
+  for (const auto& explanation : callback.explanations)
+    lines.push_back("- " + explanation.text);
+  if (callback.explanations.empty()) {
+    lines.emplace_back("- nothing known accounts for it; look at cie export --to perfetto");
+  }
+  return lines;
+}
+
+std::string notes(const SchedulabilityReport& report) {
+  std::string text =
+      "\nR bounds the response time for these C and T, whatever the phases; \"=\" marks what is "
+      "declared, the rest\nwas measured and holds for what this recording saw. Interrupts and the "
+      "kernel's own work are not in it.\n";
+  if (report.outside.empty()) return text;
+  text += "Real-time threads in no bound, because they run no callback:\n";
+  for (const auto& name : report.outside)
+    text += "  " + printable(name) + '\n';
+  return text;
+}
+
+}  // namespace
+
+void write_schedulability_text(std::ostream& out, const SchedulabilityReport& report,
+                               const TextStyle& style) {
+  const auto missing = std::ranges::count_if(
+      report.callbacks, [](const auto& callback) { return callback.meets_deadline() == false; });
+  const auto flagged = std::ranges::count_if(report.callbacks, &CallbackSchedulability::is_flagged);
+  const auto bounded = std::ranges::count_if(
+      report.callbacks, [](const auto& callback) { return callback.bound_ns.has_value(); });
+  out << paint(fmt::format("{} of {} have a bound; {} not guaranteed; {} above the bound without "
+                           "explanation",
+                           bounded, counted(report.callbacks.size(), "callback"),
+                           counted(static_cast<std::uint64_t>(missing), "deadline"), flagged),
+               report.has_finding() ? Look::bad : Look::good, style)
+      << "\n\n"
+      << table(report, style) << '\n'
+      << processors(report)
+      << section(
+             report, "Above the bound", [](const auto& c) { return c.is_above_bound(); }, why_above,
+             style)
+      << section(
+             report, "Without a bound", [](const auto& c) { return !c.bound_ns; },
+             [](const auto& c) { return std::vector<std::string>{c.reason}; }, style)
+      << notes(report);
+}
+
+}  // namespace cie::viewer_export
