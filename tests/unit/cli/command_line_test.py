@@ -244,7 +244,7 @@ class Usage(Folder):
         self.assertIn("/a/plan@Timer(20000000)", texts)
 
     def test_not_available_yet(self):
-        for command, planned, available in (("report", "html", "text, json, csv"), ("instances", "parquet", "csv, jsonl")):
+        for command, planned, available in (("instances", "parquet", "csv, jsonl"),):
             self.assert_usage_error((command, TRACE, "--format", planned),
                                     f"--format {planned} is not available in this version; available: {available}")
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
