@@ -189,7 +189,9 @@ struct Analyzer::Pipeline {
                    [&](const SchedSwitch& e) {
                      model.hosts[at(host)].has_switches = true;
                      if (!head.cpu) return;
-                     const auto hole = timeline.on_switch(host, *head.cpu, head.time, e, observer);
+                     const bool is_told = !cut || !cut->is_before(head.time);
+                     const auto hole = timeline.on_switch(host, *head.cpu, head.time, e,
+                                                          is_told ? observer : nullptr);
                      if (hole) {
                        recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
                                                .domain = Domain::kernel,

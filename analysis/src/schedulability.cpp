@@ -260,8 +260,19 @@ class Analysis {
               in_us(result.period->ns));
     }
     explain_by_threads(task);
-    add("kernel", max_of(callback.wakeup_latency),
-        "from wake-up to running took the kernel up to " + in_us(max_of(callback.wakeup_latency)));
+    // Of the time from release to start the model's threads account for the bound less C.
+    const auto start = max_of(callback.start_latency);
+    const auto late = start - (*result.bound_ns - result.execution->ns);
+    if (late > max_of(callback.wakeup_latency)) {
+      add("kernel", late,
+          "an instance started " + in_us(start) + " after its release, " + in_us(late) +
+              " more than the threads of the model account for: a timer, an interrupt or a wake-up "
+              "took the kernel that long");
+    } else {
+      add("kernel", max_of(callback.wakeup_latency),
+          "from wake-up to running took the kernel up to " +
+              in_us(max_of(callback.wakeup_latency)));
+    }
     const auto excess = *result.observed_ns - *result.bound_ns;
     std::int64_t explained = 0;
     for (const auto& explanation : result.explanations)

@@ -130,7 +130,8 @@ Suppressions Suppressions::parse(std::string_view text, std::string_view name) {
     fields.set_entry(rule);
     const auto& subject =
         required(fields, "subject", "name it as the verdict does, as in callback /lidar/*");
-    fields.set_entry(rule + ' ' + subject);
+    std::string title = rule;
+    fields.set_entry((title += ' ') += subject);
     check_rule(fields, rule);
     const auto& reason = required(fields, "reason", "say why the verdict is accepted");
     const auto& expires =

@@ -118,6 +118,13 @@ struct SwitchPriority {
   std::int32_t prio = 0;
 };
 
+// What the scheduler shows a thread to run as, where nothing was read back.
+struct SeenScheduling {
+  SwitchPriority priority{};  // the last one, inherited ones aside
+  EventRef last_in{};         // its last switch-in, with the CPU
+  std::uint64_t switches = 0;
+};
+
 // One thread incarnation: (process, tid, creation).
 struct ThreadFacts {
   ProcessIndex process{};
@@ -171,7 +178,8 @@ struct ThreadFacts {
   std::optional<std::int64_t> foreign_ns{};
   std::optional<std::int64_t> foreign_span_ns{};
 
-  std::optional<std::int64_t> busy_ns{};  // on-CPU time
+  std::optional<std::int64_t> busy_ns{};            // on-CPU time
+  std::optional<SeenScheduling> seen_scheduling{};  // only without read-backs
   bool is_fork_child_of_real_time = false;
 };
 

@@ -24,7 +24,7 @@ std::string wrapped(std::string_view page) {
     for (const auto& line : lines) {
       text += line + '\n';
     }
-    text += lines.empty() ? "\n" : "";
+    text += page.size() > end ? "\n" : "";
     page.remove_prefix(std::min(end + 1, page.size()));
   }
   return text;

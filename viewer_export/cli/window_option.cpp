@@ -10,7 +10,6 @@
 namespace cie::cli {
 namespace {
 
-using analysis::Duration;
 using analysis::Timestamp;
 using analysis::TimeWindow;
 

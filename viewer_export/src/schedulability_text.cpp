@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -79,18 +82,13 @@ std::string processors(const SchedulabilityReport& report) {
   return text;
 }
 
-template <typename Predicate, typename Lines>
-std::string section(const SchedulabilityReport& report, std::string_view title,
-                    const Predicate& predicate, const Lines& lines, const TextStyle& style) {
-  std::string text;
-  for (const auto& callback : report.callbacks) {
-    if (!predicate(callback)) continue;
-    text += "  " + printable(callback.logical_id) + '\n';
-    for (const auto& line : lines(callback)) {
-      for (const auto& part : wrap(printable(line), style.columns - 6))
-        text += "      " + part + '\n';
-    }
-  }
+void append_wrapped(std::string& text, std::string_view line, const TextStyle& style) {
+  constexpr std::string_view kIndent = "      ";
+  for (const auto& part : wrap(printable(line), style.columns - kIndent.size()))
+    text.append(kIndent).append(part).append("\n");
+}
+
+std::string titled(std::string_view title, const std::string& text, const TextStyle& style) {
   return text.empty() ? text : '\n' + paint(title, Look::strong, style) + '\n' + text;
 }
 
@@ -104,6 +102,35 @@ std::vector<std::string> why_above(const CallbackSchedulability& callback) {
     lines.emplace_back("- nothing known accounts for it; look at cie export --to perfetto");
   }
   return lines;
+}
+
+std::string above_the_bound(const SchedulabilityReport& report, const TextStyle& style) {
+  std::string text;
+  for (const auto& callback : report.callbacks) {
+    if (!callback.is_above_bound()) continue;
+    text += "  " + printable(callback.logical_id) + '\n';
+    for (const auto& line : why_above(callback))
+      append_wrapped(text, line, style);
+  }
+  return titled("Above the bound", text, style);
+}
+
+// Each reason once, with the callbacks that it concerns.
+std::string without_bound(const SchedulabilityReport& report, const TextStyle& style) {
+  std::vector<std::pair<std::string, std::string>> reasons;
+  for (const auto& callback : report.callbacks) {
+    if (callback.bound_ns) continue;
+    auto found =
+        std::ranges::find(reasons, callback.reason, &std::pair<std::string, std::string>::first);
+    if (found == reasons.end()) found = reasons.insert(found, {callback.reason, {}});
+    found->second += "  " + printable(callback.logical_id) + '\n';
+  }
+  std::string text;
+  for (const auto& [reason, callbacks] : reasons) {
+    text += callbacks;
+    append_wrapped(text, reason, style);
+  }
+  return titled("Without a bound", text, style);
 }
 
 std::string notes(const SchedulabilityReport& report) {
@@ -134,13 +161,7 @@ void write_schedulability_text(std::ostream& out, const SchedulabilityReport& re
                report.has_finding() ? Look::bad : Look::good, style)
       << "\n\n"
       << table(report, style) << '\n'
-      << processors(report)
-      << section(
-             report, "Above the bound", [](const auto& c) { return c.is_above_bound(); }, why_above,
-             style)
-      << section(
-             report, "Without a bound", [](const auto& c) { return !c.bound_ns; },
-             [](const auto& c) { return std::vector<std::string>{c.reason}; }, style)
+      << processors(report) << above_the_bound(report, style) << without_bound(report, style)
       << notes(report);
 }
 

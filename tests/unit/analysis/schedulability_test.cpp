@@ -177,6 +177,18 @@ TEST(Schedulability, ExplainsAnObservedResponseAboveItsBound) {
   EXPECT_FALSE(result.has_finding());
 }
 
+TEST(Schedulability, ExplainsByAStartThatNoThreadOfTheModelDelayed) {
+  auto system = textbook();
+  auto& high = system.report.callbacks[0];  // bound 3, and nobody may delay its start
+  high.response_time = extremes(0, 11);
+  high.start_latency = extremes(0, 8);
+  high.wakeup_latency = extremes(0, 1);
+  const auto result = system.analyzed();
+  ASSERT_EQ(result.callbacks[0].explanations.size(), 1U);
+  EXPECT_EQ(result.callbacks[0].explanations[0].ns, 8);
+  EXPECT_FALSE(result.callbacks[0].is_flagged);
+}
+
 TEST(Schedulability, ExplainsByDeclarationsThatWereNotKept) {
   auto system = textbook();
   system.report.callbacks[2].response_time = extremes(0, 20);

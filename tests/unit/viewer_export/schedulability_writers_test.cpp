@@ -66,6 +66,15 @@ TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   EXPECT_THAT(text, HasSubstr("thread 9 \"recv\" (SCHED_FIFO 90)"));
 }
 
+TEST(SchedulabilityText, SaysEachReasonOnce) {
+  auto report = sample();
+  auto another = report.callbacks[1];
+  another.logical_id = "/third";
+  report.callbacks.push_back(another);
+  EXPECT_THAT(text_of(report),
+              HasSubstr("Without a bound\n  /other\\x1b\n  /third\n      it never ran\n"));
+}
+
 TEST(SchedulabilityJson, HoldsEverything) {
   std::ostringstream out;
   write_schedulability_json(out, sample());

@@ -6,6 +6,7 @@
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <compare>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -145,6 +146,7 @@ struct ChainReport {
 struct GraphNode {
   std::string logical_id;
   std::int64_t pid = 0;
+  // NOLINTNEXTLINE(modernize-use-nullptr): see time.hpp
   friend auto operator<=>(const GraphNode&, const GraphNode&) = default;
 };
 
