@@ -110,17 +110,14 @@ void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index)
 }
 
 void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
-                                        std::int32_t prio, bool is_in) {
+                                        std::int32_t prio) {
   if (!is_judging_) return;
   const auto index = registry_.thread_by_tid(host, tid);
   if (!index) return;
   auto& thread = model_.threads[at(*index)];
   if (thread.fini || threads_[*index].is_boosted || threads_[*index].is_changing) return;
   const auto* expected = reference(thread);
-  if (expected == nullptr) {
-    if (thread.read_backs.count == 0) note_scheduling(head, *index, prio, is_in);
-    return;
-  }
+  if (expected == nullptr) return;
   ++thread.switches_checked;
   if (thread.priority_mismatch || kernel_priority(*expected) == prio) return;
   auto where = ref(head);
@@ -129,25 +126,12 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   thread.priority_mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
 }
 
-void EnforcementTracker::note_scheduling(const EventHead& head, ThreadIndex index,
-                                         std::int32_t prio, bool is_in) {
-  auto& thread = model_.threads[at(index)];
-  auto where = ref(head);
-  where.tid = thread.tid;
-  where.pid = model_.processes[at(thread.process)].pid;
-  if (!thread.seen_scheduling) thread.seen_scheduling = SeenScheduling{.last_in = where};
-  auto& seen = *thread.seen_scheduling;
-  ++seen.switches;
-  seen.priority = {.at = where, .prio = prio};
-  if (is_in) seen.last_in = where;
-}
-
 void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
                                    const SchedSwitch& event) {
   auto& tids = tids_[host];
   if (event.prev_tid != 0) {
     tids[event.prev_tid].prio = event.prev_prio;
-    check_priority(head, host, event.prev_tid, event.prev_prio, false);
+    check_priority(head, host, event.prev_tid, event.prev_prio);
     const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
@@ -173,7 +157,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
     next.fork.reset();
   }
-  check_priority(head, host, event.next_tid, event.next_prio, true);
+  check_priority(head, host, event.next_tid, event.next_prio);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
     if (!model_.threads[at(*index)].fini) check_cpu(head, *index, true);
   }

@@ -58,10 +58,8 @@ class EnforcementTracker {
 
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
   const ReadBack* reference(const ThreadFacts& thread) const;
-  void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio,
-                      bool is_in);
+  void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
-  void note_scheduling(const EventHead& head, ThreadIndex thread, std::int32_t prio, bool is_in);
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
   // Busy time and foreign work of the threads that have not ended.
   void total(std::optional<Timestamp> end);

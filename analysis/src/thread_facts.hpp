@@ -118,13 +118,6 @@ struct SwitchPriority {
   std::int32_t prio = 0;
 };
 
-// What the scheduler shows a thread to run as, where nothing was read back.
-struct SeenScheduling {
-  SwitchPriority priority{};  // the last one, inherited ones aside
-  EventRef last_in{};         // its last switch-in, with the CPU
-  std::uint64_t switches = 0;
-};
-
 // One thread incarnation: (process, tid, creation).
 struct ThreadFacts {
   ProcessIndex process{};
@@ -178,8 +171,7 @@ struct ThreadFacts {
   std::optional<std::int64_t> foreign_ns{};
   std::optional<std::int64_t> foreign_span_ns{};
 
-  std::optional<std::int64_t> busy_ns{};            // on-CPU time
-  std::optional<SeenScheduling> seen_scheduling{};  // only without read-backs
+  std::optional<std::int64_t> busy_ns{};  // on-CPU time
   bool is_fork_child_of_real_time = false;
 };
 

@@ -75,37 +75,6 @@ void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIn
   judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
 }
 
-// Recordings of other executors read nothing back; what the scheduler shows last stands for it. The
-// kernel's priority tells neither SCHED_FIFO from SCHED_RR nor the fair policies from each other.
-// False: there is nothing to judge by.
-bool judge_as_scheduled(const RuleContext& context, const Proof& proof,
-                        const CallbackFacts& callback, const SpecEntry& entry,
-                        Judgement& judgement) {
-  if (callback.is_accounted || callback.ran_on.size() != 1) return false;
-  const auto& thread = context.model.threads[at(callback.ran_on.front().thread)];
-  if (!thread.seen_scheduling || thread.announced || thread.ran.size() != 1) return false;
-  const auto& seen = *thread.seen_scheduling;
-  judgement.check(seen.switches);
-  judgement.doubt(proof.kernel_loss(thread));
-  const auto asked_priority = kernel_priority(entry.parameters);
-  if (asked_priority && seen.priority.prio != *asked_priority) {
-    judgement.fail(evidence("sched_switch", seen.priority.at,
-                            asks(context, entry) + "; the kernel schedules its thread with " +
-                                priority_text(seen.priority.prio)));
-  }
-  const auto cpu = seen.last_in.cpu;
-  const auto& allowed = entry.parameters.cpus;
-  if (allowed && cpu &&
-      std::ranges::find(*allowed, static_cast<std::uint32_t>(*cpu)) == allowed->end()) {
-    judgement.fail(evidence(
-        "sched_switch", seen.last_in,
-        asks(context, entry) + "; the kernel runs its thread on CPU " + std::to_string(*cpu)));
-  }
-  judgement.remark(evidence("sampled", seen.priority.at,
-                            "no read-back: judged by the priority and CPU of its last switches"));
-  return true;
-}
-
 // Threads whose announcement was lost may have been anybody's.
 std::map<ProcessIndex, Evidence> unannounced_threads(const Model& model, const Proof& proof) {
   std::map<ProcessIndex, Evidence> found;
@@ -147,7 +116,6 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
         judgement.doubt(unknown_identity(context, callback));
         const auto* entry = spec_entry(context, callback);
         if (entry != nullptr && judges_parameters(entry->parameters)) {
-          if (judge_as_scheduled(context, proof, callback, *entry, judgement)) return;
           const auto threads = isolated.of(callback);
           if (const auto found = unknown.find(index); found != unknown.end()) {
             judgement.doubt(found->second);

@@ -166,30 +166,6 @@ bool is_real_time(std::int32_t policy) noexcept {
          policy == static_cast<std::int32_t>(Policy::deadline);
 }
 
-std::string priority_text(std::int32_t kernel_priority) {
-  if (kernel_priority < 0) return "priority of SCHED_DEADLINE";
-  if (kernel_priority < kFirstFairPriority) {
-    return "real-time priority " + std::to_string(99 - kernel_priority);
-  }
-  return "nice " + std::to_string(kernel_priority - 120);
-}
-
-std::optional<std::int32_t> kernel_priority(const ThreadParameters& asked) noexcept {
-  if (!asked.policy) return std::nullopt;
-  switch (*asked.policy) {
-    case Policy::fifo:
-    case Policy::round_robin:
-      return 99 - static_cast<std::int32_t>(asked.priority);
-    case Policy::deadline:
-      return -1;
-    case Policy::other:
-    case Policy::batch:
-    case Policy::idle:
-      break;
-  }
-  return 120 + asked.nice;
-}
-
 bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
   return kernel_priority < kFirstFairPriority;
 }

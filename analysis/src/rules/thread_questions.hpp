@@ -45,10 +45,6 @@ bool is_cut_by_end(const Model& model, const OpenInstance& open);
 // The first event seen that names the callback.
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 bool is_real_time(std::int32_t policy) noexcept;
-// "real-time priority 80", "nice 5": a kernel priority in words.
-std::string priority_text(std::int32_t kernel_priority);
-// The kernel priority that the policy asked for gives. Empty: none is asked for.
-std::optional<std::int32_t> kernel_priority(const ThreadParameters& asked) noexcept;
 bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
 
 // The read-back that stands for what was applied last: `applied`, or the first audit of a process
