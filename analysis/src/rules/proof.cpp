@@ -380,7 +380,9 @@ void Proof::prove(const PublisherFacts& publisher) {
   const auto lost = loss(publisher);
   if (!lost) return;
   is_anything_lost_ = true;
-  process.disagreements.push_back(*lost);
+  // A hole shows in the totals too, where there are any.
+  const bool has_totals = publisher.fini || !is_interrupted(publisher.process);
+  if (has_totals || !publisher.registered) process.disagreements.push_back(*lost);
 }
 
 void Proof::prove(ThreadIndex index) {
