@@ -140,16 +140,19 @@ void Application::tick(int index, Ns due) {
   });
 }
 
-// Wakes one thread that may run the callback and has nothing to do.
+// Wakes one thread that may run the callback and has nothing to do, any of those.
 void Application::notify(int callback) {
+  std::vector<Thread*> idle;
   for (auto& thread : threads_) {
     if (thread.server < 0 || !thread.is_idle) continue;
     const auto& served = system_.servers[static_cast<std::size_t>(thread.server)].callbacks;
-    if (std::ranges::find(served, callback) == served.end()) continue;
-    thread.is_idle = false;
-    machine_.signal(thread.number);
-    return;
+    if (std::ranges::find(served, callback) != served.end()) idle.push_back(&thread);
   }
+  if (idle.empty()) return;
+  const auto last = static_cast<Ns>(idle.size()) - 1;
+  auto& chosen = *idle[static_cast<std::size_t>(machine_.random().between(0, last))];
+  chosen.is_idle = false;
+  machine_.signal(chosen.number);
 }
 
 bool Application::is_ready(int index) {

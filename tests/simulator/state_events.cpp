@@ -75,7 +75,7 @@ void Application::tell_thread(std::size_t index, ThreadNumber teller) {
   if (thread.role == ThreadRole::callback) {
     const auto& server = system_.servers[static_cast<std::size_t>(thread.server)];
     const auto& state = callbacks_[static_cast<std::size_t>(server.callbacks.front())];
-    callback = state.id;
+    if (server.callbacks.size() == 1) callback = state.id;  // else announced for its group
     group = state.group;
   }
   emit(thread.process, teller,
