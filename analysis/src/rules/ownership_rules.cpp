@@ -50,7 +50,12 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
 }
 
 void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFacts& thread,
-                        const SpecEntry& entry, const std::string& where, Judgement& judgement) {
+                        const SpecEntry& entry, const std::string& where,
+                        const std::optional<Evidence>& lost_instances, Judgement& judgement) {
+  if (lost_instances) {  // what they did would count as foreign work
+    judgement.doubt(lost_instances);
+    return;
+  }
   const auto budget = *entry.foreign_work_budget_ns;
   const EventRef end = moment(lifetime(thread).second, thread.tid);
   if (const auto loss = proof.kernel_loss(thread)) {
@@ -97,7 +102,8 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
     if (is_isolated(thread) || is_worker) {
       const auto* entry = spec_entry_of(context, thread);
       if (entry != nullptr && entry->foreign_work_budget_ns) {
-        judge_foreign_time(model, proof, thread, *entry, place(context, entry->line), judgement);
+        judge_foreign_time(model, proof, thread, *entry, place(context, entry->line),
+                           losses.on(index), judgement);
       }
     }
   });
