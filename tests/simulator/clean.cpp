@@ -8,9 +8,6 @@
 namespace cie::sim {
 namespace {
 
-// More than any thread here works outside callbacks; mutants ask for less.
-constexpr Ns kAmpleForeignWork = 900'000'000;
-
 void write(std::ostringstream& out, const char* key, const std::optional<Ns>& value) {
   if (value) out << "    " << key << ": " << *value << '\n';
 }
@@ -79,6 +76,24 @@ std::vector<Extremes> extremes_of(const System& system, const Truth& truth) {
   return all;
 }
 
+// What a thread works outside callbacks from its first wait on, per second, rounded up.
+Ns foreign_work(const Truth& truth, std::size_t thread) {
+  const auto& facts = truth.threads[thread];
+  Ns foreign = facts.execution - facts.execution_before;
+  for (const auto& instance : truth.instances) {
+    if (instance.thread != thread) continue;
+    const auto end = instance.execution_before + instance.parts.execution;
+    foreign -= std::max<Ns>(end - std::max(instance.execution_before, facts.execution_before), 0);
+  }
+  const auto span = facts.end - facts.first_wait;
+  return span > 0 ? (foreign * 1'000'000'000 + span - 1) / span : 0;
+}
+
+std::size_t thread_named(const Truth& truth, const std::string& name) {
+  const auto found = std::ranges::find(truth.threads, name, &ThreadTruth::name);
+  return static_cast<std::size_t>(found - truth.threads.begin());
+}
+
 }  // namespace
 
 Spec::Entry& Spec::of(const std::string& id) {
@@ -133,19 +148,25 @@ Spec spec_of(const System& system, const Truth& truth) {
     const auto server = std::ranges::find_if(system.servers, [i](const Server& candidate) {
       return candidate.is_isolated && candidate.callbacks.front() == static_cast<int>(i);
     });
-    if (server != system.servers.end()) entry.parameters = server->parameters;
+    if (server != system.servers.end()) {
+      entry.parameters = server->parameters;
+      entry.foreign_work_budget = foreign_work(truth, thread_named(truth, server->name));
+    }
     entry.response_deadline = extremes[i].response;
     entry.wcet = extremes[i].execution;
     if (const auto gaps = extremes[i].arrivals(); !gaps.empty()) {
       entry.min_inter_arrival = std::ranges::min(gaps);
       entry.max_inter_arrival = std::ranges::max(gaps);
     }
-    entry.foreign_work_budget = kAmpleForeignWork;
     spec.callbacks.push_back(entry);
   }
   Spec::Entry receiver{.id = "recv"};
   receiver.parameters = system.receiver;
-  receiver.foreign_work_budget = kAmpleForeignWork;
+  for (std::size_t i = 0; i < truth.threads.size(); ++i) {
+    if (truth.threads[i].name != "recv") continue;
+    receiver.foreign_work_budget =
+        std::max(receiver.foreign_work_budget.value_or(0), foreign_work(truth, i));
+  }
   spec.threads.push_back(receiver);
   for (const auto& chain : chains_of(system, truth)) {
     if (chain.is_overtaken) continue;

@@ -39,7 +39,7 @@ void Application::start_thread(int index, Thread thread, const std::string& name
   process.threads.push_back(place);
   ++process.alive;
   threads_.push_back(std::move(thread));
-  truth_.threads.push_back({.pid = process.pid, .tid = tid, .name = name, .busy = 0});
+  truth_.threads.push_back({.pid = process.pid, .tid = tid, .name = name});
 }
 
 void Application::configure(std::size_t place) {
@@ -75,6 +75,13 @@ void Application::leave(std::size_t place) {
     emit(left.process, number,
          ThreadFini{.tid = static_cast<std::uint32_t>(machine_.tid_of(number)),
                     .read_backs = left.read_backs});
+    auto& told = truth_.threads[place];
+    const auto first_wait =
+        machine_.first_wait(number).value_or(std::pair{machine_.now(), told.busy});
+    told.first_wait = first_wait.first;
+    told.execution_before = first_wait.second;
+    told.end = machine_.now();
+    told.execution = machine_.account(number).execution;
     auto& process = processes_[static_cast<std::size_t>(left.process)];
     --process.alive;
     machine_.signal(process.main);
@@ -236,6 +243,7 @@ void Application::begin_instance(std::size_t place, int index, const Taken& take
                               .cpu_end = cpu,
                               .wakeup = thread.wakeup,
                               .kernel_wakeup = machine_.last_wake_up(thread.number),
+                              .execution_before = thread.at_start.execution,
                               .parts = {},
                               .message = taken.message,
                               .previous = thread.last_instance});

@@ -108,6 +108,7 @@ std::optional<Ns> Machine::next_time() const {
   for (const auto& running : on_cpu_) {
     if (!running) continue;
     const auto& thread = threads_[*running];
+    if (thread.state != State::running) continue;
     if (!thread.ops.empty()) consider(now_ + thread.ops.front().time);
     if (is_sliced(*thread.parameters.policy)) consider(now_ + thread.slice);
     if (thread.parameters.policy == Policy::deadline && !thread.inherited) {
@@ -115,6 +116,12 @@ std::optional<Ns> Machine::next_time() const {
     }
   }
   return next;
+}
+
+// Blocked or dead, and its processor has not noticed yet.
+bool Machine::is_leaving(const Thread& thread) const {
+  const auto& holder = on_cpu_[static_cast<std::size_t>(thread.cpu)];
+  return holder && &threads_[*holder] == &thread;
 }
 
 void Machine::advance(Ns time) {
@@ -135,7 +142,7 @@ void Machine::advance(Ns time) {
         break;
       }
       case State::blocked:
-        account.blocked += passed;
+        (is_leaving(thread) ? account.execution : account.blocked) += passed;
         break;
       case State::waking:
         account.waking += passed;
@@ -144,6 +151,7 @@ void Machine::advance(Ns time) {
         account.wake_delay += passed;
         break;
       case State::dead:
+        if (is_leaving(thread)) account.execution += passed;
         break;
     }
   }
@@ -232,8 +240,8 @@ void Machine::block(ThreadNumber number, Reason reason) {
 
 void Machine::wake(ThreadNumber number, std::int32_t by_cpu) {
   auto& thread = threads_[number];
-  const bool is_leaving = on_cpu_[static_cast<std::size_t>(thread.cpu)] == number;
-  if (is_leaving || thread.left_at == now_) {  // the kernel waits until it has left its processor
+  if (is_leaving(thread) ||
+      thread.left_at == now_) {  // the kernel waits until it has left its processor
     at(now_ + 1, [this, number] { wake(number, -1); });
     thread.reason = Reason::sleep;  // on its way: signals need not wake it again
     return;

@@ -16,6 +16,7 @@
 #include <queue>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 namespace cie::sim {
@@ -71,6 +72,10 @@ class Machine {
   void forget_wake_up(ThreadNumber thread) { threads_[thread].wake_up = {}; }
   // Whether the last wait really waited.
   bool has_waited(ThreadNumber thread) const { return threads_[thread].has_waited; }
+  // When it blocked first, and its execution time until then.
+  const std::optional<std::pair<Ns, Ns>>& first_wait(ThreadNumber thread) const {
+    return threads_[thread].first_wait;
+  }
   const ThreadParameters& parameters(ThreadNumber thread) const {
     return threads_[thread].parameters;
   }
@@ -121,6 +126,7 @@ class Machine {
     std::vector<int> holds{};    // mutexes
     Account account{};
     WakeUp wake_up{};
+    std::optional<std::pair<Ns, Ns>> first_wait{};
   };
   struct Mutex {
     std::optional<ThreadNumber> owner{};
@@ -142,6 +148,7 @@ class Machine {
 
   std::optional<Ns> next_time() const;
   void advance(Ns time);
+  bool is_leaving(const Thread& thread) const;
   void settle();
   bool work(std::int32_t cpu);  // whether anything was done
   void perform(ThreadNumber number, Op op);
@@ -168,6 +175,7 @@ class Machine {
   std::uint64_t timer_order_ = 0;
   std::uint64_t queue_order_ = 0;
   std::uint64_t inherited_ = 0;
+  Ns inherited_at_ = -1;       // last change of a priority through a mutex
   std::int32_t speaker_ = -1;  // the processor whose thread acts at the moment
   bool needs_dispatch_ = false;
 };

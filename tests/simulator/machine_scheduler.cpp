@@ -127,6 +127,7 @@ void Machine::inherit(ThreadNumber number) {
   const auto after = priority(owner);
   if (before != after) {
     ++inherited_;
+    inherited_at_ = now_;
     tape_.kernel(now_, std::max(speaker_, 0),
                  analysis::SchedPiSetprio{.tid = owner.tid, .old_prio = before, .new_prio = after});
   }
@@ -136,6 +137,10 @@ void Machine::inherit(ThreadNumber number) {
 
 void Machine::dispatch() {
   needs_dispatch_ = false;
+  if (inherited_at_ == now_) {  // processors notice a new priority after it was given
+    at(now_ + 1, [this] { needs_dispatch_ = true; });
+    return;
+  }
   std::vector<ThreadNumber> ready;
   for (ThreadNumber i = 0; i < threads_.size(); ++i) {
     const auto& thread = threads_[i];
@@ -209,6 +214,7 @@ void Machine::switch_to(std::int32_t cpu, std::optional<ThreadNumber> next) {
       event.prev_state = kDead;
     } else {
       event.prev_state = prev.reason == Reason::sleep ? kUninterruptible : kInterruptible;
+      if (!prev.first_wait) prev.first_wait = {now_, prev.account.execution};
     }
     prev.left_at = now_;
   }

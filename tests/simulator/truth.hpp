@@ -24,6 +24,7 @@ struct InstanceTruth {
   std::int32_t cpu_end = 0;
   std::optional<Ns> wakeup{};             // when its thread last returned from a wait
   WakeUp kernel_wakeup{};                 // of its thread, as known at its start
+  Ns execution_before = 0;                // of its thread, until its start
   Account parts{};                        // of its duration
   std::optional<std::size_t> message{};   // that it took
   std::optional<std::size_t> previous{};  // instance of its thread
@@ -42,6 +43,10 @@ struct ThreadTruth {
   std::int64_t tid = 0;
   std::string name{};
   Ns busy = 0;
+  Ns first_wait = 0;        // when it blocked first
+  Ns execution_before = 0;  // until then
+  Ns end = 0;               // its thread_fini
+  Ns execution = 0;         // until then
 };
 
 struct Truth {

@@ -89,24 +89,24 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const Proof proof(model);
   const auto unknown = unknown_threads(model, proof);
   const ThreadLosses losses(model, proof);
-  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
-                                  Judgement& judgement) {
-    if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.doubt(found->second);
-    }
-    const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
-    if (is_isolated(thread)) {
-      judge_foreign_callbacks(model, thread, judgement);
-      judgement.doubt(losses.on(index));
-    }
-    if (is_isolated(thread) || is_worker) {
-      const auto* entry = spec_entry_of(context, thread);
-      if (entry != nullptr && entry->foreign_work_budget_ns) {
-        judge_foreign_time(model, proof, thread, *entry, place(context, entry->line),
-                           losses.on(index), judgement);
-      }
-    }
-  });
+  return judge_threads(
+      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (const auto found = unknown.find(index); found != unknown.end()) {
+          judgement.doubt(found->second);
+        }
+        const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
+        if (is_isolated(thread)) {
+          judge_foreign_callbacks(model, thread, judgement);
+          judgement.doubt(losses.on(index));
+        }
+        if (is_isolated(thread) || is_worker) {
+          const auto* entry = spec_entry_of(context, thread);
+          if (entry != nullptr && entry->foreign_work_budget_ns) {
+            judge_foreign_time(model, proof, thread, *entry, place(context, entry->line),
+                               losses.on(index), judgement);
+          }
+        }
+      });
 }
 
 void judge_group(const Model& model, const GroupFacts& group,
