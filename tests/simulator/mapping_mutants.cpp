@@ -84,7 +84,7 @@ void replace_thread(Case& c, Place place, bool is_tid_reused) {
   auto init = announcement(c, old_tid);
   auto initial = read_back(c, old_tid, SchedMoment::initial);
   auto applied = read_back(c, old_tid, SchedMoment::applied);
-  body<ThreadFini>(fini).tid = static_cast<std::uint32_t>(old_tid);
+  set_tid(fini, new_tid, old_tid);
   body<ThreadFini>(fini).read_backs = 2;
   body<ThreadInit>(init).start_ns = time + 1;
   for (auto* e : {&fini, &init, &initial, &applied}) {

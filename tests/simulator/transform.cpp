@@ -1,9 +1,10 @@
 #include "simulator/transform.hpp"
 
 #include <algorithm>
-#include <map>
 #include <memory>
+#include <set>
 #include <tuple>
+#include <utility>
 
 namespace cie::sim {
 namespace {
@@ -102,22 +103,19 @@ test::TextTrace merged(const test::TextTrace& one, const test::TextTrace& other)
   const auto owners = std::make_shared<std::pair<test::TextTrace, test::TextTrace>>(one, other);
   both.strings = {owners, owners->first.strings.get()};
   both.events.insert(both.events.end(), other.events.begin(), other.events.end());
-  // Of the edges of a stream that both have, the first begin and the last end count.
-  std::map<std::tuple<StreamIndex, std::size_t>, Timestamp> edges;
-  for (const auto& event : both.events) {
-    if (!is_begin(event) && !is_end(event)) continue;
-    const auto [edge, is_new] =
-        edges.try_emplace({event.head.stream, event.body.index()}, event.head.time);
-    edge->second = is_begin(event) ? std::min(edge->second, event.head.time)
-                                   : std::max(edge->second, event.head.time);
-  }
+  // One recording covers both from the first beginning to the last end.
+  const auto time = [](const Event& event) { return event.head.time; };
+  const auto begin = std::ranges::min_element(both.events, {}, time)->head.time;
+  const auto end = std::ranges::max_element(both.events, {}, time)->head.time;
+  std::set<std::pair<StreamIndex, std::size_t>> edges;
   std::erase_if(both.events, [&edges](const Event& event) {
-    if (!is_begin(event) && !is_end(event)) return false;
-    const auto edge = edges.find({event.head.stream, event.body.index()});
-    if (edge == edges.end() || edge->second != event.head.time) return true;
-    edges.erase(edge);
-    return false;
+    const bool is_edge = is_begin(event) || is_end(event);
+    return is_edge && !edges.emplace(event.head.stream, event.body.index()).second;
   });
+  for (auto& event : both.events) {
+    if (is_begin(event)) event.head.time = begin;
+    if (is_end(event)) event.head.time = end;
+  }
   std::ranges::stable_sort(both.events, {}, [](const Event& event) {
     const int place = is_end(event) ? 2 : is_begin(event) ? 0 : 1;
     return std::tuple(event.head.time, place);

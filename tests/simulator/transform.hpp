@@ -19,8 +19,8 @@ struct Change {
 // A copy whose events, fields included, are changed throughout. It shares the strings.
 test::TextTrace changed(const test::TextTrace& trace, const Change& change);
 
-// Both recordings as one. Streams of equal number are one stream, whose packets begin with the
-// first and end with the last.
+// Both as one recording, which covers them from the first beginning to the last end. Streams of
+// equal number are one stream.
 test::TextTrace merged(const test::TextTrace& one, const test::TextTrace& other);
 
 }  // namespace cie::sim

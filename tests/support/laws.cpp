@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <set>
+#include <utility>
 #include <variant>
 
 namespace cie::test {
@@ -12,16 +13,19 @@ using analysis::Event;
 using analysis::SubjectVerdict;
 using analysis::Verdict;
 
-std::set<std::uint32_t> callbacks_named(const TextTrace& trace) {
-  std::set<std::uint32_t> named;
+// By process.
+using Named = std::set<std::pair<std::int64_t, std::int64_t>>;
+
+Named callbacks_named(const TextTrace& trace) {
+  Named named;
   for (const auto& event : trace.events) {
     std::visit(
-        [&named](const auto& body) {
+        [&named, &event](const auto& body) {
           using Body = std::decay_t<decltype(body)>;
           if constexpr (requires { body.seq, body.callback; } ||
                         std::is_same_v<Body, analysis::CallbackInit> ||
                         std::is_same_v<Body, analysis::CallbackFini>) {
-            named.insert(to_number(body.callback));
+            named.emplace(event.head.pid.value_or(0), to_number(body.callback));
           }
         },
         event.body);
@@ -40,8 +44,8 @@ bool looks_crashed(const TextTrace& before, const TextTrace& after) {
 }
 
 // Threads that were announced, read back, ended or seen to begin an instance.
-std::set<std::int64_t> threads_named(const TextTrace& trace) {
-  std::set<std::int64_t> named;
+Named threads_named(const TextTrace& trace) {
+  Named named;
   for (const auto& event : trace.events) {
     std::visit(
         [&named, &event](const auto& body) {
@@ -49,9 +53,9 @@ std::set<std::int64_t> threads_named(const TextTrace& trace) {
           if constexpr (std::is_same_v<Body, analysis::ThreadInit> ||
                         std::is_same_v<Body, analysis::ThreadSched> ||
                         std::is_same_v<Body, analysis::ThreadFini>) {
-            named.insert(body.tid);
+            named.emplace(event.head.pid.value_or(0), body.tid);
           } else if constexpr (std::is_same_v<Body, analysis::CallbackStart>) {
-            if (event.head.tid) named.insert(*event.head.tid);
+            if (event.head.tid) named.emplace(event.head.pid.value_or(0), *event.head.tid);
           }
         },
         event.body);

@@ -51,13 +51,18 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
 
 void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFacts& thread,
                         const SpecEntry& entry, const std::string& where,
-                        const std::optional<Evidence>& lost_instances, Judgement& judgement) {
-  if (lost_instances) {  // what they did would count as foreign work
-    judgement.doubt(lost_instances);
+                        const std::optional<Evidence>& lost, Judgement& judgement) {
+  const EventRef end = moment(lifetime(thread).second, thread.tid);
+  if (lost) {  // what lost instances did would count as foreign work; or its time is another one
+    judgement.doubt(lost);
+    return;
+  }
+  if (thread.kernel_exit && !thread.fini) {
+    judgement.doubt(evidence("thread_fini", *thread.kernel_exit,
+                             "it exits, and the end of its work was not seen"));
     return;
   }
   const auto budget = *entry.foreign_work_budget_ns;
-  const EventRef end = moment(lifetime(thread).second, thread.tid);
   if (const auto loss = proof.kernel_loss(thread)) {
     judgement.doubt(loss);
     return;
@@ -103,7 +108,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
           const auto* entry = spec_entry_of(context, thread);
           if (entry != nullptr && entry->foreign_work_budget_ns) {
             judge_foreign_time(model, proof, thread, *entry, place(context, entry->line),
-                               losses.on(index), judgement);
+                               proof.loss(index) ? proof.loss(index) : losses.on(index), judgement);
           }
         }
       });
@@ -138,6 +143,17 @@ void judge_group(const Model& model, const GroupFacts& group,
   }
 }
 
+// A callback that was never registered: it may belong to any group of its process.
+std::optional<Evidence> unknown_member(const Model& model, ProcessIndex process) {
+  const auto found =
+      std::ranges::find_if(model.callbacks, [process](const CallbackFacts& callback) {
+        return callback.process == process && !callback.registered;
+      });
+  if (found == model.callbacks.end()) return std::nullopt;
+  return evidence("callback_init", first_sign(*found),
+                  found->logical_id + " was never registered: its group is unknown");
+}
+
 std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
@@ -160,6 +176,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (!threads.empty()) {
       judge_group(model, group, threads, judgement);
       judgement.doubt(proof.unseen_callbacks(group.process));
+      judgement.doubt(unknown_member(model, group.process));
     }
     if (const auto found = unknown.find({group.process, group.id}); found != unknown.end()) {
       judgement.doubt(found->second);

@@ -130,12 +130,23 @@ void judge_fork(const ForkFacts& fork, Judgement& judgement) {
 std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   const auto& model = context.model;
   std::vector<SubjectVerdict> verdicts;
-  const bool has_real_time = std::ranges::any_of(model.threads, [](const ThreadFacts& thread) {
-    return is_known(thread) && is_ever_real_time(thread);
-  });
-  if (!has_real_time) return verdicts;
   const Subjects names(model);
   const Proof proof(model);
+  // What a thread began with, where that is among the read-backs that were lost.
+  const auto lost_beginning = [&](ThreadIndex index) -> std::optional<Evidence> {
+    const auto& thread = model.threads[at(index)];
+    const auto moment = model.processes[at(thread.process)].first_moment;
+    if (thread.initial || moment == RunMoment::announce) return std::nullopt;
+    return proof.loss(index);
+  };
+  bool has_real_time = false;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    const bool is_unknown = lost_beginning(ThreadIndex{static_cast<std::uint32_t>(i)}).has_value();
+    has_real_time =
+        has_real_time || (is_known(thread) && (is_unknown || is_ever_real_time(thread)));
+  }
+  if (!has_real_time) return verdicts;
   std::multimap<ThreadIndex, const ForkFacts*> of_thread;
   for (const auto& fork : model.forks) {
     if (fork.child && model.threads[at(*fork.child)].announced) {
@@ -165,6 +176,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
       }
     } else {
       judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
+      judgement.doubt(lost_beginning(index));
     }
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
