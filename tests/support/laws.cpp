@@ -72,8 +72,7 @@ bool is_structural(const Event& event) {
 std::string explain(const Verified& verified, const std::string& rule) {
   std::string text;
   for (const auto& subject : verified.rule(rule).subjects) {
-    text += rule + ' ' + subject.subject + ' ' + std::string(label(subject.verdict)) + ", " +
-            std::to_string(subject.checked) + " checked\n" +
+    text += rule + ' ' + subject.subject + ' ' + std::string(label(subject.verdict)) + '\n' +
             verified.evidence(rule, subject.subject);
   }
   return text;

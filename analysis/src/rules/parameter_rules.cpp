@@ -4,6 +4,7 @@
 #include "judgement.hpp"
 #include "ownership_rules.hpp"
 #include "proof.hpp"
+#include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -116,6 +117,10 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
         judgement.doubt(unknown_identity(context, callback));
         const auto* entry = spec_entry(context, callback);
         if (entry != nullptr && judges_parameters(entry->parameters)) {
+          if (is_never_read_back(callback)) {
+            judge_scheduled(context, proof, callback, *entry, judgement);
+            return;
+          }
           const auto threads = isolated.of(callback);
           if (const auto found = unknown.find(index); found != unknown.end()) {
             judgement.doubt(found->second);
@@ -210,6 +215,10 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
         judgement.doubt(unknown_identity(context, callback));
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !judges_parameters(entry->parameters)) return;
+        if (is_never_read_back(callback)) {
+          judge_scheduled_before(model, proof.loss(index), callback, *entry, judgement);
+          return;
+        }
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
@@ -229,7 +238,9 @@ const Rule kParametersAsSpecified{
     "refused or forgotten request shows here. After a reload the spec to judge by is the new one. "
     "On a process that was attached to, the first audit stands for it. INCONCLUSIVE without such a "
     "read-back, when a later one may have been lost, or when the recording is too old to carry "
-    "what is asked for. Remedy: the request's errno in the evidence; CAP_SYS_NICE, rtprio limits "
+    "what is asked for. Recordings that never read back (ros2 trace) are judged by the priorities "
+    "and CPUs of sched_switch. Remedy: the request's errno in the evidence; CAP_SYS_NICE, rtprio "
+    "limits "
     "and cpusets are the usual causes.",
     judge_specified};
 

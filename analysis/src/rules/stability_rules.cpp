@@ -15,12 +15,6 @@
 namespace cie::analysis {
 namespace {
 
-std::string priority_text(std::int32_t prio) {
-  if (prio < 0) return "priority of SCHED_DEADLINE";
-  if (prio < 100) return "real-time priority " + std::to_string(99 - prio);
-  return "nice " + std::to_string(prio - 120);
-}
-
 // Announced, or read back or ended, which shows that an announcement was lost.
 bool is_known(const ThreadFacts& thread) {
   return thread.announced || thread.read_backs.count != 0 || thread.fini;
