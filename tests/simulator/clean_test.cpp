@@ -41,5 +41,44 @@ TEST(Clean, RaisesNoAlarm) {
   }));
 }
 
+// The recording as one of ROS 2 would be: nobody announces threads or reads them back.
+test::TextTrace unread(test::TextTrace trace) {
+  trace.erase<analysis::ThreadInit>();
+  trace.erase<analysis::ThreadSched>();
+  trace.erase<analysis::ThreadFini>();
+  trace.erase<analysis::RunBegin>();
+  trace.erase<analysis::RunEnd>();
+  for (auto& event : trace.events) {
+    std::visit(
+        [&event](const auto& body) {
+          if constexpr (requires { body.callback; }) event.head.is_derived = true;
+        },
+        event.body);
+  }
+  return trace;
+}
+
+TEST(Clean, SwitchesTellWhatNobodyReadBack) {
+  EXPECT_TRUE(rc::check("without read-backs", [] {
+    auto shape = *shapes();
+    shape.pool = 0;
+    const auto system = system_of(shape);
+    const auto simulation = simulate(system);
+    const auto trace = unread(simulation.tape.trace({}));
+    for (const auto& entry : spec_of(system, simulation.truth).callbacks) {
+      Spec spec{.callbacks = {{.id = entry.id, .parameters = entry.parameters}}};
+      auto& asked = *spec.callbacks.front().parameters;
+      const test::Verified right(trace, spec.text());
+      // No switch tells a deadline triple.
+      RC_ASSERT(right["S1"] ==
+                (asked.policy == Policy::deadline ? Verdict::inconclusive : Verdict::pass));
+      RC_ASSERT(right["S2"] != Verdict::fail);
+      asked.policy = Policy::fifo;
+      asked.priority = 77;  // nobody runs with it
+      RC_ASSERT(test::Verified(trace, spec.text())["S1"] == Verdict::fail);
+    }
+  }));
+}
+
 }  // namespace
 }  // namespace cie::sim

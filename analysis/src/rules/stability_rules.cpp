@@ -1,5 +1,6 @@
 #include "stability_rules.hpp"
 
+#include "../enforcement_tracker.hpp"
 #include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
@@ -34,6 +35,11 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
     const auto& [applied, priority] = *thread.priority_mismatch;
     if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
       judgement.overrule(proof.loss(index));
+    }
+    if (!thread.audit_mismatch &&
+        priority.prio < kernel_priority(applied)) {  // perhaps inherited, and that was lost
+      const auto host = model.processes[at(thread.process)].host;
+      judgement.overrule(proof.kernel_loss(host, applied.at.time, priority.at.time));
     }
     judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied)));
     judgement.fail(evidence("sched_switch", priority.at,
