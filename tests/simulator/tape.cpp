@@ -56,6 +56,21 @@ bool is_recorded(const Event& event, const Recording& recording) {
          (recording.has_wakings || !std::holds_alternative<SchedWaking>(event.body));
 }
 
+// Every stream of a recording.
+std::vector<Key> keys_of(const std::vector<Event>& events, const Recording& recording,
+                         std::int32_t processors) {
+  std::vector<Key> keys;
+  for (const auto& event : events) {
+    if (!is_recorded(event, recording)) continue;
+    auto key = key_of(event, recording);
+    key.cpu = 0;
+    if (std::ranges::find(keys, key) != keys.end()) continue;
+    for (; key.cpu < processors; ++key.cpu)  // each has a stream, even if nothing happens there
+      keys.push_back(key);
+  }
+  return keys;
+}
+
 // Numbers streams in an order drawn from the seed, and channels within them.
 std::map<Key, std::uint32_t> numbered(const std::vector<Key>& keys, std::uint64_t order) {
   auto shuffled = keys;
@@ -76,6 +91,19 @@ std::uint32_t channel_of(const Key& key, const std::vector<Key>& keys) {
            std::tie(key.domain, key.is_state, key.pid);
   };
   return static_cast<std::uint32_t>(std::ranges::find_if(keys, is_channel) - keys.begin());
+}
+
+// As a reader merges them: by time, then stream by stream; a packet's edge outside of its events.
+void merge(test::TextTrace& trace) {
+  const auto place = [](const Event& event) {
+    if (std::holds_alternative<StreamBegin>(event.body)) return 0;
+    if (std::holds_alternative<PacketBegin>(event.body)) return 1;
+    if (std::holds_alternative<PacketEnd>(event.body)) return 3;
+    return std::holds_alternative<StreamEnd>(event.body) ? 4 : 2;
+  };
+  std::ranges::stable_sort(trace.events, {}, [&place](const Event& event) {
+    return std::tuple(event.head.time, place(event), event.head.stream);
+  });
 }
 
 }  // namespace
@@ -101,15 +129,7 @@ test::TextTrace Tape::trace(const Recording& recording) const {
   test::TextTrace trace;
   trace.strings = strings_;
   trace.cpus = cpus_;
-  std::vector<Key> keys;
-  for (const auto& event : events_) {
-    if (!is_recorded(event, recording)) continue;
-    auto key = key_of(event, recording);
-    key.cpu = 0;
-    if (std::ranges::find(keys, key) != keys.end()) continue;
-    for (; key.cpu < processors_; ++key.cpu)  // each has a stream, even if nothing happens there
-      keys.push_back(key);
-  }
+  auto keys = keys_of(events_, recording, processors_);
   std::ranges::sort(keys);
   const auto numbers = numbered(keys, recording.order);
   const auto edge = [&](const Key& key, Ns time, const EventBody& body) {
@@ -143,16 +163,7 @@ test::TextTrace Tape::trace(const Recording& recording) const {
     edge(key, last, PacketEnd{});
     edge(key, last, StreamEnd{});
   }
-  // As a reader merges them: by time, then stream by stream; a packet's edge outside of its events.
-  const auto place = [](const Event& event) {
-    if (std::holds_alternative<StreamBegin>(event.body)) return 0;
-    if (std::holds_alternative<PacketBegin>(event.body)) return 1;
-    if (std::holds_alternative<PacketEnd>(event.body)) return 3;
-    return std::holds_alternative<StreamEnd>(event.body) ? 4 : 2;
-  };
-  std::ranges::stable_sort(trace.events, {}, [&place](const Event& event) {
-    return std::tuple(event.head.time, place(event), event.head.stream);
-  });
+  merge(trace);
   return trace;
 }
 

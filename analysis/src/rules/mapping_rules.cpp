@@ -300,8 +300,8 @@ const Rule kMappingPersistent{
 const Rule kUniqueLogicalId{
     "M7", "unique-logical-id",
     "No two callbacks of one process live under the same logical id. With equal ids one entry of a "
-    "spec configures whichever comes first. Remedy: give callbacks explicit names, or periods that "
-    "differ.",
+    "spec configures whichever comes first. INCONCLUSIVE for a callback that was never seen to be "
+    "registered. Remedy: give callbacks explicit names, or periods that differ.",
     judge_unique_id};
 
 }  // namespace cie::analysis

@@ -241,7 +241,8 @@ const Rule kNoForeignWork{
     "An isolated thread starts no callback but its own. With foreign_work_budget in the spec and "
     "kernel events in the trace, its time on a CPU outside callbacks, from its first wait to its "
     "end, stays within that budget per second; without a budget that time is not judged. "
-    "INCONCLUSIVE when a callback on it lost instances or the kernel's record has a gap.",
+    "INCONCLUSIVE when a callback on it lost instances, the kernel's record has a gap, or (for the "
+    "budget) read-backs or the end of the thread were lost.",
     judge_foreign_work};
 
 const Rule kSingleCallbackGroup{

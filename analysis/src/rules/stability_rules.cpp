@@ -127,26 +127,31 @@ void judge_fork(const ForkFacts& fork, Judgement& judgement) {
                           "which first runs with " + priority_text(fork.child_first->prio)));
 }
 
+// What a thread began with, where that is among the read-backs that were lost.
+std::optional<Evidence> lost_beginning(const Model& model, const Proof& proof, ThreadIndex index) {
+  const auto& thread = model.threads[at(index)];
+  const auto moment = model.processes[at(thread.process)].first_moment;
+  if (thread.initial || moment == RunMoment::announce) return std::nullopt;
+  return proof.loss(index);
+}
+
+// Some thread is real-time, or may have been before what is left of its record.
+bool may_be_real_time(const Model& model, const Proof& proof) {
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    const auto& thread = model.threads[i];
+    if (!is_known(thread)) continue;
+    if (is_ever_real_time(thread) || lost_beginning(model, proof, index)) return true;
+  }
+  return false;
+}
+
 std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   const auto& model = context.model;
   std::vector<SubjectVerdict> verdicts;
   const Subjects names(model);
   const Proof proof(model);
-  // What a thread began with, where that is among the read-backs that were lost.
-  const auto lost_beginning = [&](ThreadIndex index) -> std::optional<Evidence> {
-    const auto& thread = model.threads[at(index)];
-    const auto moment = model.processes[at(thread.process)].first_moment;
-    if (thread.initial || moment == RunMoment::announce) return std::nullopt;
-    return proof.loss(index);
-  };
-  bool has_real_time = false;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    const bool is_unknown = lost_beginning(ThreadIndex{static_cast<std::uint32_t>(i)}).has_value();
-    has_real_time =
-        has_real_time || (is_known(thread) && (is_unknown || is_ever_real_time(thread)));
-  }
-  if (!has_real_time) return verdicts;
+  if (!may_be_real_time(model, proof)) return verdicts;
   std::multimap<ThreadIndex, const ForkFacts*> of_thread;
   for (const auto& fork : model.forks) {
     if (fork.child && model.threads[at(*fork.child)].announced) {
@@ -176,7 +181,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
       }
     } else {
       judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
-      judgement.doubt(lost_beginning(index));
+      judgement.doubt(lost_beginning(model, proof, index));
     }
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
