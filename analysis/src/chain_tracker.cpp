@@ -169,6 +169,9 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
+  const bool is_restarted =
+      !std::equal(chain.hops.begin(), chain.hops.end(), nodes.begin(), nodes.end(),
+                  [](CallbackIndex hop, const ChainNode* node) { return hop == node->callback; });
   chain.hops.clear();
   for (const auto* node : nodes)
     chain.hops.push_back(node->callback);
@@ -192,7 +195,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
 
   auto& progress = chain.progress;
   const auto read = nodes.front()->start.time;
-  if (progress.has_last && has_hole(nodes, progress)) {
+  if (progress.has_last && (is_restarted || has_hole(nodes, progress))) {
     progress.has_last = false;
     progress.pending.clear();
   }

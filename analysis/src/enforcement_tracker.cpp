@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::int32_t kFirstFairPriority = 100;  // kernel priorities below are real-time
 constexpr std::size_t kMaxForks = 65'536;
+constexpr std::size_t kMaxScheduled = 1'024;
 
 bool is_real_time(std::int32_t prio) noexcept { return prio < kFirstFairPriority; }
 
@@ -107,6 +108,8 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
 
 void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index) {
   check_cpu(head, index, false);
+  auto& thread = model_.threads[at(index)];
+  if (thread.scheduled.empty() && thread.read_backs.count == 0) adopt_priority(head, thread);
 }
 
 void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
@@ -117,13 +120,37 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   auto& thread = model_.threads[at(*index)];
   if (thread.fini || threads_[*index].is_boosted || threads_[*index].is_changing) return;
   const auto* expected = reference(thread);
-  if (expected == nullptr) return;
-  ++thread.switches_checked;
-  if (thread.priority_mismatch || kernel_priority(*expected) == prio) return;
   auto where = ref(head);
   where.tid = tid;
   where.pid = model_.processes[at(thread.process)].pid;
+  if (expected == nullptr) {
+    if (thread.read_backs.count == 0) note_priority(where, thread, prio);
+    return;
+  }
+  ++thread.switches_checked;
+  if (thread.priority_mismatch || kernel_priority(*expected) == prio) return;
   thread.priority_mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+}
+
+void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& thread,
+                                       std::int32_t prio) {
+  auto& all = thread.scheduled;
+  if (all.empty() || all.back().first.prio != prio) {
+    if (all.size() >= kMaxScheduled) return;
+    std::uint64_t starts = 0;
+    for (const auto& pair : thread.ran)
+      starts += pair.starts;
+    all.push_back(
+        ScheduledAs{.first = {.at = where, .prio = prio}, .last = where, .starts_before = starts});
+  }
+  all.back().last = where;
+}
+
+void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thread) {
+  const auto* tid = tids_[registry_.host_of(head)].find(thread.tid);
+  if (tid == nullptr || !tid->scheduled) return;
+  note_priority(*tid->scheduled, thread, tid->prio);
+  thread.scheduled.back().cpus.push_back(*tid->scheduled);
 }
 
 void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
@@ -131,6 +158,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   auto& tids = tids_[host];
   if (event.prev_tid != 0) {
     tids[event.prev_tid].prio = event.prev_prio;
+    tids[event.prev_tid].scheduled = ref(head);
     check_priority(head, host, event.prev_tid, event.prev_prio);
     const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
@@ -153,13 +181,20 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   if (event.next_tid == 0) return;
   auto& next = tids[event.next_tid];
   next.prio = event.next_prio;
+  next.scheduled = ref(head);
   if (next.fork) {
     model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
     next.fork.reset();
   }
   check_priority(head, host, event.next_tid, event.next_prio);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
-    if (!model_.threads[at(*index)].fini) check_cpu(head, *index, true);
+    auto& thread = model_.threads[at(*index)];
+    if (!thread.fini) check_cpu(head, *index, true);
+    if (thread.scheduled.empty()) return;
+    auto& cpus = thread.scheduled.back().cpus;
+    if (std::ranges::find(cpus, head.cpu, &EventRef::cpu) == cpus.end()) {
+      cpus.push_back(thread.scheduled.back().last);
+    }
   }
 }
 
@@ -186,7 +221,10 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
   const auto* expected = reference(model_.threads[at(*index)]);
-  threads_[*index].is_boosted = expected == nullptr || event.new_prio != kernel_priority(*expected);
+  auto& state = threads_[*index];
+  if (!state.is_boosted) state.unboosted = event.old_prio;
+  const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
+  state.is_boosted = event.new_prio != own;
 }
 
 void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {

@@ -40,15 +40,17 @@ class EnforcementTracker {
 
  private:
   struct OfThread {
-    bool has_cpus = false;     // was read back, with the CPUs it may use
-    bool is_changing = false;  // an audit told that its parameters change; no `applied` since
-    bool is_boosted = false;   // runs at a priority inherited through a mutex
+    bool has_cpus = false;       // was read back, with the CPUs it may use
+    bool is_changing = false;    // an audit told that its parameters change; no `applied` since
+    bool is_boosted = false;     // runs at a priority inherited through a mutex
+    std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     Duration busy_before;                   // of earlier incarnations of its tid
   };
   struct OfTid {
     std::int32_t prio = 120;
+    std::optional<EventRef> scheduled;  // its last switch
     // The incarnation that holds the tid, and the tid's on-CPU time when it last left a CPU for
     // good.
     std::optional<ThreadIndex> thread;
@@ -60,6 +62,10 @@ class EnforcementTracker {
   const ReadBack* reference(const ThreadFacts& thread) const;
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
+  // A thread that nobody read back is scheduled with this priority.
+  void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
+  // A thread speaks for the first time: what it was scheduled as until now is its own.
+  void adopt_priority(const EventHead& head, ThreadFacts& thread);
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
   // Busy time and foreign work of the threads that have not ended.
   void total(std::optional<Timestamp> end);

@@ -18,8 +18,13 @@ constexpr Duration kSettleTime{3'000'000'000};
 }  // namespace
 
 void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
-  of_thread(thread).wakeup.reset();
-  timeline_.forget_wake(host, model_.threads[at(thread)].tid);
+  // A thread may be announced long after it began: what woke it since is its own.
+  const auto& facts = model_.threads[at(thread)];
+  const Timestamp begin{facts.start_ns.value_or(0)};
+  auto& wakeup = of_thread(thread).wakeup;
+  if (wakeup && *wakeup < begin) wakeup.reset();
+  const auto wake = timeline_.last_wake(host, facts.tid);
+  if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
 }
 
 void InstanceBuilder::begin_outside(const std::optional<ThreadIndex>& thread) {
@@ -187,9 +192,16 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
                                   [index, &event](const std::unique_ptr<LiveInstance>& live) {
                                     return live->callback == index && live->seq == event.seq;
                                   });
+  // Whatever woke the thread before belongs to what ended here, even if its start was not seen.
+  const auto forget_wakes = [&] {
+    if (!thread) return;
+    timeline_.forget_wake(registry_.host_of(head), *head.tid);
+    on_thread.wakeup.reset();
+  };
   if (found == open.rend()) {
     end_outside(thread);
     note_end_without_start(head, index, event.seq);
+    forget_wakes();
     return;
   }
   auto live = std::move(*found);
@@ -201,8 +213,6 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     live->parts = ThreadTimeline::between(live->mark, mark);
     live->preempted_by = timeline_.end_watch(live->host, *head.tid);
     if (live->is_nested) live->preempted_by.clear();  // the list is the outer one's
-    timeline_.forget_wake(live->host, *head.tid);
-    on_thread.wakeup.reset();
     if (!live->is_nested) {
       if (live->parts) {
         on_thread.inside += live->parts->execution;
@@ -211,6 +221,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
       }
     }
   }
+  forget_wakes();
   close(std::move(live));
 }
 
@@ -295,6 +306,10 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
 
 bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const {
   if (now - live.end->time > kSettleTime) return true;
+  // Nothing of the kernel came yet: its first switch tells what ran until then.
+  const bool is_kernel_silent =
+      recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
+  if (is_kernel_silent) return false;
   const bool is_announced = model_.callbacks[at(live.callback)].registered &&
                             (!live.thread || model_.threads[at(*live.thread)].announced);
   return is_announced && timeline_.is_confirmed(live.host, live.end->time);

@@ -118,6 +118,16 @@ struct SwitchPriority {
   std::int32_t prio = 0;
 };
 
+// A stretch of time through which the kernel scheduled a thread with one priority (priority
+// inheritance aside).
+struct ScheduledAs {
+  SwitchPriority first{};           // where it was seen first
+  EventRef last{};                  // and last
+  std::uint64_t starts_before = 0;  // callback starts seen on the thread before it
+  // CPUs that the thread was switched in on, each with the first time.
+  std::vector<EventRef> cpus{};
+};
+
 // One thread incarnation: (process, tid, creation).
 struct ThreadFacts {
   ProcessIndex process{};
@@ -149,6 +159,9 @@ struct ThreadFacts {
   std::optional<std::pair<ReadBack, SwitchPriority>> priority_mismatch{};
   std::uint64_t switches_checked = 0;  // sched_switch priorities compared
   std::uint64_t audits_checked = 0;
+
+  // S1 and S2, of threads without any read-back: what sched_switch tells. Capped at 1024.
+  std::vector<ScheduledAs> scheduled{};
 
   // S4: first run on a CPU outside the mask last read back before.
   std::optional<std::pair<ReadBack, EventRef>> cpu_violation{};

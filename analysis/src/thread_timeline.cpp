@@ -28,7 +28,15 @@ ThreadTimeline::Cpu& ThreadTimeline::cpu_of(Host& host, std::int32_t number) {
   return host.cpus[*place];
 }
 
+void ThreadTimeline::drop_presumption(Thread& thread) {
+  if (!thread.is_presumed) return;
+  thread.is_presumed = false;
+  thread.failed_presumption = thread.presumptions;
+  ++thread.breaks;
+}
+
 void ThreadTimeline::leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable) {
+  drop_presumption(thread);
   if (thread.state == State::running && thread.cpu == cpu) {
     thread.total.execution += time - thread.since;
   } else if (thread.state != State::unknown) {
@@ -37,15 +45,9 @@ void ThreadTimeline::leave(Thread& thread, Timestamp time, std::int32_t cpu, boo
   thread.state = is_runnable ? State::preempted : State::blocked;
   thread.since = time;
   thread.out = time;
-  thread.before_sync.reset();
 }
 
-void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
-  if (thread.state == State::running && thread.before_sync && thread.since == time) {
-    thread.state = thread.before_sync->first;  // the user event of this nanosecond came first
-    thread.since = thread.before_sync->second;
-    thread.breaks = thread.breaks_before_sync;
-  }
+void ThreadTimeline::resume(Thread& thread, Timestamp time, std::int32_t cpu) {
   switch (thread.state) {
     case State::preempted:
       thread.total.preempted += time - thread.since;
@@ -66,7 +68,16 @@ void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
   thread.state = State::running;
   thread.cpu = cpu;
   thread.since = time;
-  thread.before_sync.reset();
+}
+
+void ThreadTimeline::enter(Thread& thread, Timestamp time, std::int32_t cpu) {
+  if (thread.is_presumed && thread.since == time) {
+    thread.is_presumed = false;  // the user event of this nanosecond was read first
+    thread.cpu = cpu;
+  } else {
+    drop_presumption(thread);
+    resume(thread, time, cpu);
+  }
   if ((thread.waking || thread.wakeup) && !thread.first_in) thread.first_in = time;
 }
 
@@ -168,19 +179,17 @@ void ThreadTimeline::on_wakeup(HostIndex host, std::int64_t tid, Timestamp time)
 
 void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
                                    std::optional<std::int32_t> cpu, Timestamp time) {
-  auto& seen = thread(host, tid);
+  auto& of_host = hosts_[host];
+  auto& seen = of_host.threads[tid];
   if (seen.state == State::running && (!cpu || seen.cpu == *cpu)) return;
   if (seen.out == time && seen.state != State::unknown) return;  // the event came just before it
-  seen.breaks_before_sync = seen.breaks;
-  seen.before_sync = {seen.state, seen.since};
-  if (seen.state == State::running) {
-    seen.before_sync.reset();  // moved to another CPU unseen
-    seen.total.execution += time - seen.since;
-  }
-  if (seen.state != State::unknown) ++seen.breaks;
-  seen.state = State::running;
-  seen.cpu = cpu.value_or(-1);
-  seen.since = time;
+  stop_waiting(of_host, tid, seen, time);
+  drop_presumption(seen);
+  const bool has_moved = seen.state == State::running;  // to another CPU, unseen
+  if (has_moved) seen.total.execution += time - seen.since;
+  seen.is_presumed = !has_moved;
+  if (seen.is_presumed) ++seen.presumptions;
+  resume(seen, time, cpu.value_or(-1));
 }
 
 void ThreadTimeline::on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu,
@@ -213,18 +222,32 @@ void ThreadTimeline::add_hole(HostIndex host, Hole hole) {
 }
 
 ThreadTimeline::Mark ThreadTimeline::mark(HostIndex host, std::int64_t tid, Timestamp time) const {
-  Mark mark{.total = {}, .breaks = 0, .split_breaks = 0, .time = time};
+  Mark mark{.total = {},
+            .breaks = 0,
+            .split_breaks = 0,
+            .presumption = 0,
+            .failed_presumption = 0,
+            .time = time};
   if (const auto* read = find(host, tid)) {
     mark.total = read->total;
     mark.breaks = read->breaks;
     mark.split_breaks = read->split_breaks;
+    mark.failed_presumption = read->failed_presumption;
+    if (read->is_presumed && time == read->since) {
+      mark.presumption = read->presumptions;
+    } else if (read->is_presumed) {  // no switch-in has come, and none can any more
+      mark.failed_presumption = read->presumptions;
+      ++mark.breaks;
+    }
     if (read->state == State::running) mark.total.execution += time - read->since;
   }
   return mark;
 }
 
 std::optional<ThreadTimeline::Parts> ThreadTimeline::between(const Mark& from, const Mark& to) {
-  if (from.breaks != to.breaks) return std::nullopt;
+  // A break at the very mark is none of what follows it.
+  const bool is_broken_at_mark = from.presumption != 0 && from.presumption == to.failed_presumption;
+  if (from.breaks + (is_broken_at_mark ? 1 : 0) != to.breaks) return std::nullopt;
   Parts parts{.execution = to.total.execution - from.total.execution,
               .preempted = to.total.preempted - from.total.preempted,
               .blocked = std::nullopt,

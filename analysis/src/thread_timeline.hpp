@@ -36,6 +36,11 @@ class ThreadTimeline {
     TimeParts total;
     std::uint64_t breaks = 0;        // times its record was found broken before the mark
     std::uint64_t split_breaks = 0;  // the same for blocked / wake delay only
+    // Taken where the thread was presumed to have been switched in (0: it was known), and the last
+    // presumption that proved wrong before the mark: one of the breaks, between what lies before
+    // and after the presumed switch-in.
+    std::uint64_t presumption = 0;
+    std::uint64_t failed_presumption = 0;
     Timestamp time;
   };
   struct Parts {
@@ -97,10 +102,11 @@ class ThreadTimeline {
     std::optional<Timestamp> waking;
     std::optional<Timestamp> wakeup;
     std::optional<Timestamp> first_in;
-    // Before a user event moved it to running without a switch-in, at `since`: a switch-in of the
-    // same nanosecond makes that move undone.
-    std::optional<std::pair<State, Timestamp>> before_sync;
-    std::uint64_t breaks_before_sync = 0;
+    // A user event of the time `since` moved it to running without a switch-in, which is presumed
+    // to follow with the same time.
+    bool is_presumed = false;
+    std::uint64_t presumptions = 0;
+    std::uint64_t failed_presumption = 0;
     std::uint32_t watches = 0;
     std::int32_t waits_on = -1;  // watched and preempted: the CPU
     Timestamp charged;           // until then it is noted who ran there
@@ -127,6 +133,10 @@ class ThreadTimeline {
   static Cpu& cpu_of(Host& host, std::int32_t number);
   static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
   static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
+  // Moves it to running, wherever it was.
+  static void resume(Thread& thread, Timestamp time, std::int32_t cpu);
+  // Something happens to the thread: no switch-in of the presumed time follows any more.
+  static void drop_presumption(Thread& thread);
   static void wake(Thread& thread, Timestamp time);
   // Notes that `tid` ran on the CPU where `waiting` waits, up to `time`.
   static void charge(Thread& waiting, std::int64_t tid, std::string_view name, Timestamp time);

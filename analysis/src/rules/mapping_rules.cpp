@@ -230,11 +230,19 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
   std::map<std::pair<std::size_t, std::string>, std::vector<CallbackIndex>> by_id;
+  std::vector<SubjectVerdict> verdicts;
   for (const auto index : callbacks_in_order(model)) {
     const auto& callback = model.callbacks[at(index)];
-    if (callback.registered) by_id[{at(callback.process), callback.logical_id}].push_back(index);
+    if (callback.registered) {
+      by_id[{at(callback.process), callback.logical_id}].push_back(index);
+      continue;
+    }
+    Judgement judgement(names.callback(index));
+    judgement.doubt(
+        evidence("callback_init", first_sign(callback),
+                 "never registered: its logical id, which another may have, is unknown"));
+    conclude(std::move(judgement), verdicts);
   }
-  std::vector<SubjectVerdict> verdicts;
   for (auto& [key, indices] : by_id) {
     std::ranges::stable_sort(indices, {}, [&model](CallbackIndex index) {
       return model.callbacks[at(index)].registered->time;
@@ -304,7 +312,8 @@ const Rule kUniqueLogicalId{
     "No two callbacks of one process live under the same logical id.\n"
     "Why it matters: With equal ids one entry of a spec configures whichever comes first, and "
     "the other runs unconfigured.\n"
-    "Inconclusive when whether the earlier callback of the id still lived is unknown.\n"
+    "Inconclusive when whether the earlier callback of the id still lived is unknown, and for a "
+    "callback that was never seen to be registered.\n"
     "Remedy: give callbacks explicit names, or periods that differ.",
     judge_unique_id};
 

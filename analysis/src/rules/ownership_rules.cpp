@@ -50,9 +50,19 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
 }
 
 void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFacts& thread,
-                        const SpecEntry& entry, const std::string& where, Judgement& judgement) {
-  const auto budget = *entry.foreign_work_budget_ns;
+                        const SpecEntry& entry, const std::string& where,
+                        const std::optional<Evidence>& lost, Judgement& judgement) {
   const EventRef end = moment(lifetime(thread).second, thread.tid);
+  if (lost) {  // what lost instances did would count as foreign work; or its time is another one
+    judgement.doubt(lost);
+    return;
+  }
+  if (thread.kernel_exit && !thread.fini) {
+    judgement.doubt(evidence("thread_fini", *thread.kernel_exit,
+                             "it exits, and the end of its work was not seen"));
+    return;
+  }
+  const auto budget = *entry.foreign_work_budget_ns;
   if (const auto loss = proof.kernel_loss(thread)) {
     judgement.doubt(loss);
     return;
@@ -84,23 +94,24 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const Proof proof(model);
   const auto unknown = unknown_threads(model, proof);
   const ThreadLosses losses(model, proof);
-  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
-                                  Judgement& judgement) {
-    if (const auto found = unknown.find(index); found != unknown.end()) {
-      judgement.doubt(found->second);
-    }
-    const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
-    if (is_isolated(thread)) {
-      judge_foreign_callbacks(model, thread, judgement);
-      judgement.doubt(losses.on(index));
-    }
-    if (is_isolated(thread) || is_worker) {
-      const auto* entry = spec_entry_of(context, thread);
-      if (entry != nullptr && entry->foreign_work_budget_ns) {
-        judge_foreign_time(model, proof, thread, *entry, place(context, entry->line), judgement);
-      }
-    }
-  });
+  return judge_threads(
+      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        if (const auto found = unknown.find(index); found != unknown.end()) {
+          judgement.doubt(found->second);
+        }
+        const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
+        if (is_isolated(thread)) {
+          judge_foreign_callbacks(model, thread, judgement);
+          judgement.doubt(losses.on(index));
+        }
+        if (is_isolated(thread) || is_worker) {
+          const auto* entry = spec_entry_of(context, thread);
+          if (entry != nullptr && entry->foreign_work_budget_ns) {
+            judge_foreign_time(model, proof, thread, *entry, place(context, entry->line),
+                               proof.loss(index) ? proof.loss(index) : losses.on(index), judgement);
+          }
+        }
+      });
 }
 
 void judge_group(const Model& model, const GroupFacts& group,
@@ -132,6 +143,17 @@ void judge_group(const Model& model, const GroupFacts& group,
   }
 }
 
+// A callback that was never registered: it may belong to any group of its process.
+std::optional<Evidence> unknown_member(const Model& model, ProcessIndex process) {
+  const auto found =
+      std::ranges::find_if(model.callbacks, [process](const CallbackFacts& callback) {
+        return callback.process == process && !callback.registered;
+      });
+  if (found == model.callbacks.end()) return std::nullopt;
+  return evidence("callback_init", first_sign(*found),
+                  found->logical_id + " was never registered: its group is unknown");
+}
+
 std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
@@ -154,6 +176,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (!threads.empty()) {
       judge_group(model, group, threads, judgement);
       judgement.doubt(proof.unseen_callbacks(group.process));
+      judgement.doubt(unknown_member(model, group.process));
     }
     if (const auto found = unknown.find({group.process, group.id}); found != unknown.end()) {
       judgement.doubt(found->second);
@@ -220,8 +243,8 @@ const Rule kNoForeignWork{
     "is not judged).\n"
     "Why it matters: Work that no callback accounts for delays the callback at its own "
     "priority, and no analysis of callbacks sees it.\n"
-    "Inconclusive when events of the thread were lost, or there are no kernel events to measure "
-    "work outside callbacks with.\n"
+    "Inconclusive when a callback on it lost instances, the kernel's record has a gap, or (for the "
+    "budget) there are no kernel events, or read-backs or the end of the thread were lost.\n"
     "Remedy: register the callback to the thread that runs it; move other work to a thread of "
     "its own (Executor::spawn_thread); record with --kernel.",
     judge_foreign_work};

@@ -4,6 +4,7 @@
 #include "judgement.hpp"
 #include "ownership_rules.hpp"
 #include "proof.hpp"
+#include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -116,6 +117,10 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
         judgement.doubt(unknown_identity(context, callback));
         const auto* entry = spec_entry(context, callback);
         if (entry != nullptr && judges_parameters(entry->parameters)) {
+          if (is_never_read_back(callback)) {
+            judge_scheduled(context, proof, callback, *entry, judgement);
+            return;
+          }
           const auto threads = isolated.of(callback);
           if (const auto found = unknown.find(index); found != unknown.end()) {
             judgement.doubt(found->second);
@@ -210,6 +215,10 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
         judgement.doubt(unknown_identity(context, callback));
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !judges_parameters(entry->parameters)) return;
+        if (is_never_read_back(callback)) {
+          judge_scheduled_before(model, proof.loss(index), callback, *entry, judgement);
+          return;
+        }
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
@@ -231,7 +240,8 @@ const Rule kParametersAsSpecified{
     "Why it matters: A refused or forgotten request leaves the thread with other parameters "
     "than planned, and every analysis of the plan is void.\n"
     "Inconclusive when there is no such read-back, a later one may have been lost, or the "
-    "recording is too old to carry what is asked for.\n"
+    "recording is too old to carry what is asked for. Recordings that never read back (ros2 "
+    "trace) are judged by the priorities and CPUs of sched_switch.\n"
     "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "
     "cpusets are the usual causes); judge by the spec that the application was started with.",
     judge_specified};

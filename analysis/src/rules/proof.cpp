@@ -312,7 +312,9 @@ void Proof::prove(CallbackIndex index) {
     const auto unpaired = facts.ends_before_first + facts.second_ends + facts.ends_without_start;
     const auto paired = facts.ends - std::min(facts.ends, unpaired);
     const auto open = facts.starts.count - std::min(facts.starts.count, paired);
-    const bool is_end_lost = open > unended;
+    // Of an instance that ended twice the first end may be the lost one; it counts.
+    const bool is_any_end_lost = first == 0 && facts.ends < facts.fini->ended;
+    const bool is_end_lost = open > unended || is_any_end_lost;
     const bool is_surplus = first == 0 && open < unended;
     compare(facts.process, total("ended"), facts.fini->ended,
             is_end_lost || is_surplus ? started - open : facts.fini->ended);
@@ -380,7 +382,9 @@ void Proof::prove(const PublisherFacts& publisher) {
   const auto lost = loss(publisher);
   if (!lost) return;
   is_anything_lost_ = true;
-  process.disagreements.push_back(*lost);
+  // A hole shows in the totals too, where there are any.
+  const bool has_totals = publisher.fini || !is_interrupted(publisher.process);
+  if (has_totals || !publisher.registered) process.disagreements.push_back(*lost);
 }
 
 void Proof::prove(ThreadIndex index) {

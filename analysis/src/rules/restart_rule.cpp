@@ -69,6 +69,9 @@ void compare_parameters(const Model& model, const Proof& proof, const IsolatedTh
     if (!index) {
       for (const auto other : isolated.of(callback))
         judgement.overrule(proof.loss(other));
+      for (const auto& pair : callback.ran_on) {  // perhaps its own, announced unseen
+        if (!model.threads[at(pair.thread)].announced) judgement.doubt(proof.loss(pair.thread));
+      }
       return nullptr;
     }
     const auto* applied = last_applied(model, model.threads[at(*index)]);
@@ -79,6 +82,10 @@ void compare_parameters(const Model& model, const Proof& proof, const IsolatedTh
   };
   const auto* was = read_back(before);
   const auto* is = read_back(after);
+  if ((was == nullptr) != (is == nullptr)) {
+    judgement.doubt(evidence("thread_sched", *(is == nullptr ? after : before).registered,
+                             "what its thread ran as in this lifetime is unknown"));
+  }
   if (was == nullptr || is == nullptr || is_same_parameters(*was, *is)) return;
   judgement.fail(evidence("thread_sched", was->at, "was: " + describe(*was)));
   judgement.fail(evidence("thread_sched", is->at, "is: " + describe(*is)));
@@ -101,12 +108,22 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     }
   }
   std::vector<SubjectVerdict> verdicts;
-  std::optional<Timestamp> first_end;  // of any lifetime: who begins later may be a restart
+  std::optional<Timestamp> first_end;          // of any lifetime: who begins later may be a restart
+  std::optional<Timestamp> first_unknown_end;  // of one that may have had any id
+  for (const auto& life : unknown)
+    first_end = first_unknown_end = first_end ? std::min(*first_end, life.end) : life.end;
   for (auto& [key, lives] : by_id) {
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
     for (std::size_t i = 0; i < lives.size(); ++i) {
       first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
+      if (i == 0 && first_unknown_end && *first_unknown_end < lives[i].begin) {
+        Judgement judgement(names.callback(lives[i].index));
+        judgement.doubt(evidence("callback_init", moment(*first_unknown_end),
+                                 "a callback whose logical id is unknown ended here: it may have "
+                                 "been the same one"));
+        conclude(std::move(judgement), verdicts);
+      }
       if (i == 0 || lives[i - 1].end > lives[i].begin) continue;
       const auto& before = model.callbacks[at(lives[i - 1].index)];
       const auto& after = model.callbacks[at(lives[i].index)];

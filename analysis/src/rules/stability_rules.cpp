@@ -1,5 +1,6 @@
 #include "stability_rules.hpp"
 
+#include "../enforcement_tracker.hpp"
 #include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
@@ -14,12 +15,6 @@
 
 namespace cie::analysis {
 namespace {
-
-std::string priority_text(std::int32_t prio) {
-  if (prio < 0) return "priority of SCHED_DEADLINE";
-  if (prio < 100) return "real-time priority " + std::to_string(99 - prio);
-  return "nice " + std::to_string(prio - 120);
-}
 
 // Announced, or read back or ended, which shows that an announcement was lost.
 bool is_known(const ThreadFacts& thread) {
@@ -50,8 +45,12 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
     if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
       judgement.overrule(proof.loss(index));
     }
-    judgement.fail(evidence("thread_sched", applied.at,
-                            "applied: " + describe(applied) + whose(model, thread)));
+    if (!thread.audit_mismatch &&
+        priority.prio < kernel_priority(applied)) {  // perhaps inherited, and that was lost
+      const auto host = model.processes[at(thread.process)].host;
+      judgement.overrule(proof.kernel_loss(host, applied.at.time, priority.at.time));
+    }
+    judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied) + whose(model, thread)));
     judgement.fail(evidence("sched_switch", priority.at,
                             "the kernel schedules it with " + priority_text(priority.prio)));
   }
@@ -138,15 +137,31 @@ void judge_fork(const ForkFacts& fork, Judgement& judgement) {
                           "which first runs with " + priority_text(fork.child_first->prio)));
 }
 
+// What a thread began with, where that is among the read-backs that were lost.
+std::optional<Evidence> lost_beginning(const Model& model, const Proof& proof, ThreadIndex index) {
+  const auto& thread = model.threads[at(index)];
+  const auto moment = model.processes[at(thread.process)].first_moment;
+  if (thread.initial || moment == RunMoment::announce) return std::nullopt;
+  return proof.loss(index);
+}
+
+// Some thread is real-time, or may have been before what is left of its record.
+bool may_be_real_time(const Model& model, const Proof& proof) {
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    const auto& thread = model.threads[i];
+    if (!is_known(thread)) continue;
+    if (is_ever_real_time(thread) || lost_beginning(model, proof, index)) return true;
+  }
+  return false;
+}
+
 std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   const auto& model = context.model;
   std::vector<SubjectVerdict> verdicts;
-  const bool has_real_time = std::ranges::any_of(model.threads, [](const ThreadFacts& thread) {
-    return is_known(thread) && is_ever_real_time(thread);
-  });
-  if (!has_real_time) return verdicts;
   const Subjects names(model);
   const Proof proof(model);
+  if (!may_be_real_time(model, proof)) return verdicts;
   std::multimap<ThreadIndex, const ForkFacts*> of_thread;
   for (const auto& fork : model.forks) {
     if (fork.child && model.threads[at(*fork.child)].announced) {
@@ -176,6 +191,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
       }
     } else {
       judgement.doubt(proof.gap(thread));  // its initial read-back may be what was lost
+      judgement.doubt(lost_beginning(model, proof, index));
     }
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)

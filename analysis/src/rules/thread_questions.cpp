@@ -170,6 +170,12 @@ bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
   return kernel_priority < kFirstFairPriority;
 }
 
+std::string priority_text(std::int32_t prio) {
+  if (prio < 0) return "priority of SCHED_DEADLINE";
+  if (prio < 100) return "real-time priority " + std::to_string(99 - prio);
+  return "nice " + std::to_string(prio - 120);
+}
+
 const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept {
   if (!thread.applied.empty()) return &thread.applied.back();
   const bool is_attached = model.processes[at(thread.process)].first_moment == RunMoment::announce;

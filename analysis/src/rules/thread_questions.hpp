@@ -46,6 +46,8 @@ bool is_cut_by_end(const Model& model, const OpenInstance& open);
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 bool is_real_time(std::int32_t policy) noexcept;
 bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
+// "real-time priority 20", "nice 5".
+std::string priority_text(std::int32_t kernel_priority);
 
 // The read-back that stands for what was applied last: `applied`, or the first audit of a process
 // that was attached to. Null if there is none.

@@ -43,6 +43,15 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
                       std::to_string(callback.instances) + " instances is not known exactly");
 }
 
+// Where more ended than started, an instance ended twice. If an end was lost it may have been the
+// first one, and an instance that seems too long was not.
+std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
+                                      const std::optional<Evidence>& loss) {
+  const auto& fini = callback.fini;
+  const bool is_any_end_lost = fini && callback.ends < fini->ended;
+  return is_any_end_lost && fini->ended > fini->started ? loss : std::nullopt;
+}
+
 // Without its registration a callback's kind, deadline and entry in the spec are unknown.
 std::optional<Evidence> unknown_identity(const CallbackFacts& callback) {
   if (callback.registered) return std::nullopt;
@@ -147,6 +156,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
     const auto origin = is_specified ? place(context, entry->line) : "callback_init";
     judgement.check(callback.instances);
     judgement.doubt(loss);
+    judgement.overrule(doubtful_ends(callback, loss));
     judge_never_ended(context.model, proof, callback, loss.has_value(), deadline, judgement);
     if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
       fail_with(*callback.max_response_lower,
@@ -181,6 +191,7 @@ std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
         const auto wcet = *entry->wcet_ns;
         judgement.check(callback.instances);
         judgement.doubt(loss);
+        judgement.overrule(doubtful_ends(callback, loss));
         if (callback.max_execution && callback.max_execution->value.ns > wcet) {
           fail_with(*callback.max_execution,
                     "ends; execution time " + nanoseconds(callback.max_execution->value) + ", " +

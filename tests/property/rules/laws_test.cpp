@@ -1,4 +1,6 @@
 // The laws that rules.md puts on every rule, over small random runs with random faults.
+#include "support/laws.hpp"
+
 #include "support/verdicts.hpp"
 
 #include <algorithm>
@@ -17,8 +19,6 @@ namespace cie::test {
 namespace {
 
 using analysis::Event;
-using analysis::SubjectVerdict;
-using analysis::Verdict;
 
 enum class Fault : std::uint8_t {
   none,
@@ -205,8 +205,11 @@ rc::Gen<Scenario> scenarios() {
       rc::gen::set(&Scenario::steps, rc::gen::container<std::vector<Step>>(steps())));
 }
 
-bool is_structural(const Event& event) {
-  return event.body.index() < analysis::EventBody(analysis::RunBegin{}).index();
+std::string events_text(const TextTrace& trace) {
+  std::string text;
+  for (const auto& event : trace.events)
+    text += std::to_string(event.head.time.ns) + ':' + std::to_string(event.body.index()) + ' ';
+  return text;
 }
 
 // Removes some events: single ones, all of one kind, or a stretch of time.
@@ -246,98 +249,11 @@ TextTrace thinned(const TextTrace& trace, bool keeps_state = false) {
   return less;
 }
 
-std::set<std::uint32_t> callbacks_named(const TextTrace& trace) {
-  std::set<std::uint32_t> named;
-  for (const auto& event : trace.events) {
-    std::visit(
-        [&named](const auto& body) {
-          using Body = std::decay_t<decltype(body)>;
-          if constexpr (requires { body.seq, body.callback; } ||
-                        std::is_same_v<Body, analysis::CallbackInit> ||
-                        std::is_same_v<Body, analysis::CallbackFini>) {
-            named.insert(to_number(body.callback));
-          }
-        },
-        event.body);
-  }
-  return named;
-}
-
-// Without its run_end a process looks as if it had crashed there, and is judged as far as seen.
-bool looks_crashed(const TextTrace& before, const TextTrace& after) {
-  const auto ends = [](const TextTrace& trace) {
-    return std::ranges::count_if(trace.events, [](const Event& event) {
-      return std::holds_alternative<analysis::RunEnd>(event.body);
-    });
-  };
-  return ends(before) != ends(after);
-}
-
-bool is_callback_gone(const TextTrace& before, const TextTrace& after) {
-  return callbacks_named(before) != callbacks_named(after);
-}
-
-// Threads that were announced, read back, ended or seen to begin an instance.
-std::set<std::int64_t> threads_named(const TextTrace& trace) {
-  std::set<std::int64_t> named;
-  for (const auto& event : trace.events) {
-    std::visit(
-        [&named, &event](const auto& body) {
-          using Body = std::decay_t<decltype(body)>;
-          if constexpr (std::is_same_v<Body, analysis::ThreadInit> ||
-                        std::is_same_v<Body, analysis::ThreadSched> ||
-                        std::is_same_v<Body, analysis::ThreadFini>) {
-            named.insert(body.tid);
-          } else if constexpr (std::is_same_v<Body, analysis::CallbackStart>) {
-            if (event.head.tid) named.insert(*event.head.tid);
-          }
-        },
-        event.body);
-  }
-  return named;
-}
-
-bool is_thread_gone(const TextTrace& before, const TextTrace& after) {
-  return threads_named(before) != threads_named(after);
-}
-
-std::string events_text(const TextTrace& trace) {
-  std::string text;
-  for (const auto& event : trace.events)
-    text += std::to_string(event.head.time.ns) + ':' + std::to_string(event.body.index()) + ' ';
-  return text;
-}
-
-std::string explain(const Verified& verified, const std::string& rule) {
-  std::string text;
-  for (const auto& subject : verified.rule(rule).subjects) {
-    text += rule + ' ' + subject.subject + ' ' + std::string(label(subject.verdict)) + '\n' +
-            verified.evidence(rule, subject.subject);
-  }
-  return text;
-}
-
 TEST(Laws, EveryVerdictHasWhatItNeeds) {
   EXPECT_TRUE(rc::check("L1", [] {
     const auto scenario = *scenarios();
     const Verified verified(thinned(trace_of(text_of(scenario))), spec_of(scenario));
-    for (const auto& rule : verified.result.verdicts.rules) {
-      auto worst = Verdict::not_applicable;
-      for (const SubjectVerdict& subject : rule.subjects) {
-        worst = std::max(worst, subject.verdict);
-        const bool needs_evidence =
-            subject.verdict == Verdict::fail || subject.verdict == Verdict::inconclusive;
-        RC_ASSERT(!needs_evidence || !subject.evidence.empty());
-        const bool needs_check =
-            subject.verdict == Verdict::pass || subject.verdict == Verdict::fail;
-        RC_ASSERT(!needs_check || subject.checked > 0);
-        for (const auto& item : subject.evidence) {
-          RC_ASSERT(!item.event.empty());
-          RC_ASSERT(!item.note.empty());
-        }
-      }
-      RC_ASSERT(rule.verdict == worst);
-    }
+    if (const auto lacking = unfounded(verified); !lacking.empty()) RC_FAIL(lacking);
   }));
 }
 
@@ -349,30 +265,9 @@ TEST(Laws, DeletingEventsMovesVerdictsOnlyTowardsInconclusive) {
     const Verified full(trace, spec);
     const auto less = thinned(trace, scenario.is_attached);
     const Verified reduced(less, spec);
-    for (const auto& rule : full.result.verdicts.rules) {
-      const auto before = rule.verdict;
-      const auto after = reduced[rule.id];
-      const bool was_proven = before != Verdict::fail && before != Verdict::inconclusive;
-      // Nothing promises that the last `applied` of a process that was cut short was its last one.
-      if (rule.id == "S1" && looks_crashed(trace, less)) continue;
-      if (was_proven && after == Verdict::fail) {
-        RC_FAIL("false FAIL: " + explain(reduced, rule.id) + "was:\n" + explain(full, rule.id) +
-                events_text(less));
-      }
-      // Without kernel events CPUs are only sampled, by the events themselves.
-      if (rule.id == "S4") continue;
-      // A lost instance leaves M4 standing (L5), unless a thread is known that it may have moved
-      // to.
-      if (rule.id == "M4") continue;
-      // Nor does anything tell what a crashed process did after its last event.
-      if (scenario.has_crashed) continue;
-      // A callback or thread of which nothing is left has no subject any more; T4 counts it.
-      if (is_thread_gone(trace, less)) continue;
-      if (is_callback_gone(trace, less) || looks_crashed(trace, less)) continue;
-      if (before == Verdict::fail && after != Verdict::fail && after != Verdict::inconclusive) {
-        RC_FAIL("lost FAIL: " + explain(full, rule.id) + "is:\n" + explain(reduced, rule.id) +
-                events_text(less));
-      }
+    const Deletion deletion{.before = trace, .after = less, .has_crashed = scenario.has_crashed};
+    if (const auto broken = broken_by(deletion, full, reduced); !broken.empty()) {
+      RC_FAIL(broken + events_text(less));
     }
   }));
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <optional>
 #include <sstream>
 #include <stdexcept>
 
@@ -45,6 +46,7 @@ class Line {
   std::int64_t time = 0;
   std::int64_t pid = 1;
   std::int64_t tid = 1;
+  std::int32_t cpu = 0;
   const Translation* translation = nullptr;
   const Field* fields() const { return fields_.data(); }
 
@@ -55,7 +57,11 @@ class Line {
     const auto name = word.substr(0, equals);
     const auto value = word.substr(equals + 1);
     if (name == "pid" || name == "tid") {
-      (name == "pid" ? pid : tid) = std::stoll(value);
+      (name == "pid" ? pid : tid) =
+          std::stoll(value);  // the kernel's events have it as a field, too
+    }
+    if (name == "cpu") {
+      cpu = std::stoi(value);
       return;
     }
     for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
@@ -63,7 +69,8 @@ class Line {
     }
   }
   void store(Field& field, const std::string& value) {
-    if (!value.empty() && value.front() >= '0' && value.front() <= '9') {
+    const auto digit = value.find_first_not_of('-');
+    if (digit <= 1 && value[digit] >= '0' && value[digit] <= '9') {
       field.kind = Field::Kind::integer;
       field.length = 64;
       field.number = std::stoll(value, nullptr, 0);
@@ -81,9 +88,13 @@ class Line {
 
 }  // namespace
 
-Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at) {
+Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec_text) {
   Rows rows;
-  Analyzer analyzer({}, &rows);
+  std::optional<SchedulingSpec> spec;
+  AnalysisOptions options;
+  if (!spec_text.empty())
+    options.spec = &spec.emplace(SchedulingSpec::parse(spec_text, "spec.yaml"));
+  Analyzer analyzer(options, &rows);
   EventHead head{.time = {}, .stream = {}, .cpu = 0, .pid = {}, .tid = {}};
   const auto consume = [&](std::int64_t time, const EventBody& body) {
     head.time = Timestamp{time};
@@ -114,6 +125,7 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at) {
     last = line.time;
     head.pid = line.pid;
     head.tid = line.tid;
+    head.cpu = line.cpu;
     EventBody body;
     line.translation->translate(Payload{line.fields()}, state, body);
     consume(line.time, body);

@@ -1,6 +1,6 @@
-// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] FIELD=VALUE …`, one
-// event a line in order of time (nanoseconds). An event without a provider is of "ros2:". Values
-// with a digit first are numbers, all others texts.
+// Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] FIELD=VALUE
+// …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
+// Values with a digit first are numbers, all others texts.
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>
@@ -47,7 +47,8 @@ struct Ros2Result {
   std::string evidence(std::string_view rule) const;
 };
 
-// `lost_at`: the tracer threw something away around then; -1: nothing.
-Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at = -1);
+// `lost_at`: the tracer threw something away around then; -1: nothing. `spec`: YAML, if any.
+Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at = -1,
+                        std::string_view spec = {});
 
 }  // namespace cie::test

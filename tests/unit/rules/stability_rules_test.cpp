@@ -118,6 +118,18 @@ TEST(ParametersUnchanged, IsInconclusiveWhenKernelEventsWereLost) {
             Verdict::inconclusive);
 }
 
+TEST(ParametersUnchanged, DoesNotTakeAnInheritedPriorityForAChangeWhereItsBoostMayBeLost) {
+  const auto judged = [](const char* loss, int prio) {
+    return Verified(
+        run_with("6 switch 0 idle fusion next_prio=" + std::to_string(prio) + '\n' + loss))["S3"];
+  };
+  constexpr auto kBefore = "2 discard kernel until=5 count=3\n";
+  constexpr auto kAfter = "7 discard kernel until=9 count=3\n";
+  EXPECT_EQ(judged(kBefore, 9), Verdict::inconclusive) << "more urgent than 19: perhaps inherited";
+  EXPECT_EQ(judged(kBefore, 25), Verdict::fail) << "nobody inherits a lower priority";
+  EXPECT_EQ(judged(kAfter, 9), Verdict::fail);
+}
+
 TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
   const Verified verified(run_with("15 wakeup fusion cpu=2"));
   EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::fail);

@@ -1,6 +1,7 @@
 #include "support/verdicts.hpp"
 
 #include <string>
+#include <utility>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -122,6 +123,23 @@ TEST(Deadline, FallsBackToTheDeclaredOne) {
   EXPECT_EQ(Verified(text)["R3"], Verdict::fail);
   EXPECT_EQ(Verified(text, spec("response_deadline: 8"))["R3"], Verdict::pass);
   EXPECT_EQ(Verified(kRun)["R3"], Verdict::not_applicable);
+}
+
+TEST(Deadline, DoesNotTakeASecondEndForTheFirst) {
+  auto trace = trace_of(R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    14 end   fusion
+    19 end   fusion                  # again: E1
+    22 start fusion release=20
+    24 end   fusion)");
+  EXPECT_EQ(Verified(trace, spec("response_deadline: 5"))["R3"], Verdict::pass);
+  bool is_first = true;
+  trace.erase<analysis::CallbackEnd>(
+      [&](const auto&, const auto&) { return std::exchange(is_first, false); });
+  EXPECT_EQ(Verified(trace, spec("response_deadline: 5"))["R3"], Verdict::inconclusive)
+      << "the end at 19 may be the second one";
+  EXPECT_EQ(Verified(trace, spec("wcet: 5"))["R4"], Verdict::inconclusive);
 }
 
 TEST(Deadline, UsesBothBoundsWhereTheReleaseIsUnknown) {

@@ -1,0 +1,117 @@
+#include "simulator/thinning.hpp"
+
+#include "support/laws.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <vector>
+
+namespace cie::sim {
+namespace {
+
+using namespace analysis;
+
+bool is_kernel(const Event& event) {
+  const auto index = event.body.index();
+  return index >= EventBody(SchedSwitch{}).index() && index <= EventBody(SchedPiSetprio{}).index();
+}
+
+class Thinner {
+ public:
+  Thinner(const test::TextTrace& trace, Random& random) : trace_(trace), random_(random) {}
+
+  test::TextTrace run() {
+    switch (random_.between(0, 4)) {
+      case 0:
+        some();
+        break;
+      case 1:
+        of_a_kind();
+        break;
+      default:
+        stretch();
+        break;
+    }
+    return std::move(thin_);
+  }
+
+ private:
+  void keep_unless(const std::function<bool(const Event&)>& is_victim) {
+    thin_ = trace_;
+    std::erase_if(thin_.events, [&](const Event& event) {
+      return !test::is_structural(event) && is_victim(event);
+    });
+  }
+
+  void some() {
+    const auto rarity = random_.between(2, 200);
+    keep_unless([&](const Event& event) { return !is_kernel(event) && random_.one_in(rarity); });
+  }
+
+  void of_a_kind() {
+    const auto first = static_cast<Ns>(EventBody(RunBegin{}).index());
+    const auto last = static_cast<Ns>(EventBody(ClockSync{}).index());
+    const auto kind = static_cast<std::size_t>(random_.between(first, last));
+    const auto rarity = random_.between(1, 4);
+    keep_unless(
+        [&](const Event& event) { return event.body.index() == kind && random_.one_in(rarity); });
+  }
+
+  // Everything of a time, in one stream or in all; recorded, or (not of the kernel's) silently.
+  void stretch() {
+    const auto begin = trace_.events.front().head.time.ns;
+    const auto from = random_.between(std::max(begin, kBeginning), kBeginning + 30'000'000);
+    const auto until = from + random_.between(0, random_.one_in(2) ? 500'000 : 10'000'000);
+    const bool is_recorded = random_.one_in(2);
+    const auto streams = static_cast<Ns>(streams_of().size());
+    const auto only = streams_of().at(static_cast<std::size_t>(random_.between(0, streams - 1)));
+    const bool is_of_all = random_.one_in(3);
+    std::map<StreamIndex, std::uint64_t> lost;
+    keep_unless([&](const Event& event) {
+      const auto time = event.head.time.ns;
+      if (time < from || time > until || !(is_of_all || event.head.stream == only)) return false;
+      if (is_kernel(event) && !is_recorded) return false;
+      ++lost[event.head.stream];
+      return true;
+    });
+    if (!is_recorded) return;
+    for (const auto& [stream, count] : lost)
+      record(stream, from, until, count);
+  }
+
+  std::vector<StreamIndex> streams_of() const {
+    std::vector<StreamIndex> streams;
+    for (const auto& event : trace_.events) {
+      if (std::holds_alternative<StreamBegin>(event.body)) streams.push_back(event.head.stream);
+    }
+    return streams;
+  }
+
+  void record(StreamIndex stream, Ns from, Ns until, std::uint64_t count) {
+    const auto place = std::ranges::upper_bound(thin_.events, Timestamp{until}, {},
+                                                [](const Event& e) { return e.head.time; });
+    const bool is_packets = random_.one_in(3);
+    thin_.events.insert(place, {.head = {.time = {until},
+                                         .stream = stream,
+                                         .cpu = std::nullopt,
+                                         .pid = std::nullopt,
+                                         .tid = std::nullopt},
+                                .body = Discarded{.begin = {from},
+                                                  .end = {until},
+                                                  .count = is_packets ? 1 : count,
+                                                  .packets = is_packets}});
+  }
+
+  const test::TextTrace& trace_;
+  Random& random_;
+  test::TextTrace thin_;
+};
+
+}  // namespace
+
+test::TextTrace thinned(const test::TextTrace& trace, Random& random) {
+  return Thinner(trace, random).run();
+}
+
+}  // namespace cie::sim

@@ -1,0 +1,15 @@
+// Recordings with events missing, as a tracer loses them.
+#pragma once
+
+#include "simulator/random.hpp"
+#include "simulator/tape.hpp"
+#include "support/trace_text.hpp"
+
+namespace cie::sim {
+
+// Without events of a way that is drawn: some, those of a kind, a stretch of a stream or of all of
+// them. Stretches may be recorded as discarded; what is lost of the kernel always is, because its
+// events carry no numbers that would show it.
+test::TextTrace thinned(const test::TextTrace& trace, Random& random);
+
+}  // namespace cie::sim

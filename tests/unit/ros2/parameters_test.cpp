@@ -1,0 +1,111 @@
+// S1 and S2 of recordings that read no parameters back: by sched_switch.
+#include "ros2_text.hpp"
+#include "support/verdicts.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::Verdict;
+using testing::HasSubstr;
+
+// Thread 7, of the timer with period 1, is switched in and out around an instance. It runs with the
+// kernel's `prio` (99 - real-time priority, 120 + nice) on a CPU.
+std::string instance(int time, int prio, int cpu = 0) {
+  const auto at = [time](int offset) { return "\n" + std::to_string(time + offset) + ' '; };
+  const auto on = " cpu=" + std::to_string(cpu);
+  const auto thread = " callback=0x30 tid=7" + on;
+  const auto priority = std::to_string(prio);
+  return at(0) + "sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=" +
+         priority + on + at(1) + "callback_start" + thread + at(2) + "callback_end" + thread +
+         at(3) + "sched:sched_switch prev_tid=7 prev_state=1 next_tid=0 next_prio=120 prev_prio=" +
+         priority + on;
+}
+
+constexpr const char* kSpec =
+    "callback_groups:\n"
+    "  - id: /n@Timer(1)\n"
+    "    affinity: [0, 1]\n"
+    "    policy: SCHED_FIFO\n"
+    "    priority: 20\n";
+
+Ros2Result judged(const std::string& events, const std::string& spec = kSpec) {
+  return analyze_ros2(kTwoTimers + events, -1, spec);
+}
+
+TEST(SwitchedParameters, PassAsSampledWhenTheyAreAsSpecified) {
+  const auto result = judged(instance(10, 79) + instance(20, 79, 1));
+  EXPECT_EQ(result.verdict("S1"), Verdict::pass);
+  EXPECT_THAT(result.evidence("S1"), HasSubstr("sampled"));
+  EXPECT_EQ(result.verdict("S2"), Verdict::pass);
+}
+
+TEST(SwitchedParameters, FailWithTheLastPrioritySeen) {
+  const auto result = judged(instance(10, 79) + instance(20, 120));
+  EXPECT_EQ(result.verdict("S1"), Verdict::fail);
+  EXPECT_THAT(result.evidence("S1"),
+              HasSubstr("spec.yaml:2 asks for SCHED_FIFO 20 on CPUs 0,1; the "
+                        "kernel schedules thread 7 with nice 0"));
+}
+
+TEST(SwitchedParameters, FailOnACpuThatIsNotSpecified) {
+  const auto result = judged(instance(10, 79) + instance(20, 79, 3));
+  EXPECT_EQ(result.verdict("S1"), Verdict::fail);
+  EXPECT_THAT(result.evidence("S1"), HasSubstr("the thread ran on CPU 3"));
+}
+
+// A configurator reaches the thread after it began, on whatever CPU it was.
+TEST(SwitchedParameters, CountCpusFromTheLastPriorityOn) {
+  EXPECT_EQ(judged(instance(10, 120, 3) + instance(20, 79)).verdict("S1"), Verdict::pass);
+}
+
+TEST(SwitchedParameters, AreInconclusiveWithoutKernelEvents) {
+  const auto result =
+      judged("\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7");
+  EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("S1"), HasSubstr("no switch of it was seen"));
+}
+
+TEST(SwitchedParameters, AreInconclusiveAboutWhatNoSwitchTells) {
+  const auto result = judged(instance(10, -1),
+                             "callback_groups:\n"
+                             "  - id: /n@Timer(1)\n"
+                             "    policy: SCHED_DEADLINE\n"
+                             "    runtime: 2000\n"
+                             "    deadline: 4000\n"
+                             "    period: 4000\n");
+  EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("S1"), HasSubstr("runtime, deadline and period"));
+}
+
+// An inherited priority is not the thread's own.
+TEST(SwitchedParameters, LeaveInheritedPrioritiesAside) {
+  const auto result =
+      judged(instance(10, 79) + "\n20 sched:sched_pi_setprio tid=7 oldprio=79 newprio=9" +
+             instance(21, 9) + "\n30 sched:sched_pi_setprio tid=7 oldprio=9 newprio=79");
+  EXPECT_EQ(result.verdict("S1"), Verdict::pass);
+}
+
+TEST(SwitchedParameters, FailWhenTheyComeAfterTheFirstInstance) {
+  const auto result = judged(instance(10, 120) + instance(20, 120) + instance(30, 79));
+  EXPECT_EQ(result.verdict("S1"), Verdict::pass);
+  EXPECT_EQ(result.verdict("S2"), Verdict::fail);
+  EXPECT_THAT(result.evidence("S2"), HasSubstr("started unconfigured; 2 instances did"));
+}
+
+// Between the switch-in with the old priority and the switch-out with the new one lies the start.
+TEST(SwitchedParameters, AreInconclusiveWhenTheyChangeAroundTheFirstStart) {
+  const auto result = judged(
+      "\n10 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120"
+      "\n11 callback_start callback=0x30 tid=7\n12 callback_end callback=0x30 tid=7"
+      "\n13 sched:sched_switch prev_tid=7 prev_prio=79 prev_state=1 next_tid=0 next_prio=120");
+  EXPECT_EQ(result.verdict("S1"), Verdict::pass);
+  EXPECT_EQ(result.verdict("S2"), Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test
