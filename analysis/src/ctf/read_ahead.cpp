@@ -1,7 +1,6 @@
 #include "read_ahead.hpp"
 
 #include "../event_batch.hpp"
-#include "native_reader.hpp"
 
 #include <array>
 #include <condition_variable>
@@ -13,8 +12,6 @@
 namespace cie::analysis::ctf {
 namespace {
 
-// Small enough that all of them stay in the cache that both cores share.
-constexpr std::size_t kEventsPerBatch = 512;
 constexpr std::size_t kBatches = 4;
 
 struct Batch {
@@ -29,14 +26,16 @@ struct Abandoned {};
 class Ring {
  public:
   // --- the reader's side: throws Abandoned.
-  void put(const Event& event) {
-    if (filling_ == nullptr) begin_batch();
-    filling_->events.add(event);
-    if (filling_->events.is_full()) pass_on();
+  // Passes on the batch given last, and gives an empty one.
+  EventBatch& exchange() {
+    if (filling_ != nullptr) pass_on();
+    begin_batch();
+    return filling_->events;
   }
-  // Nothing follows.
+  // Nothing follows. What was not passed on yet is forgotten.
   void finish() {
     if (filling_ == nullptr) begin_batch();
+    filling_->events.clear();
     filling_->is_last = true;
     pass_on();
   }
@@ -100,8 +99,10 @@ void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& 
   std::jthread reader([&] {
     try {
       try {
-        read_traces(
-            traces, [&ring](const Event& event) { ring.put(event); }, metadata_from);
+        read_batches(
+            traces, ring.exchange(),
+            [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); },
+            metadata_from);
       } catch (const Abandoned&) {
         throw;
       } catch (...) {
