@@ -65,6 +65,7 @@ const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
 void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
   auto& state = threads_[index];
   state.has_cpus = !event.cpus.empty();
+  state.allowed_cpu = -1;
   if (event.moment == SchedMoment::applied) state.is_changing = false;
   if (event.moment != SchedMoment::audit) return;
   auto& thread = model_.threads[at(index)];
@@ -79,7 +80,7 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
 }
 
 void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
-  const auto& state = threads_[index];
+  auto& state = threads_[index];
   if (!head.cpu || !state.has_cpus || state.is_changing) return;
   auto& thread = model_.threads[at(index)];
   ++thread.cpus_checked;
@@ -88,15 +89,12 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
   const bool is_allowed =
       *head.cpu >= 0 &&
       std::binary_search(cpus.begin(), cpus.end(), static_cast<std::uint32_t>(*head.cpu));
+  if (is_allowed) state.allowed_cpu = *head.cpu;
   if (is_allowed || thread.cpu_violation) return;
   auto where = ref(head);
   where.tid = thread.tid;
   where.pid = model_.processes[at(thread.process)].pid;
   thread.cpu_violation = {*thread.last_read_back, where};
-}
-
-void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index) {
-  check_cpu(head, index, false);
 }
 
 void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
@@ -207,6 +205,7 @@ void EnforcementTracker::finish() {
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    thread.cpus_checked += threads_[index].allowed_again;
     const auto host = model_.processes[at(thread.process)].host;
     if (!model_.hosts[at(host)].has_switches) continue;
     if (!thread.fini && thread.last_seen) {

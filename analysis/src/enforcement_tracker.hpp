@@ -22,7 +22,15 @@ class EnforcementTracker {
       : model_(model), registry_(registry), timeline_(timeline), instances_(instances) {}
 
   void on_read_back(ThreadIndex thread, const ThreadSched& event);
-  void on_user_event(const EventHead& head, ThreadIndex thread);
+  void on_user_event(const EventHead& head, ThreadIndex thread) {
+    auto* state = threads_.find(thread);
+    if (state == nullptr || !state->has_cpus || !head.cpu) return;
+    if (*head.cpu == state->allowed_cpu && !state->is_changing) {
+      ++state->allowed_again;
+    } else {
+      check_cpu(head, thread, false);
+    }
+  }
   // After the timeline has seen the switch.
   void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
   void on_fork(const EventHead& head, HostIndex host, const SchedProcessFork& event);
@@ -34,7 +42,9 @@ class EnforcementTracker {
 
  private:
   struct OfThread {
-    bool has_cpus = false;     // was read back, with the CPUs it may use
+    bool has_cpus = false;            // was read back, with the CPUs it may use
+    std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
+    std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
     bool is_changing = false;  // an audit told that its parameters change; no `applied` since
     bool is_boosted = false;   // runs at a priority inherited through a mutex
     std::optional<ThreadTimeline::Mark> first_wait;

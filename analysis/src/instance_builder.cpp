@@ -52,8 +52,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (!who.process) return;
   registry_.note_speaker(*who.process);
   auto live = new_instance();
-  live->callback = registry_.callback(*who.process, event.callback);
+  live->callback = registry_.callback(who, event.callback);
+  live->callback_facts = &model_.callbacks[at(live->callback)];
   live->thread = who.thread;
+  if (who.thread) live->thread_facts = &model_.threads[at(*who.thread)];
   live->host = registry_.host_of(head);
   live->stream = head.stream;
   live->seq = event.seq;
@@ -67,7 +69,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
 
   auto& on_thread = of_thread(live->thread);
   auto& callback = callbacks_[live->callback];
-  auto& facts = model_.callbacks[at(live->callback)];
+  auto& facts = *live->callback_facts;
   if (head.is_derived) facts.is_accounted = false;
   registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
   if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
@@ -82,9 +84,11 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   if (live->thread) {
     live->wakeup = on_thread.wakeup;
-    live->wake = timeline_.last_wake(live->host, *head.tid);
-    live->mark = timeline_.mark(live->host, *head.tid, head.time);
-    timeline_.begin_watch(live->host, *head.tid);
+    if (recording_.has_kernel(live->host)) {
+      live->wake = timeline_.last_wake(live->host, *head.tid);
+      live->mark = timeline_.mark(live->host, *head.tid, head.time);
+      timeline_.begin_watch(live->host, *head.tid);
+    }
     note_on_thread(*live);
     if (!on_thread.open.empty()) {
       live->is_nested = true;
@@ -121,8 +125,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
 }
 
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
-  auto& callback = model_.callbacks[at(live.callback)];
-  auto& thread = model_.threads[at(*live.thread)];
+  auto& callback = *live.callback_facts;
+  auto& thread = *live.thread_facts;
   const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
     for (auto& pair : pairs) {
       if (pair.callback != live.callback || pair.thread != *live.thread) continue;
@@ -159,7 +163,7 @@ void InstanceBuilder::note_on_thread(LiveInstance& live) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
   if (!who.process) return;
-  const auto index = registry_.callback(*who.process, event.callback);
+  const auto index = registry_.callback(who, event.callback);
   const auto& thread = who.thread;
   auto& facts = model_.callbacks[at(index)];
   ++facts.ends;
@@ -181,13 +185,13 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   open.erase(std::next(found).base());
   live->end = ref(head);
   live->status = event.status.value_or(CallbackStatus::ok);
-  if (thread) {
+  if (thread) on_thread.wakeup.reset();
+  if (thread && recording_.has_kernel(live->host)) {
     const auto mark = timeline_.mark(live->host, *head.tid, head.time);
     live->parts = ThreadTimeline::between(live->mark, mark);
     live->preempted_by = timeline_.end_watch(live->host, *head.tid);
     if (live->is_nested) live->preempted_by.clear();  // the list is the outer one's
     timeline_.forget_wake(live->host, *head.tid);
-    on_thread.wakeup.reset();
     if (!live->is_nested) {
       if (live->parts) {
         on_thread.inside += live->parts->execution;
@@ -228,7 +232,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
 void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
-  auto& facts = model_.callbacks[at(live->callback)];
+  auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap) {
     facts.overlap = CallbackFacts::Overlap{.first_seq = live->seq,
                                            .first_start = live->start,
@@ -237,7 +241,7 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
                                            .second_start = live->first_overlapping->second};
   }
   if (live->thread) {
-    auto& thread = model_.threads[at(*live->thread)];
+    auto& thread = *live->thread_facts;
     if (live->first_inner && !thread.nesting) {
       thread.nesting = ThreadFacts::Nesting{.outer = live->callback,
                                             .outer_start = live->start,
@@ -256,7 +260,7 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
   if (live->thread) timeline_.end_watch(live->host, *live->start.tid);
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
-  auto& facts = model_.callbacks[at(live->callback)];
+  auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap_unproven) {
     facts.overlap_unproven =
         CallbackFacts::Overlap{.first_seq = live->seq,
@@ -266,7 +270,7 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
                                .second_start = live->first_overlapping->second};
   }
   if (live->thread && live->first_inner) {
-    auto& thread = model_.threads[at(*live->thread)];
+    auto& thread = *live->thread_facts;
     if (!thread.nesting_unproven) {
       thread.nesting_unproven = ThreadFacts::Nesting{.outer = live->callback,
                                                      .outer_start = live->start,
@@ -280,8 +284,8 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
 
 bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const {
   if (now - live.end->time > kSettleTime) return true;
-  const bool is_announced = model_.callbacks[at(live.callback)].registered &&
-                            (!live.thread || model_.threads[at(*live.thread)].announced);
+  const bool is_announced = live.callback_facts->registered &&
+                            (live.thread_facts == nullptr || live.thread_facts->announced);
   return is_announced && timeline_.is_confirmed(live.host, live.end->time);
 }
 

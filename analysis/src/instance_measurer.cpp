@@ -8,14 +8,12 @@ namespace {
 constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
-void keep_max(std::optional<Extreme<Duration>>& extreme, const LiveInstance& live,
-              const Instance& instance, Duration value) {
-  if (extreme && extreme->value >= value) return;
-  extreme = Extreme<Duration>{.value = value,
-                              .seq = live.seq,
-                              .start = live.start,
-                              .end = live.end,
-                              .release = instance.release};
+Extreme<Duration> extreme_of(const LiveInstance& live, const Instance& instance, Duration value) {
+  return {.value = value,
+          .seq = live.seq,
+          .start = live.start,
+          .end = live.end,
+          .release = instance.release};
 }
 
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
@@ -33,11 +31,11 @@ void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors
 }  // namespace
 
 bool InstanceMeasurer::is_isolated_thread(const LiveInstance& live) const {
-  return live.thread && model_.threads[at(*live.thread)].role == ThreadRole::callback;
+  return live.thread_facts != nullptr && live.thread_facts->role == ThreadRole::callback;
 }
 
 Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
-  const auto& facts = model_.callbacks[at(live.callback)];
+  const auto& facts = *live.callback_facts;
   Instance instance;
   if (facts.registered) instance.logical_id = facts.logical_id;
   instance.callback = static_cast<std::uint32_t>(live.callback);
@@ -100,7 +98,7 @@ std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live)
 
 void InstanceMeasurer::measure(const LiveInstance& live) {
   const auto instance = instance_of(live);
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
   const auto& window = recording_.window_of(live.stream);
   if (live.end && window.excludes(live.start.time, live.end->time)) return;
   if (!live.end && window.end && live.start.time > *window.end) return;
@@ -129,12 +127,12 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
 }
 
 void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
-  if (live.thread) {
+  if (live.thread_facts != nullptr) {
     ++facts.ran_on[live.on_callback].instances;
-    ++model_.threads[at(*live.thread)].ran[live.on_thread].instances;
+    ++live.thread_facts->ran[live.on_thread].instances;
   }
   note_response_time(live, instance);
   note_parts(live, instance);
@@ -142,25 +140,36 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
 }
 
 void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
   if (instance.release_source == ReleaseSource::exact) {
     ++facts.exact_instances;
     const auto response = *instance.end - *instance.release;
     facts.response_time.add(response);
     facts.start_latency.add(instance.start - *instance.release);
-    keep_max(facts.max_response, live, instance, response);
-    keep_max(facts.max_response_lower, live, instance, response);
-    keep_max(facts.max_response_upper, live, instance, response);
+    if (bounds.response.rise(response)) {
+      facts.max_response = extreme_of(live, instance, response);
+    }
+    if (bounds.response_lower.rise(response)) {
+      facts.max_response_lower = extreme_of(live, instance, response);
+    }
+    if (bounds.response_upper.rise(response)) {
+      facts.max_response_upper = extreme_of(live, instance, response);
+    }
   } else {
     const auto lower = instance.release_source == ReleaseSource::wakeup
                            ? *instance.end - *instance.release
                            : *instance.end - instance.start;
     facts.response_time_lower.add(lower);
-    keep_max(facts.max_response_lower, live, instance, lower);
+    if (bounds.response_lower.rise(lower)) {
+      facts.max_response_lower = extreme_of(live, instance, lower);
+    }
     if (const auto written = source_time(live)) {
       const auto upper = *instance.end - *written;
       facts.response_time_upper.add(upper);
-      keep_max(facts.max_response_upper, live, instance, upper);
+      if (bounds.response_upper.rise(upper)) {
+        facts.max_response_upper = extreme_of(live, instance, upper);
+      }
     } else {
       ++facts.without_upper_bound;
     }
@@ -168,15 +177,20 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
 }
 
 void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
   const auto duration = *instance.end - instance.start;
   facts.duration.add(duration);
-  keep_max(facts.max_duration, live, instance, duration);
+  if (bounds.duration.rise(duration)) {
+    facts.max_duration = extreme_of(live, instance, duration);
+  }
   if (instance.execution) {
     facts.execution_time.add(*instance.execution);
     facts.preempted.add(*instance.preempted);
     note_preemptors(facts, instance.preempted_by);
-    keep_max(facts.max_execution, live, instance, *instance.execution);
+    if (bounds.execution.rise(*instance.execution)) {
+      facts.max_execution = extreme_of(live, instance, *instance.execution);
+    }
     if (instance.blocked && instance.wake_delay) {
       facts.blocked.add(*instance.blocked);
       facts.wake_delay.add(*instance.wake_delay);
@@ -185,7 +199,9 @@ void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& inst
       if (sum != duration) ++facts.identity_failures;
     }
   } else {
-    keep_max(facts.max_duration_without_execution, live, instance, duration);
+    if (bounds.duration_without_execution.rise(duration)) {
+      facts.max_duration_without_execution = extreme_of(live, instance, duration);
+    }
   }
   if (live.wake.waking && live.wake.first_in) {
     facts.wakeup_latency.add(*live.wake.first_in - *live.wake.waking);
@@ -193,25 +209,24 @@ void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& inst
 }
 
 void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
   if (instance.release_source != ReleaseSource::exact) return;
   auto& arrivals = arrivals_[live.callback];
   const Arrival arrived{
       .seq = live.seq, .start = live.start, .end = *live.end, .release = *instance.release};
-  const auto pair = [&facts](const Arrival& earlier, const Arrival& later) {
+  auto& bounds = bounds_[live.callback];
+  const auto pair = [&facts, &bounds](const Arrival& earlier, const Arrival& later) {
     const auto gap = later.release - earlier.release;
     facts.inter_arrival.add(gap);
-    const Extreme<Duration> extreme{.value = gap,
-                                    .seq = later.seq,
-                                    .start = later.start,
-                                    .end = later.end,
-                                    .release = later.release};
-    if (!facts.min_inter_arrival || gap < facts.min_inter_arrival->value) {
-      facts.min_inter_arrival = extreme;
-    }
-    if (!facts.max_inter_arrival || gap > facts.max_inter_arrival->value) {
-      facts.max_inter_arrival = extreme;
-    }
+    const auto extreme = [&later, gap] {
+      return Extreme<Duration>{.value = gap,
+                               .seq = later.seq,
+                               .start = later.start,
+                               .end = later.end,
+                               .release = later.release};
+    };
+    if (bounds.min_inter_arrival.fall(gap)) facts.min_inter_arrival = extreme();
+    if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
     if (later.release <= earlier.end.time && !facts.release_before_end) {
       facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
                                                                  .start = earlier.start,

@@ -25,6 +25,8 @@ namespace cie::analysis {
 struct LiveInstance {
   CallbackIndex callback{};
   std::optional<ThreadIndex> thread;
+  CallbackFacts* callback_facts = nullptr;  // the model's
+  ThreadFacts* thread_facts = nullptr;      // null without a thread
   HostIndex host{};
   StreamIndex stream{};
   std::uint64_t seq = 0;
@@ -76,6 +78,36 @@ class InstanceMeasurer {
     Recent<Arrival, kRemembered> recent;
     std::size_t ascending = 0;  // so many of the latest have numbers each above the one before
   };
+  // The value of an Extreme, beside those of the callback's others: the witnesses are written now
+  // and then, the values are looked at for every instance.
+  struct Bound {
+    std::int64_t value = 0;
+    bool is_set = false;
+    // Whether `other` is the first value or above it, which it then becomes.
+    bool rise(Duration other) noexcept {
+      if (is_set && value >= other.ns) return false;
+      return set(other);
+    }
+    bool fall(Duration other) noexcept {
+      if (is_set && value <= other.ns) return false;
+      return set(other);
+    }
+    bool set(Duration other) noexcept {
+      value = other.ns;
+      is_set = true;
+      return true;
+    }
+  };
+  struct Bounds {
+    Bound response;
+    Bound response_lower;
+    Bound response_upper;
+    Bound duration;
+    Bound execution;
+    Bound duration_without_execution;
+    Bound min_inter_arrival;
+    Bound max_inter_arrival;
+  };
 
   Instance instance_of(const LiveInstance& live) const;
   // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
@@ -93,6 +125,7 @@ class InstanceMeasurer {
   ChainTracker& chains_;
   Observer* observer_;
   ByIndex<CallbackIndex, Arrivals> arrivals_;
+  ByIndex<CallbackIndex, Bounds> bounds_;
 };
 
 }  // namespace cie::analysis

@@ -14,8 +14,9 @@ class Recent {
 
  public:
   void push(T value) {
-    if (values_.size() < kCapacity) {
+    if (size_ < kCapacity) {
       values_.push_back(std::move(value));
+      ++size_;
     } else {
       values_[next_] = std::move(value);
     }
@@ -26,7 +27,7 @@ class Recent {
   void prefetch_oldest(AddressOf address_of) const {
     if (size() == kCapacity) __builtin_prefetch(address_of(values_[next_]), 1);
   }
-  std::size_t size() const noexcept { return values_.size(); }
+  std::size_t size() const noexcept { return size_; }
   // 0: the latest; below size().
   const T& newest(std::size_t age) const noexcept {
     return values_[(next_ - 1 - age) & (kCapacity - 1)];
@@ -42,6 +43,7 @@ class Recent {
 
  private:
   std::vector<T> values_;
+  std::size_t size_ = 0;  // of values_, whose own size() is a division
   std::size_t next_ = 0;  // where the next value goes
 };
 
