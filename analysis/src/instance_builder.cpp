@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <new>
 #include <tuple>
 #include <utility>
 
@@ -36,9 +37,10 @@ std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
   if (spare_.empty()) return std::make_unique<LiveInstance>();
   auto live = std::move(spare_.back());
   spare_.pop_back();
-  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written.
+  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
+  // be by std::construct_at() as well.
   std::destroy_at(live.get());
-  std::construct_at(live.get());
+  ::new (static_cast<void*>(live.get())) LiveInstance;
   return live;
 }
 
@@ -253,7 +255,12 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
     thread.ran[live->on_thread].last_activity = *live->end;
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
-  pending_.push_back(std::move(live));
+  // Without the way through the queue if nothing is to be waited for.
+  if (pending_.empty() && is_settled(*live, live->end->time)) {
+    measure(std::move(live));
+  } else {
+    pending_.push_back(std::move(live));
+  }
 }
 
 void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {

@@ -208,45 +208,59 @@ void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& inst
   }
 }
 
+void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,
+                                const Arrival& later) {
+  facts.inter_arrival.add(gap);
+  const auto extreme = [&later, gap] {
+    return Extreme<Duration>{.value = gap,
+                             .seq = later.seq,
+                             .start = later.start,
+                             .end = later.end,
+                             .release = later.release};
+  };
+  if (bounds.min_inter_arrival.fall(gap)) facts.min_inter_arrival = extreme();
+  if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
+}
+
+void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
+                                 const Arrival& later) {
+  note_gap(facts, bounds, later.release - earlier.release, later);
+  if (later.release > earlier.end.time || facts.release_before_end) return;
+  facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
+                                                             .start = earlier.start,
+                                                             .end = earlier.end,
+                                                             .next_release = later.release,
+                                                             .next_start = later.start};
+}
+
 void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& instance) {
-  auto& facts = *live.callback_facts;
   if (instance.release_source != ReleaseSource::exact) return;
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
   auto& arrivals = arrivals_[live.callback];
+  auto& recent = arrivals.recent;
   const Arrival arrived{
       .seq = live.seq, .start = live.start, .end = *live.end, .release = *instance.release};
-  auto& bounds = bounds_[live.callback];
-  const auto pair = [&facts, &bounds](const Arrival& earlier, const Arrival& later) {
-    const auto gap = later.release - earlier.release;
-    facts.inter_arrival.add(gap);
-    const auto extreme = [&later, gap] {
-      return Extreme<Duration>{.value = gap,
-                               .seq = later.seq,
-                               .start = later.start,
-                               .end = later.end,
-                               .release = later.release};
-    };
-    if (bounds.min_inter_arrival.fall(gap)) facts.min_inter_arrival = extreme();
-    if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
-    if (later.release <= earlier.end.time && !facts.release_before_end) {
-      facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
-                                                                 .start = earlier.start,
-                                                                 .end = earlier.end,
-                                                                 .next_release = later.release,
-                                                                 .next_start = later.start};
+  const bool is_ascending = recent.size() > 0 && arrivals.seq < arrived.seq;
+  if (is_ascending && arrivals.ascending >= recent.size()) {  // no other one can be its neighbour
+    if (arrivals.seq + 1 == arrived.seq) {
+      if (arrived.release > arrivals.end) {
+        note_gap(facts, bounds, arrived.release - arrivals.release, arrived);
+      } else {
+        note_pair(facts, bounds, recent.newest(0), arrived);
+      }
     }
-  };
-  auto& [recent, ascending] = arrivals;
-  const bool is_ascending = recent.size() > 0 && recent.newest(0).seq < arrived.seq;
-  if (is_ascending && ascending >= recent.size()) {  // no other one can be its neighbour
-    if (recent.newest(0).seq + 1 == arrived.seq) pair(recent.newest(0), arrived);
   } else {
     for (auto age = recent.size(); age-- > 0;) {
       const auto& other = recent.newest(age);
-      if (other.seq + 1 == arrived.seq) pair(other, arrived);
-      if (arrived.seq + 1 == other.seq) pair(arrived, other);
+      if (other.seq + 1 == arrived.seq) note_pair(facts, bounds, other, arrived);
+      if (arrived.seq + 1 == other.seq) note_pair(facts, bounds, arrived, other);
     }
   }
-  ascending = is_ascending ? ascending + 1 : 1;
+  arrivals.ascending = is_ascending ? arrivals.ascending + 1 : 1;
+  arrivals.seq = arrived.seq;
+  arrivals.release = arrived.release;
+  arrivals.end = arrived.end.time;
   recent.push(arrived);
 }
 

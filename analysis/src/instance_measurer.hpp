@@ -77,6 +77,10 @@ class InstanceMeasurer {
     static constexpr std::size_t kRemembered = 64;
     Recent<Arrival, kRemembered> recent;
     std::size_t ascending = 0;  // so many of the latest have numbers each above the one before
+    // Of the latest: what of it is asked for every time, without the way to where it was put.
+    std::uint64_t seq = 0;
+    Timestamp release;
+    Timestamp end;
   };
   // The value of an Extreme, beside those of the callback's others: the witnesses are written now
   // and then, the values are looked at for every instance.
@@ -117,6 +121,10 @@ class InstanceMeasurer {
   void note_response_time(const LiveInstance& live, const Instance& instance);
   void note_parts(const LiveInstance& live, const Instance& instance);
   void note_arrival(const LiveInstance& live, const Instance& instance);
+  // Two instances with consecutive numbers.
+  static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
+                        const Arrival& later);
+  static void note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap, const Arrival& later);
 
   Model& model_;
   const Registry& registry_;

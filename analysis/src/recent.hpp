@@ -13,12 +13,13 @@ class Recent {
   static_assert((kCapacity & (kCapacity - 1)) == 0);
 
  public:
-  void push(T value) {
+  template <typename Value>
+  void push(Value&& value) {
     if (size_ < kCapacity) {
-      values_.push_back(std::move(value));
+      values_.push_back(std::forward<Value>(value));
       ++size_;
     } else {
-      values_[next_] = std::move(value);
+      values_[next_] = std::forward<Value>(value);
     }
     next_ = (next_ + 1) & (kCapacity - 1);
   }

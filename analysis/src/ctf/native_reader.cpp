@@ -298,8 +298,7 @@ void read_traces(std::span<const fs::path> traces, const EventSink& sink,
                  const fs::path& metadata_from) {
   EventBatch batch(kEventsPerBatch);
   const auto pass_on = [&sink](EventBatch& filled) -> EventBatch& {
-    for (const auto& event : filled.events())
-      sink(event);
+    filled.each(sink);
     filled.clear();
     return filled;
   };

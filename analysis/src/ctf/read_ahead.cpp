@@ -115,8 +115,7 @@ void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& 
   try {
     for (bool is_last = false; !is_last;) {
       const auto& batch = ring.take();
-      for (const auto& event : batch.events.events())
-        sink(event);
+      batch.events.each(sink);
       is_last = batch.is_last;
       ring.give_back();
     }
