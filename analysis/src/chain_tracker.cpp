@@ -152,9 +152,9 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
-  chain.hops.clear();
-  for (const auto* node : nodes)
-    chain.hops.push_back(node->callback);
+  chain.hops.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
+                 [](const ChainNode* node) { return node->callback; });
   const bool is_exact =
       std::all_of(nodes.begin(), nodes.end(), [](const ChainNode* node) { return node->release; });
   facts.processing.resize(nodes.size());
@@ -198,9 +198,9 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   if (!is_known && is_newer && pending.size() < kMaxPendingReads) {
     pending.push_back(Read{.read = read, .start = nodes.front()->start});
   }
-  progress.seqs.clear();
-  for (const auto* node : nodes)
-    progress.seqs.push_back(node->seq);
+  progress.seqs.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), progress.seqs.begin(),
+                 [](const ChainNode* node) { return node->seq; });
   progress.last_read = read;
   progress.last_start = nodes.front()->start;
   progress.has_last = true;

@@ -13,7 +13,7 @@ class Recent {
   static_assert((kCapacity & (kCapacity - 1)) == 0);
 
  public:
-  template <typename Value>
+  template <typename Value = T>
   void push(Value&& value) {
     if (size_ < kCapacity) {
       values_.push_back(std::forward<Value>(value));
