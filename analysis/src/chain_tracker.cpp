@@ -1,5 +1,7 @@
 #include "chain_tracker.hpp"
 
+#include "prefetch.hpp"
+
 #include <algorithm>
 
 namespace cie::analysis {
@@ -72,7 +74,22 @@ void ChainTracker::resolve(ChainNode& node) {
   if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::outside;
 }
 
-void ChainTracker::link(ChainNode& node) { resolve(node); }
+void ChainTracker::link(ChainNode& node) {
+  resolve(node);
+  // What it will be measured by when it ends.
+  if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
+    const auto& [facts, hops, progress] = (*path)->second;
+    prefetch_head(&facts.instances);
+    prefetch_head(&facts.path_latency);
+    prefetch_head(&facts.reaction_time);
+    prefetch_head(&facts.data_age);
+    prefetch_to_write(&progress);
+    for (const auto& quantity : facts.processing)
+      prefetch_head(&quantity);
+    for (const auto& quantity : facts.communication)
+      prefetch_head(&quantity);
+  }
+}
 
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   resolve(node);  // the publisher may have been announced in between

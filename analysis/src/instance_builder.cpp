@@ -1,5 +1,7 @@
 #include "instance_builder.hpp"
 
+#include "prefetch.hpp"
+
 #include <algorithm>
 #include <memory>
 #include <new>
@@ -30,7 +32,12 @@ void InstanceBuilder::apply(const EventHead& head, const ClockSync& event) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
                             const ThreadWakeup& /*event*/) {
-  if (who.thread) of_thread(who.thread).wakeup = head.time;
+  if (!who.thread) return;
+  of_thread(who.thread).wakeup = head.time;
+  // A start follows soon, but other threads' events come between.
+  if (who.known != nullptr && who.known->callback_facts != nullptr) {
+    prefetch_to_write(&who.known->callback_facts->starts);
+  }
 }
 
 std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
@@ -116,6 +123,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     live->node->release = Timestamp{live->release_ns};
   }
   chains_.link(*live->node);
+  measurer_.expect(*live);
 
   if (on_thread.open.size() >= kMaxOpenPerThread) {
     auto oldest = std::move(on_thread.open.front());

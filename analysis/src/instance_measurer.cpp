@@ -1,5 +1,7 @@
 #include "instance_measurer.hpp"
 
+#include "prefetch.hpp"
+
 #include <span>
 
 namespace cie::analysis {
@@ -94,6 +96,18 @@ std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live)
   const auto process = model_.publishers[*publisher].process;
   if (model_.processes[at(process)].host != live.host) return std::nullopt;  // another clock
   return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
+}
+
+void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
+  const auto& facts = *live.callback_facts;
+  prefetch_head(&facts.max_end_at);
+  prefetch_head(&facts.instances);
+  for (const auto* quantity :
+       {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
+    prefetch_head(quantity);
+  }
+  if (const auto* bounds = bounds_.find(live.callback)) prefetch_to_write(bounds);
+  if (const auto* arrivals = arrivals_.find(live.callback)) prefetch_to_write(arrivals);
 }
 
 void InstanceMeasurer::measure(const LiveInstance& live) {

@@ -63,6 +63,8 @@ class InstanceMeasurer {
         chains_(chains),
         observer_(observer) {}
 
+  // An instance began: what measuring it needs will be in the cache by its end.
+  void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
   void measure(const LiveInstance& live);
 

@@ -1,6 +1,8 @@
 // The last few values of a series.
 #pragma once
 
+#include "prefetch.hpp"
+
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -22,11 +24,13 @@ class Recent {
       values_[next_] = std::forward<Value>(value);
     }
     next_ = (next_ + 1) & (kCapacity - 1);
+    // It was not looked at for long: to write it would be to wait for memory.
+    if (size_ == kCapacity) prefetch_to_write(&values_[next_]);
   }
   // Brings into the cache, ahead of the next push, what `address_of` says of the value it replaces.
   template <typename AddressOf>
   void prefetch_oldest(AddressOf address_of) const {
-    if (size() == kCapacity) __builtin_prefetch(address_of(values_[next_]), 1);
+    if (size() == kCapacity) prefetch_to_write(address_of(values_[next_]));
   }
   std::size_t size() const noexcept { return size_; }
   // 0: the latest; below size().

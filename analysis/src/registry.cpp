@@ -133,7 +133,8 @@ Emitter Registry::find_emitter(const EventHead& head, Emitter::Known& known) {
                          .last_cpu = head.cpu,
                          .last_turn = turn_,
                          .callback_id = {},
-                         .callback = std::nullopt};
+                         .callback = std::nullopt,
+                         .callback_facts = nullptr};
   return {.process = process, .thread = index, .known = &known};
 }
 

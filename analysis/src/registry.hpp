@@ -42,6 +42,7 @@ struct Emitter::Known {
   std::uint64_t last_turn = 0;
   CallbackId callback_id{};
   std::optional<CallbackIndex> callback;  // what it ran last, by that id
+  CallbackFacts* callback_facts = nullptr;
 
   bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
     return thread_facts != nullptr && head.tid == tid && head.pid == pid && host == of_host;
@@ -87,6 +88,7 @@ class Registry {
     const auto index = callback(*who.process, id);
     if (known != nullptr) {
       known->callback = index;
+      known->callback_facts = &model_.callbacks[at(index)];
       known->callback_id = id;
     }
     return index;
