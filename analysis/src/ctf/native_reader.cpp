@@ -6,6 +6,7 @@
 #include "../reader/discovery.hpp"
 #include "metadata_file.hpp"
 #include "metadata_parser.hpp"
+#include "metadata_rebuild.hpp"
 #include "stream_reader.hpp"
 #include "tournament.hpp"
 
@@ -103,35 +104,49 @@ class Reader {
     } catch (const MetadataError& error) {
       const auto reason =
           "cannot read trace " + directory.string() + ": its metadata: " + error.what();
-      if (metadata_from_.empty()) {
-        throw UnreadableTrace(reason + kAdvice +
-                              "; or read it with --metadata, that of a recording like it");
-      }
       unreadable_.emplace_back(directory, reason);
     }
   }
 
-  // Reads a directory as if its metadata were that of another recording. Which trace its packets
-  // say they are of, and the clock, differ between recordings.
+  // Reads a directory without its own metadata. The clock is that of the sound traces beside it.
   void salvage_directory(const fs::path& directory, const std::string& reason) {
-    std::shared_ptr<const TracePlan> plan;
+    auto metadata = metadata_from_.empty() ? own_schema(directory, reason) : foreign_metadata();
+    metadata.uuid.clear();  // differs between recordings
+    if (clock_ && !metadata.clocks.empty()) {
+      auto& clock = metadata.clocks.front();
+      clock.uuid = clock_->uuid;
+      clock.offset_s = clock_->offset_s;
+      clock.offset = clock_->offset;
+    }
     try {
-      auto metadata = parse_metadata(metadata_text(read_metadata(metadata_from_)));
-      metadata.uuid.clear();
-      if (clock_ && !metadata.clocks.empty()) {
-        auto& clock = metadata.clocks.front();
-        clock.uuid = clock_->uuid;
-        clock.offset_s = clock_->offset_s;
-        clock.offset = clock_->offset;
-      }
-      plan = std::make_shared<const TracePlan>(metadata);
+      add_files(directory, std::make_shared<const TracePlan>(metadata));
     } catch (const MetadataError& error) {
       throw UnreadableTrace("cannot read metadata " + metadata_from_.string() + ": " +
                             error.what());
     }
-    add_files(directory, plan);
     salvaged_traces_[directory.string()] =
-        reason + "; read with " + metadata_from_.string() + " instead";
+        reason + "; read with " +
+        (metadata_from_.empty() ? "the schema of `cie record`" : metadata_from_.string()) +
+        " instead";
+  }
+
+  Metadata foreign_metadata() const {
+    try {
+      return parse_metadata(metadata_text(read_metadata(metadata_from_)));
+    } catch (const MetadataError& error) {
+      throw UnreadableTrace("cannot read metadata " + metadata_from_.string() + ": " +
+                            error.what());
+    }
+  }
+
+  static Metadata own_schema(const fs::path& directory, const std::string& reason) {
+    try {
+      return parse_metadata(rebuild_metadata(directory));
+    } catch (const MetadataError& error) {
+      throw UnreadableTrace(reason + ", and the schema of `cie record` does not fit (" +
+                            error.what() + ")" + kAdvice +
+                            "; or read it with --metadata, that of a recording like it");
+    }
   }
 
   void add_files(const fs::path& directory, const std::shared_ptr<const TracePlan>& plan) {
