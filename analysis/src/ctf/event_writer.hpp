@@ -10,7 +10,7 @@
 namespace cie::analysis::ctf {
 
 // Small enough that several batches stay in the cache that both cores share.
-inline constexpr std::size_t kEventsPerBatch = 512;
+inline constexpr std::size_t kEventsPerBatch = 256;
 
 class EventWriter {
  public:

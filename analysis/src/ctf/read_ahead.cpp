@@ -12,7 +12,10 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::size_t kBatches = 4;
+constexpr std::size_t kBatches = 8;
+// A reader that had to wait goes on when so many wait for the consumer: to wake it for every batch
+// would cost more than the batch.
+constexpr std::size_t kFewBatches = kBatches / 2;
 
 struct Batch {
   EventBatch events{kEventsPerBatch};
@@ -48,12 +51,14 @@ class Ring {
   }
   // The batch taken last can be filled again.
   void give_back() {
+    bool is_low = false;
     {
       const std::scoped_lock lock(mutex_);
       ++taken_;
       --filled_;
+      is_low = filled_ == kFewBatches;
     }
-    changed_.notify_one();
+    if (is_low) changed_.notify_one();
   }
   void abandon() {
     {
@@ -66,7 +71,9 @@ class Ring {
  private:
   void begin_batch() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return filled_ < kBatches || is_abandoned_; });
+    if (filled_ == kBatches) {
+      changed_.wait(lock, [this] { return filled_ <= kFewBatches || is_abandoned_; });
+    }
     if (is_abandoned_) throw Abandoned{};
     filling_ = &batches_[(taken_ + filled_) % kBatches];
     filling_->events.clear();
