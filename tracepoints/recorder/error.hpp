@@ -12,6 +12,12 @@ class RecordError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Why the kernel's scheduler cannot be recorded here, and what would help.
+class KernelUnavailable : public RecordError {
+ public:
+  using RecordError::RecordError;
+};
+
 // "what: <text of errno value>".
 RecordError system_error(const std::string& what, int error);
 

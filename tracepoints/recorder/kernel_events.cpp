@@ -1,6 +1,7 @@
 #include "kernel_events.hpp"
 
 #include "error.hpp"
+#include "kernel_record.h"
 
 #include <algorithm>
 #include <array>
@@ -16,8 +17,7 @@ namespace {
 
 using enum KernelFieldType;
 
-constexpr std::size_t kNameSize = 16;
-constexpr std::int64_t kPriorityShift = 100;
+constexpr std::size_t kNameSize = CIE_COMM_SIZE;
 
 template <typename Integer>
 void put(std::string& out, Integer value) {
@@ -95,6 +95,16 @@ const std::vector<KernelEventClass>& kernel_event_classes() {
   return classes;
 }
 
+std::size_t recorded_size(const KernelEventClass& event_class) {
+  std::size_t size = sizeof(cie_event_header);
+  for (const KernelField& field : event_class.fields) {
+    size += field.type == comm    ? kNameSize
+            : field.type == int64 ? sizeof(std::int64_t)
+                                  : sizeof(std::int32_t);
+  }
+  return size;
+}
+
 void RingBufferPage::Free::operator()(kbuffer* buffer) const noexcept { kbuffer_free(buffer); }
 
 RingBufferPage::RingBufferPage()
@@ -163,17 +173,14 @@ void KernelEventEncoder::learn(const KernelEventClass& event_class, const std::s
   known_[static_cast<std::uint16_t>(event->id)] = std::move(known);
 }
 
-std::optional<KernelEventEncoder::Encoded> KernelEventEncoder::encode(
-    const RingBufferPage::Record& record, std::string& out) const {
+bool KernelEventEncoder::encode(const RingBufferPage::Record& record, std::string& out) const {
   const auto data = record.data;
-  if (data.size() < sizeof(std::uint16_t)) return std::nullopt;
+  if (data.size() < sizeof(std::uint16_t)) return false;
   const auto found = known_.find(get<std::uint16_t>(data, 0));
-  if (found == known_.end() || data.size() < found->second.end) return std::nullopt;
+  if (found == known_.end() || data.size() < found->second.end) return false;
   const Known& known = found->second;
   put(out, static_cast<std::uint16_t>(known.event_class));
   put(out, record.time);
-  Encoded encoded{.event_class = known.event_class, .prev_tid = {}, .next_tid = {}};
-  const bool is_switch = known.event_class == 0;
   for (const Source& source : known.sources) {
     if (source.type == comm) {
       std::size_t offset = source.offset;
@@ -190,15 +197,12 @@ std::optional<KernelEventEncoder::Encoded> KernelEventEncoder::encode(
     if (source.type == int64) {
       put(out, value);
     } else if (source.type == priority) {
-      put(out, static_cast<std::int32_t>(value - kPriorityShift));
+      put(out, static_cast<std::int32_t>(value - CIE_PRIORITY_SHIFT));
     } else {
       put(out, static_cast<std::int32_t>(value));
-      if (is_switch) {
-        (encoded.prev_tid ? encoded.next_tid : encoded.prev_tid) = static_cast<std::int32_t>(value);
-      }
     }
   }
-  return encoded;
+  return true;
 }
 
 }  // namespace cie::record

@@ -36,6 +36,8 @@ struct KernelEventClass {
   std::vector<KernelField> fields;
 };
 const std::vector<KernelEventClass>& kernel_event_classes();
+// Bytes of an event in the recording, its header (kernel_record.h) included.
+std::size_t recorded_size(const KernelEventClass& event_class);
 
 // One page of a per-CPU ring buffer as trace_pipe_raw gives it. Views end with the next load().
 class RingBufferPage {
@@ -66,19 +68,12 @@ class RingBufferPage {
 // Translates records into events of the recording: their header (u16 id, u64 time) and payload.
 class KernelEventEncoder {
  public:
-  struct Encoded {
-    std::size_t event_class = 0;
-    // Of a sched_switch.
-    std::optional<std::int32_t> prev_tid;
-    std::optional<std::int32_t> next_tid;
-  };
-
   KernelEventEncoder();
   // Learns an event class from its `format` file. Throws RecordError if a field is missing.
   void learn(const KernelEventClass& event_class, const std::string& format);
-  // Appends to `out`. Empty, with nothing appended, for a record of another class or one that is
+  // Appends to `out`. False, with nothing appended, for a record of another class or one that is
   // too short.
-  std::optional<Encoded> encode(const RingBufferPage::Record& record, std::string& out) const;
+  bool encode(const RingBufferPage::Record& record, std::string& out) const;
 
  private:
   struct Source {

@@ -3,10 +3,8 @@
 
 #include "ctf_stream.hpp"
 #include "file_descriptor.hpp"
-#include "kernel_events.hpp"
-#include "tracefs.hpp"
+#include "kernel_source.hpp"
 
-#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -19,6 +17,7 @@ namespace cie::record {
 
 // What came of it.
 struct KernelSummary {
+  std::string route;              // "bpf", "tracefs"
   std::uint64_t events = 0;       // recorded
   std::uint64_t lost_events = 0;  // overwritten before they were read, or dropped by the kernel
   // Switches that the kernel did not tell although no buffer overran: the thread that leaves a CPU
@@ -29,10 +28,9 @@ struct KernelSummary {
 
 class KernelRecording {
  public:
-  // Switches the events on; they collect in the kernel's buffers, `buffer_size` bytes for each CPU.
-  // `directory` is created for the trace. Throws KernelUnavailable if this kernel or user cannot,
-  // RecordError for the rest; leaves nothing behind then.
-  KernelRecording(std::filesystem::path directory, std::uint64_t buffer_size,
+  // Starts the source; events collect in its buffers. `directory` is created for the trace. Throws
+  // RecordError; leaves nothing behind then.
+  KernelRecording(std::filesystem::path directory, std::unique_ptr<KernelSource> source,
                   std::chrono::milliseconds flush_interval);
   // Switches everything off; what was not written is lost if finish() was not called.
   ~KernelRecording();
@@ -51,37 +49,34 @@ class KernelRecording {
   KernelSummary finish();
 
  private:
-  struct Cpu {
-    std::string directory;  // in tracefs
-    FileDescriptor pipe;    // trace_pipe_raw
-    CtfStream stream;
-    std::int32_t running = -1;  // next_tid of the last switch; -1: not known
+  // One CPU's part of the trace.
+  class Cpu final : public KernelEventSink {
+   public:
+    explicit Cpu(CtfStream stream) : stream_(std::move(stream)) {}
+    void on_event(std::uint64_t time, std::string_view event) override;
+    void on_loss(std::uint64_t time, std::uint64_t total) override;
+    CtfStream& stream() noexcept { return stream_; }
+    std::uint64_t untold_switches() const noexcept { return untold_switches_; }
+
+   private:
+    CtfStream stream_;
+    std::int32_t running_ = -1;  // next_tid of the last switch; -1: not known
+    std::uint64_t untold_switches_ = 0;
   };
 
-  void prepare_events();
-  void open_cpus(std::uint64_t begin);
   void write_metadata() const;
   void read_loop();
-  void drain(Cpu& cpu);
-  void consume_page(Cpu& cpu, std::span<std::byte> bytes);
-  std::uint64_t lost_by_the_kernel(const Cpu& cpu) const;
   void stop_reading();
 
   std::filesystem::path directory_;
   std::chrono::milliseconds flush_interval_;
-  Tracefs tracefs_;
-  TraceInstance instance_;
+  std::unique_ptr<KernelSource> source_;
   TraceUuid uuid_;
   TraceClock clock_;
   bool has_clock_of_user_space_ = false;
-  KernelEventEncoder encoder_;
-  RingBufferPage page_;
-  std::vector<std::byte> bytes_;  // one page
-  std::string event_;             // being encoded
-  std::vector<Cpu> cpus_;
-  std::uint64_t untold_switches_ = 0;
-  FileDescriptor stop_;  // an eventfd
-  std::string failure_;  // of the thread; read after it ended
+  std::vector<Cpu> cpus_;  // as the source lists them
+  FileDescriptor stop_;    // an eventfd
+  std::string failure_;    // of the thread; read after it ended
   std::thread thread_;
 };
 

@@ -52,7 +52,7 @@ Json kernel_of(const Manifest& manifest) {
              manifest.no_kernel_because.empty() ? "--kernel=no" : manifest.no_kernel_because}};
   }
   const KernelSummary& kernel = *manifest.kernel;
-  return {{"route", "tracefs"},
+  return {{"route", kernel.route},
           {"buffer_size", manifest.options.kernel_buffer_size},
           {"streams", kernel.streams},
           {"events", kernel.events},

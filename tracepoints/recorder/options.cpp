@@ -89,8 +89,11 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   auto* duration = app.add_option("--duration", duration_s, "With --attach: stop after this time")
                        ->type_name("SECONDS")
                        ->check(CLI::PositiveNumber);
-  app.add_option("--kernel", kernel, "Scheduler events of the kernel (root); auto: if possible")
-      ->check(CLI::IsMember({"auto", "yes", "no"}));
+  app.add_option(
+         "--kernel", kernel,
+         "Scheduler events of the kernel (root); auto: if possible; bpf, tracefs: yes, by that "
+         "route (otherwise the better one)")
+      ->check(CLI::IsMember({"auto", "yes", "no", "bpf", "tracefs"}));
   app.add_option("--kernel-buffer", options.kernel_buffer_size,
                  "Size of the kernel's buffer of each CPU")
       ->transform(CLI::AsSizeValue(false))
@@ -147,9 +150,12 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     throw UsageError("--kernel-buffer must be 64k to 1g: " +
                      std::to_string(options.kernel_buffer_size));
   }
-  options.kernel = kernel == "auto"  ? KernelChoice::automatic
-                   : kernel == "yes" ? KernelChoice::yes
-                                     : KernelChoice::no;
+  options.kernel = kernel == "auto" ? KernelChoice::automatic
+                   : kernel == "no" ? KernelChoice::no
+                                    : KernelChoice::yes;
+  options.kernel_route = kernel == "bpf"       ? KernelRoute::bpf
+                         : kernel == "tracefs" ? KernelRoute::tracefs
+                                               : KernelRoute::best;
   if (daemon == "own" && is_attach) {
     throw UsageError("--daemon=own: running applications know the shared daemon only");
   }

@@ -1,6 +1,8 @@
 // What the user asks of cie-record.
 #pragma once
 
+#include "kernel_source.hpp"
+
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
@@ -31,6 +33,7 @@ struct Options {
   std::vector<std::string> command;  // empty: attach
   DaemonChoice daemon = DaemonChoice::own;
   KernelChoice kernel = KernelChoice::automatic;
+  KernelRoute kernel_route = KernelRoute::best;
   std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
   std::vector<std::string> events{
       "cie:*"};                         // patterns of LTTng, recorded into the channel "events"

@@ -10,6 +10,7 @@ add_library(cie_recorder STATIC
   recorder/error.cpp
   recorder/kernel_events.cpp
   recorder/kernel_recording.cpp
+  recorder/kernel_source.cpp
   recorder/manifest.cpp
   recorder/options.cpp
   recorder/processes.cpp
@@ -18,6 +19,7 @@ add_library(cie_recorder STATIC
   recorder/signals.cpp
   recorder/stream_check.cpp
   recorder/tracefs.cpp
+  recorder/tracefs_source.cpp
   recorder/tracing_session.cpp)
 target_link_libraries(cie_recorder
   PUBLIC cie_schema PkgConfig::LTTNG_CTL
@@ -26,5 +28,25 @@ target_include_directories(cie_recorder
   PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/recorder"
   PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_compile_options(cie_recorder)
+
+# Kernel events by BPF, if there is what it takes to build that; by tracefs in any case.
+find_program(CIE_BPF_CLANG clang DOC "clang, to compile the BPF programs of cie-record")
+pkg_check_modules(LIBBPF IMPORTED_TARGET libbpf>=1.0)
+if(CIE_BPF_CLANG AND LIBBPF_FOUND)
+  set(source "${CMAKE_CURRENT_SOURCE_DIR}/recorder/sched.bpf.c")
+  set(object "${CMAKE_CURRENT_BINARY_DIR}/sched.bpf.o")
+  add_custom_command(OUTPUT "${object}"
+    COMMAND "${CIE_BPF_CLANG}" -target bpf -O2 -g -ffreestanding -Wall -Wextra -Werror
+      -idirafter "/usr/include/${CMAKE_LIBRARY_ARCHITECTURE}" -c "${source}" -o "${object}"
+    DEPENDS "${source}" "${CMAKE_CURRENT_SOURCE_DIR}/recorder/kernel_record.h"
+    COMMENT "Compiling the BPF programs" VERBATIM)
+  set_source_files_properties(recorder/sched_bpf_object.cpp PROPERTIES
+    COMPILE_DEFINITIONS "CIE_SCHED_BPF_OBJECT=\"${object}\"" OBJECT_DEPENDS "${object}")
+  target_sources(cie_recorder PRIVATE recorder/bpf_source.cpp recorder/sched_bpf_object.cpp)
+  target_link_libraries(cie_recorder PRIVATE PkgConfig::LIBBPF)
+else()
+  message(STATUS "clang or libbpf not found: cie-record has no BPF, only tracefs, for kernel events")
+  target_sources(cie_recorder PRIVATE recorder/no_bpf_source.cpp)
+endif()
 
 cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)

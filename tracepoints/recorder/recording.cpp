@@ -111,8 +111,10 @@ void Recording::start_kernel() {
     return;
   }
   try {
-    kernel_ = std::make_unique<KernelRecording>(options.directory / "kernel",
-                                                options.kernel_buffer_size, options.flush_interval);
+    kernel_ = std::make_unique<KernelRecording>(
+        options.directory / "kernel",
+        open_kernel_source(options.kernel_route, options.kernel_buffer_size),
+        options.flush_interval);
   } catch (const RecordError& error) {
     if (options.kernel == KernelChoice::yes) {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
@@ -338,7 +340,7 @@ void Recording::check_files() {
 
 std::string Recording::kernel_in_words() const {
   if (manifest_.kernel) {
-    return std::to_string(manifest_.kernel->events);
+    return std::to_string(manifest_.kernel->events) + " by " + manifest_.kernel->route;
   }
   return manifest_.no_kernel_because.empty() ? "no" : "no, " + manifest_.no_kernel_because;
 }

@@ -9,12 +9,6 @@
 
 namespace cie::record {
 
-// Why the kernel's scheduler cannot be recorded here, and what would help.
-class KernelUnavailable : public RecordError {
- public:
-  using RecordError::RecordError;
-};
-
 // Paths are relative to tracefs. Functions throw RecordError, naming file and cause.
 class Tracefs {
  public:

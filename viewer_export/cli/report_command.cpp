@@ -1,3 +1,4 @@
+#include <cie/viewer_export/html_report.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 
 #include "command_line.hpp"
@@ -17,6 +18,7 @@ constexpr const char* kFooter =
     "  cie report recordings/latest                       a table for reading\n"
     "  cie report run1 --spec app.yaml                    with the chains that the spec names\n"
     "  cie report run1 --format json -o run1.json         everything, for programs\n"
+    "  cie report run1 --format html -o run1.html         the same with pictures, for a browser\n"
     "  cie report robot desk                              two recordings of one run, merged by "
     "time\n"
     "\n"
@@ -32,24 +34,31 @@ int report_command(const Arguments& arguments) {
   CommandLine line({"cie report TRACE... [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) that names the chains");
-  line.option("-f,--format", "FORMAT", format, "text (default), json or csv");
+  line.option("-f,--format", "FORMAT", format,
+              "text (default), json, csv or html (one page for a browser)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
-  check_choice("--format", format, {"text", "json", "csv"}, {"html"});
+  check_choice("--format", format, {"text", "json", "csv", "html"});
   require_traces(traces);
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto result = analyze_with_progress(traces, {.spec = spec ? &*spec : nullptr,
-                                                     .reader = reader.value(),
-                                                     .metadata_from = reader.metadata()});
+  viewer_export::HtmlReport page;
+  const auto result = analyze_with_progress(traces,
+                                            {.spec = spec ? &*spec : nullptr,
+                                             .reader = reader.value(),
+                                             .metadata_from = reader.metadata()},
+                                            format == "html" ? &page : nullptr);
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output));
     output.commit();
+  } else if (format == "html") {
+    write_data(output,
+               [&](std::ostream& out) { page.write(out, result, spec ? &*spec : nullptr); });
   } else {
     write_data(output, [&](std::ostream& out) {
       (format == "json" ? viewer_export::write_report_json : viewer_export::write_report_csv)(

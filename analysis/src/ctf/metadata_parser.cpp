@@ -112,6 +112,7 @@ class MetadataParser {
     block(
         [this, &clock](const std::string& name, const AttributeValue& value) {
           if (name == "name") clock.name = value.text;
+          if (name == "description") clock.description = value.text;
           if (name == "uuid") clock.uuid = value.text;
           if (name == "freq") {
             if (value.number == 0) tokens_.fail("a clock must advance");

@@ -55,6 +55,26 @@ std::string uuid_name(const Uuid& uuid) {
   return text;
 }
 
+// Recorded with `perf record -k CLOCK_MONOTONIC`, converted by `perf data convert --to-ctf`.
+bool is_perf_on_monotonic_clock(const Metadata& metadata) {
+  const auto tracer = metadata.environment.find("tracer_name");
+  return tracer != metadata.environment.end() && tracer->second == "perf" &&
+         metadata.clocks.size() == 1 && metadata.clocks.front().description == "monotonic";
+}
+
+// Both count nanoseconds, and the machine was booted at the same time, as far as they can tell.
+bool are_of_one_boot(const Clock& a, const Clock& b) {
+  constexpr std::uint64_t kNanoseconds = 1'000'000'000;
+  if (a.frequency != kNanoseconds || b.frequency != kNanoseconds) return false;
+  __extension__ using Wide = __int128;
+  const auto offset = [](const Clock& clock) {
+    return static_cast<Wide>(clock.offset_s) * kNanoseconds + clock.offset;
+  };
+  const Wide difference = offset(a) - offset(b);
+  return difference > -static_cast<Wide>(kNanoseconds) &&
+         difference < static_cast<Wide>(kNanoseconds);
+}
+
 class Reader {
  public:
   Reader(std::span<const fs::path> traces, const fs::path& metadata_from)
@@ -68,6 +88,8 @@ class Reader {
         guard_tick();
       }
     }
+    for (auto& [directory, metadata] : perfs_)
+      add_perf(directory, metadata);
     // Last, because the clock of a sound trace is theirs as well.
     for (const auto& [directory, reason] : unreadable_)
       salvage_directory(directory, reason);
@@ -98,14 +120,32 @@ class Reader {
  private:
   void add_directory(const fs::path& directory) {
     try {
-      const auto metadata = parse_metadata(metadata_text(read_metadata(directory / "metadata")));
+      auto metadata = parse_metadata(metadata_text(read_metadata(directory / "metadata")));
+      if (is_perf_on_monotonic_clock(metadata)) {
+        perfs_.emplace_back(directory, std::move(metadata));
+        return;
+      }
       add_files(directory, std::make_shared<const TracePlan>(metadata));
-      if (!clock_ && !metadata.clocks.empty()) clock_ = metadata.clocks.front();
+      if (metadata.clocks.empty()) return;
+      if (!clock_) clock_ = metadata.clocks.front();
+      clocks_.try_emplace(host_of(metadata), metadata.clocks.front());
     } catch (const MetadataError& error) {
       const auto reason =
           "cannot read trace " + directory.string() + ": its metadata: " + error.what();
       unreadable_.emplace_back(directory, reason);
     }
+  }
+
+  // perf names no boot and measures the offset from the epoch anew, but its clock is LTTng's.
+  void add_perf(const fs::path& directory, Metadata& metadata) {
+    auto& clock = metadata.clocks.front();
+    const auto other = clocks_.find(host_of(metadata));
+    if (other != clocks_.end() && are_of_one_boot(clock, other->second)) {
+      clock.uuid = other->second.uuid;
+      clock.offset_s = other->second.offset_s;
+      clock.offset = other->second.offset;
+    }
+    add_files(directory, std::make_shared<const TracePlan>(metadata));
   }
 
   // Reads a directory without its own metadata. The clock is that of the sound traces beside it.
@@ -294,6 +334,8 @@ class Reader {
 
   fs::path metadata_from_;
   std::optional<Clock> clock_;                                // of the first sound trace
+  std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
+  std::map<std::string, Clock> clocks_;                       // by host, the first one seen
   std::vector<std::pair<fs::path, std::string>> unreadable_;  // directories, and why
   std::map<std::string, std::string> salvaged_traces_;        // by name: what to tell of them
   std::vector<std::pair<StreamIndex, std::string>> salvaged_;

@@ -83,11 +83,16 @@ Scope& TracePlan::new_scope(std::string_view root, RegisterRange& registers,
   return *scopes_.back();
 }
 
+std::string host_of(const Metadata& metadata) {
+  const auto name = value_of(metadata, "hostname");  // LTTng's; perf says "host"
+  return name.empty() ? value_of(metadata, "host") : name;
+}
+
 TracePlan::TracePlan(const Metadata& metadata)
     : byte_order(metadata.byte_order), trace_registers_(kTraceRegisters) {
   context_.byte_order = metadata.byte_order;
   uuid = parse_uuid(metadata.uuid);
-  host = value_of(metadata, "hostname");
+  host = host_of(metadata);
   domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
   if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
 

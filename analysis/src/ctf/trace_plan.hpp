@@ -43,6 +43,9 @@ constexpr std::size_t slot(Slot value) noexcept {
   return static_cast<std::size_t>(value);
 }
 
+// The name of the machine as the tracer's environment tells it; empty if it does not.
+std::string host_of(const Metadata& metadata);
+
 struct ClockPlan {
   std::uint64_t frequency = 1'000'000'000;
   std::string uuid;

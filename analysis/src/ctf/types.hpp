@@ -60,6 +60,7 @@ struct Type {
 
 struct Clock {
   std::string name;
+  std::string description;
   std::string uuid;
   std::uint64_t frequency = 1'000'000'000;
   std::int64_t offset_s = 0;

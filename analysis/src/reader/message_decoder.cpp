@@ -66,7 +66,8 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
     bt_trace_get_ref(trace);
     of_trace->trace.reset(trace);
     of_trace->domain = environment(trace, "domain") == "kernel" ? Domain::kernel : Domain::user;
-    of_trace->host = environment(trace, "hostname");
+    of_trace->host = environment(trace, "hostname");  // LTTng's; perf says "host"
+    if (of_trace->host.empty()) of_trace->host = environment(trace, "host");
     if (environment(trace, "tracer_name") == "lttng-modules") of_trace->state.priority_offset = 100;
   }
   const auto* stream_class = bt_stream_borrow_class_const(stream);

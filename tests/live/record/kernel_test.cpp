@@ -3,6 +3,7 @@
 #include <cie/analysis/analyzer.hpp>
 
 #include "error.hpp"
+#include "kernel_source.hpp"
 #include "sandbox.hpp"
 #include "tracefs.hpp"
 
@@ -38,7 +39,7 @@ std::vector<std::string> instances_of_recorders(const Tracefs& tracefs) {
   return names;
 }
 
-class KernelRecord : public ::testing::Test {
+class MachineWithKernelTracing : public ::testing::Test {
  protected:
   void SetUp() override {
     if (geteuid() != 0) {
@@ -53,15 +54,6 @@ class KernelRecord : public ::testing::Test {
   }
 
   fs::path path(const std::string& name) const { return sandbox_.directory() / name; }
-
-  static std::vector<std::string> recording(const std::vector<std::string>& arguments,
-                                            const std::vector<std::string>& options = {}) {
-    std::vector<std::string> command{CIE_RECORD, "-o", "rec", "--kernel=yes"};
-    command.insert(command.end(), options.begin(), options.end());
-    command.insert(command.end(), {"--", CIE_TRACED_APP});
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    return command;
-  }
 
   json manifest() const { return json::parse(read_file(path("rec/manifest.json"))); }
 
@@ -100,6 +92,33 @@ class KernelRecord : public ::testing::Test {
   std::optional<Tracefs> tracefs_;
 };
 
+// By each of the routes.
+class KernelRecord : public MachineWithKernelTracing,
+                     public ::testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override {
+    MachineWithKernelTracing::SetUp();
+    if (IsSkipped() || !is_bpf()) return;
+    try {
+      record::open_bpf_source(64 << 10);
+    } catch (const record::KernelUnavailable& error) {
+      GTEST_SKIP() << "not possible here: " << error.what();
+    }
+  }
+
+  static bool is_bpf() { return std::string(GetParam()) == "bpf"; }
+
+  static std::vector<std::string> recording(const std::vector<std::string>& arguments,
+                                            const std::vector<std::string>& options = {}) {
+    std::vector<std::string> command{CIE_RECORD, "-o", "rec",
+                                     std::string("--kernel=") + GetParam()};
+    command.insert(command.end(), options.begin(), options.end());
+    command.insert(command.end(), {"--", CIE_TRACED_APP});
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    return command;
+  }
+};
+
 std::size_t count_of(const std::string& text, const std::string& part) {
   std::size_t count = 0;
   for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) {
@@ -108,14 +127,16 @@ std::size_t count_of(const std::string& text, const std::string& part) {
   return count;
 }
 
-TEST_F(KernelRecord, TellsSwitchesOnTheClockOfUserSpace) {
+TEST_P(KernelRecord, TellsSwitchesOnTheClockOfUserSpace) {
   const Finished result = sandbox_.run(recording({"--instances", "100"}));
   ASSERT_EQ(result.status, 0) << result.err;
   const json recorded = manifest();
   EXPECT_EQ(recorded["kernel_events"], true);
+  EXPECT_EQ(recorded["kernel"]["route"], GetParam());
   EXPECT_EQ(recorded["kernel"]["lost_events"], 0);
   const auto events = recorded["kernel"]["events"].get<std::uint64_t>();
-  EXPECT_THAT(result.err, HasSubstr("kernel events: " + std::to_string(events) + ')'));
+  EXPECT_THAT(result.err,
+              HasSubstr("kernel events: " + std::to_string(events) + " by " + GetParam() + ')'));
 
   const std::string kernel = babeltrace2({path("rec/kernel")});
   EXPECT_EQ(count_of(kernel, "\n"), events);
@@ -140,7 +161,7 @@ class Instances : public analysis::Observer {
   std::vector<analysis::Instance> all;
 };
 
-TEST_F(KernelRecord, PartsOfEveryInstanceAddUpToItsDurationUnderLoad) {
+TEST_P(KernelRecord, PartsOfEveryInstanceAddUpToItsDurationUnderLoad) {
   const std::int64_t cpus = sysconf(_SC_NPROCESSORS_ONLN);
   std::vector<Running> load;
   for (std::int64_t i = 0; i < cpus + 1; ++i) {
@@ -195,7 +216,7 @@ TEST_F(KernelRecord, PartsOfEveryInstanceAddUpToItsDurationUnderLoad) {
   }
 }
 
-TEST_F(KernelRecord, AutomaticallyKeepsACompleteRecordOnly) {
+TEST_F(MachineWithKernelTracing, AutomaticallyKeepsACompleteRecordOnly) {
   const Finished result = sandbox_.run({CIE_RECORD, "-o", "rec", "--", CIE_TRACED_APP});
   ASSERT_EQ(result.status, 0) << result.err;
   const json recorded = manifest();
@@ -210,7 +231,7 @@ TEST_F(KernelRecord, AutomaticallyKeepsACompleteRecordOnly) {
   EXPECT_EQ(count_of(babeltrace2({path("rec")}), "cie:run_begin: "), 1U);
 }
 
-TEST_F(KernelRecord, CountsWhatWasOverwrittenBeforeItWasRead) {
+TEST_P(KernelRecord, CountsWhatWasLostBeforeItWasRead) {
   Running recorder = sandbox_.start(recording(
       {"--until-signal", "--period-us", "50", "--ready", path("pid")}, {"--kernel-buffer=64k"}));
   const pid_t application = wait_until_ready();
@@ -232,7 +253,7 @@ TEST_F(KernelRecord, CountsWhatWasOverwrittenBeforeItWasRead) {
   EXPECT_EQ(report.trace.lost_events, lost);
 }
 
-TEST_F(KernelRecord, LeavesTheMachinesTracingAsItWas) {
+TEST_P(KernelRecord, LeavesTheMachinesTracingAsItWas) {
   const std::vector<std::string> settings{"tracing_on",     "trace_clock",    "set_event",
                                           "current_tracer", "buffer_size_kb", "set_event_pid"};
   const auto read_settings = [&] {
@@ -254,14 +275,14 @@ TEST_F(KernelRecord, LeavesTheMachinesTracingAsItWas) {
     }
     return false;
   };
-  EXPECT_TRUE(has_own());
+  EXPECT_EQ(has_own(), !is_bpf());
   kill(application, SIGTERM);
   ASSERT_EQ(recorder.wait().status, 0);
   EXPECT_EQ(read_settings(), before);
   EXPECT_FALSE(has_own());
 }
 
-TEST_F(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
+TEST_P(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
   Running recorder = sandbox_.start(
       recording({"--until-signal", "--ready", path("pid")}, {"--flush-interval", "50"}));
   const pid_t application = wait_until_ready();
@@ -284,7 +305,7 @@ TEST_F(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
     }
     return names;
   };
-  ASSERT_EQ(left().size(), 1U);
+  ASSERT_EQ(left().size(), is_bpf() ? 0U : 1U);
   EXPECT_THAT(babeltrace2({path("rec/kernel")}), HasSubstr("sched_switch: "));
 
   // Not ours, though it looks alike: a process of another pid namespace may still use it.
@@ -294,6 +315,9 @@ TEST_F(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
   EXPECT_TRUE(left().empty());
   EXPECT_TRUE(tracefs_->remove_directory(foreign));
 }
+
+INSTANTIATE_TEST_SUITE_P(Routes, KernelRecord, ::testing::Values("bpf", "tracefs"),
+                         [](const auto& route) { return std::string(route.param); });
 
 TEST(KernelRecordForOrdinaryUsers, SaysInOneLineWhyItCannot) {
   if (geteuid() != 0) {

@@ -96,6 +96,34 @@ TEST(Streams, ClocksOfDifferentBootsAreComparedByTheirOffsets) {
   EXPECT_THAT(read(folder), ElementsAre("2 tick on 0", "54 tick on 7", "6 tick on 0"));
 }
 
+// "epoch + 100" by LTTng, "epoch + offset" by perf: which of 4 (perf's), 2 and 6 comes when?
+std::vector<std::string> read_beside_perf(const std::string& host, const std::string& description,
+                                          std::int64_t offset) {
+  TraceFolder folder;
+  folder.write("b/metadata",
+               metadata(1, "uuid = \"11111111-2222-3333-4444-555555555555\"; offset = 100;") +
+                   "env { hostname = \"h\"; tracer_name = \"lttng-ust\"; };\n");
+  folder.write("b/s", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {6}}}));
+  folder.write("a/metadata",
+               metadata(2, "uuid = \"22222222-2222-3333-4444-555555555555\"; description = \"" +
+                               description + "\"; offset = " + std::to_string(offset) + ";") +
+                   "env { host = \"" + host + "\"; tracer_name = \"perf\"; };\n");
+  folder.write("a/s",
+               bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{4}}, .cpu = 7, .uuid = 2}));
+  return read(folder);
+}
+
+TEST(Streams, PerfsMonotonicClockIsThatOfLttngOnTheSameHostAndBoot) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const auto same = ElementsAre("2 tick on 0", "4 tick on 7", "6 tick on 0");
+  const auto by_offset = ElementsAre("2 tick on 0", "6 tick on 0", "4 tick on 7");
+  EXPECT_THAT(read_beside_perf("h", "monotonic", 100 + 2300), same);
+  EXPECT_THAT(read_beside_perf("h", "monotonic", 100 + kSecond - 1), same);
+  EXPECT_THAT(read_beside_perf("h", "monotonic", 100 + kSecond), by_offset) << "another boot";
+  EXPECT_THAT(read_beside_perf("other", "monotonic", 100 + 2300), by_offset);
+  EXPECT_THAT(read_beside_perf("h", "boottime", 100 + 2300), by_offset);
+}
+
 TEST(Streams, PacketsLargerThanThePieceInMemoryAreReadWhole) {
   TraceFolder folder;
   PacketText packet{.begin = 0, .end = 3'000'000, .ticks = {}};

@@ -52,7 +52,7 @@ class KernelTrace : public ::testing::Test {
     RingBufferPage page;
     page.load(bytes);
     std::string event;
-    ASSERT_TRUE(encoder_.encode(page.next().value(), event).has_value());
+    ASSERT_TRUE(encoder_.encode(page.next().value(), event));
     stream.add(time, event);
   }
 

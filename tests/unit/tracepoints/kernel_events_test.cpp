@@ -3,9 +3,12 @@
 
 #include "error.hpp"
 #include "kernel_pages.hpp"
+#include "kernel_record.h"
 
+#include <cstddef>
 #include <cstring>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -107,7 +110,7 @@ class Encoding : public ::testing::Test {
     encoder_.learn(class_of("sched_process_fork"), test::fork_format());
   }
 
-  std::optional<KernelEventEncoder::Encoded> encode(const std::string& data) {
+  bool encode(const std::string& data) {
     auto bytes = PageText(4711).long_record(0, data).bytes();
     RingBufferPage page;
     page.load(bytes);
@@ -120,16 +123,13 @@ class Encoding : public ::testing::Test {
 };
 
 TEST_F(Encoding, WritesASwitchAsLttngModulesDoes) {
-  const auto encoded = encode(bytes_of({.prev_comm = "fusion",
-                                        .prev_pid = 100,
-                                        .prev_prio = 79,  // FIFO 20
-                                        .prev_state = 0x100,
-                                        .next_comm = "a name too long",
-                                        .next_pid = 200,
-                                        .next_prio = -1}));  // DEADLINE
-  ASSERT_TRUE(encoded.has_value());
-  EXPECT_EQ(encoded->prev_tid, 100);
-  EXPECT_EQ(encoded->next_tid, 200);
+  ASSERT_TRUE(encode(bytes_of({.prev_comm = "fusion",
+                               .prev_pid = 100,
+                               .prev_prio = 79,  // FIFO 20
+                               .prev_state = 0x100,
+                               .next_comm = "a name too long",
+                               .next_pid = 200,
+                               .next_prio = -1})));  // DEADLINE
   ASSERT_EQ(out_.size(), 2U + 8 + 16 + 4 + 4 + 8 + 16 + 4 + 4);
   EXPECT_EQ(kernel_event_classes()[integer_at<std::uint16_t>(out_, 0)].name, "sched_switch");
   EXPECT_EQ(integer_at<std::uint64_t>(out_, 2), 4711U);
@@ -158,7 +158,7 @@ std::string fork_record(std::uint32_t parent_location, std::uint32_t child_locat
 
 TEST_F(Encoding, FollowsTheLocationOfAName) {
   const std::string text("mother\0child\0\0\0", 15);
-  ASSERT_TRUE(encode(fork_record(24U | 7U << 16U, 31U | 6U << 16U, text)).has_value());
+  ASSERT_TRUE(encode(fork_record(24U | 7U << 16U, 31U | 6U << 16U, text)));
   ASSERT_EQ(out_.size(), 2U + 8 + 16 + 4 + 16 + 4);
   EXPECT_STREQ(out_.substr(10, 16).c_str(), "mother");
   EXPECT_EQ(integer_at<std::int32_t>(out_, 26), 10);
@@ -167,7 +167,7 @@ TEST_F(Encoding, FollowsTheLocationOfAName) {
 }
 
 TEST_F(Encoding, ANameThatLiesOutsideItsRecordIsEmpty) {
-  ASSERT_TRUE(encode(fork_record(4000U | 7U << 16U, 26U | 60'000U << 16U, "abcdefgh")).has_value());
+  ASSERT_TRUE(encode(fork_record(4000U | 7U << 16U, 26U | 60'000U << 16U, "abcdefgh")));
   EXPECT_STREQ(out_.substr(10, 16).c_str(), "");
   EXPECT_STREQ(out_.substr(30, 16).c_str(), "cdefgh");
 }
@@ -175,9 +175,29 @@ TEST_F(Encoding, ANameThatLiesOutsideItsRecordIsEmpty) {
 TEST_F(Encoding, LeavesOutWhatItDoesNotKnowAndWhatIsCutShort) {
   std::string other = bytes_of(test::SwitchRecord{});
   other[0] = '\x01';
-  EXPECT_FALSE(encode(other).has_value());
-  EXPECT_FALSE(encode(bytes_of(test::SwitchRecord{}).substr(0, 60)).has_value());
+  EXPECT_FALSE(encode(other));
+  EXPECT_FALSE(encode(bytes_of(test::SwitchRecord{}).substr(0, 60)));
   EXPECT_TRUE(out_.empty());
+}
+
+TEST(KernelEventClasses, AreTheStructuresThatTheBpfProgramsFill) {
+  const std::vector<std::tuple<int, std::string, std::size_t>> structures{
+      {CIE_SCHED_SWITCH, "sched_switch", sizeof(cie_sched_switch)},
+      {CIE_SCHED_WAKING, "sched_waking", sizeof(cie_sched_wake)},
+      {CIE_SCHED_WAKEUP, "sched_wakeup", sizeof(cie_sched_wake)},
+      {CIE_SCHED_WAKEUP_NEW, "sched_wakeup_new", sizeof(cie_sched_wake)},
+      {CIE_SCHED_PROCESS_FORK, "sched_process_fork", sizeof(cie_sched_process_fork)},
+      {CIE_SCHED_PROCESS_EXIT, "sched_process_exit", sizeof(cie_sched_process_exit)},
+      {CIE_SCHED_MIGRATE_TASK, "sched_migrate_task", sizeof(cie_sched_migrate_task)},
+      {CIE_SCHED_PI_SETPRIO, "sched_pi_setprio", sizeof(cie_sched_pi_setprio)}};
+  const auto& classes = kernel_event_classes();
+  ASSERT_EQ(classes.size(), structures.size());
+  for (const auto& [id, name, size] : structures) {
+    EXPECT_EQ(classes[static_cast<std::size_t>(id)].name, name);
+    EXPECT_EQ(recorded_size(classes[static_cast<std::size_t>(id)]), size) << name;
+  }
+  EXPECT_EQ(offsetof(cie_sched_switch, prev.thread.tid), 26U) << "as in WritesASwitch";
+  EXPECT_EQ(offsetof(cie_sched_switch, next.thread.tid), 58U);
 }
 
 TEST(KernelEventEncoder, RefusesAKernelWhoseEventLacksAField) {

@@ -50,7 +50,11 @@ TEST(RecorderOptions, ReadsSizesAndTimes) {
 TEST(RecorderOptions, RecordsTheKernelIfPossible) {
   EXPECT_EQ(parse({"--", "a"}).kernel, KernelChoice::automatic);
   EXPECT_EQ(parse({"--kernel=yes", "--", "a"}).kernel, KernelChoice::yes);
+  EXPECT_EQ(parse({"--kernel=yes", "--", "a"}).kernel_route, KernelRoute::best);
   EXPECT_EQ(parse({"--kernel=no", "--", "a"}).kernel, KernelChoice::no);
+  EXPECT_EQ(parse({"--kernel=bpf", "--", "a"}).kernel, KernelChoice::yes);
+  EXPECT_EQ(parse({"--kernel=bpf", "--", "a"}).kernel_route, KernelRoute::bpf);
+  EXPECT_EQ(parse({"--kernel=tracefs", "--", "a"}).kernel_route, KernelRoute::tracefs);
   EXPECT_EQ(parse({"--kernel-buffer=16m", "--", "a"}).kernel_buffer_size, 16U << 20);
 }
 

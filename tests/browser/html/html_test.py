@@ -1,0 +1,309 @@
+#!/usr/bin/env python3
+"""The HTML report in a real Chromium. Arguments: CIE EXAMPLES."""
+import base64
+import csv
+import gzip
+import io
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+from chromium import Chromium, Unavailable  # noqa: E402  pylint: disable=wrong-import-position
+
+CIE = os.path.abspath(sys.argv[1])
+EXAMPLES = Path(sys.argv[2]).resolve()
+NAMES = ("isolated_ok", "multi_threaded_fails")
+SIZES = ((1280, 900), (390, 844))
+
+TEXTS = """[...document.querySelectorAll(%s)].map(node => node.textContent)"""
+# Contrast of text on the page's ground, by WCAG 2.1 (relative luminance, section 1.4.3).
+CONTRAST = """(() => {
+  const rgb = colour => { const g = document.createElement("canvas").getContext("2d"); g.fillStyle = colour; g.fillRect(0, 0, 1, 1); return [...g.getImageData(0, 0, 1, 1).data]; };
+  const luminance = colour => { const [r, g, b] = rgb(colour).map(v => { v /= 255; return v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4; }); return .2126 * r + .7152 * g + .0722 * b; };
+  const ground = node => { for (; node; node = node.parentElement) { const c = getComputedStyle(node).backgroundColor; if (rgb(c)[3] === 255) return c; } return "#fff"; };
+  const found = {};
+  for (const node of document.querySelectorAll("h1, h2, h3, p, li, td, th, button, summary, caption, .verdict, .key span")) {
+    const a = luminance(getComputedStyle(node).color), b = luminance(ground(node));
+    found[node.tagName + "." + node.className] = (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
+  }
+  return found;
+})()"""
+# What an assistive program needs: pictures and fields with names, tables with headers.
+NAMELESS = """[...document.querySelectorAll("svg[role=img], canvas, input, button, [role=region]")].filter(node =>
+  !(node.getAttribute("aria-label") || node.getAttribute("aria-labelledby") && document.getElementById(node.getAttribute("aria-labelledby")) || node.textContent.trim()))
+  .map(node => node.outerHTML.slice(0, 80))
+  .concat([...document.querySelectorAll("table")].filter(t => !t.querySelector("th[scope=col]")).map(t => t.id))"""
+
+
+def cie(*arguments, code=0):
+    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (code, b""), done.stderr
+    return done.stdout.decode()
+
+
+def data_of(html, name):
+    """What stands in one of the page's elements of data."""
+    return re.search(rf'<script type="application/[a-z-]+" id="{name}">(.*?)</script>', html, re.S)[1]
+
+
+def columns_of(html):
+    """The timeline's rows, decoded without the page's own script."""
+    packed = iter(gzip.decompress(base64.b64decode(data_of(html, "columns"))))
+
+    def number():
+        value = shift = 0
+        while True:
+            byte = next(packed)
+            value |= (byte & 127) << shift
+            shift += 7
+            if byte < 128:
+                return value
+
+    def signed(value):
+        return -(value + 1) // 2 if value % 2 else value // 2
+
+    def optional():
+        value = number()
+        return None if value == 0 else signed(value - 1)
+
+    lanes = json.loads(data_of(html, "lanes"))
+    for lane in lanes["lanes"]:
+        n, at, starts = lane["count"], lanes["base_ns"], []
+        for _ in range(n):
+            at += signed(number())
+            starts.append(at)
+        wait, duration, execution, preempted, blocked, wake = ([optional() for _ in range(n)] for _ in range(6))
+        seq, numbers = 0, []
+        for _ in range(n):
+            seq += signed(number())
+            numbers.append(seq)
+        places = [number() for _ in range(n)]
+        for i in range(n):
+            yield {"logical_id": lane["logical_id"], "pid": lane["pid"], "tid": lane["tids"][places[i] >> 1],
+                   "seq": numbers[i], "start_ns": starts[i],
+                   "release_ns": None if wait[i] is None else starts[i] - wait[i],
+                   "end_ns": None if duration[i] is None else starts[i] + duration[i], "execution_ns": execution[i],
+                   "preempted_ns": preempted[i], "blocked_ns": blocked[i], "wake_delay_ns": wake[i]}
+    assert next(packed, None) is None
+
+
+class Page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+        cls.browser = Chromium()
+        cls.addClassCleanup(cls.browser.__exit__)
+
+    def page(self, trace, *options):
+        path = self.folder / "page.html"
+        cie("report", trace, "--format", "html", "-o", path, *options)
+        self.browser.events.clear()
+        self.browser.open(path.as_uri() + f"?{self.id()}")
+        self.assertEqual(self.browser.troubles(), [])
+        self.assertEqual(self.browser.requests(), [path.as_uri() + f"?{self.id()}"], "it asked for something")
+        return path.read_text(encoding="utf-8")
+
+    def see(self, selector):
+        return self.browser.evaluate(TEXTS % json.dumps(selector))
+
+    def do(self, script):
+        return self.browser.evaluate(f"void ({script})")
+
+
+class Contents(Page):
+    def test_are_those_of_the_json_report(self):
+        for name in NAMES:
+            with self.subTest(name):
+                trace = EXAMPLES / name / "trace"
+                self.page(trace)
+                report = json.loads(cie("report", trace, "--format", "json"))
+                headers = self.see("#callback-table th")
+                keys = {"response p50": "p50", "response p99": "p99", "response max": "max"}
+                rows = self.browser.evaluate("""[...document.querySelectorAll("#callback-table tbody tr")].map(row =>
+                    [...row.cells].map(cell => [cell.textContent, cell.dataset.ns ?? null]))""")
+                self.assertEqual(len(rows), len(report["callbacks"]))
+                several = len(report["processes"]) > 1
+                by_title = {c["logical_id"] + (f" (pid {c['pid']})" if several else ""): c for c in report["callbacks"]}
+                for row in rows:
+                    cells = dict(zip(headers, row))
+                    callback = by_title.pop(cells["callback"][0])
+                    self.assertEqual(cells["runs"][0].replace("\u202f", ""), str(callback["instances"]))
+                    self.assertEqual(cells["isolated"][0].endswith("yes"), callback["isolated"])
+                    for header, key in keys.items():
+                        told = callback["response_time_ns"]
+                        self.assertEqual(cells[header][1], None if told is None else str(told[key]), header)
+
+    def test_verdict_and_rules_are_the_verifiers(self):
+        for name, code in zip(NAMES, (0, 1)):
+            with self.subTest(name):
+                self.page(EXAMPLES / name / "trace")
+                verdicts = json.loads(cie("verify", EXAMPLES / name / "trace", "--format", "json", code=code))
+                self.assertEqual(self.see("#verdict")[0].split()[-1], verdicts["verdict"])
+                signs = {"PASS": "\u2713", "FAIL": "\u2717", "INCONCLUSIVE": "?", "NOT_APPLICABLE": "\u2013"}
+                self.assertEqual(sorted(self.see(".chips li")),
+                                 sorted(f"{signs[r['verdict']]} {r['id']} {r['name']}" for r in verdicts["rules"]))
+
+    def test_what_is_drawn_is_every_instance(self):
+        for name in NAMES:
+            html = self.page(EXAMPLES / name / "trace")
+            rows = csv.DictReader(io.StringIO(cie("instances", EXAMPLES / name / "trace")))
+            drawn = list(columns_of(html))
+            keys = drawn[0].keys()
+            expected = [tuple(row[key] for key in keys) for row in rows]
+            self.assertEqual(sorted(tuple("" if row[key] is None else str(row[key]) for key in keys) for row in drawn),
+                             sorted(expected))
+
+    def test_histograms_count_every_response(self):
+        for name in NAMES:
+            html = self.page(EXAMPLES / name / "trace")
+            report, facts = json.loads(data_of(html, "report")), json.loads(data_of(html, "facts"))
+            for callback, more in zip(report["callbacks"], facts["callbacks"]):
+                told = callback["response_time_ns"]
+                self.assertEqual(sum(n for _, n in more["responses"]), told["count"] if told else 0)
+                if told:
+                    per = facts["bins_per_decade"]
+                    first, last = more["responses"][0][0], more["responses"][-1][0]
+                    self.assertLessEqual(10 ** (first / per), told["min"] + 1)
+                    self.assertGreater(10 ** ((last + 1) / per), told["max"] - 1)
+
+    def test_first_lines_name_the_slowest_callback_and_what_is_violated(self):
+        self.page(EXAMPLES / "multi_threaded_fails" / "trace")
+        report = json.loads(cie("report", EXAMPLES / "multi_threaded_fails" / "trace", "--format", "json"))
+        worst = max((c for c in report["callbacks"] if c["response_time_ns"]), key=lambda c: c["response_time_ns"]["max"])
+        short = " ".join(self.see("#short li"))
+        self.assertIn("did not have a thread of their own", short)
+        self.assertIn("M2 one-callback-per-thread", short)
+        self.assertIn("Slowest: " + worst["logical_id"], short)
+
+    def test_deadlines_of_the_spec_are_marked(self):
+        spec = self.folder / "spec.yaml"
+        trace = EXAMPLES / "isolated_ok" / "trace"
+        report = json.loads(cie("report", trace, "--format", "json"))
+        worst = max((c for c in report["callbacks"] if c["response_time_ns"]), key=lambda c: c["response_time_ns"]["max"])
+        deadline = worst["response_time_ns"]["max"] - 1
+        spec.write_text(f"callback_groups:\n  - id: \"{worst['logical_id']}\"\n    response_deadline: {deadline}\n",
+                        encoding="utf-8")
+        self.page(trace, "--spec", spec)
+        self.assertIn("beyond its deadline", " ".join(self.see("#short li")))
+        self.assertEqual(self.see(".detail h3")[0].split(" (pid")[0], worst["logical_id"])
+        self.assertEqual(len(self.see(".detail svg .mark")), 1)
+
+
+class Use(Page):
+    def setUp(self):
+        self.page(EXAMPLES / "isolated_ok" / "trace")
+
+    def order(self):
+        return self.see("#callback-table tbody td:first-child")
+
+    def test_sorting_by_any_column_both_ways(self):
+        count = self.browser.evaluate("document.querySelectorAll('#callback-table th button').length")
+        for at in range(count):
+            button = f"document.querySelectorAll('#callback-table th button')[{at}]"
+            self.do(f"{button}.click()")
+            one = self.order()
+            direction = self.browser.evaluate(f"{button}.parentNode.getAttribute('aria-sort')")
+            self.do(f"{button}.click()")
+            self.assertNotEqual(self.browser.evaluate(f"{button}.parentNode.getAttribute('aria-sort')"), direction)
+            self.assertEqual(sorted(one), sorted(self.order()))
+        self.do("document.querySelector('#callback-table th button').click()")
+        self.do("document.querySelector('#callback-table th button').click()")
+        self.assertIn(self.order(), (sorted(self.order()), sorted(self.order(), reverse=True)))
+
+    def test_filtering_leaves_what_has_all_words(self):
+        names = self.order()
+        word = names[-1].split("@")[0].strip("/")[:5]
+        self.do(f"""(input => {{ input.value = {json.dumps(word.upper())}; input.dispatchEvent(new Event("input")) }})
+            (document.querySelector("#callbacks ~ .bar input"))""")
+        self.assertEqual(self.order(), [n for n in names if word in n])
+        self.assertLess(len(self.order()), len(names) + 1)
+
+    def test_a_callback_shows_its_histogram_and_its_slowest_runs(self):
+        for at, name in enumerate(self.order()):
+            self.do(f"document.querySelectorAll('#callback-table td button')[{at}].click()")
+            self.assertEqual(self.see(".detail h3"), [name])
+            slowest = self.see(".detail tbody td:nth-child(2)")
+            self.assertTrue(slowest)
+        self.assertEqual(self.browser.troubles(), [])
+
+    def test_the_timeline_moves_by_keys_and_shows_a_run(self):
+        picture = "document.querySelector('canvas').toDataURL()"
+        seen = {self.browser.evaluate(picture)}
+        for key in ("+", "+", "ArrowRight", "ArrowLeft", "-", "0"):
+            self.do(f"document.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}'}}))")
+            self.browser.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+            seen.add(self.browser.evaluate(picture))
+        self.assertGreaterEqual(len(seen), 4, "everything, twice nearer, and to the right")
+        self.do("document.querySelector('.detail tbody button').click()")
+        self.assertIn("run #", self.see(".tip")[0])
+        self.assertEqual(self.browser.evaluate("document.activeElement.tagName"), "CANVAS")
+
+    def test_prints(self):
+        pdf = self.browser.pdf()
+        self.assertTrue(pdf.startswith(b"%PDF"))
+        self.assertGreater(len(pdf), 20_000)
+
+
+class Looks(Page):
+    def test_nothing_is_cut_off_at_any_width(self):
+        for name in NAMES:
+            for width, height in SIZES:
+                self.browser.resize(width, height)
+                self.page(EXAMPLES / name / "trace")
+                self.assertLessEqual(self.browser.evaluate("document.scrollingElement.scrollWidth"), width)
+        self.browser.resize(*SIZES[0])
+
+    def test_light_and_dark_can_be_read(self):
+        grounds = set()
+        for scheme in ("light", "dark"):
+            self.browser.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+            self.page(EXAMPLES / "multi_threaded_fails" / "trace")
+            grounds.add(self.browser.evaluate("getComputedStyle(document.body).backgroundColor"))
+            contrast = self.browser.evaluate(CONTRAST)
+            self.assertEqual({where: ratio for where, ratio in contrast.items() if ratio < 4.5}, {}, scheme)
+        self.assertEqual(len(grounds), 2)
+
+    def test_everything_has_a_name(self):
+        self.page(EXAMPLES / "multi_threaded_fails" / "trace")
+        self.assertEqual(self.browser.evaluate(NAMELESS), [])
+
+
+class Hostile(Page):
+    """Names that try to become markup, written over those of an example with as many bytes."""
+    GOOD = b"/a/plan@Timer(20000000)"
+    EVIL = (b"</script><svg/onload=x>", b"<img src=//a onerror=x>", b'"><b onclick=x>&lt;\xff\x1b&#', b"<!--<script>\xe2\x80\xa8]]>'}-->")
+
+    def test_names_stay_text(self):
+        for evil in self.EVIL:
+            with self.subTest(evil):
+                self.assertEqual(len(evil), len(self.GOOD))
+                trace = self.folder / "trace"
+                shutil.rmtree(trace, ignore_errors=True)
+                shutil.copytree(EXAMPLES / "multi_threaded_fails" / "trace", trace)
+                for file in trace.rglob("*"):
+                    if file.is_file():
+                        file.chmod(0o644)
+                        file.write_bytes(file.read_bytes().replace(self.GOOD, evil))
+                self.page(trace)
+                self.assertIn(evil.decode(errors="replace"), [n.split(" (pid")[0] for n in self.see("#callback-table td:first-child")])
+                self.assertEqual(self.browser.evaluate("document.querySelectorAll('img, b, [onload], [onclick], [onerror]').length"), 0)
+
+
+if __name__ == "__main__":
+    try:
+        with Chromium():
+            pass
+    except Unavailable as error:
+        print(f"{error}: ./run test installs it")  # no reason to skip
+        sys.exit(1)
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)

@@ -1,0 +1,104 @@
+// Which instances a picture of bounded size keeps.
+#include "timeline_choice.hpp"
+
+#include <algorithm>
+#include <set>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+constexpr std::int64_t kPeriod = 1000;
+
+TimelineInstance run(std::uint64_t number, std::int64_t response = 10) {
+  const auto start = static_cast<std::int64_t>(number) * kPeriod;
+  return {.start = start,
+          .release = start,
+          .end = start + response,
+          .tid = 1,
+          .seq = number,
+          .is_release_exact = true};
+}
+
+std::set<std::uint64_t> numbers_of(const TimelineChoice::Kept& kept) {
+  std::set<std::uint64_t> numbers;
+  for (const auto& instance : kept.instances)
+    numbers.insert(instance.seq);
+  return numbers;
+}
+
+TEST(TimelineChoice, KeepsAllThereIsRoomFor) {
+  TimelineChoice choice(100);
+  for (std::uint64_t i = 0; i < 100; ++i)
+    choice.add(0, run(i));
+  const auto lanes = choice.take();
+  ASSERT_EQ(lanes.size(), 1U);
+  EXPECT_EQ(lanes[0].of, 100U);
+  EXPECT_EQ(lanes[0].instances.size(), 100U)
+      << "none twice, though all are among the slowest or not";
+}
+
+TEST(TimelineChoice, ThinsOutEvenlyAndKeepsTheSlowest) {
+  TimelineChoice choice(1000);
+  constexpr std::uint64_t kCount = 100'000;
+  for (std::uint64_t i = 0; i < kCount; ++i)
+    choice.add(0, run(i, i % 997 == 996 ? 500 : 10));  // 100 slow ones
+  const auto lanes = choice.take();
+  EXPECT_EQ(lanes[0].of, kCount);
+  EXPECT_LE(lanes[0].instances.size(), 1050U);
+  EXPECT_GE(lanes[0].instances.size(), 500U) << "half of the room at least is used";
+  const auto slow = std::ranges::count_if(
+      lanes[0].instances, [](const TimelineInstance& i) { return i.response() == 500; });
+  EXPECT_GE(slow, 50);
+  // No hole is larger than twice the even distance between those kept.
+  std::int64_t before = 0;
+  for (const auto& instance : lanes[0].instances) {
+    EXPECT_LE(instance.start - before, 256 * kPeriod);
+    before = instance.start;
+  }
+}
+
+TEST(TimelineChoice, TakesFromTheCallbackThatHasMost) {
+  TimelineChoice choice(1000);
+  for (std::uint64_t i = 0; i < 100; ++i)
+    choice.add(1, run(i));
+  for (std::uint64_t i = 0; i < 10'000; ++i)
+    choice.add(0, run(i));
+  const auto lanes = choice.take();
+  ASSERT_EQ(lanes.size(), 2U);
+  EXPECT_EQ(lanes[1].instances.size(), 100U) << "a rare callback is kept whole";
+  EXPECT_LE(lanes[0].instances.size(), 950U);
+}
+
+TEST(TimelineChoice, KeepsWhatNeverEndedOrMissedReleases) {
+  TimelineChoice choice(100);
+  for (std::uint64_t i = 0; i < 10'000; ++i) {
+    TimelineInstance instance = run(i);
+    if (i == 4321) instance.missed = 3;
+    if (i == 9999) instance.end.reset();
+    choice.add(0, instance);
+  }
+  const auto numbers = numbers_of(choice.take()[0]);
+  EXPECT_TRUE(numbers.contains(4321));
+  EXPECT_TRUE(numbers.contains(9999));
+}
+
+TEST(TimelineChoice, SortsByStart) {
+  TimelineChoice choice(10);
+  choice.add(0, run(2));
+  choice.add(0, run(1));
+  const auto lanes = choice.take();
+  EXPECT_TRUE(std::ranges::is_sorted(lanes[0].instances, {}, &TimelineInstance::start));
+}
+
+TEST(TimelineChoice, ABoundOfAReleaseIsNoResponse) {
+  TimelineInstance instance = run(1);
+  instance.is_release_exact = false;
+  EXPECT_FALSE(instance.response().has_value());
+}
+
+}  // namespace
+}  // namespace cie::viewer_export
