@@ -158,118 +158,137 @@ struct Analyzer::Pipeline {
         event.body);
   }
 
-  // `who` is empty for events of the kernel.
+  // Hot events. `who` is empty for those of the kernel.
   void hot(const Event& event, const Emitter& who) {
-    const auto& head = event.head;
-    const auto host = registry.host_of(head);
-    const auto callback_of = [&](CallbackId id) -> CallbackFacts* {
-      return who.process ? &model.callbacks[at(registry.callback(*who.process, id))] : nullptr;
-    };
-    std::visit(
-        Overloaded{[&](const CallbackRelease& e) {
-                     auto* callback = callback_of(e.callback);
-                     if (callback == nullptr) return;
-                     ++callback->releases;
-                     if (e.overwritten > callback->overwritten) {
-                       callback->overwritten = e.overwritten;
-                       callback->overwritten_at = ref(head);
-                     }
-                   },
-                   [&](const SampleLost& e) {
-                     auto* callback = callback_of(e.callback);
-                     if (callback == nullptr || e.total <= callback->lost) return;
-                     callback->lost = e.total;
-                     callback->lost_at = ref(head);
-                   },
-                   [&](const ThreadWakeup& e) { instances.apply(head, who, e); },
-                   [&](const CallbackStart& e) { instances.apply(head, who, e); },
-                   [&](const CallbackEnd& e) { instances.apply(head, who, e); },
-                   [&](const Publish& e) { instances.apply(head, who, e); },
-                   [&](const ClockSync& e) { instances.apply(head, e); },
-                   [&](const SchedSwitch& e) {
-                     model.hosts[at(host)].has_switches = true;
-                     if (!head.cpu) return;
-                     const bool is_told = !cut || !cut->is_before(head.time);
-                     const auto hole = timeline.on_switch(host, *head.cpu, head.time, e,
-                                                          is_told ? observer : nullptr);
-                     if (hole) {
-                       recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
-                                               .domain = Domain::kernel,
-                                               .host = host,
-                                               .begin = hole->begin,
-                                               .end = hole->end,
-                                               .count = std::nullopt,
-                                               .cpu = hole->cpu,
-                                               .note = {}});
-                     }
-                     enforcement.on_switch(head, host, e);
-                   },
-                   [&](const SchedWaking& e) {
-                     model.hosts[at(host)].has_wakings = true;
-                     timeline.on_waking(host, e.tid, head.time);
-                   },
-                   [&](const SchedWakeup& e) {
-                     model.hosts[at(host)].has_wakings = true;
-                     timeline.on_wakeup(host, e.tid, head.time);
-                   },
-                   [&](const SchedProcessFork& e) {
-                     model.hosts[at(host)].has_forks = true;
-                     enforcement.on_fork(head, host, e);
-                   },
-                   [&](const SchedProcessExit& e) {
-                     registry.apply(head, e);
-                     timeline.on_exit(host, e.tid);
-                   },
-                   [&](const SchedMigrateTask& e) {
-                     timeline.on_migrate(host, e.tid, e.dest_cpu, head.time);
-                   },
-                   [&](const SchedPiSetprio& e) { enforcement.on_pi_setprio(host, e); },
-                   [&](const ProcessName& e) { registry.apply(head, e); }, [](const auto&) {}},
-        event.body);
+    std::visit([&](const auto& body) { on(event.head, who, body); }, event.body);
   }
 
+  void on(const EventHead& head, const Emitter& who, const CallbackRelease& e) {
+    if (!who.process) return;
+    auto& callback = model.callbacks[at(registry.callback(who, e.callback))];
+    ++callback.releases;
+    if (e.overwritten > callback.overwritten) {
+      callback.overwritten = e.overwritten;
+      callback.overwritten_at = ref(head);
+    }
+  }
+  void on(const EventHead& head, const Emitter& who, const SampleLost& e) {
+    if (!who.process) return;
+    auto& callback = model.callbacks[at(registry.callback(who, e.callback))];
+    if (e.total <= callback.lost) return;
+    callback.lost = e.total;
+    callback.lost_at = ref(head);
+  }
+  void on(const EventHead& head, const Emitter& who, const ThreadWakeup& e) {
+    instances.apply(head, who, e);
+  }
+  void on(const EventHead& head, const Emitter& who, const CallbackStart& e) {
+    instances.apply(head, who, e);
+  }
+  void on(const EventHead& head, const Emitter& who, const CallbackEnd& e) {
+    instances.apply(head, who, e);
+  }
+  void on(const EventHead& head, const Emitter& who, const Publish& e) {
+    instances.apply(head, who, e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const ClockSync& e) {
+    instances.apply(head, e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedSwitch& e) {
+    const auto host = registry.host_of(head);
+    model.hosts[at(host)].has_switches = true;
+    if (!head.cpu) return;
+    const bool is_told = !cut || !cut->is_before(head.time);
+    const auto hole =
+        timeline.on_switch(host, *head.cpu, head.time, e, is_told ? observer : nullptr);
+    if (hole) {
+      recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
+                              .domain = Domain::kernel,
+                              .host = host,
+                              .begin = hole->begin,
+                              .end = hole->end,
+                              .count = std::nullopt,
+                              .cpu = hole->cpu,
+                              .note = {}});
+    }
+    enforcement.on_switch(head, host, e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedWaking& e) {
+    const auto host = registry.host_of(head);
+    model.hosts[at(host)].has_wakings = true;
+    timeline.on_waking(host, e.tid, head.time);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedWakeup& e) {
+    const auto host = registry.host_of(head);
+    model.hosts[at(host)].has_wakings = true;
+    timeline.on_wakeup(host, e.tid, head.time);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedProcessFork& e) {
+    const auto host = registry.host_of(head);
+    model.hosts[at(host)].has_forks = true;
+    enforcement.on_fork(head, host, e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedProcessExit& e) {
+    registry.apply(head, e);
+    timeline.on_exit(registry.host_of(head), e.tid);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedMigrateTask& e) {
+    timeline.on_migrate(registry.host_of(head), e.tid, e.dest_cpu, head.time);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const SchedPiSetprio& e) {
+    enforcement.on_pi_setprio(registry.host_of(head), e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const ProcessName& e) {
+    registry.apply(head, e);
+  }
+  template <typename Other>
+  void on(const EventHead& /*head*/, const Emitter& /*who*/, const Other& /*event*/) {}
+
   void state(const Event& event) {
-    const auto& head = event.head;
-    if (cut && cut->leaves_out(head, event.body)) {
-      const auto* read_back = std::get_if<ThreadSched>(&event.body);
-      if (read_back == nullptr || read_back->moment != SchedMoment::audit) return;
-      const auto thread = registry.thread_by_tid(registry.host_of(head), read_back->tid);
-      if (thread) enforcement.on_later_audit(*thread, read_back_of(head, *read_back));
+    if (cut && cut->leaves_out(event.head, event.body)) {
+      pass_by_state(event);
       return;
     }
+    std::visit([&](const auto& body) { on_state(event.head, body); }, event.body);
+  }
+  // Of what is left out, an audit still tells that nothing changed until then.
+  void pass_by_state(const Event& event) {
+    const auto* read_back = std::get_if<ThreadSched>(&event.body);
+    if (read_back == nullptr || read_back->moment != SchedMoment::audit) return;
+    const auto thread = registry.thread_by_tid(registry.host_of(event.head), read_back->tid);
+    if (thread) enforcement.on_later_audit(*thread, read_back_of(event.head, *read_back));
+  }
+  void on_state(const EventHead& head, const ThreadInit& e) {
+    const auto thread = registry.apply(head, e);
+    if (!thread) return;
+    const auto& facts = model.threads[at(*thread)];
+    const bool is_new = facts.announced && facts.announced->time == head.time;
+    if (!is_new) return;
     const auto host = registry.host_of(head);
-    std::visit(
-        Overloaded{
-            [&](const ThreadInit& e) {
-              const auto thread = registry.apply(head, e);
-              if (!thread) return;
-              const auto& facts = model.threads[at(*thread)];
-              const bool is_new = facts.announced && facts.announced->time == head.time;
-              if (!is_new) return;
-              enforcement.on_thread_began(host, *thread);
-              if (facts.ran.empty()) instances.thread_began(host, *thread);
-            },
-            [&](const ThreadFini& e) {
-              enforcement.on_thread_fini(head, host, e.tid);
-              registry.apply(head, cut ? cut->cut(head, e) : e);
-            },
-            [&](const ThreadSched& e) {
-              const auto thread = registry.apply(head, e);
-              if (thread) enforcement.on_read_back(*thread, e);
-            },
-            [&](const RunBegin& e) { registry.apply(head, e); },
-            [&](const RunEnd& e) { registry.apply(head, cut ? cut->cut(head, e) : e); },
-            [&](const NodeInit& e) { registry.apply(head, e); },
-            [&](const GroupInit& e) { registry.apply(head, e); },
-            [&](const CallbackInit& e) { registry.apply(head, e); },
-            [&](const CallbackFini& e) {
-              const auto totals = cut ? cut->cut(head, e) : std::optional(e);
-              if (totals) registry.apply(head, *totals);
-            },
-            [&](const PublisherInit& e) { registry.apply(head, e); },
-            [&](const PublisherFini& e) { registry.apply(head, cut ? cut->cut(head, e) : e); },
-            [](const auto&) {}},
-        event.body);
+    enforcement.on_thread_began(host, *thread);
+    if (facts.ran.empty()) instances.thread_began(host, *thread);
+  }
+  void on_state(const EventHead& head, const ThreadFini& e) {
+    enforcement.on_thread_fini(head, registry.host_of(head), e.tid);
+    registry.apply(head, cut ? cut->cut(head, e) : e);
+  }
+  void on_state(const EventHead& head, const ThreadSched& e) {
+    const auto thread = registry.apply(head, e);
+    if (thread) enforcement.on_read_back(*thread, e);
+  }
+  void on_state(const EventHead& head, const RunEnd& e) {
+    registry.apply(head, cut ? cut->cut(head, e) : e);
+  }
+  void on_state(const EventHead& head, const CallbackFini& e) {
+    const auto totals = cut ? cut->cut(head, e) : std::optional(e);
+    if (totals) registry.apply(head, *totals);
+  }
+  void on_state(const EventHead& head, const PublisherFini& e) {
+    registry.apply(head, cut ? cut->cut(head, e) : e);
+  }
+  template <typename Other>
+  void on_state(const EventHead& head, const Other& e) {
+    if constexpr (requires { registry.apply(head, e); }) registry.apply(head, e);
   }
 
   AnalysisOptions options;
@@ -312,16 +331,23 @@ void Analyzer::consume(const Event& event) {
   }
   const bool is_passing_by = pipeline.cut && pipeline.is_outside(event) && index > kLastState;
   if (!is_passing_by) pipeline.count(event);
-  Emitter who;
-  if (index < kFirstKernel) who = pipeline.note_user(event.head);
-  if (is_passing_by) {
-    pipeline.pass_by(event, who);
-    return;
-  }
-  if (index <= kLastState) {
-    pipeline.state(event);
+  if (index >= kFirstKernel) {
+    if (is_passing_by) {
+      pipeline.pass_by(event, Emitter{});
+      return;
+    }
+    pipeline.hot(event, Emitter{});
   } else {
-    pipeline.hot(event, who);
+    const auto who = pipeline.note_user(event.head);
+    if (is_passing_by) {
+      pipeline.pass_by(event, who);
+      return;
+    }
+    if (index <= kLastState) {
+      pipeline.state(event);
+    } else {
+      pipeline.hot(event, who);
+    }
   }
   pipeline.instances.advance(pipeline.now);
 }

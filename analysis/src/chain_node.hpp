@@ -5,6 +5,8 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
+#include <new>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -101,7 +103,8 @@ inline ChainNodeRef ChainNodePool::take() {
   }
   auto* node = free_.back();
   free_.pop_back();
-  *node = ChainNode{};
+  std::destroy_at(node);
+  ::new (static_cast<void*>(node)) ChainNode;
   node->pool_ = this;
   return ChainNodeRef(*node);
 }

@@ -1,5 +1,7 @@
 #include "chain_tracker.hpp"
 
+#include "prefetch.hpp"
+
 #include <algorithm>
 
 namespace cie::analysis {
@@ -72,7 +74,22 @@ void ChainTracker::resolve(ChainNode& node) {
   if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::outside;
 }
 
-void ChainTracker::link(ChainNode& node) { resolve(node); }
+void ChainTracker::link(ChainNode& node) {
+  resolve(node);
+  // What it will be measured by when it ends.
+  if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
+    const auto& [facts, hops, progress] = (*path)->second;
+    prefetch_head(&facts.instances);
+    prefetch_head(&facts.path_latency);
+    prefetch_head(&facts.reaction_time);
+    prefetch_head(&facts.data_age);
+    prefetch_to_write(&progress);
+    for (const auto& quantity : facts.processing)
+      prefetch_head(&quantity);
+    for (const auto& quantity : facts.communication)
+      prefetch_head(&quantity);
+  }
+}
 
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   resolve(node);  // the publisher may have been announced in between
@@ -172,9 +189,9 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   const bool is_restarted =
       !std::equal(chain.hops.begin(), chain.hops.end(), nodes.begin(), nodes.end(),
                   [](CallbackIndex hop, const ChainNode* node) { return hop == node->callback; });
-  chain.hops.clear();
-  for (const auto* node : nodes)
-    chain.hops.push_back(node->callback);
+  chain.hops.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
+                 [](const ChainNode* node) { return node->callback; });
   const bool is_exact =
       std::all_of(nodes.begin(), nodes.end(), [](const ChainNode* node) { return node->release; });
   facts.processing.resize(nodes.size());
@@ -218,9 +235,9 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   if (!is_known && is_newer && pending.size() < kMaxPendingReads) {
     pending.push_back(Read{.read = read, .start = nodes.front()->start});
   }
-  progress.seqs.clear();
-  for (const auto* node : nodes)
-    progress.seqs.push_back(node->seq);
+  progress.seqs.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), progress.seqs.begin(),
+                 [](const ChainNode* node) { return node->seq; });
   progress.last_read = read;
   progress.last_start = nodes.front()->start;
   progress.has_last = true;

@@ -66,6 +66,7 @@ const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
 void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
   auto& state = threads_[index];
   state.has_cpus = !event.cpus.empty();
+  state.allowed_cpu = -1;
   if (event.moment == SchedMoment::applied) state.is_changing = false;
   if (event.moment != SchedMoment::audit) return;
   auto& thread = model_.threads[at(index)];
@@ -90,7 +91,7 @@ void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit
 }
 
 void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
-  const auto& state = threads_[index];
+  auto& state = threads_[index];
   if (!is_judging_ || !head.cpu || !state.has_cpus || state.is_changing) return;
   auto& thread = model_.threads[at(index)];
   ++thread.cpus_checked;
@@ -99,6 +100,7 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
   const bool is_allowed =
       *head.cpu >= 0 &&
       std::binary_search(cpus.begin(), cpus.end(), static_cast<std::uint32_t>(*head.cpu));
+  if (is_allowed) state.allowed_cpu = *head.cpu;
   if (is_allowed || thread.cpu_violation) return;
   auto where = ref(head);
   where.tid = thread.tid;
@@ -106,8 +108,7 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
   thread.cpu_violation = {*thread.last_read_back, where};
 }
 
-void EnforcementTracker::on_user_event(const EventHead& head, ThreadIndex index) {
-  check_cpu(head, index, false);
+void EnforcementTracker::adopt_unread(const EventHead& head, ThreadIndex index) {
   auto& thread = model_.threads[at(index)];
   if (thread.scheduled.empty() && thread.read_backs.count == 0) adopt_priority(head, thread);
 }
@@ -281,6 +282,7 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    thread.cpus_checked += std::exchange(threads_[index].allowed_again, 0);
     const auto host = model_.processes[at(thread.process)].host;
     if (!model_.hosts[at(host)].has_switches) continue;
     if (!thread.fini && thread.first_seen) {

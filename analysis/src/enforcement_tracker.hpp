@@ -24,7 +24,19 @@ class EnforcementTracker {
   void on_read_back(ThreadIndex thread, const ThreadSched& event);
   // An audit after the window: where it agrees, nothing changed in the window that lasted.
   void on_later_audit(ThreadIndex thread, const ReadBack& audit);
-  void on_user_event(const EventHead& head, ThreadIndex thread);
+  void on_user_event(const EventHead& head, ThreadIndex thread) {
+    auto* state = threads_.find(thread);
+    if (state == nullptr || !state->has_cpus) {
+      adopt_unread(head, thread);
+      return;
+    }
+    if (!head.cpu || !is_judging_) return;
+    if (*head.cpu == state->allowed_cpu && !state->is_changing) {
+      ++state->allowed_again;
+    } else {
+      check_cpu(head, thread, false);
+    }
+  }
   // After the timeline has seen the switch.
   void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
   void on_fork(const EventHead& head, HostIndex host, const SchedProcessFork& event);
@@ -40,7 +52,9 @@ class EnforcementTracker {
 
  private:
   struct OfThread {
-    bool has_cpus = false;       // was read back, with the CPUs it may use
+    bool has_cpus = false;            // was read back, with the CPUs it may use
+    std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
+    std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
     bool is_changing = false;    // an audit told that its parameters change; no `applied` since
     bool is_boosted = false;     // runs at a priority inherited through a mutex
     std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
@@ -64,6 +78,8 @@ class EnforcementTracker {
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
   // A thread that nobody read back is scheduled with this priority.
   void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
+  // The same if it is a thread that nobody read back.
+  void adopt_unread(const EventHead& head, ThreadIndex thread);
   // A thread speaks for the first time: what it was scheduled as until now is its own.
   void adopt_priority(const EventHead& head, ThreadFacts& thread);
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);

@@ -2,7 +2,6 @@
 
 #include "reader/field.hpp"
 
-#include <cassert>
 #include <cstdint>
 #include <cstring>
 #include <new>
@@ -12,7 +11,7 @@
 namespace cie::analysis {
 namespace {
 
-// Makes views of an event point to copies. Every kind of event that has views is named here.
+// Makes views of an event point to copies: one function for each kind of kWithViews.
 class Keeper {
  public:
   explicit Keeper(std::pmr::memory_resource& memory) : memory_(memory) {}
@@ -46,8 +45,6 @@ class Keeper {
     }
     event.fields = {.slots = slots, .begin = nullptr, .fixed = nullptr};
   }
-  template <typename Body>
-  requires(sizeof(Body) <= sizeof(CallbackStart)) void keep(Body& /*event*/) {}
 
  private:
   void keep(std::string_view& text) {
@@ -71,22 +68,26 @@ class Keeper {
 
 }  // namespace
 
-EventBatch::EventBatch(std::size_t capacity) : events_(capacity) {}
+EventBatch::EventBatch(std::size_t capacity)
+    : events_(std::make_unique<Event[]>(capacity)),  // NOLINT(modernize-avoid-c-arrays)
+      next_(events_.get()),
+      end_(events_.get() + capacity) {}
 
-void EventBatch::add(const Event& event) {
-  assert(!is_full() && "the caller asks first");
-  auto& kept = events_[size_++];
-  kept.head = event.head;
+void EventBatch::keep_views(EventBody& body) {
   std::visit(
-      [this, &kept](const auto& body) {
-        using Body = std::remove_cvref_t<decltype(body)>;
-        Keeper(memory_).keep(kept.body.emplace<Body>(body));
+      [this](auto& event) {
+        using Body = std::remove_cvref_t<decltype(event)>;
+        if constexpr ((kWithViews & kinds<Body>()) != 0) {
+          Keeper(memory_).keep(event);
+        } else {
+          static_assert(sizeof(Body) <= sizeof(CallbackStart), "large enough to hide views");
+        }
       },
-      event.body);
+      body);
 }
 
 void EventBatch::clear() noexcept {
-  size_ = 0;
+  next_ = events_.get();
   memory_.release();
 }
 

@@ -1,7 +1,10 @@
 #include "instance_builder.hpp"
 
+#include "prefetch.hpp"
+
 #include <algorithm>
 #include <memory>
+#include <new>
 #include <tuple>
 #include <utility>
 
@@ -48,16 +51,22 @@ void InstanceBuilder::apply(const EventHead& head, const ClockSync& event) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
                             const ThreadWakeup& /*event*/) {
-  if (who.thread) of_thread(who.thread).wakeup = head.time;
+  if (!who.thread) return;
+  of_thread(who.thread).wakeup = head.time;
+  // A start follows soon, but other threads' events come between.
+  if (who.known != nullptr && who.known->callback_facts != nullptr) {
+    prefetch_to_write(&who.known->callback_facts->starts);
+  }
 }
 
 std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
   if (spare_.empty()) return std::make_unique<LiveInstance>();
   auto live = std::move(spare_.back());
   spare_.pop_back();
-  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written.
+  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
+  // be by std::construct_at() as well.
   std::destroy_at(live.get());
-  std::construct_at(live.get());
+  ::new (static_cast<void*>(live.get())) LiveInstance;
   return live;
 }
 
@@ -71,8 +80,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (!who.process) return;
   registry_.note_speaker(*who.process);
   auto live = new_instance();
-  live->callback = registry_.callback(*who.process, event.callback);
+  live->callback = registry_.callback(who, event.callback);
+  live->callback_facts = &model_.callbacks[at(live->callback)];
   live->thread = who.thread;
+  if (who.thread) live->thread_facts = &model_.threads[at(*who.thread)];
   live->host = registry_.host_of(head);
   live->stream = head.stream;
   live->seq = event.seq;
@@ -86,7 +97,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
 
   auto& on_thread = of_thread(live->thread);
   auto& callback = callbacks_[live->callback];
-  auto& facts = model_.callbacks[at(live->callback)];
+  auto& facts = *live->callback_facts;
   if (head.is_derived) facts.is_accounted = false;
   registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
   if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
@@ -101,9 +112,11 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   if (live->thread) {
     live->wakeup = on_thread.wakeup;
-    live->wake = timeline_.last_wake(live->host, *head.tid);
-    live->mark = timeline_.mark(live->host, *head.tid, head.time);
-    timeline_.begin_watch(live->host, *head.tid);
+    if (recording_.has_kernel(live->host)) {
+      live->wake = timeline_.last_wake(live->host, *head.tid);
+      live->mark = timeline_.mark(live->host, *head.tid, head.time);
+      timeline_.begin_watch(live->host, *head.tid);
+    }
     note_on_thread(*live);
     if (!on_thread.open.empty()) {
       live->is_nested = true;
@@ -129,6 +142,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     live->node->release = Timestamp{live->release_ns};
   }
   chains_.link(*live->node);
+  measurer_.expect(*live);
 
   if (on_thread.open.size() >= kMaxOpenPerThread) {
     auto oldest = std::move(on_thread.open.front());
@@ -140,8 +154,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
 }
 
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
-  auto& callback = model_.callbacks[at(live.callback)];
-  auto& thread = model_.threads[at(*live.thread)];
+  auto& callback = *live.callback_facts;
+  auto& thread = *live.thread_facts;
   const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
     for (auto& pair : pairs) {
       if (pair.callback != live.callback || pair.thread != *live.thread) continue;
@@ -178,7 +192,7 @@ void InstanceBuilder::note_on_thread(LiveInstance& live) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
   if (!who.process) return;
-  const auto index = registry_.callback(*who.process, event.callback);
+  const auto index = registry_.callback(who, event.callback);
   const auto& thread = who.thread;
   auto& facts = model_.callbacks[at(index)];
   ++facts.ends;
@@ -208,7 +222,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   open.erase(std::next(found).base());
   live->end = ref(head);
   live->status = event.status.value_or(CallbackStatus::ok);
-  if (thread) {
+  if (thread) on_thread.wakeup.reset();
+  if (thread && recording_.has_kernel(live->host)) {
     const auto mark = timeline_.mark(live->host, *head.tid, head.time);
     live->parts = ThreadTimeline::between(live->mark, mark);
     live->preempted_by = timeline_.end_watch(live->host, *head.tid);
@@ -254,7 +269,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
 void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
-  auto& facts = model_.callbacks[at(live->callback)];
+  auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap) {
     facts.overlap = CallbackFacts::Overlap{.first_seq = live->seq,
                                            .first_start = live->start,
@@ -263,7 +278,7 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
                                            .second_start = live->first_overlapping->second};
   }
   if (live->thread) {
-    auto& thread = model_.threads[at(*live->thread)];
+    auto& thread = *live->thread_facts;
     if (live->first_inner && !thread.nesting) {
       thread.nesting = ThreadFacts::Nesting{.outer = live->callback,
                                             .outer_start = live->start,
@@ -275,14 +290,19 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
     thread.ran[live->on_thread].last_activity = *live->end;
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
-  pending_.push_back(std::move(live));
+  // Without the way through the queue if nothing is to be waited for.
+  if (pending_.empty() && is_settled(*live, live->end->time)) {
+    measure(std::move(live));
+  } else {
+    pending_.push_back(std::move(live));
+  }
 }
 
 void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
   if (live->thread) timeline_.end_watch(live->host, *live->start.tid);
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
-  auto& facts = model_.callbacks[at(live->callback)];
+  auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap_unproven) {
     facts.overlap_unproven =
         CallbackFacts::Overlap{.first_seq = live->seq,
@@ -292,7 +312,7 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
                                .second_start = live->first_overlapping->second};
   }
   if (live->thread && live->first_inner) {
-    auto& thread = model_.threads[at(*live->thread)];
+    auto& thread = *live->thread_facts;
     if (!thread.nesting_unproven) {
       thread.nesting_unproven = ThreadFacts::Nesting{.outer = live->callback,
                                                      .outer_start = live->start,
@@ -310,8 +330,8 @@ bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const 
   const bool is_kernel_silent =
       recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
   if (is_kernel_silent) return false;
-  const bool is_announced = model_.callbacks[at(live.callback)].registered &&
-                            (!live.thread || model_.threads[at(*live.thread)].announced);
+  const bool is_announced = live.callback_facts->registered &&
+                            (live.thread_facts == nullptr || live.thread_facts->announced);
   return is_announced && timeline_.is_confirmed(live.host, live.end->time);
 }
 

@@ -1,5 +1,7 @@
 #include "instance_measurer.hpp"
 
+#include "prefetch.hpp"
+
 #include <span>
 
 namespace cie::analysis {
@@ -8,14 +10,12 @@ namespace {
 constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
-void keep_max(std::optional<Extreme<Duration>>& extreme, const LiveInstance& live,
-              const Instance& instance, Duration value) {
-  if (extreme && extreme->value >= value) return;
-  extreme = Extreme<Duration>{.value = value,
-                              .seq = live.seq,
-                              .start = live.start,
-                              .end = live.end,
-                              .release = instance.release};
+Extreme<Duration> extreme_of(const LiveInstance& live, const Instance& instance, Duration value) {
+  return {.value = value,
+          .seq = live.seq,
+          .start = live.start,
+          .end = live.end,
+          .release = instance.release};
 }
 
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
@@ -33,11 +33,11 @@ void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors
 }  // namespace
 
 bool InstanceMeasurer::is_isolated_thread(const LiveInstance& live) const {
-  return live.thread && model_.threads[at(*live.thread)].role == ThreadRole::callback;
+  return live.thread_facts != nullptr && live.thread_facts->role == ThreadRole::callback;
 }
 
 Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
-  const auto& facts = model_.callbacks[at(live.callback)];
+  const auto& facts = *live.callback_facts;
   Instance instance;
   if (facts.registered) instance.logical_id = facts.logical_id;
   instance.callback = static_cast<std::uint32_t>(live.callback);
@@ -98,9 +98,21 @@ std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live)
   return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
 }
 
+void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
+  const auto& facts = *live.callback_facts;
+  prefetch_head(&facts.max_end_at);
+  prefetch_head(&facts.instances);
+  for (const auto* quantity :
+       {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
+    prefetch_head(quantity);
+  }
+  if (const auto* bounds = bounds_.find(live.callback)) prefetch_to_write(bounds);
+  if (const auto* arrivals = arrivals_.find(live.callback)) prefetch_to_write(arrivals);
+}
+
 void InstanceMeasurer::measure(const LiveInstance& live) {
   const auto instance = instance_of(live);
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
   const auto& window = recording_.window_of(live.stream);
   if (live.end && window.excludes(live.start.time, live.end->time)) return;
   if (!live.end && window.end && live.start.time > *window.end) return;
@@ -129,12 +141,12 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
 }
 
 void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
-  if (live.thread) {
+  if (live.thread_facts != nullptr) {
     ++facts.ran_on[live.on_callback].instances;
-    ++model_.threads[at(*live.thread)].ran[live.on_thread].instances;
+    ++live.thread_facts->ran[live.on_thread].instances;
   }
   note_response_time(live, instance);
   note_parts(live, instance);
@@ -142,25 +154,36 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
 }
 
 void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
   if (instance.release_source == ReleaseSource::exact) {
     ++facts.exact_instances;
     const auto response = *instance.end - *instance.release;
     facts.response_time.add(response);
     facts.start_latency.add(instance.start - *instance.release);
-    keep_max(facts.max_response, live, instance, response);
-    keep_max(facts.max_response_lower, live, instance, response);
-    keep_max(facts.max_response_upper, live, instance, response);
+    if (bounds.response.rise(response)) {
+      facts.max_response = extreme_of(live, instance, response);
+    }
+    if (bounds.response_lower.rise(response)) {
+      facts.max_response_lower = extreme_of(live, instance, response);
+    }
+    if (bounds.response_upper.rise(response)) {
+      facts.max_response_upper = extreme_of(live, instance, response);
+    }
   } else {
     const auto lower = instance.release_source == ReleaseSource::wakeup
                            ? *instance.end - *instance.release
                            : *instance.end - instance.start;
     facts.response_time_lower.add(lower);
-    keep_max(facts.max_response_lower, live, instance, lower);
+    if (bounds.response_lower.rise(lower)) {
+      facts.max_response_lower = extreme_of(live, instance, lower);
+    }
     if (const auto written = source_time(live)) {
       const auto upper = *instance.end - *written;
       facts.response_time_upper.add(upper);
-      keep_max(facts.max_response_upper, live, instance, upper);
+      if (bounds.response_upper.rise(upper)) {
+        facts.max_response_upper = extreme_of(live, instance, upper);
+      }
     } else {
       ++facts.without_upper_bound;
     }
@@ -168,15 +191,20 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
 }
 
 void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
   const auto duration = *instance.end - instance.start;
   facts.duration.add(duration);
-  keep_max(facts.max_duration, live, instance, duration);
+  if (bounds.duration.rise(duration)) {
+    facts.max_duration = extreme_of(live, instance, duration);
+  }
   if (instance.execution) {
     facts.execution_time.add(*instance.execution);
     facts.preempted.add(*instance.preempted);
     note_preemptors(facts, instance.preempted_by);
-    keep_max(facts.max_execution, live, instance, *instance.execution);
+    if (bounds.execution.rise(*instance.execution)) {
+      facts.max_execution = extreme_of(live, instance, *instance.execution);
+    }
     if (instance.blocked && instance.wake_delay) {
       facts.blocked.add(*instance.blocked);
       facts.wake_delay.add(*instance.wake_delay);
@@ -185,53 +213,68 @@ void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& inst
       if (sum != duration) ++facts.identity_failures;
     }
   } else {
-    keep_max(facts.max_duration_without_execution, live, instance, duration);
+    if (bounds.duration_without_execution.rise(duration)) {
+      facts.max_duration_without_execution = extreme_of(live, instance, duration);
+    }
   }
   if (live.wake.waking && live.wake.first_in) {
     facts.wakeup_latency.add(*live.wake.first_in - *live.wake.waking);
   }
 }
 
+void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,
+                                const Arrival& later) {
+  facts.inter_arrival.add(gap);
+  const auto extreme = [&later, gap] {
+    return Extreme<Duration>{.value = gap,
+                             .seq = later.seq,
+                             .start = later.start,
+                             .end = later.end,
+                             .release = later.release};
+  };
+  if (bounds.min_inter_arrival.fall(gap)) facts.min_inter_arrival = extreme();
+  if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
+}
+
+void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
+                                 const Arrival& later) {
+  note_gap(facts, bounds, later.release - earlier.release, later);
+  if (later.release > earlier.end.time || facts.release_before_end) return;
+  facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
+                                                             .start = earlier.start,
+                                                             .end = earlier.end,
+                                                             .next_release = later.release,
+                                                             .next_start = later.start};
+}
+
 void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& instance) {
-  auto& facts = model_.callbacks[at(live.callback)];
   if (instance.release_source != ReleaseSource::exact) return;
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
   auto& arrivals = arrivals_[live.callback];
+  auto& recent = arrivals.recent;
   const Arrival arrived{
       .seq = live.seq, .start = live.start, .end = *live.end, .release = *instance.release};
-  const auto pair = [&facts](const Arrival& earlier, const Arrival& later) {
-    const auto gap = later.release - earlier.release;
-    facts.inter_arrival.add(gap);
-    const Extreme<Duration> extreme{.value = gap,
-                                    .seq = later.seq,
-                                    .start = later.start,
-                                    .end = later.end,
-                                    .release = later.release};
-    if (!facts.min_inter_arrival || gap < facts.min_inter_arrival->value) {
-      facts.min_inter_arrival = extreme;
+  const bool is_ascending = recent.size() > 0 && arrivals.seq < arrived.seq;
+  if (is_ascending && arrivals.ascending >= recent.size()) {  // no other one can be its neighbour
+    if (arrivals.seq + 1 == arrived.seq) {
+      if (arrived.release > arrivals.end) {
+        note_gap(facts, bounds, arrived.release - arrivals.release, arrived);
+      } else {
+        note_pair(facts, bounds, recent.newest(0), arrived);
+      }
     }
-    if (!facts.max_inter_arrival || gap > facts.max_inter_arrival->value) {
-      facts.max_inter_arrival = extreme;
-    }
-    if (later.release <= earlier.end.time && !facts.release_before_end) {
-      facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
-                                                                 .start = earlier.start,
-                                                                 .end = earlier.end,
-                                                                 .next_release = later.release,
-                                                                 .next_start = later.start};
-    }
-  };
-  auto& [recent, ascending] = arrivals;
-  const bool is_ascending = recent.size() > 0 && recent.newest(0).seq < arrived.seq;
-  if (is_ascending && ascending >= recent.size()) {  // no other one can be its neighbour
-    if (recent.newest(0).seq + 1 == arrived.seq) pair(recent.newest(0), arrived);
   } else {
     for (auto age = recent.size(); age-- > 0;) {
       const auto& other = recent.newest(age);
-      if (other.seq + 1 == arrived.seq) pair(other, arrived);
-      if (arrived.seq + 1 == other.seq) pair(arrived, other);
+      if (other.seq + 1 == arrived.seq) note_pair(facts, bounds, other, arrived);
+      if (arrived.seq + 1 == other.seq) note_pair(facts, bounds, arrived, other);
     }
   }
-  ascending = is_ascending ? ascending + 1 : 1;
+  arrivals.ascending = is_ascending ? arrivals.ascending + 1 : 1;
+  arrivals.seq = arrived.seq;
+  arrivals.release = arrived.release;
+  arrivals.end = arrived.end.time;
   recent.push(arrived);
 }
 

@@ -25,6 +25,8 @@ namespace cie::analysis {
 struct LiveInstance {
   CallbackIndex callback{};
   std::optional<ThreadIndex> thread;
+  CallbackFacts* callback_facts = nullptr;  // the model's
+  ThreadFacts* thread_facts = nullptr;      // null without a thread
   HostIndex host{};
   StreamIndex stream{};
   std::uint64_t seq = 0;
@@ -61,6 +63,8 @@ class InstanceMeasurer {
         chains_(chains),
         observer_(observer) {}
 
+  // An instance began: what measuring it needs will be in the cache by its end.
+  void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
   void measure(const LiveInstance& live);
 
@@ -75,6 +79,40 @@ class InstanceMeasurer {
     static constexpr std::size_t kRemembered = 64;
     Recent<Arrival, kRemembered> recent;
     std::size_t ascending = 0;  // so many of the latest have numbers each above the one before
+    // Of the latest: what of it is asked for every time, without the way to where it was put.
+    std::uint64_t seq = 0;
+    Timestamp release;
+    Timestamp end;
+  };
+  // The value of an Extreme, beside those of the callback's others: the witnesses are written now
+  // and then, the values are looked at for every instance.
+  struct Bound {
+    std::int64_t value = 0;
+    bool is_set = false;
+    // Whether `other` is the first value or above it, which it then becomes.
+    bool rise(Duration other) noexcept {
+      if (is_set && value >= other.ns) return false;
+      return set(other);
+    }
+    bool fall(Duration other) noexcept {
+      if (is_set && value <= other.ns) return false;
+      return set(other);
+    }
+    bool set(Duration other) noexcept {
+      value = other.ns;
+      is_set = true;
+      return true;
+    }
+  };
+  struct Bounds {
+    Bound response;
+    Bound response_lower;
+    Bound response_upper;
+    Bound duration;
+    Bound execution;
+    Bound duration_without_execution;
+    Bound min_inter_arrival;
+    Bound max_inter_arrival;
   };
 
   Instance instance_of(const LiveInstance& live) const;
@@ -85,6 +123,10 @@ class InstanceMeasurer {
   void note_response_time(const LiveInstance& live, const Instance& instance);
   void note_parts(const LiveInstance& live, const Instance& instance);
   void note_arrival(const LiveInstance& live, const Instance& instance);
+  // Two instances with consecutive numbers.
+  static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
+                        const Arrival& later);
+  static void note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap, const Arrival& later);
 
   Model& model_;
   const Registry& registry_;
@@ -93,6 +135,7 @@ class InstanceMeasurer {
   ChainTracker& chains_;
   Observer* observer_;
   ByIndex<CallbackIndex, Arrivals> arrivals_;
+  ByIndex<CallbackIndex, Bounds> bounds_;
 };
 
 }  // namespace cie::analysis

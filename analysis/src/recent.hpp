@@ -1,6 +1,8 @@
 // The last few values of a series.
 #pragma once
 
+#include "prefetch.hpp"
+
 #include <cstddef>
 #include <utility>
 #include <vector>
@@ -13,20 +15,24 @@ class Recent {
   static_assert((kCapacity & (kCapacity - 1)) == 0);
 
  public:
-  void push(T value) {
-    if (values_.size() < kCapacity) {
-      values_.push_back(std::move(value));
+  template <typename Value = T>
+  void push(Value&& value) {
+    if (size_ < kCapacity) {
+      values_.push_back(std::forward<Value>(value));
+      ++size_;
     } else {
-      values_[next_] = std::move(value);
+      values_[next_] = std::forward<Value>(value);
     }
     next_ = (next_ + 1) & (kCapacity - 1);
+    // It was not looked at for long: to write it would be to wait for memory.
+    if (size_ == kCapacity) prefetch_to_write(&values_[next_]);
   }
   // Brings into the cache, ahead of the next push, what `address_of` says of the value it replaces.
   template <typename AddressOf>
   void prefetch_oldest(AddressOf address_of) const {
-    if (size() == kCapacity) __builtin_prefetch(address_of(values_[next_]), 1);
+    if (size() == kCapacity) prefetch_to_write(address_of(values_[next_]));
   }
-  std::size_t size() const noexcept { return values_.size(); }
+  std::size_t size() const noexcept { return size_; }
   // 0: the latest; below size().
   const T& newest(std::size_t age) const noexcept {
     return values_[(next_ - 1 - age) & (kCapacity - 1)];
@@ -42,6 +48,7 @@ class Recent {
 
  private:
   std::vector<T> values_;
+  std::size_t size_ = 0;  // of values_, whose own size() is a division
   std::size_t next_ = 0;  // where the next value goes
 };
 

@@ -65,7 +65,7 @@ enum class LossKind : std::uint8_t {
   discarded_events,
   discarded_packets,
   damaged_packet,
-  foreign_metadata,  // all of it was read with another recording's metadata
+  foreign_metadata,  // all of it was read with other metadata than its own
   switch_mismatch    // a sched_switch whose prev_tid is not the CPU's last next_tid
 };
 struct Loss {

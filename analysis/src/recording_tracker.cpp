@@ -6,7 +6,6 @@ namespace cie::analysis {
 namespace {
 constexpr std::size_t kMaxLosses = 100'000;
 constexpr std::size_t kMaxPackets = 1'000'000;
-const Window kNoWindow{};
 }  // namespace
 
 StreamFacts* RecordingTracker::stream(StreamIndex index) {
@@ -23,7 +22,6 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   }
   if (at(head.stream) >= model_.streams.size()) {
     model_.streams.resize(at(head.stream) + 1);
-    states_.resize(at(head.stream) + 1);
   }
   auto& facts = model_.streams[at(head.stream)];
   facts.channel = event.channel;
@@ -36,7 +34,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
   channel.domain = event.domain;
   channel.host = host;
   channel.streams.push_back(static_cast<std::uint32_t>(head.stream));
-  states_[at(head.stream)].channel = &channel;
+  states_[head.stream].channel = &channel;
   if (event.domain == Domain::kernel) hosts_[host].has_kernel = true;
   update(channel);
 }
@@ -44,7 +42,7 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
 void RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) {
   const auto* facts = stream(head.stream);
   if (facts == nullptr) return;
-  states_[at(head.stream)].ended = true;
+  states_[head.stream].ended = true;
   update(channels_[facts->channel]);
 }
 
@@ -68,7 +66,7 @@ void RecordingTracker::update(Channel& channel) {
   bool has_all_begun = true;
   for (const auto index : channel.streams) {
     const auto& facts = model_.streams[index];
-    const bool is_empty = !facts.begin && states_[index].ended;
+    const bool is_empty = !facts.begin && states_[StreamIndex{index}].ended;
     if (is_empty) continue;
     if (!facts.begin) {
       has_all_begun = false;
@@ -76,7 +74,7 @@ void RecordingTracker::update(Channel& channel) {
     }
     auto& window = channel.window;
     window.begin = window.begin ? std::max(*window.begin, *facts.begin) : *facts.begin;
-    if (states_[index].ended && facts.end) {
+    if (states_[StreamIndex{index}].ended && facts.end) {
       window.end = window.end ? std::min(*window.end, *facts.end) : *facts.end;
     }
   }
@@ -133,23 +131,8 @@ void RecordingTracker::apply(const EventHead& head, const TimeRegression& event)
   facts.first_previous = event.previous;
 }
 
-void RecordingTracker::count_event(StreamIndex index) {
-  if (auto* facts = stream(index)) ++facts->events;
-}
-
-const Window& RecordingTracker::window_of(StreamIndex index) const {
-  if (at(index) >= states_.size()) return kNoWindow;
-  const auto* channel = states_[at(index)].channel;
-  return channel == nullptr ? kNoWindow : channel->window;
-}
-
 bool RecordingTracker::is_kernel(StreamIndex index) const {
   return at(index) < model_.streams.size() && model_.streams[at(index)].domain == Domain::kernel;
-}
-
-bool RecordingTracker::has_kernel(HostIndex host) const {
-  const auto* state = hosts_.find(host);
-  return state != nullptr && state->has_kernel;
 }
 
 Window RecordingTracker::kernel_window(HostIndex host) const {
@@ -168,6 +151,8 @@ Window RecordingTracker::kernel_window(HostIndex host) const {
 }
 
 void RecordingTracker::finish() {
+  for (std::size_t i = 0; i < model_.streams.size(); ++i)
+    model_.streams[i].events = states_[StreamIndex{static_cast<std::uint32_t>(i)}].events;
   const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
     return entry.second.domain == Domain::user && entry.second.window.begin;
   });

@@ -43,13 +43,22 @@ class RecordingTracker {
   void apply(const EventHead& head, const DamagedPacket& event);
   void apply(const EventHead& head, const TimeRegression& event);
   void add_loss(Loss loss);
-  void count_event(StreamIndex stream);
+  void count_event(StreamIndex stream) noexcept {
+    if (auto* state = states_.find(stream)) ++state->events;
+  }
 
   // Window of the channel that a stream belongs to.
-  const Window& window_of(StreamIndex stream) const;
+  const Window& window_of(StreamIndex stream) const noexcept {
+    static constexpr Window kNone{};
+    const auto* state = states_.find(stream);
+    return state == nullptr || state->channel == nullptr ? kNone : state->channel->window;
+  }
   // Intersection of the windows of a host's kernel channels; empty begin without kernel events.
   Window kernel_window(HostIndex host) const;
-  bool has_kernel(HostIndex host) const;
+  bool has_kernel(HostIndex host) const noexcept {
+    const auto* state = hosts_.find(host);
+    return state != nullptr && state->has_kernel;
+  }
   bool is_kernel(StreamIndex stream) const;
   void finish();
 
@@ -62,6 +71,7 @@ class RecordingTracker {
   };
   struct StreamState {
     bool ended = false;
+    std::uint64_t events = 0;          // its facts' number, once finish() has been called
     const Channel* channel = nullptr;  // null: not begun
   };
   struct HostState {
@@ -73,7 +83,7 @@ class RecordingTracker {
   Model& model_;
   Registry& registry_;
   std::optional<TimeWindow> asked_;
-  std::vector<StreamState> states_;
+  ByIndex<StreamIndex, StreamState> states_;
   ByIndex<HostIndex, HostState> hosts_;
   std::map<std::uint32_t, Channel> channels_;
 };

@@ -52,10 +52,6 @@ void Registry::set_stream_host(StreamIndex stream, HostIndex host) {
   stream_hosts_[at(stream)] = host;
 }
 
-HostIndex Registry::host_of(const EventHead& head) const {
-  return at(head.stream) < stream_hosts_.size() ? stream_hosts_[at(head.stream)] : HostIndex{};
-}
-
 ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
   forget_emitters();
   const auto index = ProcessIndex{static_cast<std::uint32_t>(model_.processes.size())};
@@ -73,8 +69,15 @@ std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
   const auto index = found != nullptr ? *found : new_process(host, *head.pid);
   auto& process = model_.processes[at(index)];
   if (!process.first_seen) process.first_seen = ref(head);
-  process.last_seen = ref(head);
+  note_last_seen(index, ref(head), ++turn_);
   return index;
+}
+
+void Registry::note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn) {
+  auto& last = process_turns_[process];
+  if (turn < last) return;
+  last = turn;
+  model_.processes[at(process)].last_seen = event;
 }
 
 std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
@@ -99,8 +102,10 @@ std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int6
   return found != nullptr ? std::optional(*found) : std::nullopt;
 }
 
-void Registry::forget(KnownEmitter& known) {
-  if (known.thread_facts != nullptr) known.thread_facts->last_seen = known.last_seen;
+void Registry::forget(Emitter::Known& known) {
+  if (known.thread_facts == nullptr) return;
+  known.thread_facts->last_seen = known.last_seen();
+  note_last_seen(known.process, known.last_seen(), known.last_turn);
   known.thread_facts = nullptr;
 }
 
@@ -109,7 +114,7 @@ void Registry::forget_emitters() {
     forget(known);
 }
 
-Emitter Registry::find_emitter(const EventHead& head, KnownEmitter& known) {
+Emitter Registry::find_emitter(const EventHead& head, Emitter::Known& known) {
   forget(known);
   const auto process = process_of(head);
   if (!process || !head.tid) return {.process = process, .thread = std::nullopt};
@@ -118,13 +123,19 @@ Emitter Registry::find_emitter(const EventHead& head, KnownEmitter& known) {
   if (!index || model_.threads[at(*index)].kernel_exit) index = new_thread(*process, *head.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.first_seen) thread.first_seen = ref(head);
-  known = KnownEmitter{.thread_facts = &thread,
-                       .process_facts = &model_.processes[at(*process)],
-                       .host = host_of(head),
-                       .process = *process,
-                       .thread = *index,
-                       .last_seen = ref(head)};
-  return {.process = process, .thread = index};
+  known = Emitter::Known{.thread_facts = &thread,
+                         .host = host_of(head),
+                         .process = *process,
+                         .thread = *index,
+                         .pid = *head.pid,
+                         .tid = *head.tid,
+                         .last_time = head.time,
+                         .last_cpu = head.cpu,
+                         .last_turn = turn_,
+                         .callback_id = {},
+                         .callback = std::nullopt,
+                         .callback_facts = nullptr};
+  return {.process = process, .thread = index, .known = &known};
 }
 
 std::optional<ThreadIndex> Registry::thread_by_tid(HostIndex host, std::int64_t tid) const {

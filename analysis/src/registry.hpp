@@ -24,6 +24,32 @@ namespace cie::analysis {
 struct Emitter {
   std::optional<ProcessIndex> process;
   std::optional<ThreadIndex> thread;
+  struct Known;
+  Known* known = nullptr;  // the registry's; null: it was not looked up before
+};
+
+// What the last events said of an emitter, in place of look-ups in three tables for every event.
+struct Emitter::Known {
+  ThreadFacts* thread_facts = nullptr;  // null: nothing
+  HostIndex host{};
+  ProcessIndex process{};
+  ThreadIndex thread{};
+  std::int64_t pid = 0;
+  std::int64_t tid = 0;
+  // Its last event, not yet in its facts and its process's; and which of all it was.
+  Timestamp last_time;
+  std::optional<std::int32_t> last_cpu;
+  std::uint64_t last_turn = 0;
+  CallbackId callback_id{};
+  std::optional<CallbackIndex> callback;  // what it ran last, by that id
+  CallbackFacts* callback_facts = nullptr;
+
+  bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
+    return thread_facts != nullptr && head.tid == tid && head.pid == pid && host == of_host;
+  }
+  EventRef last_seen() const noexcept {
+    return {.time = last_time, .cpu = last_cpu, .pid = pid, .tid = tid};
+  }
 };
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event);
@@ -34,15 +60,18 @@ class Registry {
 
   HostIndex host(std::string_view name);
   void set_stream_host(StreamIndex stream, HostIndex host);
-  HostIndex host_of(const EventHead& head) const;
+  HostIndex host_of(const EventHead& head) const noexcept {
+    return at(head.stream) < stream_hosts_.size() ? stream_hosts_[at(head.stream)] : HostIndex{};
+  }
 
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
     auto& known = emitters_[emitter_place(head)];
     if (!known.is_of(head, host_of(head))) return find_emitter(head, known);
-    known.last_seen = ref(head);
-    known.process_facts->last_seen = known.last_seen;
-    return {.process = known.process, .thread = known.thread};
+    known.last_time = head.time;
+    known.last_cpu = head.cpu;
+    known.last_turn = ++turn_;
+    return {.process = known.process, .thread = known.thread, .known = &known};
   }
   // The process an event belongs to now; creates a provisional one. Empty without a pid.
   std::optional<ProcessIndex> process_of(const EventHead& head);
@@ -54,6 +83,18 @@ class Registry {
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
   // The callback, known or provisional (init not seen yet).
   CallbackIndex callback(ProcessIndex process, CallbackId id);
+  // The same of an emitter with a process: most threads run one callback only.
+  CallbackIndex callback(const Emitter& who, CallbackId id) {
+    auto* known = who.known;
+    if (known != nullptr && known->callback && known->callback_id == id) return *known->callback;
+    const auto index = callback(*who.process, id);
+    if (known != nullptr) {
+      known->callback = index;
+      known->callback_facts = &model_.callbacks[at(index)];
+      known->callback_id = id;
+    }
+    return index;
+  }
   std::uint32_t publisher(ProcessIndex process, PublisherId id);
 
   void apply(const EventHead& head, const RunBegin& event);
@@ -93,20 +134,6 @@ class Registry {
   template <typename Value>
   using KeyMap = FlatMap<Key, Value, KeyHash>;
 
-  // What the last events said of an emitter, in place of look-ups in three tables for every event.
-  struct KnownEmitter {
-    ThreadFacts* thread_facts = nullptr;  // null: nothing
-    ProcessFacts* process_facts = nullptr;
-    HostIndex host{};
-    ProcessIndex process{};
-    ThreadIndex thread{};
-    EventRef last_seen;  // its own, not yet in its facts
-
-    bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
-      return thread_facts != nullptr && head.tid == last_seen.tid && head.pid == last_seen.pid &&
-             host == of_host;
-    }
-  };
   static constexpr std::size_t kKnownEmitters = 512;  // a power of two
 
   // Threads of one process have tids close to each other: they do not meet in one place.
@@ -115,8 +142,9 @@ class Registry {
                        (SpreadBits{}(head.pid.value_or(0)) >> 32U);
     return mixed & (kKnownEmitters - 1);
   }
-  Emitter find_emitter(const EventHead& head, KnownEmitter& known);
-  static void forget(KnownEmitter& known);
+  Emitter find_emitter(const EventHead& head, Emitter::Known& known);
+  void forget(Emitter::Known& known);
+  void note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn);
   // Before an incarnation is replaced by another one, or what is known of them is read.
   void forget_emitters();
   ProcessIndex new_process(HostIndex host, std::int64_t pid);
@@ -127,7 +155,9 @@ class Registry {
 
   Model& model_;
   std::vector<HostIndex> stream_hosts_;
-  std::array<KnownEmitter, kKnownEmitters> emitters_{};
+  std::array<Emitter::Known, kKnownEmitters> emitters_{};
+  std::uint64_t turn_ = 0;                              // of events, counted up
+  ByIndex<ProcessIndex, std::uint64_t> process_turns_;  // of the event that is its last_seen
   KeyMap<ProcessIndex> process_by_pid_;
   KeyMap<ThreadIndex> thread_by_process_tid_;
   KeyMap<ThreadIndex> thread_by_host_tid_;

@@ -62,9 +62,9 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   add_defect(defects, "damaged-packets", Severity::error,
              count_losses(model, LossKind::damaged_packet),
              "some packets could not be read and were skipped; what they held is missing");
-  add_defect(defects, "foreign-metadata", Severity::error,
-             count_losses(model, LossKind::foreign_metadata),
-             "read with the metadata of another recording: right only as far as both agree");
+  add_defect(
+      defects, "foreign-metadata", Severity::error, count_losses(model, LossKind::foreign_metadata),
+      "read with other metadata than its own, which is lost: right only as far as both agree");
   add_defect(defects, "discarded-events", Severity::loss,
              count_losses(model, LossKind::discarded_events),
              "the tracer's buffers were full: record with larger or more sub-buffers");

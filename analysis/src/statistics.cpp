@@ -85,14 +85,22 @@ std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
   return 0;
 }
 
-void Statistics::add(Duration value) {
-  min_ = count() == 0 ? value.ns : std::min(min_, value.ns);
-  max_ = count() == 0 ? value.ns : std::max(max_, value.ns);
-  sum_ += value.ns;
-  histogram_.add(value.ns);
+void Statistics::settle() const {
+  if (waiting_count_ == 0) return;
+  if (histogram_.count() == 0) min_ = max_ = waiting_.front();
+  for (std::size_t i = 0; i < waiting_count_; ++i) {
+    const auto value = waiting_[i];
+    min_ = std::min(min_, value);
+    max_ = std::max(max_, value);
+    sum_ += value;
+    histogram_.add(value);
+  }
+  waiting_count_ = 0;
 }
 
 void Statistics::merge(const Statistics& other) {
+  settle();
+  other.settle();
   if (other.count() == 0) return;
   min_ = count() == 0 ? other.min_ : std::min(min_, other.min_);
   max_ = count() == 0 ? other.max_ : std::max(max_, other.max_);
@@ -101,10 +109,12 @@ void Statistics::merge(const Statistics& other) {
 }
 
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
+  settle();
   return std::clamp(histogram_.quantile(rank, count()), min_, max_);
 }
 
 std::optional<Summary> Statistics::summary() const {
+  settle();
   if (count() == 0) return std::nullopt;
   const auto quantile = [this](std::uint64_t numerator, std::uint64_t denominator) {
     return std::clamp(histogram_.quantile(numerator, denominator), min_, max_);

@@ -11,17 +11,10 @@ constexpr std::uint64_t kFreeSteps = 1'000'000;
 
 }  // namespace
 
-std::uint64_t extend_clock(std::uint64_t last, std::uint64_t value, std::uint32_t bits) noexcept {
-  if (bits >= 64) return value;
-  const auto mask = (std::uint64_t{1} << bits) - 1;
-  auto next = (last & ~mask) | (value & mask);
-  if ((value & mask) < (last & mask)) next += mask + 1;
-  return next;
-}
-
 void EventCursor::begin(const Packet& packet, std::uint64_t clock) {
   packet_ = &packet;
   clock_ = packet.begin.value_or(clock);
+  plan_ = nullptr;
   frame_->steps = kFreeSteps + packet.content_end / 8 * kStepsPerByte;
   base_ = 0;
   const auto content = (packet.content_end + 7) / 8;
@@ -92,45 +85,16 @@ bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& i
                          bits_.end - bits_.at >= (layout.most_bytes + FixedField::kSlack) * 8;
   if (!is_usable) return false;
   const auto* begin = bits_.data + bits_.at / 8;
-  std::uint64_t tag = 0;
+  const auto tag = layout.tag.load_unsigned(begin);
   if (layout.tag_register >= 0) {
-    tag = layout.tag.load(begin);
     frame_->registers[static_cast<std::size_t>(layout.tag_register)] = tag;
   }
   const auto* option = layout.choose(tag);
   if (option == nullptr) return false;
-  id = option->id.load(begin);
-  clock_ = extend_clock(clock_, option->time.load(begin), option->time_bits);
+  id = option->id.load_unsigned(begin);
+  clock_ = extend_clock_by(clock_, option->time.load_unsigned(begin), option->time.mask);
   bits_.at += option->bytes * 8;
   return true;
-}
-
-// Every event of a packet passes here once more than it must: nothing but sizes and times is looked
-// at, and all that changes stays in registers.
-void EventCursor::skip_fixed() {
-  const auto& stream = *packet_->stream;
-  if (!stream.header_layout || bits_.at % 8 != 0) return;
-  const auto& layout = *stream.header_layout;
-  const auto end = bits_.end / 8;
-  auto at = bits_.at / 8;
-  auto clock = clock_;
-  while (at < end && end - at >= layout.most_bytes + FixedField::kSlack) {
-    const auto* begin = bits_.data + at;
-    const auto* option = layout.choose(layout.tag_register >= 0 ? layout.tag.load(begin) : 0);
-    if (option == nullptr) break;
-    const std::uint64_t size = stream.fixed_bytes(option->id.load(begin));
-    const auto body = at + option->bytes;
-    if (size == 0 || end - body < size + FixedField::kSlack) break;
-    clock = extend_clock(clock, option->time.load(begin), option->time_bits);
-    at = body + size;
-  }
-  bits_.at = at * 8;
-  clock_ = clock;
-}
-
-EventCursor::Step EventCursor::find_plan(std::uint64_t id) {
-  plan_ = packet_->stream->find(id);
-  return plan_ != nullptr ? Step::event : fail("an event's id is not in the metadata");
 }
 
 EventCursor::Step EventCursor::next() {
@@ -139,24 +103,26 @@ EventCursor::Step EventCursor::next() {
   if (event_begin_ >= packet_->content_end) return Step::end;
   const auto& stream = *packet_->stream;
   std::uint64_t id = 0;
-  if (stream.header_layout && read_fixed_header(*stream.header_layout, id)) return find_plan(id);
-  if (stream.event_header != nullptr) {
-    header_ = {};
-    if (!is_good(run_here(*stream.event_header, header_.data()))) return Step::damaged;
-    if (stream.has_event_id) {
-      id = static_cast<std::uint64_t>(header_[slot(EventHeaderSlot::id)].number);
+  if (!stream.header_layout || !read_fixed_header(*stream.header_layout, id)) {
+    if (stream.event_header != nullptr) {
+      header_ = {};
+      if (!is_good(run_here(*stream.event_header, header_.data()))) return Step::damaged;
+      if (stream.has_event_id) {
+        id = static_cast<std::uint64_t>(header_[slot(EventHeaderSlot::id)].number);
+      }
+      const auto& time = header_[slot(EventHeaderSlot::time)];
+      if (time.kind != Field::Kind::absent) {
+        clock_ = extend_clock(clock_, static_cast<std::uint64_t>(time.number), time.length);
+      }
+    } else if (bits_.end <= bits_.at && !extend(bits_.at)) {
+      return fail("the packet ends within its content");
     }
-    const auto& time = header_[slot(EventHeaderSlot::time)];
-    if (time.kind != Field::Kind::absent) {
-      clock_ = extend_clock(clock_, static_cast<std::uint64_t>(time.number), time.length);
-    }
-  } else if (bits_.end <= bits_.at && !extend(bits_.at)) {
-    return fail("the packet ends within its content");
   }
-  return find_plan(id);
+  plan_ = stream.find(id);
+  return plan_ != nullptr ? Step::event : fail("an event's id is not in the metadata");
 }
 
-bool EventCursor::run_body() {
+bool EventCursor::read_body() {
   const auto& stream = *packet_->stream;
   for (auto& field : context_)
     field = {};

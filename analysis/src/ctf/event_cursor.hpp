@@ -6,11 +6,25 @@
 #include "window.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 
 namespace cie::analysis::ctf {
+
+// A clock's next value from its low bits, those of `mask`, alone.
+inline std::uint64_t extend_clock_by(std::uint64_t last, std::uint64_t value,
+                                     std::uint64_t mask) noexcept {
+  const auto next = (last & ~mask) | (value & mask);
+  return next < last ? next + mask + 1 : next;
+}
+// The same for a number of bits.
+inline std::uint64_t extend_clock(std::uint64_t last, std::uint64_t value,
+                                  std::uint32_t bits) noexcept {
+  if (bits >= 64) return value;
+  return extend_clock_by(last, value, (std::uint64_t{1} << bits) - 1);
+}
 
 class EventCursor {
  public:
@@ -20,64 +34,45 @@ class EventCursor {
   // `clock`: cycles that the stream's clock showed last, for packets without a begin.
   void begin(const Packet& packet, std::uint64_t clock);
 
-  enum class Step : std::uint8_t { event, end, damaged };
-  // Reads the next event's header. After `event` comes read_body(), which also skips it.
-  Step next();
-  // Finds the context's values and those that the event's translation asks for. False: damaged.
-  bool read_body() {
-    fixed_ = fixed_body();
-    if (fixed_ == nullptr) return run_body();
-    fixed_begin_ = bits_.data + bits_.at / 8;
-    bits_.at += fixed_->bytes * 8;
-    return true;
-  }
-  // Skips events from here on, as many as lie in fixed places.
-  void skip_fixed();
-  // Like read_body(), without filling anything.
-  bool skip_body() {
-    if (const auto* fixed = fixed_body()) {
-      bits_.at += fixed->bytes * 8;
-      return true;
-    }
-    return run_body();
+  // An event all of which lies at fixed places.
+  struct Fixed {
+    const EventPlan* plan = nullptr;
+    const std::uint8_t* body = nullptr;  // contexts and fields
+    std::uint64_t clock = 0;             // cycles
+  };
+  // Goes over such events as long as there are some and `take(event)` wants them. Nothing in the
+  // window moves meanwhile.
+  template <typename Take>
+  void walk_fixed(Take take);
+  // Other streams have their turn before this one is read on: by then it is in the cache.
+  void prefetch() const noexcept {
+    constexpr std::size_t kCacheLine = 64;
+    constexpr std::size_t kLines = 8;
+    const auto* next = bits_.data + bits_.at / 8;
+    for (std::size_t line = 0; line < kLines; ++line)
+      __builtin_prefetch(next + line * kCacheLine);
   }
 
-  // Other streams have their turn before this one's next event is read: by then it is in the cache.
-  void prefetch() const noexcept {
-    constexpr std::uint64_t kCacheLine = 64;
-    if (bits_.end - bits_.at > kCacheLine * 8) {
-      __builtin_prefetch(bits_.data + bits_.at / 8 + kCacheLine);
-    }
-  }
+  enum class Step : std::uint8_t { event, end, damaged };
+  // Reads the next event's header, of whatever kind. After `event` comes read_body().
+  Step next();
+  // Finds the context's values and those that the event's translation asks for. False: damaged.
+  bool read_body();
 
   const EventPlan& plan() const noexcept { return *plan_; }
   std::uint64_t clock() const noexcept { return clock_; }  // cycles, of the event read last
   // After read_body().
   std::optional<std::int64_t> context(ContextSlot which) const noexcept {
-    return (fixed_ != nullptr ? Payload(fixed_begin_, fixed_->context.data())
-                              : Payload(context_.data()))
-        .integer(slot(which));
+    return Payload(context_.data()).integer(slot(which));
   }
-  Payload payload() const noexcept {
-    return fixed_ != nullptr ? Payload(fixed_begin_, fixed_->fields.data())
-                             : Payload(fields_.data());
-  }
+  Payload payload() const noexcept { return Payload(fields_.data()); }
 
   // After `damaged`: why, and where in the packet.
   std::string reason() const;
   std::uint64_t position() const noexcept { return base_ * 8 + bits_.at; }
 
  private:
-  // The event's fixed layout if it can be used here: on a byte, with readable bytes behind it.
-  const EventPlan::FixedBody* fixed_body() const noexcept {
-    const auto& fixed = plan_->fixed;
-    const bool is_usable = fixed && bits_.at % 8 == 0 && bits_.at < bits_.end &&
-                           bits_.end - bits_.at >= (fixed->bytes + FixedField::kSlack) * 8;
-    return is_usable ? &*fixed : nullptr;
-  }
-  bool run_body();
   bool read_fixed_header(const HeaderLayout& layout, std::uint64_t& id);
-  Step find_plan(std::uint64_t id);
   Outcome run_here(const Sequence& program, Field* fields);
   bool extend(std::uint64_t at);
   bool is_good(Outcome outcome);
@@ -91,15 +86,43 @@ class EventCursor {
   std::uint64_t base_ = 0;  // bytes of the packet before bits_.data
   std::uint64_t clock_ = 0;
   std::uint64_t event_begin_ = 0;
-  const EventPlan::FixedBody* fixed_ = nullptr;  // of the event read last; null: not used
-  const std::uint8_t* fixed_begin_ = nullptr;
   const char* reason_ = "";
   std::array<Field, 2> header_{};
   std::array<Field, 2> context_{};
   std::array<Field, kMaxSlots> fields_{};
 };
 
-// A clock's next value from its low `bits` alone.
-std::uint64_t extend_clock(std::uint64_t last, std::uint64_t value, std::uint32_t bits) noexcept;
+// What changes stays in registers, and what is usual of a header as well.
+template <typename Take>
+void EventCursor::walk_fixed(Take take) {
+  const auto& stream = *packet_->stream;
+  const auto size = bits_.end / 8;
+  if (!stream.header_layout || bits_.at % 8 != 0 || size < stream.most_fixed_bytes()) return;
+  const auto& layout = *stream.header_layout;
+  const auto tag = layout.tag;
+  const auto usual = layout.options.front();
+  const auto events = stream.fixed_events();
+  const auto* const last = bits_.data + (size - stream.most_fixed_bytes());
+  const auto* begin = bits_.data + bits_.at / 8;
+  auto clock = clock_;
+  while (begin <= last) {
+    const auto value = tag.load_unsigned(begin);
+    const auto* option = &usual;
+    if (!usual.is_chosen_by(value)) [[unlikely]] {
+      option = layout.choose(value);
+      if (option == nullptr) break;
+    }
+    const auto id = option->id.load_unsigned(begin);
+    if (id >= events.size() || events[id].plan == nullptr) [[unlikely]]
+      break;
+    const auto time = extend_clock_by(clock, option->time.load_unsigned(begin), option->time.mask);
+    const auto* body = begin + option->bytes;
+    if (!take(Fixed{.plan = events[id].plan, .body = body, .clock = time})) break;
+    clock = time;
+    begin = body + events[id].bytes;
+  }
+  bits_.at = static_cast<std::uint64_t>(begin - bits_.data) * 8;
+  clock_ = clock;
+}
 
 }  // namespace cie::analysis::ctf

@@ -20,12 +20,15 @@ bool is_signed(Load load) { return load == Load::i8 || load == Load::i16 || load
 std::optional<FixedField> value_at(std::uint64_t bit, std::uint64_t bits, bool is_signed_value,
                                    std::int16_t slot, const LabelTable* labels) {
   if (bit % 8 + bits > 64) return std::nullopt;
+  if (bits == 0) return std::nullopt;
+  const bool is_whole = bit % 8 == 0 && (bits == 8 || bits == 16 || bits == 32 || bits == 64);
   return FixedField{.kind = FixedField::Kind::integer,
                     .slot = static_cast<std::int8_t>(slot),
-                    .is_signed = is_signed_value,
-                    .shift_left = static_cast<std::uint8_t>(64 - bits - bit % 8),
-                    .shift_right = static_cast<std::uint8_t>(64 - bits),
+                    .shift = static_cast<std::uint8_t>(bit % 8),
+                    .bytes = static_cast<std::uint8_t>(is_whole ? bits / 8 : 0),
                     .offset = static_cast<std::uint32_t>(bit / 8),
+                    .mask = ~std::uint64_t{0} >> (64 - bits),
+                    .sign = is_signed_value ? std::uint64_t{1} << (bits - 1) : 0,
                     .labels = labels};
 }
 
@@ -126,11 +129,10 @@ std::optional<HeaderLayout::Option> option_of(const std::vector<Op>& ops, std::s
       has_id = true;
     } else if (value.slot == kTimeSlot) {
       option.time = value;
-      option.time_bits = 64U - value.shift_right;
       has_time = true;
     }
   }
-  if (!has_id || !has_time) return std::nullopt;
+  if (!has_id || !has_time || option.id.sign != 0) return std::nullopt;
   return option;
 }
 
@@ -158,12 +160,12 @@ std::optional<HeaderLayout> header_layout_of(const Sequence* program) {
     layout.options.push_back(*option);
   } else {
     const auto& variant = ops.back();
-    if (walker.kept().size() != 1 || walker.kept().front().reg != variant.length) {
+    if (walker.kept().size() != 1 || walker.kept().front().reg != variant.length ||
+        walker.kept().front().value.sign != 0 || variant.bias != 0) {
       return std::nullopt;
     }
     layout.tag = walker.kept().front().value;
     layout.tag_register = variant.length;
-    layout.bias = variant.bias;
     for (const auto& choice : variant.choices) {
       auto option = option_of(ops, fixed, choice.body.get());
       if (!option) return std::nullopt;

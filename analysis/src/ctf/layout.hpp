@@ -27,24 +27,25 @@ struct HeaderLayout {
     std::uint64_t high = ~std::uint64_t{0};
     std::uint64_t bytes = 0;
     FixedField id;
-    FixedField time;
-    std::uint32_t time_bits = 64;
+    FixedField time;  // its mask are the bits that it has of the clock
+
+    bool is_chosen_by(std::uint64_t value) const noexcept { return value - low <= high - low; }
   };
-  FixedField tag;
+  FixedField tag;                     // always 0 without one: then there is one option
   std::int16_t tag_register = kNone;  // others may refer to it
-  std::uint64_t bias = 0;
   std::uint64_t most_bytes = 0;
   std::vector<Option> options;
 
-  const Option* choose(std::uint64_t value) const noexcept {
+  // Null: the tag selects none.
+  const Option* choose(std::uint64_t tag_value) const noexcept {
     for (const auto& option : options) {
-      if ((value ^ bias) >= option.low && (value ^ bias) <= option.high) return &option;
+      if (option.is_chosen_by(tag_value)) return &option;
     }
     return nullptr;
   }
 };
 
-// Empty unless id and time are always there. Slot 0 is the id, slot 1 the time.
+// Empty unless id and time are always there, without signs. Slot 0 is the id, slot 1 the time.
 std::optional<HeaderLayout> header_layout_of(const Sequence* program);
 
 }  // namespace cie::analysis::ctf

@@ -6,6 +6,8 @@
 #include "../reader/discovery.hpp"
 #include "metadata_file.hpp"
 #include "metadata_parser.hpp"
+#include "metadata_rebuild.hpp"
+#include "stream_reader.hpp"
 #include "tournament.hpp"
 
 #include <algorithm>
@@ -29,12 +31,6 @@ constexpr std::size_t kSmallestPiece = 64U << 10U;
 constexpr std::size_t kLargestPiece = 1U << 20U;
 constexpr const char* kAdvice =
     "; compare its files with the recording's manifest, or record again";
-
-// Directories that share a uuid are one trace: rotation chunks, snapshots.
-struct Trace {
-  VocabularyState state;
-  std::string name;  // uuid, or the directory without one
-};
 
 // What tells streams apart and orders them.
 struct StreamKey {
@@ -100,19 +96,24 @@ class Reader {
     make_streams();
   }
 
-  void read(const EventSink& sink) {
-    Event event{};
+  void read(EventBatch& first, const EventWriter::Exchange& exchange) {
+    EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
+      late_.fill(filled);
+      return exchange(filled);
+    });
     for (const auto& stream : streams_)
-      stream->emit_begin(sink, event);
+      stream->emit_begin(writer);
     for (const auto& [stream, reason] : salvaged_) {
+      auto& event = writer.add();
       event.head = {.time = {}, .stream = stream, .cpu = {}, .pid = {}, .tid = {}};
       event.body = DamagedPacket{.reason = reason,
                                  .begin = Timestamp{},
                                  .end = Timestamp{std::numeric_limits<std::int64_t>::max()},
                                  .has_foreign_metadata = true};
-      sink(event);
+      writer.keep(event);
     }
-    merge(sink, event);
+    merge(writer);
+    writer.flush();
     check_anything_read();
   }
 
@@ -131,10 +132,6 @@ class Reader {
     } catch (const MetadataError& error) {
       const auto reason =
           "cannot read trace " + directory.string() + ": its metadata: " + error.what();
-      if (metadata_from_.empty()) {
-        throw UnreadableTrace(reason + kAdvice +
-                              "; or read it with --metadata, that of a recording like it");
-      }
       unreadable_.emplace_back(directory, reason);
     }
   }
@@ -151,39 +148,56 @@ class Reader {
     add_files(directory, std::make_shared<const TracePlan>(metadata));
   }
 
-  // Reads a directory as if its metadata were that of another recording. Which trace its packets
-  // say they are of, and the clock, differ between recordings.
+  // Reads a directory without its own metadata. The clock is that of the sound traces beside it.
   void salvage_directory(const fs::path& directory, const std::string& reason) {
-    std::shared_ptr<const TracePlan> plan;
+    auto metadata = metadata_from_.empty() ? own_schema(directory, reason) : foreign_metadata();
+    metadata.uuid.clear();  // differs between recordings
+    if (clock_ && !metadata.clocks.empty()) {
+      auto& clock = metadata.clocks.front();
+      clock.uuid = clock_->uuid;
+      clock.offset_s = clock_->offset_s;
+      clock.offset = clock_->offset;
+    }
     try {
-      auto metadata = parse_metadata(metadata_text(read_metadata(metadata_from_)));
-      metadata.uuid.clear();
-      if (clock_ && !metadata.clocks.empty()) {
-        auto& clock = metadata.clocks.front();
-        clock.uuid = clock_->uuid;
-        clock.offset_s = clock_->offset_s;
-        clock.offset = clock_->offset;
-      }
-      plan = std::make_shared<const TracePlan>(metadata);
+      add_files(directory, std::make_shared<const TracePlan>(metadata));
     } catch (const MetadataError& error) {
       throw UnreadableTrace("cannot read metadata " + metadata_from_.string() + ": " +
                             error.what());
     }
-    add_files(directory, plan);
     salvaged_traces_[directory.string()] =
-        reason + "; read with " + metadata_from_.string() + " instead";
+        reason + "; read with " +
+        (metadata_from_.empty() ? "the schema of `cie record`" : metadata_from_.string()) +
+        " instead";
+  }
+
+  Metadata foreign_metadata() const {
+    try {
+      return parse_metadata(metadata_text(read_metadata(metadata_from_)));
+    } catch (const MetadataError& error) {
+      throw UnreadableTrace("cannot read metadata " + metadata_from_.string() + ": " +
+                            error.what());
+    }
+  }
+
+  static Metadata own_schema(const fs::path& directory, const std::string& reason) {
+    try {
+      return parse_metadata(rebuild_metadata(directory));
+    } catch (const MetadataError& error) {
+      throw UnreadableTrace(reason + ", and the schema of `cie record` does not fit (" +
+                            error.what() + ")" + kAdvice +
+                            "; or read it with --metadata, that of a recording like it");
+    }
   }
 
   void add_files(const fs::path& directory, const std::shared_ptr<const TracePlan>& plan) {
+    // Directories that share a uuid are one trace: rotation chunks, snapshots.
     const auto name = plan->uuid ? uuid_name(*plan->uuid) : directory.string();
-    auto& trace = traces_[name];
-    trace.name = name;
-    trace.state.priority_offset = plan->priority_offset;
+    const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan);
     for (const auto& path : stream_files(directory)) {
       std::error_code error;
       const auto absolute = fs::absolute(path, error).lexically_normal();
       StreamFile file{
-          .file = File(error ? path.string() : absolute.string()), .trace = plan, .first = {}};
+          .file = File(error ? path.string() : absolute.string()), .trace = trace, .first = {}};
       if (!file.file.is_readable()) {
         throw UnreadableTrace("cannot read " + path.string() + ": " + file.file.error());
       }
@@ -258,25 +272,53 @@ class Reader {
       if (const auto salvaged = salvaged_traces_.extract(key.trace)) {
         salvaged_.emplace_back(identity.index, salvaged.mapped());
       }
-      streams_.push_back(
-          std::make_unique<StreamReader>(std::move(files), identity, traces_.at(key.trace).state));
+      streams_.push_back(std::make_unique<StreamReader>(std::move(files), identity));
     }
     files_.clear();
   }
 
-  void merge(const EventSink& sink, Event& event) {
+  // What the merge needs to know of a stream to choose the next one, before it emits anything: to
+  // find out which stream is next is one long chain of operations, which others go beside.
+  struct Lane {
+    std::int64_t key_after = 0;
+    bool has_after = false;  // two events are ahead
+  };
+
+  void merge(EventWriter& writer) {
     std::vector<std::int64_t> keys;
+    std::vector<Lane> lanes(streams_.size());
     for (const auto& stream : streams_)
       keys.push_back(stream->key());
     Tournament tournament(keys);
     while (!tournament.is_over()) {
-      auto& stream = *streams_[tournament.winner()];
-      stream.advance(sink, event);
-      if (stream.has_ended()) {
-        tournament.remove_winner();
+      const auto winner = tournament.winner();
+      auto& lane = lanes[winner];
+      auto& stream = *streams_[winner];
+      if (lane.has_after) {
+        tournament.move_winner(lane.key_after);
+        stream.emit_ahead(writer);
       } else {
+        advance(stream, writer);
+        if (stream.has_ended()) {
+          tournament.remove_winner();
+          continue;
+        }
         tournament.move_winner(stream.key());
       }
+      lane.has_after = stream.events_ahead() > 1;
+      if (lane.has_after) lane.key_after = stream.key_after();
+    }
+  }
+
+  void advance(StreamReader& stream, EventWriter& writer) {
+    if (stream.events_ahead() > 0) {
+      stream.emit_ahead(writer);
+      if (stream.look_ahead()) return;
+      late_.fill(writer.batch());
+      stream.find_event();
+    } else {
+      late_.fill(writer.batch());
+      stream.step(writer);
     }
   }
 
@@ -297,16 +339,27 @@ class Reader {
   std::vector<std::pair<fs::path, std::string>> unreadable_;  // directories, and why
   std::map<std::string, std::string> salvaged_traces_;        // by name: what to tell of them
   std::vector<std::pair<StreamIndex, std::string>> salvaged_;
-  std::map<std::string, Trace> traces_;
+  LateFields late_;
   std::map<StreamKey, std::vector<StreamFile>> files_;
   std::vector<std::unique_ptr<StreamReader>> streams_;
 };
 
 }  // namespace
 
+void read_batches(std::span<const fs::path> traces, EventBatch& first,
+                  const EventWriter::Exchange& exchange, const fs::path& metadata_from) {
+  Reader(traces, metadata_from).read(first, exchange);
+}
+
 void read_traces(std::span<const fs::path> traces, const EventSink& sink,
                  const fs::path& metadata_from) {
-  Reader(traces, metadata_from).read(sink);
+  EventBatch batch(kEventsPerBatch);
+  const auto pass_on = [&sink](EventBatch& filled) -> EventBatch& {
+    filled.each(sink);
+    filled.clear();
+    return filled;
+  };
+  read_batches(traces, batch, pass_on, metadata_from);
 }
 
 }  // namespace cie::analysis::ctf

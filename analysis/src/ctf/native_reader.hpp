@@ -1,12 +1,16 @@
 // Reads CTF 1.8 traces without help: finds their files, merges their streams by time.
 #pragma once
 
-#include "stream_reader.hpp"
+#include "event_writer.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <span>
 
 namespace cie::analysis::ctf {
+
+// Receives events in order of time; what they view is valid during the call.
+using EventSink = std::function<void(const Event&)>;
 
 // Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces
 // alone, not on names or order of files. What cannot be read of a trace is told as DamagedPacket,
@@ -15,5 +19,10 @@ namespace cie::analysis::ctf {
 // read: told as a DamagedPacket of all of the trace.
 void read_traces(std::span<const std::filesystem::path> traces, const EventSink& sink,
                  const std::filesystem::path& metadata_from = {});
+
+// The same into batches, which begin empty. The last one is passed on as well.
+void read_batches(std::span<const std::filesystem::path> traces, EventBatch& first,
+                  const EventWriter::Exchange& exchange,
+                  const std::filesystem::path& metadata_from);
 
 }  // namespace cie::analysis::ctf

@@ -1,7 +1,6 @@
 #include "read_ahead.hpp"
 
 #include "../event_batch.hpp"
-#include "native_reader.hpp"
 
 #include <array>
 #include <condition_variable>
@@ -13,9 +12,10 @@
 namespace cie::analysis::ctf {
 namespace {
 
-// Small enough that all of them stay in the cache that both cores share.
-constexpr std::size_t kEventsPerBatch = 512;
-constexpr std::size_t kBatches = 4;
+constexpr std::size_t kBatches = 8;
+// A reader that had to wait goes on when so many wait for the consumer: to wake it for every batch
+// would cost more than the batch.
+constexpr std::size_t kFewBatches = kBatches / 2;
 
 struct Batch {
   EventBatch events{kEventsPerBatch};
@@ -29,14 +29,16 @@ struct Abandoned {};
 class Ring {
  public:
   // --- the reader's side: throws Abandoned.
-  void put(const Event& event) {
-    if (filling_ == nullptr) begin_batch();
-    filling_->events.add(event);
-    if (filling_->events.is_full()) pass_on();
+  // Passes on the batch given last, and gives an empty one.
+  EventBatch& exchange() {
+    if (filling_ != nullptr) pass_on();
+    begin_batch();
+    return filling_->events;
   }
-  // Nothing follows.
+  // Nothing follows. What was not passed on yet is forgotten.
   void finish() {
     if (filling_ == nullptr) begin_batch();
+    filling_->events.clear();
     filling_->is_last = true;
     pass_on();
   }
@@ -49,12 +51,14 @@ class Ring {
   }
   // The batch taken last can be filled again.
   void give_back() {
+    bool is_low = false;
     {
       const std::scoped_lock lock(mutex_);
       ++taken_;
       --filled_;
+      is_low = filled_ == kFewBatches;
     }
-    changed_.notify_one();
+    if (is_low) changed_.notify_one();
   }
   void abandon() {
     {
@@ -67,7 +71,9 @@ class Ring {
  private:
   void begin_batch() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return filled_ < kBatches || is_abandoned_; });
+    if (filled_ == kBatches) {
+      changed_.wait(lock, [this] { return filled_ <= kFewBatches || is_abandoned_; });
+    }
     if (is_abandoned_) throw Abandoned{};
     filling_ = &batches_[(taken_ + filled_) % kBatches];
     filling_->events.clear();
@@ -100,8 +106,10 @@ void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& 
   std::jthread reader([&] {
     try {
       try {
-        read_traces(
-            traces, [&ring](const Event& event) { ring.put(event); }, metadata_from);
+        read_batches(
+            traces, ring.exchange(),
+            [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); },
+            metadata_from);
       } catch (const Abandoned&) {
         throw;
       } catch (...) {
@@ -114,8 +122,7 @@ void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& 
   try {
     for (bool is_last = false; !is_last;) {
       const auto& batch = ring.take();
-      for (const auto& event : batch.events.events())
-        sink(event);
+      batch.events.each(sink);
       is_last = batch.is_last;
       ring.give_back();
     }

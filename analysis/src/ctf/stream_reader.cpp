@@ -1,6 +1,5 @@
 #include "stream_reader.hpp"
 
-#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -9,18 +8,10 @@ namespace {
 
 constexpr Timestamp kForever{std::numeric_limits<std::int64_t>::max()};
 
-std::int64_t saturating_add(std::int64_t a, std::int64_t b) noexcept {
-  std::int64_t sum = 0;
-  if (!__builtin_add_overflow(a, b, &sum)) return sum;
-  return b < 0 ? std::numeric_limits<std::int64_t>::min()
-               : std::numeric_limits<std::int64_t>::max();
-}
-
 }  // namespace
 
-StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity,
-                           VocabularyState& state)
-    : files_(std::move(files)), identity_(identity), state_(state) {
+StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity)
+    : files_(std::move(files)), identity_(identity) {
   if (const auto& first = files_.front().first) {
     clock_ = first->stream->clock;
     has_packet_times_ = first->stream->has_packet_times;
@@ -29,29 +20,25 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
   load_packet();
 }
 
-void StreamReader::head(Event& event, Timestamp time) const noexcept {
-  event.head.time = time;
-  event.head.stream = identity_.index;
-  event.head.cpu.reset();
+void StreamReader::emit(EventWriter& writer, Timestamp time, const EventBody& body) const {
+  auto& event = writer.add();
+  event.head = {.time = time, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
   if (packet_) event.head.cpu = packet_->cpu;
-  event.head.pid.reset();
-  event.head.tid.reset();
+  event.body = body;
+  writer.keep(event);
 }
 
-void StreamReader::stand_at(Timestamp time) noexcept {
-  key_ = std::max(key_, saturating_add(time.ns, identity_.merge_offset_ns));
-}
-
-void StreamReader::emit_begin(const EventSink& sink, Event& event) const {
+void StreamReader::emit_begin(EventWriter& writer) const {
+  auto& event = writer.add();
   event.head = {.time = {}, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
-  const auto& trace = *files_.front().trace;
+  const auto& trace = files_.front().trace->plan();
   event.body = StreamBegin{.channel = identity_.channel,
                            .domain = trace.domain,
                            .host = trace.host,
                            .clock_uuid = clock_.uuid,
                            .clock_offset_ns = clock_.offset_ns,
                            .path = files_.front().file.path()};
-  sink(event);
+  writer.keep(event);
 }
 
 std::string StreamReader::place_of(const Damage& damage) const {
@@ -98,7 +85,9 @@ void StreamReader::load_packet() {
   while (file_ < files_.size() && !packet_) {
     const auto& current = files_[file_];
     if (!scanner_) {
-      scanner_ = std::make_unique<PacketScanner>(current.file, *current.trace, identity_.piece);
+      scanner_ =
+          std::make_unique<PacketScanner>(current.file, current.trace->plan(), identity_.piece);
+      trace_ = current.trace.get();
     }
     const auto found = scanner_->next();
     if (found.damage) note_damage(*found.damage);
@@ -139,62 +128,68 @@ void StreamReader::count_losses() {
   }
 }
 
-void StreamReader::emit_gap(const EventSink& sink, Event& event) {
+void StreamReader::emit_gap(EventWriter& writer) {
   std::optional<Timestamp> next_begin;
   std::optional<Timestamp> next_end;
   if (packet_ && packet_->begin) next_begin = time_of(*packet_->begin);
   if (packet_ && packet_->end) next_end = time_of(*packet_->end);
   const auto from = last_end_ ? last_end_ : last_time_;
   const auto here = from ? *from : next_begin.value_or(Timestamp{});
-  head(event, here);
   for (const auto& damage : gap_.damages) {
-    event.body = DamagedPacket{.reason = damage.reason,
-                               .begin = from.value_or(Timestamp{}),
-                               .end = packet_ ? next_begin.value_or(here) : kForever};
-    sink(event);
+    emit(writer, here,
+         DamagedPacket{.reason = damage.reason,
+                       .begin = from.value_or(Timestamp{}),
+                       .end = packet_ ? next_begin.value_or(here) : kForever});
   }
   if (gap_.discarded_events) {
-    event.body = Discarded{.begin = here,
-                           .end = next_end.value_or(here),
-                           .count = gap_.discarded_events,
-                           .packets = false};
-    sink(event);
+    emit(writer, here,
+         Discarded{.begin = here,
+                   .end = next_end.value_or(here),
+                   .count = gap_.discarded_events,
+                   .packets = false});
   }
   if (gap_.discarded_packets) {
-    event.body = Discarded{.begin = here,
-                           .end = next_begin.value_or(here),
-                           .count = gap_.discarded_packets,
-                           .packets = true};
-    sink(event);
+    emit(writer, here,
+         Discarded{.begin = here,
+                   .end = next_begin.value_or(here),
+                   .count = gap_.discarded_packets,
+                   .packets = true});
   }
   gap_ = {};
 }
 
-void StreamReader::check_time(const EventSink& sink, Event& event, Timestamp time) {
-  if (last_time_ && time < *last_time_) {
-    const auto previous = *last_time_;
-    event.body = TimeRegression{.previous = previous};
-    sink(event);
-  }
-  last_time_ = time;
-}
-
-void StreamReader::emit_packet_begin(const EventSink& sink, Event& event) {
+void StreamReader::emit_packet_begin(EventWriter& writer) {
   cursor_->begin(*packet_, clock_cycles_);
-  clock_cycles_ = cursor_->clock();
   if (has_packet_times_ && packet_->begin) {
     const auto time = time_of(*packet_->begin);
-    head(event, time);
-    check_time(sink, event, time);
-    event.body = PacketBegin{};
-    sink(event);
+    pass(writer, time);
+    emit(writer, time, PacketBegin{});
   }
   find_event();
 }
 
+bool StreamReader::look_ahead() {
+  next_ahead_ = 0;
+  end_ahead_ = 0;
+  if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
+  auto last = last_time_.value_or(Timestamp{std::numeric_limits<std::int64_t>::min()});
+  cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
+    const auto time = time_of(found.clock);
+    if (end_ahead_ == kAhead || time < last) return false;  // what runs backwards is told
+    last = time;
+    ahead_[end_ahead_++] = {.plan = found.plan, .body = found.body, .time = time};
+    return true;
+  });
+  if (end_ahead_ == 0) return false;
+  last_time_ = last;
+  stand_at(ahead_.front().time);
+  cursor_->prefetch();
+  return true;
+}
+
 void StreamReader::find_event() {
+  if (look_ahead()) return;
   if (cursor_->next() == EventCursor::Step::event) {
-    cursor_->prefetch();
     step_ = Step::event;
     if (has_times_) stand_at(time_of(cursor_->clock()));
     return;
@@ -204,73 +199,62 @@ void StreamReader::find_event() {
   if (packet_->end) stand_at(time_of(*packet_->end));
 }
 
-void StreamReader::emit_event(const EventSink& sink, Event& event) {
+void StreamReader::emit_event(EventWriter& writer) {
   const auto time = has_times_ ? time_of(cursor_->clock()) : Timestamp{};
-  clock_cycles_ = cursor_->clock();
-  head(event, time);
   if (!cursor_->read_body()) {
-    event.body = DamagedPacket{.reason = cursor_->reason(), .begin = time, .end = kForever};
-    sink(event);
+    emit(writer, time, DamagedPacket{.reason = cursor_->reason(), .begin = time, .end = kForever});
     step_ = Step::packet_end;
     return;
   }
-  check_time(sink, event, time);
-  if (!has_packet_times_ && !has_begun_) {
-    event.body = PacketBegin{};
-    sink(event);
-  }
+  pass(writer, time);
+  if (!has_packet_times_ && !has_begun_) emit(writer, time, PacketBegin{});
   has_begun_ = true;
+  auto& event = writer.add();
+  event.head.time = time;
+  event.head.stream = identity_.index;
+  event.head.cpu = packet_->cpu;
   event.head.pid = cursor_->context(ContextSlot::pid);
   event.head.tid = cursor_->context(ContextSlot::tid);
-  const auto& plan = cursor_->plan();
-  if (plan.translation == nullptr) {
-    event.body = OtherEvent{.name = plan.name};
-  } else {
-    plan.translation->translate(cursor_->payload(), state_, event.body);
-  }
-  sink(event);
+  translate(cursor_->plan(), cursor_->payload(), trace_->state(), event.body);
+  writer.keep(event);
   find_event();
 }
 
-void StreamReader::emit_packet_end(const EventSink& sink, Event& event) {
+void StreamReader::emit_packet_end(EventWriter& writer) {
+  clock_cycles_ = cursor_->clock();
   if (has_packet_times_ && packet_->begin && packet_->end) {
     // What a crash left behind has no end: its last event is.
     const bool is_open = *packet_->end < *packet_->begin;
     const auto time = time_of(is_open ? packet_last_clock_ : *packet_->end);
-    head(event, time);
-    event.body = PacketEnd{};
-    sink(event);
+    emit(writer, time, PacketEnd{});
     last_end_ = time;
     last_time_ = last_time_ ? std::max(*last_time_, time) : time;
   }
   load_packet();
 }
 
-void StreamReader::advance(const EventSink& sink, Event& event) {
+void StreamReader::step(EventWriter& writer) {
   switch (step_) {
     case Step::gap:
-      emit_gap(sink, event);
+      emit_gap(writer);
       step_ = packet_ ? Step::packet_begin : Step::stream_end;
       if (packet_ && packet_->begin) stand_at(time_of(*packet_->begin));
       break;
     case Step::packet_begin:
-      emit_packet_begin(sink, event);
-      break;
-    case Step::event:
-      emit_event(sink, event);
+      emit_packet_begin(writer);
       break;
     case Step::packet_end:
-      emit_packet_end(sink, event);
+      emit_packet_end(writer);
       break;
-    case Step::stream_end:
-      head(event, last_time_.value_or(Timestamp{}));
-      if (!has_packet_times_ && has_begun_) {
-        event.body = PacketEnd{};
-        sink(event);
-      }
-      event.body = StreamEnd{};
-      sink(event);
+    case Step::stream_end: {
+      const auto time = last_time_.value_or(Timestamp{});
+      if (!has_packet_times_ && has_begun_) emit(writer, time, PacketEnd{});
+      emit(writer, time, StreamEnd{});
       step_ = Step::ended;
+      break;
+    }
+    case Step::event:
+      emit_event(writer);
       break;
     case Step::ended:
       break;

@@ -4,25 +4,27 @@
 #include <cie/analysis/event.hpp>
 
 #include "event_cursor.hpp"
+#include "event_writer.hpp"
 #include "file.hpp"
+#include "late_fields.hpp"
 #include "packet_scanner.hpp"
 #include "trace_plan.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
 
 namespace cie::analysis::ctf {
 
-// Receives events in order of time; what they view is valid during the call.
-using EventSink = std::function<void(const Event&)>;
-
 // A file of a stream. Rotation leaves several.
 struct StreamFile {
   File file;
-  std::shared_ptr<const TracePlan> trace;
+  std::shared_ptr<LateFields::OfTrace> trace;
   std::optional<Packet> first;  // empty: no packet can be found in it
 };
 
@@ -34,17 +36,44 @@ struct StreamIdentity {
   std::size_t piece = 0;             // bytes to have in memory at a time
 };
 
+// The sum, or the end of the time line that lies in its direction.
+inline std::int64_t saturating_add(std::int64_t a, std::int64_t b) noexcept {
+  std::int64_t sum = 0;
+  if (!__builtin_add_overflow(a, b, &sum)) return sum;
+  return b < 0 ? std::numeric_limits<std::int64_t>::min()
+               : std::numeric_limits<std::int64_t>::max();
+}
+
 class StreamReader {
  public:
-  // `files` in order of time, at least one; `state` is shared by the streams of a trace, borrowed.
-  StreamReader(std::vector<StreamFile> files, StreamIdentity identity, VocabularyState& state);
+  // `files` in order of time, at least one.
+  StreamReader(std::vector<StreamFile> files, StreamIdentity identity);
 
-  void emit_begin(const EventSink& sink, Event& event) const;
+  void emit_begin(EventWriter& writer) const;
   // Where the next step stands on the time line of all streams; never goes back.
   std::int64_t key() const noexcept { return key_; }
   bool has_ended() const noexcept { return step_ == Step::ended; }
-  // Emits the next step and finds the one after it.
-  void advance(const EventSink& sink, Event& event);
+  // Emits the next step and finds the one after it. What moves in windows moves here.
+  void step(EventWriter& writer);
+  // How many of the next steps are events that were found ahead: they are emitted without moving
+  // anything.
+  std::size_t events_ahead() const noexcept { return end_ahead_ - next_ahead_; }
+  // The key of the step after the next one. Requires two events ahead.
+  std::int64_t key_after() const noexcept { return key_of(ahead_[next_ahead_ + 1].time); }
+  // Emits the next event. Requires one ahead. If none is left, the step after it has to be found.
+  void emit_ahead(EventWriter& writer) {
+    const auto& found = ahead_[next_ahead_++];
+    auto& event = writer.add();
+    event.head.time = found.time;
+    event.head.stream = identity_.index;
+    event.head.cpu = packet_->cpu;
+    trace_->add(*found.plan, event, found.body);
+    if (events_ahead() > 0) key_ = key_of(ahead_[next_ahead_].time);
+  }
+  // Finds events ahead if there are any.
+  bool look_ahead();
+  // Finds the next step, whatever it is.
+  void find_event();
 
   std::uint64_t packets() const noexcept { return packets_; }
   const std::optional<Damage>& first_damage() const noexcept { return first_damage_; }
@@ -64,20 +93,28 @@ class StreamReader {
   bool take(const PacketScanner::Found& found);
   void note_damage(const Damage& damage);
   void count_losses();
-  void find_event();
-  void emit_gap(const EventSink& sink, Event& event);
-  void emit_packet_begin(const EventSink& sink, Event& event);
-  void emit_event(const EventSink& sink, Event& event);
-  void emit_packet_end(const EventSink& sink, Event& event);
-  void check_time(const EventSink& sink, Event& event, Timestamp time);
-  void head(Event& event, Timestamp time) const noexcept;
-  void stand_at(Timestamp time) noexcept;
+  void emit_event(EventWriter& writer);
+  void emit_gap(EventWriter& writer);
+  void emit_packet_begin(EventWriter& writer);
+  void emit_packet_end(EventWriter& writer);
+  // An event of no thread.
+  void emit(EventWriter& writer, Timestamp time, const EventBody& body) const;
+  // Notes when something happens, and tells if that is before what happened last.
+  void pass(EventWriter& writer, Timestamp time) {
+    if (last_time_ && time < *last_time_) {
+      emit(writer, time, TimeRegression{.previous = *last_time_});
+    }
+    last_time_ = time;
+  }
+  std::int64_t key_of(Timestamp time) const noexcept {
+    return std::max(key_, saturating_add(time.ns, identity_.merge_offset_ns));
+  }
+  void stand_at(Timestamp time) noexcept { key_ = key_of(time); }
   Timestamp time_of(std::uint64_t cycles) const noexcept { return clock_.time_of(cycles); }
   std::string place_of(const Damage& damage) const;
 
   std::vector<StreamFile> files_;
   StreamIdentity identity_;
-  VocabularyState& state_;
   ClockPlan clock_;
   bool has_times_ = false;
   bool has_packet_times_ = false;
@@ -90,6 +127,19 @@ class StreamReader {
   Gap gap_;
   Step step_ = Step::gap;
   std::int64_t key_ = INT64_MIN;
+
+  // The next events if they are of fixed layout. Looking for several at a time stays within one
+  // stream for a while: there it can be predicted what follows on what.
+  struct Ahead {
+    const EventPlan* plan = nullptr;
+    const std::uint8_t* body = nullptr;
+    Timestamp time;
+  };
+  static constexpr std::size_t kAhead = 8;
+  std::array<Ahead, kAhead> ahead_;
+  std::size_t next_ahead_ = 0;
+  std::size_t end_ahead_ = 0;
+  LateFields::OfTrace* trace_ = nullptr;  // of the packet's file
 
   std::optional<Timestamp> last_end_;   // of the last packet
   std::optional<Timestamp> last_time_;  // of the last event or packet bound

@@ -2,6 +2,7 @@
 
 #include "tokens.hpp"
 
+#include <algorithm>
 #include <span>
 #include <utility>
 
@@ -159,9 +160,15 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) 
   plan.header_layout = header_layout_of(plan.event_header);
   for (auto i = first_event; i < events_.size(); ++i)
     find_layouts(plan, *events_[i]);
+  std::uint64_t largest = 0;
   for (const auto* event : plan.dense_) {
     const bool is_fixed = event != nullptr && event->fixed;
-    plan.fixed_bytes_.push_back(is_fixed ? static_cast<std::uint32_t>(event->fixed->bytes) : 0);
+    plan.fixed_.push_back(is_fixed ? StreamPlan::Fixed{event, event->fixed->bytes}
+                                   : StreamPlan::Fixed{});
+    if (is_fixed) largest = std::max(largest, event->fixed->bytes);
+  }
+  if (plan.header_layout) {
+    plan.most_fixed_bytes_ = plan.header_layout->most_bytes + largest + FixedField::kSlack;
   }
 }
 
@@ -193,6 +200,7 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
 void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
                           const std::vector<Scope*>& earlier) {
   auto result = std::make_unique<EventPlan>();
+  result->number = events_.size();
   result->name = event.name;
   result->translation = find_translation(event.name);
   registers_.push_back(std::make_unique<RegisterRange>(kEventRegisters));

@@ -9,10 +9,12 @@
 #include "types.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -61,6 +63,7 @@ struct ClockPlan {
 
 // One class of events.
 struct EventPlan {
+  std::size_t number = 0;  // of the trace's classes of events, from 0
   std::string name;
   const Translation* translation = nullptr;  // null: of no vocabulary
   const Sequence* context = nullptr;         // null: nothing to read
@@ -97,15 +100,20 @@ class StreamPlan {
     return found == sparse_.end() ? nullptr : found->second;
   }
 
-  // Size of such an event's body where it has a fixed one; 0 where not.
-  std::uint32_t fixed_bytes(std::uint64_t event_id) const noexcept {
-    return event_id < fixed_bytes_.size() ? fixed_bytes_[event_id] : 0;
-  }
+  // The class of events of an id with the size of its fixed body; null if it has none.
+  struct Fixed {
+    const EventPlan* plan = nullptr;
+    std::uint64_t bytes = 0;
+  };
+  std::span<const Fixed> fixed_events() const noexcept { return fixed_; }  // by id
+  // So many bytes must be readable where such an event begins, whichever it is.
+  std::uint64_t most_fixed_bytes() const noexcept { return most_fixed_bytes_; }
 
  private:
   friend class TracePlan;
   std::vector<const EventPlan*> dense_;
-  std::vector<std::uint32_t> fixed_bytes_;  // of dense_
+  std::vector<Fixed> fixed_;  // of dense_
+  std::uint64_t most_fixed_bytes_ = 0;
   std::unordered_map<std::uint64_t, const EventPlan*> sparse_;
 };
 
@@ -127,6 +135,7 @@ class TracePlan {
   bool has_stream_id = false;
   ByteOrder byte_order = ByteOrder::little;
 
+  std::size_t event_classes() const noexcept { return events_.size(); }
   const StreamPlan* find(std::uint64_t stream_id) const noexcept;
   // The only class of streams, for packets that do not say theirs; null if there are several.
   const StreamPlan* only_stream() const noexcept;

@@ -2,6 +2,8 @@
 
 #include <cie/analysis/analyzer.hpp>
 
+#include "../ctf/metadata_rebuild.hpp"
+
 #include <algorithm>
 #include <string>
 #include <system_error>
@@ -31,7 +33,9 @@ std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path
   std::vector<fs::path> found;
   const auto take = [&found](const fs::path& directory) {
     std::error_code ignored;
-    if (fs::is_regular_file(directory / "metadata", ignored)) found.push_back(directory);
+    const bool is_trace =
+        fs::is_regular_file(directory / "metadata", ignored) || ctf::looks_recorded(directory);
+    if (is_trace) found.push_back(directory);
   };
   take(path);
   fs::recursive_directory_iterator entry(path, error);

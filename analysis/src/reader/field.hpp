@@ -101,8 +101,15 @@ class Payload {
     if (field.kind != Field::Kind::integer) return std::nullopt;
     return field.number;
   }
+  // 0 where the trace has no such field.
   template <typename Integer>
-  Integer number(std::size_t slot, Integer absent = 0) const noexcept {
+  Integer number(std::size_t slot) const noexcept {
+    if (fixed_ != nullptr) return fixed_[slot].load_as<Integer>(begin_);
+    const auto& field = fields_[slot];
+    return field.kind == Field::Kind::integer ? static_cast<Integer>(field.number) : Integer{0};
+  }
+  template <typename Integer>
+  Integer number(std::size_t slot, Integer absent) const noexcept {
     const auto value = integer(slot);
     return value ? static_cast<Integer>(*value) : absent;
   }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string_view>
 
 namespace cie::analysis {
@@ -16,20 +17,37 @@ struct FixedField {
 
   enum class Kind : std::uint8_t { absent, integer, text };
   Kind kind = Kind::absent;
-  std::int8_t slot = -1;  // which the vocabulary asked for; -1: none
-  bool is_signed = false;
-  std::uint8_t shift_left = 0;
-  std::uint8_t shift_right = 0;
+  std::int8_t slot = -1;     // which the vocabulary asked for; -1: none
+  std::uint8_t shift = 0;    // bits of its first byte that are not its own
+  std::uint8_t bytes = 0;    // that it fills; 0: not whole ones, or not 1, 2, 4 or 8
   std::uint32_t offset = 0;  // bytes from the layout's begin
   std::uint32_t length = 0;  // of a text, with what follows its NUL
+  std::uint64_t mask = 0;    // its bits, without the shift
+  std::uint64_t sign = 0;    // its highest bit if that is a sign
   const LabelTable* labels = nullptr;
 
+  // Without branches, since what a field is cannot be predicted where all are read. 0 if absent.
   std::uint64_t load(const std::uint8_t* begin) const noexcept {
+    return (load_unsigned(begin) ^ sign) - sign;
+  }
+  // The same as an integer of some type, as which it is usually recorded.
+  template <typename Integer>
+  Integer load_as(const std::uint8_t* begin) const noexcept {
+    if (bytes != sizeof(Integer)) return static_cast<Integer>(load(begin));
+    Integer value = 0;
+    std::memcpy(&value, begin + offset, sizeof value);
+    return value;
+  }
+  // The same where a sign is of no interest.
+  std::uint64_t load_unsigned(const std::uint8_t* begin) const noexcept {
     std::uint64_t raw = 0;
     std::memcpy(&raw, begin + offset, sizeof raw);
-    raw <<= shift_left;
-    return is_signed ? static_cast<std::uint64_t>(static_cast<std::int64_t>(raw) >> shift_right)
-                     : raw >> shift_right;
+    return raw >> shift & mask;
+  }
+  // Of an integer; empty if it is none.
+  void get(const std::uint8_t* begin, std::optional<std::int64_t>& value) const noexcept {
+    value.reset();
+    if (kind == Kind::integer) value.emplace(static_cast<std::int64_t>(load(begin)));
   }
   std::string_view text(const std::uint8_t* begin) const noexcept {
     const auto* characters = reinterpret_cast<const char*>(begin + offset);

@@ -50,7 +50,8 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
       const auto host = model.processes[at(thread.process)].host;
       judgement.overrule(proof.kernel_loss(host, applied.at.time, priority.at.time));
     }
-    judgement.fail(evidence("thread_sched", applied.at, "applied: " + describe(applied) + whose(model, thread)));
+    judgement.fail(evidence("thread_sched", applied.at,
+                            "applied: " + describe(applied) + whose(model, thread)));
     judgement.fail(evidence("sched_switch", priority.at,
                             "the kernel schedules it with " + priority_text(priority.prio)));
   }

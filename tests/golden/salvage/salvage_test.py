@@ -1,4 +1,5 @@
-"""Recordings whose metadata is lost, read with that of a recording like them (--metadata)."""
+"""Recordings whose metadata is lost: read with that of a recording like them (--metadata), or, those
+of `cie record`, with the schema of its provider. `recording` is one, of a demo of one second."""
 import json
 import pathlib
 import shutil
@@ -9,6 +10,7 @@ import unittest
 
 CIE, EXAMPLES = sys.argv[1:3]
 USER = "ust/uid/0/64-bit/metadata"
+RECORDING = pathlib.Path(__file__).resolve().parent / "recording"
 
 
 def cie(*arguments):
@@ -97,6 +99,88 @@ class Salvage(unittest.TestCase):
                              "--metadata", self.whole("isolated_ok") / USER)
         self.assertEqual(code, 2)
         self.assertIn("native", error)
+
+
+class OwnSchema(unittest.TestCase):
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.trace = pathlib.Path(scratch.name, "trace")
+        shutil.copytree(RECORDING, self.trace)
+
+    def lose_metadata(self):
+        (self.trace / "metadata").unlink()
+
+    def assert_refused(self, why):
+        code, _, error = cie("report", self.trace)
+        self.assertEqual(code, 4)
+        self.assertIn(why, error)
+        self.assertEqual(error.count("\n"), 1)
+
+    def test_numbers_are_those_of_the_whole_recording(self):
+        whole = json.loads(cie("report", RECORDING, "-f", "json")[1])
+        self.assertGreater(sum(c["instances"] for c in whole["callbacks"]), 100)
+        content = (RECORDING / "metadata").read_bytes()
+        for kept in (0, 1, 100, 5000, len(content) // 2, None):
+            with self.subTest(kept=kept):
+                self.lose_metadata()
+                if kept is not None:
+                    (self.trace / "metadata").write_bytes(content[:kept])
+                code, text, error = cie("report", self.trace, "-f", "json")
+                self.assertEqual(code, 0, error)
+                told = json.loads(text)
+                for part in ("processes", "callbacks", "threads", "chains"):
+                    self.assertEqual(told[part], whole[part], part)
+                for part in ("begin_ns", "end_ns", "events", "streams", "hosts", "lost_events"):
+                    self.assertEqual(told["trace"][part], whole["trace"][part], part)
+                self.assertIn("foreign-metadata", [d["kind"] for d in told["defects"]])
+                if kept is None:
+                    (self.trace / "metadata").touch()
+
+    def test_instances_are_those_of_the_whole_recording(self):
+        self.lose_metadata()
+        self.assertEqual(cie("instances", self.trace)[1], cie("instances", RECORDING)[1])
+
+    def test_what_would_pass_is_undecided(self):
+        self.assertEqual(cie("verify", RECORDING)[0], 0)
+        self.lose_metadata()
+        code, text, _ = cie("verify", self.trace, "-f", "json")
+        self.assertEqual(code, 3)
+        rules = {r["id"]: r for r in json.loads(text)["rules"]}
+        self.assertEqual(rules["T1"]["verdict"], "INCONCLUSIVE")
+        self.assertIn("the schema of `cie record`",
+                      rules["T1"]["subjects"][0]["evidence"][0]["note"])
+
+    def test_a_cut_stream_is_used_as_far_as_it_goes(self):
+        self.lose_metadata()
+        stream = self.trace / "events_1"
+        stream.write_bytes(stream.read_bytes()[:-5000])
+        code, text, error = cie("report", self.trace, "-f", "json")
+        self.assertEqual(code, 0, error)
+        kinds = [d["kind"] for d in json.loads(text)["defects"]]
+        self.assertIn("damaged-packets", kinds)
+        self.assertIn("foreign-metadata", kinds)
+
+    def test_channels_of_something_else_are_refused(self):
+        (self.trace / "metadata").write_bytes(b"")
+        (self.trace / "events_0").rename(self.trace / "mine_0")
+        self.assert_refused("mine_0")
+
+    def test_events_of_something_else_are_refused(self):
+        self.lose_metadata()
+        for cpu in "01":
+            (self.trace / f"state_{cpu}").rename(self.trace / "between")
+            (self.trace / f"events_{cpu}").rename(self.trace / f"state_{cpu}")
+            (self.trace / "between").rename(self.trace / f"events_{cpu}")
+        self.assert_refused("its events are none of cie's")
+
+    def test_packets_of_several_traces_are_refused(self):
+        self.lose_metadata()
+        stream = self.trace / "events_1"
+        content = bytearray(stream.read_bytes())
+        content[4] ^= 1  # of the uuid
+        stream.write_bytes(content)
+        self.assert_refused("several traces")
 
 
 if __name__ == "__main__":

@@ -138,11 +138,24 @@ class Demo(unittest.TestCase):
                 done = cie(command, what)
                 self.assertEqual(done.returncode, 4, (command, what, done.stderr))
                 self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
-        metadata = next(self.isolated.rglob("metadata")).relative_to(self.isolated)
-        for size in (0, 1, 4096, 5000):
-            copy = self.copy(self.isolated, size)
-            os.truncate(copy / metadata, size)
-            self.assertEqual(cie("verify", copy).returncode, 4, size)
+
+    def test_metadata_that_is_lost_is_known_from_the_provider(self):
+        metadata = next((self.isolated / "ust").rglob("metadata")).relative_to(self.isolated)
+        whole = json.loads(cie("report", self.isolated, "--format", "json").stdout)
+        for size in (0, 1, 4096, 5000, None):
+            with self.subTest(size=size):
+                copy = self.copy(self.isolated, size)
+                if size is None:
+                    (copy / metadata).unlink()
+                else:
+                    os.truncate(copy / metadata, size)
+                told = json.loads(cie("report", copy, "--format", "json").stdout)
+                for part in ("processes", "callbacks", "threads", "chains"):
+                    self.assertEqual(told[part], whole[part], part)
+                self.assertIn("foreign-metadata", [d["kind"] for d in told["defects"]])
+                code, report = verdicts(copy)
+                self.assertNotEqual(code, 0)
+                self.assertEqual(rule(report, "T1")["verdict"], "INCONCLUSIVE")
 
     def test_a_misspelt_option_is_a_usage_error(self):
         done = cie("verify", self.isolated, "--sepc", self.spec)

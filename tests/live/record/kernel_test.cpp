@@ -309,7 +309,8 @@ TEST_P(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
   EXPECT_THAT(babeltrace2({path("rec/kernel")}), HasSubstr("sched_switch: "));
 
   // Not ours, though it looks alike: a process of another pid namespace may still use it.
-  const std::string foreign = "instances/cie-record-1-1-1";
+  // Both routes' tests may run at once.
+  const std::string foreign = std::string("instances/cie-record-1-1-") + (is_bpf() ? '1' : '2');
   tracefs_->make_directory(foreign);
   EXPECT_EQ(sandbox_.run({CIE_RECORD, "-o", "next", "--", CIE_TRACED_APP}).status, 0);
   EXPECT_TRUE(left().empty());

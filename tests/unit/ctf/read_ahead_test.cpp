@@ -78,9 +78,9 @@ TEST(EventBatch, KeepsWhatEventsView) {
     analysis::Event event{};
     event.head.time = {17};
     event.body = analysis::SchedSwitch{.prev_comm = comm, .next_comm = {}};
-    batch.add(event);
+    batch.keep(batch.add() = event);
     event.body = analysis::ThreadSched{.tid = 4, .moment = std::nullopt, .cpus = cpus};
-    batch.add(event);
+    batch.keep(batch.add() = event);
   }
   EXPECT_TRUE(batch.is_full());
   ASSERT_EQ(batch.events().size(), 2U);

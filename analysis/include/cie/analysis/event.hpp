@@ -65,7 +65,7 @@ struct DamagedPacket {
   // What it may have covered; empty: the time of the event.
   std::optional<Timestamp> begin{};
   std::optional<Timestamp> end{};
-  // Nothing was skipped, but it was read with the metadata of another recording.
+  // Nothing was skipped, but it was read with other metadata than its own.
   bool has_foreign_metadata = false;
 };
 // Time ran backwards in a stream.

@@ -4,6 +4,7 @@
 
 #include <cie/analysis/time.hpp>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -47,22 +48,32 @@ class LogLinearHistogram {
 __extension__ typedef __int128
     Int128;  // NOLINT(modernize-use-using): the only spelling -Wpedantic takes
 
-// Accumulates one quantity. Not thread-safe; merge per-shard objects instead.
+// Accumulates one quantity. Not thread-safe, not even for reading; merge per-shard objects instead.
 class Statistics {
  public:
-  void add(Duration value);
+  void add(Duration value) {
+    waiting_[waiting_count_++] = value.ns;
+    if (waiting_count_ == waiting_.size()) settle();
+  }
   void merge(const Statistics& other);
-  std::uint64_t count() const noexcept { return histogram_.count(); }
+  std::uint64_t count() const noexcept { return histogram_.count() + waiting_count_; }
   // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
   std::int64_t at_rank(std::uint64_t rank) const;
   // Empty when nothing was added: "not measured" is never 0.
   std::optional<Summary> summary() const;
 
  private:
-  LogLinearHistogram histogram_;
-  std::int64_t min_ = 0;
-  std::int64_t max_ = 0;
-  Int128 sum_ = 0;
+  // Adds what waits. Changes nothing that can be seen.
+  void settle() const;
+
+  // Values wait for some more: consecutive ones are of different quantities, and to reach the
+  // histogram of each is to wait for memory. Together with their number they take two cache lines.
+  mutable std::uint64_t waiting_count_ = 0;
+  std::array<std::int64_t, 15> waiting_{};
+  mutable LogLinearHistogram histogram_;
+  mutable std::int64_t min_ = 0;
+  mutable std::int64_t max_ = 0;
+  mutable Int128 sum_ = 0;
 };
 
 }  // namespace cie::analysis

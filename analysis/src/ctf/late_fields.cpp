@@ -1,0 +1,35 @@
+#include "late_fields.hpp"
+
+namespace cie::analysis::ctf {
+
+void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state,
+               EventBody& body) {
+  if (plan.translation == nullptr) {
+    body = OtherEvent{.name = plan.name};
+  } else {
+    plan.translation->translate(payload, state, body);
+  }
+}
+
+void LateFields::OfTrace::fill(const EventPlan& plan, EventBatch& batch) {
+  auto& events = classes_[plan.number];
+  const auto& layout = *plan.fixed;
+  const auto& pid = layout.context[slot(ContextSlot::pid)];
+  const auto& tid = layout.context[slot(ContextSlot::tid)];
+  for (const auto& late : events) {
+    auto& [head, body] = *late.event;
+    pid.get(late.body, head.pid);
+    tid.get(late.body, head.tid);
+    translate(plan, Payload(late.body, layout.fields.data()), state_, body);
+    batch.keep(*late.event);
+  }
+  events.clear();
+}
+
+void LateFields::fill(EventBatch& batch) {
+  for (const auto& [trace, plan] : waiting_)
+    trace->fill(*plan, batch);
+  waiting_.clear();
+}
+
+}  // namespace cie::analysis::ctf
