@@ -11,18 +11,19 @@ void translate(const EventPlan& plan, const Payload& payload, VocabularyState& s
   }
 }
 
+void LateFields::OfTrace::fill(const EventPlan& plan, const Late& late, EventBatch& batch) {
+  const auto& layout = *plan.fixed;
+  auto& [head, body] = *late.event;
+  layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
+  layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
+  translate(plan, Payload(late.body, layout.fields.data()), state_, body);
+  batch.keep(*late.event);
+}
+
 void LateFields::OfTrace::fill(const EventPlan& plan, EventBatch& batch) {
   auto& events = classes_[plan.number];
-  const auto& layout = *plan.fixed;
-  const auto& pid = layout.context[slot(ContextSlot::pid)];
-  const auto& tid = layout.context[slot(ContextSlot::tid)];
-  for (const auto& late : events) {
-    auto& [head, body] = *late.event;
-    pid.get(late.body, head.pid);
-    tid.get(late.body, head.tid);
-    translate(plan, Payload(late.body, layout.fields.data()), state_, body);
-    batch.keep(*late.event);
-  }
+  for (const auto& late : events)
+    fill(plan, late, batch);
   events.clear();
 }
 

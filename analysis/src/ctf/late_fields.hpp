@@ -21,17 +21,20 @@ class LateFields {
   // The events that one plan describes.
   class OfTrace {
    public:
-    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan)
-        : all_(all),
-          plan_(std::move(plan)),
-          state_{.priority_offset = plan_->priority_offset},
-          classes_(plan_->event_classes()) {}
+    // `state` is shared by the plans of one trace, borrowed.
+    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan, VocabularyState& state)
+        : all_(all), plan_(std::move(plan)), state_(state), classes_(plan_->event_classes()) {}
 
     const TracePlan& plan() const noexcept { return *plan_; }
     VocabularyState& state() noexcept { return state_; }
     // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
     // Both stay where they are until fill().
-    void add(const EventPlan& plan, Event& event, const std::uint8_t* body) {
+    // Events whose order counts are filled at once.
+    void add(const EventPlan& plan, Event& event, const std::uint8_t* body, EventBatch& batch) {
+      if (plan.is_ordered) {
+        fill(plan, {&event, body}, batch);
+        return;
+      }
       auto& events = classes_[plan.number];
       if (events.empty()) all_.waiting_.push_back({this, &plan});
       events.push_back({&event, body});
@@ -43,11 +46,12 @@ class LateFields {
       Event* event;
       const std::uint8_t* body;
     };
+    void fill(const EventPlan& plan, const Late& late, EventBatch& batch);
     void fill(const EventPlan& plan, EventBatch& batch);
 
     LateFields& all_;
     std::shared_ptr<const TracePlan> plan_;
-    VocabularyState state_;
+    VocabularyState& state_;
     std::vector<std::vector<Late>> classes_;  // by EventPlan::number
   };
 

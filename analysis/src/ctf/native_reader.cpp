@@ -192,7 +192,9 @@ class Reader {
   void add_files(const fs::path& directory, const std::shared_ptr<const TracePlan>& plan) {
     // Directories that share a uuid are one trace: rotation chunks, snapshots.
     const auto name = plan->uuid ? uuid_name(*plan->uuid) : directory.string();
-    const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan);
+    auto& state = states_[name];
+    state.priority_offset = plan->priority_offset;
+    const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan, state);
     for (const auto& path : stream_files(directory)) {
       std::error_code error;
       const auto absolute = fs::absolute(path, error).lexically_normal();
@@ -339,6 +341,7 @@ class Reader {
   std::vector<std::pair<fs::path, std::string>> unreadable_;  // directories, and why
   std::map<std::string, std::string> salvaged_traces_;        // by name: what to tell of them
   std::vector<std::pair<StreamIndex, std::string>> salvaged_;
+  std::map<std::string, VocabularyState> states_;  // by name of the trace
   LateFields late_;
   std::map<StreamKey, std::vector<StreamFile>> files_;
   std::vector<std::unique_ptr<StreamReader>> streams_;

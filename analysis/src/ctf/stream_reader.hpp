@@ -67,7 +67,7 @@ class StreamReader {
     event.head.time = found.time;
     event.head.stream = identity_.index;
     event.head.cpu = packet_->cpu;
-    trace_->add(*found.plan, event, found.body);
+    trace_->add(*found.plan, event, found.body, writer.batch());
     if (events_ahead() > 0) key_ = key_of(ahead_[next_ahead_].time);
   }
   // Finds events ahead if there are any.

@@ -203,6 +203,7 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   result->number = events_.size();
   result->name = event.name;
   result->translation = find_translation(event.name);
+  result->is_ordered = domain == Domain::kernel || is_kernel_event(event.name);
   registers_.push_back(std::make_unique<RegisterRange>(kEventRegisters));
   auto& registers = *registers_.back();
   auto& context = new_scope("event.context", registers, earlier);

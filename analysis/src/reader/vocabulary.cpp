@@ -1,5 +1,6 @@
 #include "vocabulary.hpp"
 
+#include <algorithm>
 #include <map>
 
 namespace cie::analysis {
@@ -21,6 +22,13 @@ const Translation* find_translation(std::string_view event) {
 const std::vector<FieldRequest>& context_requests() {
   static const std::vector<FieldRequest> requests{"vpid|perf_pid|pid", "vtid|perf_tid|tid"};
   return requests;
+}
+
+bool is_kernel_event(std::string_view event) {
+  const auto& table = kernel_vocabulary();
+  return std::any_of(table.begin(), table.end(), [event](const Translation& translation) {
+    return translation.event == event;
+  });
 }
 
 }  // namespace cie::analysis

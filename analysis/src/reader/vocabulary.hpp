@@ -29,6 +29,9 @@ struct Translation {
 // The translations that know an event name; null if none does.
 const Translation* find_translation(std::string_view event);
 
+// Whether it is of the kernel's vocabulary: those share a state, so that their order counts.
+bool is_kernel_event(std::string_view event);
+
 // The tables of each vocabulary. At most kMaxSlots fields each.
 const std::vector<Translation>& cie_vocabulary();
 const std::vector<Translation>& ros2_vocabulary();  // ROS 2's tracers: see ../ros2

@@ -10,8 +10,19 @@ namespace {
 // seen, it tells the scale.
 constexpr std::int32_t kIdlePriority = 120;
 
+// Damaged events have any priority: sums wrap.
+std::int32_t wrapping_add(std::int32_t a, std::int32_t b) {
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(a) + static_cast<std::uint32_t>(b));
+}
+
 std::int32_t priority(const Payload& p, std::size_t slot, const VocabularyState& state) {
-  return p.number<std::int32_t>(slot) + state.priority_offset;
+  return wrapping_add(p.number<std::int32_t>(slot), state.priority_offset);
+}
+
+// The offset with which the idle task's priority is what it is.
+std::int32_t offset_of_idle(const Payload& p, std::size_t slot) {
+  const auto told = static_cast<std::uint32_t>(p.number<std::int32_t>(slot));
+  return wrapping_add(kIdlePriority, static_cast<std::int32_t>(0U - told));
 }
 
 std::optional<std::int32_t> target_cpu(const Payload& p, std::size_t slot) {
@@ -23,8 +34,8 @@ std::optional<std::int32_t> target_cpu(const Payload& p, std::size_t slot) {
 void sched_switch(const Payload& p, VocabularyState& state, EventBody& body) {
   const auto prev_tid = p.number<std::int64_t>(1);
   const auto next_tid = p.number<std::int64_t>(5);
-  if (prev_tid == 0) state.priority_offset = kIdlePriority - p.number<std::int32_t>(2);
-  if (next_tid == 0) state.priority_offset = kIdlePriority - p.number<std::int32_t>(6);
+  if (prev_tid == 0) state.priority_offset = offset_of_idle(p, 2);
+  if (next_tid == 0) state.priority_offset = offset_of_idle(p, 6);
   body = SchedSwitch{.prev_comm = p.text(0),
                      .prev_tid = prev_tid,
                      .prev_prio = priority(p, 2, state),
