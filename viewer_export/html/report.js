@@ -321,13 +321,12 @@
 
   // --- chains -----------------------------------------------------------------------------------------
   const graph = () => {
-    const edges = new Map(), nodes = new Map();
-    for (const chain of report.chains) for (const hop of chain.hop_table) {
-      nodes.set(hop.from, Math.max(nodes.get(hop.from) || 0, hop.processing_ns ? hop.processing_ns.max : 0));
-      if (hop.to === null) continue;
-      if (!nodes.has(hop.to)) nodes.set(hop.to, 0);
-      const key = JSON.stringify([hop.from, hop.to]), ns = hop.communication_ns ? hop.communication_ns.p50 : null;
-      if (!edges.has(key)) edges.set(key, [hop.from, hop.to, ns]);
+    // By process and id, as the report's edges name them.
+    const edges = new Map(), nodes = new Map(), key = n => `${n.pid} ${n.logical_id}`;
+    for (const edge of facts.edges) {
+      if (edge.from === null) continue;
+      for (const end of [edge.from, edge.to]) nodes.set(key(end), end);
+      edges.set(JSON.stringify([key(edge.from), key(edge.to), edge.topic]), [key(edge.from), key(edge.to), edge.communication_p50_ns, edge]);
     }
     if (!edges.size || nodes.size > 120) return null;
     const level = new Map([...nodes.keys()].map(n => [n, 0]));
@@ -345,16 +344,21 @@
     });
     const W = used.length * (w + gapX) - gapX + 8, H = Math.max(...used.map(c => c.length)) * (h + gapY) + 4;
     const cut = text => text.length > 32 ? "\u2026" + text.slice(-31) : text;
+    const respondsIn = n => { const c = report.callbacks.find(c => c.pid === n.pid && c.logical_id === n.logical_id); return c && c.response_time_ns ? `: responds within ${time(c.response_time_ns.max)}` : ""; };
     const halves = n => { const i = n.indexOf("@"); return i < 0 ? [n, ""] : [n.slice(0, i), n.slice(i + 1)]; };
     return el("div", {class: "scroll"}, svg("svg", {viewBox: `0 0 ${W} ${H}`, width: W, height: H, class: "wide", role: "img", "aria-label": `Graph of ${plural(nodes.size, "callback")} linked by messages`},
-      [...edges.values()].map(([from, to, ns]) => { const a = at.get(from), b = at.get(to), x1 = a.x + w, y1 = a.y + h / 2, x2 = b.x, y2 = b.y + h / 2, m = Math.max(30, Math.abs(x2 - x1) / 2);
-        return [svg("path", {d: `M${x1},${y1}C${x1 + m},${y1} ${x2 - m},${y2} ${x2},${y2}`, fill: "none", stroke: "currentColor", "stroke-opacity": .45}, svg("title", {}, `${from} to ${to}: ${time(ns)} in the middle`)),
+      [...edges.values()].map(([from, to, ns, edge]) => { const a = at.get(from), b = at.get(to), x1 = a.x + w, y1 = a.y + h / 2, x2 = b.x, y2 = b.y + h / 2, m = Math.max(30, Math.abs(x2 - x1) / 2);
+        return [svg("path", {d: `M${x1},${y1}C${x1 + m},${y1} ${x2 - m},${y2} ${x2},${y2}`, fill: "none", stroke: "currentColor", "stroke-opacity": .45}, svg("title", {}, `${edge.from.logical_id} to ${edge.to.logical_id} by ${edge.topic}: ${plural(edge.messages, "message")}${ns === null ? "" : `, ${time(ns)} in the middle`}`)),
           svg("text", {class: "soft", x: (x1 + x2) / 2, y: (y1 + y2) / 2 - 3, "text-anchor": "middle"}, ns === null ? "" : time(ns))]; }),
-      [...at].map(([n, p]) => svg("g", {}, svg("title", {}, `${n}: at most ${time(nodes.get(n))} to its message or end`), svg("rect", {class: "box", x: p.x, y: p.y, width: w, height: h, rx: 5}),
-        halves(n).map((text, line) => svg("text", {class: line ? "soft" : null, x: p.x + 7, y: p.y + 15 + 14 * line}, cut(text)))))));
+      [...at].map(([n, p]) => svg("g", {}, svg("title", {}, nodes.get(n).logical_id + respondsIn(nodes.get(n))), svg("rect", {class: "box", x: p.x, y: p.y, width: w, height: h, rx: 5}),
+        halves(nodes.get(n).logical_id).map((text, line) => svg("text", {class: line ? "soft" : null, x: p.x + 7, y: p.y + 15 + 14 * line}, cut(text)))))));
   };
   const chains = () => {
-    if (!report.chains.length) return;
+    if (!report.chains.length) {
+      const drawn = graph();
+      if (drawn) section("chains", "Who takes whose messages", drawn);
+      return;
+    }
     // A chain without a name of its own is named by all its callbacks.
     const short = c => c.hops.length > 2 && c.name === c.hops.join(" -> ") ? `${c.hops[0]} \u2026 ${c.hops[c.hops.length - 1]}` : c.name;
     const cells = s => s === null ? ["\u2013", "\u2013", "\u2013"] : [time(s.p50), time(s.p99), time(s.max)];

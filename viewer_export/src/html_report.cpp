@@ -177,7 +177,18 @@ Json HtmlReport::State::facts_json(const analysis::AnalysisResult& result,
   Json facts{{"bins_per_decade", kBinsPerDecade},
              {"spec", spec == nullptr ? Json(nullptr) : Json(spec->name())},
              {"clock_offset_ns", optional_json(result.report.trace.clock_offset_ns)},
-             {"callbacks", Json::array()}};
+             {"callbacks", Json::array()},
+             {"edges", Json::array()}};
+  for (const analysis::GraphEdge& edge : result.report.edges) {
+    facts["edges"].push_back(
+        {{"from", edge.from ? Json{{"logical_id", edge.from->logical_id}, {"pid", edge.from->pid}}
+                            : Json(nullptr)},
+         {"to", {{"logical_id", edge.to.logical_id}, {"pid", edge.to.pid}}},
+         {"topic", edge.topic},
+         {"messages", edge.messages},
+         {"communication_p50_ns",
+          edge.communication ? Json(edge.communication->p50) : Json(nullptr)}});
+  }
   std::map<std::pair<std::string, std::int64_t>, const Callback*> by_name;
   for (const Callback& callback : callbacks)
     by_name.emplace(std::pair(callback.logical_id, callback.pid), &callback);

@@ -185,6 +185,16 @@ class Contents(Page):
         self.assertIn("M2 one-callback-per-thread", short)
         self.assertIn("Slowest: " + worst["logical_id"], short)
 
+    def test_the_graph_is_that_of_the_edges(self):
+        trace = EXAMPLES / "multi_threaded_fails" / "trace"
+        self.page(trace)
+        edges = [e for e in csv.DictReader(io.StringIO(cie("export", trace, "--to", "csv", "--table", "edges")))
+                 if e["from_logical_id"]]
+        self.assertTrue(edges)
+        drawn = self.see("#chains ~ .scroll path > title")
+        self.assertEqual(sorted(text.split(":")[0] for text in drawn),
+                         sorted(f"{e['from_logical_id']} to {e['to_logical_id']} by {e['topic']}" for e in edges))
+
     def test_deadlines_of_the_spec_are_marked(self):
         spec = self.folder / "spec.yaml"
         trace = EXAMPLES / "isolated_ok" / "trace"
