@@ -234,8 +234,7 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
     for (const TimelineInstance& instance : lane.instances)
       tids.push_back(instance.tid);
     std::ranges::sort(tids);
-    const auto rest = std::ranges::unique(tids);
-    tids.erase(rest.begin(), rest.end());
+    tids.erase(std::unique(tids.begin(), tids.end()), tids.end());
     put_lane(columns, lane.instances, base, tids);
     lanes.push_back(
         {{"logical_id", callback.logical_id},

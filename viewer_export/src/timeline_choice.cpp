@@ -75,8 +75,10 @@ std::vector<TimelineChoice::Kept> TimelineChoice::take() {
       return std::tuple(i.start, i.tid, i.seq);
     };
     std::ranges::sort(kept.instances, {}, identity);
-    const auto rest = std::ranges::unique(kept.instances, {}, identity);
-    kept.instances.erase(rest.begin(), rest.end());
+    kept.instances.erase(
+        std::unique(kept.instances.begin(), kept.instances.end(),
+                    [&](const auto& a, const auto& b) { return identity(a) == identity(b); }),
+        kept.instances.end());
   }
   lanes_.clear();
   kept_evenly_ = 0;
