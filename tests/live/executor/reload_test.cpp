@@ -148,11 +148,12 @@ TEST_F(Reload, IsWhatLaterThreadsRunBy) {
   start({}, entry(1, "policy: SCHED_OTHER"));
   executor_->reload_spec(spec_of(entry(3, "policy: SCHED_BATCH"),
                                  "non_ros_threads:\n  - {id: helper, policy: SCHED_IDLE}\n"));
-  std::atomic<int> of_timer{-1};
-  std::atomic<int> of_helper{-1};
-  node_.create_wall_timer(3ms, [&] { of_timer = sched_getscheduler(0); });
-  executor_->spawn_thread("helper", [&] { of_helper = sched_getscheduler(0); });
-  EXPECT_TRUE(eventually([&] { return of_timer == SCHED_BATCH && of_helper == SCHED_IDLE; }));
+  // The timer runs on after the test's body has ended.
+  const auto of_timer = std::make_shared<std::atomic<int>>(-1);
+  const auto of_helper = std::make_shared<std::atomic<int>>(-1);
+  node_.create_wall_timer(3ms, [of_timer] { *of_timer = sched_getscheduler(0); });
+  executor_->spawn_thread("helper", [of_helper] { *of_helper = sched_getscheduler(0); });
+  EXPECT_TRUE(eventually([&] { return *of_timer == SCHED_BATCH && *of_helper == SCHED_IDLE; }));
 }
 
 TEST_F(Reload, ReachesTheThreadsOfDds) {
