@@ -159,6 +159,8 @@ def edit_metadata(rng, folder):
     file, data = metadata_of(rng, folder)
     words = list(re.finditer(rb"\b(?:size = \d+|align = \d+|id = \d+|signed = \d|cie:\w+|_\w+|uuid|stream_id"
                              rb"|struct|integer|string|:=|[{};])", data))
+    if not words:  # an earlier damage left too little of it
+        return flip_metadata(rng, folder)
     word, other = rng.choice(words), rng.choice(words)
     new = rng.choice([b"", other.group(), b"size = 64", b"size = 7", b"align = 1", b"id = 3"])
     # Same length, as packets of metadata count their bytes.
