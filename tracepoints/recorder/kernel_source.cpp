@@ -6,7 +6,8 @@
 namespace cie::record {
 namespace {
 
-// Whatever this recording uses: what a killed recorder left slows the whole machine down.
+// For a recording that does not use tracefs, and so would not tidy it: what a killed recorder left
+// slows the whole machine down.
 void tidy_tracefs() noexcept {
   try {
     remove_abandoned_instances(Tracefs());
@@ -17,10 +18,11 @@ void tidy_tracefs() noexcept {
 }  // namespace
 
 std::unique_ptr<KernelSource> open_kernel_source(KernelRoute route, std::uint64_t buffer_size) {
-  tidy_tracefs();
   if (route != KernelRoute::tracefs) {
     try {
-      return open_bpf_source(buffer_size);
+      auto source = open_bpf_source(buffer_size);
+      tidy_tracefs();
+      return source;
     } catch (const KernelUnavailable&) {
       if (route == KernelRoute::bpf) throw;
     }

@@ -10,11 +10,14 @@
 
 namespace cie::viewer_export {
 
+std::filesystem::path temporary_place(const std::filesystem::path& directory) {
+  if (!directory.empty()) return directory;
+  const char* chosen = std::getenv("TMPDIR");
+  return chosen != nullptr && *chosen != '\0' ? chosen : "/tmp";
+}
+
 void Spool::open() {
-  if (directory_.empty()) {
-    const char* chosen = std::getenv("TMPDIR");
-    directory_ = chosen != nullptr && *chosen != '\0' ? chosen : "/tmp";
-  }
+  directory_ = temporary_place(directory_);
   object_ = "temporary data in \"" + directory_.string() + "\" (TMPDIR chooses another directory)";
   file_ = FileDescriptor{::open(directory_.c_str(), O_TMPFILE | O_RDWR | O_EXCL | O_CLOEXEC, 0600)};
   if (!file_.is_open()) {  // a file system without nameless files

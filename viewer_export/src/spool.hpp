@@ -13,6 +13,9 @@
 
 namespace cie::viewer_export {
 
+// Where temporary data goes: `directory`; empty: $TMPDIR or /tmp.
+std::filesystem::path temporary_place(const std::filesystem::path& directory);
+
 class Spool {
  public:
   // In `directory`; empty: $TMPDIR or /tmp. Opens on the first append.

@@ -4,6 +4,7 @@
 #include "file_descriptor.hpp"
 #include "instance_rows.hpp"
 #include "result_tables.hpp"
+#include "spool.hpp"
 #include "utf8.hpp"
 
 #include <array>
@@ -44,10 +45,7 @@ std::string_view type_name(ColumnType type) {
 class Database {
  public:
   explicit Database(const std::filesystem::path& directory) {
-    const char* temporary = std::getenv("TMPDIR");
-    const std::filesystem::path place = !directory.empty()     ? directory
-                                        : temporary != nullptr ? temporary
-                                                               : "/tmp";
+    const auto place = temporary_place(directory);
     std::string name = (place / "cie-XXXXXX").string();
     file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
     if (!file_.is_open()) throw_write_error("cannot create a file in " + place.string(), errno);

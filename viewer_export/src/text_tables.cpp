@@ -64,7 +64,11 @@ class CsvTable final : public TableWriter {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (i > 0) out += ',';
       if (const auto* text = std::get_if<std::string_view>(&cells[i])) {
-        out += is_plain(*text) ? std::string(*text) : csv_field(*text);
+        if (is_plain(*text)) {
+          out += *text;
+        } else {
+          out += csv_field(*text);
+        }
       } else {
         append_number(out, cells[i]);
       }

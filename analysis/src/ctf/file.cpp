@@ -1,5 +1,6 @@
 #include "file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -53,6 +54,21 @@ std::size_t File::read(std::uint64_t offset, std::span<std::uint8_t> to) const n
     done += static_cast<std::size_t>(got);
   }
   return done;
+}
+
+std::vector<std::filesystem::path> stream_files(const std::filesystem::path& directory,
+                                                std::error_code& error) {
+  namespace fs = std::filesystem;
+  std::vector<fs::path> paths;
+  fs::directory_iterator entry(directory, error);
+  for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+    const auto name = entry->path().filename().string();
+    std::error_code ignored;
+    if (name == "metadata" || name.starts_with('.') || !entry->is_regular_file(ignored)) continue;
+    paths.push_back(entry->path());
+  }
+  std::sort(paths.begin(), paths.end());
+  return paths;
 }
 
 }  // namespace cie::analysis::ctf

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <span>
 #include <string>
+#include <system_error>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis::ctf {
 
@@ -26,5 +29,10 @@ class File {
   std::string error_;
   std::uint64_t size_ = 0;
 };
+
+// What may be streams of a trace: the regular files of its directory but its metadata and hidden
+// ones, by name. What could be listed before an error is there as well.
+std::vector<std::filesystem::path> stream_files(const std::filesystem::path& directory,
+                                                std::error_code& error);
 
 }  // namespace cie::analysis::ctf

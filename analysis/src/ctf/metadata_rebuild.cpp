@@ -159,18 +159,10 @@ class Rebuilder {
   std::map<std::string, Channel> channels_;
 };
 
+// What can be listed: the reader tells of the rest.
 std::vector<fs::path> files_of(const fs::path& directory) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  fs::directory_iterator entry(directory, error);
-  for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
-    const auto name = entry->path().filename().string();
-    std::error_code ignored;
-    if (name == "metadata" || name.starts_with('.') || !entry->is_regular_file(ignored)) continue;
-    files.push_back(entry->path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  std::error_code ignored;
+  return stream_files(directory, ignored);
 }
 
 }  // namespace

@@ -195,7 +195,12 @@ class Reader {
     auto& state = states_[name];
     state.priority_offset = plan->priority_offset;
     const auto trace = std::make_shared<LateFields::OfTrace>(late_, plan, state);
-    for (const auto& path : stream_files(directory)) {
+    std::error_code listing;
+    const auto paths = stream_files(directory, listing);
+    if (listing) {
+      throw UnreadableTrace("cannot read trace " + directory.string() + ": " + listing.message());
+    }
+    for (const auto& path : paths) {
       std::error_code error;
       const auto absolute = fs::absolute(path, error).lexically_normal();
       StreamFile file{
@@ -208,23 +213,6 @@ class Reader {
       guard_tick();
       files_[key_of(name, file, path)].push_back(std::move(file));
     }
-  }
-
-  static std::vector<fs::path> stream_files(const fs::path& directory) {
-    std::vector<fs::path> paths;
-    std::error_code error;
-    fs::directory_iterator entry(directory, error);
-    for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
-      const auto name = entry->path().filename().string();
-      std::error_code ignored;
-      if (name == "metadata" || name.starts_with('.') || !entry->is_regular_file(ignored)) continue;
-      paths.push_back(entry->path());
-    }
-    if (error) {
-      throw UnreadableTrace("cannot read trace " + directory.string() + ": " + error.message());
-    }
-    std::sort(paths.begin(), paths.end());
-    return paths;
   }
 
   static StreamKey key_of(const std::string& trace, const StreamFile& file, const fs::path& path) {
