@@ -156,6 +156,7 @@ void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thre
 
 void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
                                    const SchedSwitch& event) {
+  has_switches_ = true;
   auto& tids = tids_[host];
   if (event.prev_tid != 0) {
     tids[event.prev_tid].prio = event.prev_prio;

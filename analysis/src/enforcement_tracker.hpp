@@ -27,7 +27,7 @@ class EnforcementTracker {
   void on_user_event(const EventHead& head, ThreadIndex thread) {
     auto* state = threads_.find(thread);
     if (state == nullptr || !state->has_cpus) {
-      adopt_unread(head, thread);
+      if (has_switches_) adopt_unread(head, thread);
       return;
     }
     if (!head.cpu || !is_judging_) return;
@@ -93,6 +93,7 @@ class EnforcementTracker {
   ByIndex<ThreadIndex, OfThread> threads_;
   ByIndex<HostIndex, FlatMap<std::int64_t, OfTid>> tids_;
   bool is_judging_ = true;
+  bool has_switches_ = false;  // of any host: until then nothing was scheduled
   bool is_totalled_ = false;
 };
 

@@ -33,9 +33,9 @@ std::uint64_t value_of(std::size_t bucket) noexcept {
   return ((64 + sub) << shift) + ((std::uint64_t{1} << shift) >> 1U);
 }
 
-void count_in(std::vector<std::uint64_t>& buckets, std::size_t bucket, std::uint64_t times) {
-  if (bucket >= buckets.size()) buckets.resize(bucket + 1);
-  buckets[bucket] += times;
+// Apart from what it grows, so that counting needs no register saved.
+[[gnu::noinline]] void grow(std::vector<std::uint64_t>& buckets, std::size_t bucket) {
+  buckets.resize(bucket + 1);
 }
 
 void merge_into(std::vector<std::uint64_t>& to, const std::vector<std::uint64_t>& from) {
@@ -56,9 +56,15 @@ std::int64_t clamped(Int128 value) noexcept {
 
 }  // namespace
 
-void LogLinearHistogram::add(std::int64_t value) {
-  count_in(value < 0 ? negative_ : positive_, bucket_of(magnitude(value)), 1);
-  ++count_;
+void LogLinearHistogram::add(std::span<const std::int64_t> values) {
+  for (const auto value : values) {
+    auto& buckets = value < 0 ? negative_ : positive_;
+    const auto bucket = bucket_of(magnitude(value));
+    if (bucket >= buckets.size()) [[unlikely]]
+      grow(buckets, bucket);
+    ++buckets[bucket];
+  }
+  count_ += values.size();
 }
 
 void LogLinearHistogram::merge(const LogLinearHistogram& other) {
@@ -88,13 +94,19 @@ std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
 void Statistics::settle() const {
   if (waiting_count_ == 0) return;
   if (histogram_.count() == 0) min_ = max_ = waiting_.front();
-  for (std::size_t i = 0; i < waiting_count_; ++i) {
-    const auto value = waiting_[i];
-    min_ = std::min(min_, value);
-    max_ = std::max(max_, value);
-    sum_ += value;
-    histogram_.add(value);
+  const std::span<const std::int64_t> values(waiting_.data(), waiting_count_);
+  auto min = min_;
+  auto max = max_;
+  auto sum = sum_;
+  for (const auto value : values) {
+    min = std::min(min, value);
+    max = std::max(max, value);
+    sum += value;
   }
+  min_ = min;
+  max_ = max;
+  sum_ = sum;
+  histogram_.add(values);
   waiting_count_ = 0;
 }
 

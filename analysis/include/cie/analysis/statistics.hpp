@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace cie::analysis {
@@ -32,7 +33,8 @@ struct Summary {
 // about 7 300 buckets.
 class LogLinearHistogram {
  public:
-  void add(std::int64_t value) noexcept(false);
+  void add(std::int64_t value) { add(std::span(&value, 1)); }
+  void add(std::span<const std::int64_t> values);
   void merge(const LogLinearHistogram& other);
   // Nearest rank ceil(p * count) with p = numerator/denominator; the bucket's midpoint. Requires
   // count() > 0.
