@@ -3,6 +3,7 @@
 #include "chain_tracker.hpp"
 #include "enforcement_tracker.hpp"
 #include "facts.hpp"
+#include "host_clocks.hpp"
 #include "instance_builder.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
@@ -64,8 +65,9 @@ struct Analyzer::Pipeline {
         observer(instance_observer),
         registry(model),
         recording(model, registry, analysis_options.window),
-        chains(model, registry, options.spec),
-        instances(model, registry, recording, timeline, chains, observer),
+        clocks(model),
+        chains(model, registry, clocks, options.spec),
+        instances(model, registry, recording, timeline, clocks, chains, observer),
         enforcement(model, registry, timeline, instances) {
     if (!options.window) return;
     cut.emplace(*options.window, model, registry, instances);
@@ -133,6 +135,7 @@ struct Analyzer::Pipeline {
             [&](const StreamBegin& e) {
               recording.apply(head, e);
               translator.apply(head, e);
+              clocks.apply(registry.host_of(head), e);
             },
             [&](const StreamEnd& e) { recording.apply(head, e); },
             [&](const PacketBegin& e) { recording.apply(head, e); },
@@ -192,7 +195,7 @@ struct Analyzer::Pipeline {
     instances.apply(head, who, e);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const ClockSync& e) {
-    instances.apply(head, e);
+    clocks.apply(registry.host_of(head), e);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedSwitch& e) {
     const auto host = registry.host_of(head);
@@ -297,6 +300,7 @@ struct Analyzer::Pipeline {
   Registry registry;
   RecordingTracker recording;
   ThreadTimeline timeline;
+  HostClocks clocks;
   ChainTracker chains;
   InstanceBuilder instances;
   EnforcementTracker enforcement;

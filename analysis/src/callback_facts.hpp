@@ -177,7 +177,8 @@ struct MessageEdgeFacts {
   std::optional<CallbackIndex> from{};
   CallbackIndex to{};
   std::uint64_t messages = 0;
-  Statistics communication{};  // exact releases only
+  Statistics communication{};         // exact releases only
+  std::optional<HostPair> crosses{};  // hosts, if they are two
 };
 
 // Chain instance as a witness.
@@ -200,8 +201,9 @@ struct ChainFacts {
   Statistics path_latency{};
   Statistics reaction_time{};
   Statistics data_age{};
-  std::vector<Statistics> processing{};     // one per hop
-  std::vector<Statistics> communication{};  // one fewer
+  std::vector<Statistics> processing{};            // one per hop
+  std::vector<Statistics> communication{};         // one fewer
+  std::vector<std::optional<HostPair>> crosses{};  // by message: hosts, if they are two
   std::optional<ChainExtreme> max_path_latency{};
   std::optional<ChainExtreme> max_reaction_time{};
   std::optional<ChainExtreme> max_data_age{};

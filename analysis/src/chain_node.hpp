@@ -49,10 +49,13 @@ struct ChainNode {
   bool is_in_window = true;          // began inside the window
 
   // The message it took: writer and source timestamp; parent and published are resolved from them.
+  HostIndex host{};
   std::uint64_t writer_gid = 0;
   std::int64_t source_timestamp = 0;
   ChainNodeRef parent;
-  Timestamp published;  // when the parent published it
+  HostIndex writer_host{};
+  Timestamp published;            // when the parent published it, by its host's clock
+  std::optional<Timestamp> sent;  // the same by this host's clock; empty: they cannot be related
   enum class Link : std::uint8_t { source, resolved, outside, unseen };
   Link link = Link::source;  // outside: published outside any callback, or before the first seen
   std::uint32_t depth = 0;

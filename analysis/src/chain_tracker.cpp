@@ -19,8 +19,9 @@ void keep_larger(std::optional<ChainExtreme>& extreme, Duration value, const Eve
 
 }  // namespace
 
-ChainTracker::ChainTracker(Model& model, Registry& registry, const SchedulingSpec* spec)
-    : model_(model), registry_(registry), has_spec_(spec != nullptr) {
+ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
+                           const SchedulingSpec* spec)
+    : model_(model), registry_(registry), clocks_(clocks), has_spec_(spec != nullptr) {
   if (!has_spec_) return;
   for (const auto& chain : spec->chains()) {
     Chain entry;
@@ -59,6 +60,13 @@ void ChainTracker::resolve(ChainNode& node) {
     return;
   }
   node.published = found->time;
+  const auto writer = model_.publishers[*publisher].process;
+  node.writer_host = model_.processes[at(writer)].host;
+  if (node.writer_host == node.host) {
+    node.sent = found->time;
+  } else {
+    node.sent = clocks_.local(node.host, node.source_timestamp);
+  }
   if (!found->node) {
     node.link = ChainNode::Link::outside;
     return;
@@ -115,7 +123,12 @@ void ChainTracker::note_edge(const ChainNode& node) {
     edge->to = node.callback;
   }
   ++edge->messages;
-  if (from && node.release) edge->communication.add(*node.release - node.published);
+  if (!node.release || !node.sent) return;
+  const auto shown = *node.release - *node.sent;
+  if (from) edge->communication.add(shown);
+  if (node.writer_host == node.host) return;
+  edge->crosses = HostPair{node.writer_host, node.host};
+  clocks_.note_message(node.writer_host, node.host, shown);
 }
 
 void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
@@ -183,6 +196,39 @@ bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
   return false;
 }
 
+ChainTracker::Spans ChainTracker::spans_of(const Nodes& nodes) {
+  Spans spans{.to_last = Duration{}};
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto& node = *nodes[i];
+    if (!node.release) spans.is_exact = false;
+    if (i == 0 || !spans.to_last) continue;
+    if (node.sent) {
+      *spans.to_last += *node.sent - node.published;
+    } else {
+      spans.to_last.reset();
+    }
+  }
+  return spans;
+}
+
+// The sum of its parts, each by one clock: end - first release where there is only one.
+void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end) {
+  Duration latency{};
+  const auto add = [&latency](Statistics& quantity, Duration part) {
+    quantity.add(part);
+    latency += part;
+  };
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    const auto& next = *nodes[i + 1];
+    add(facts.processing[i], next.published - *nodes[i]->release);
+    add(facts.communication[i], *next.release - *next.sent);
+    if (next.writer_host != next.host) facts.crosses[i] = HostPair{next.writer_host, next.host};
+  }
+  add(facts.processing.back(), end.time - *nodes.back()->release);
+  facts.path_latency.add(latency);
+  keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
+}
+
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
@@ -192,32 +238,30 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   chain.hops.resize(nodes.size());
   std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
                  [](const ChainNode* node) { return node->callback; });
-  const bool is_exact =
-      std::all_of(nodes.begin(), nodes.end(), [](const ChainNode* node) { return node->release; });
   facts.processing.resize(nodes.size());
   facts.communication.resize(nodes.size() - 1);
-  if (is_exact) {
-    for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-      const auto published = nodes[i + 1]->published;
-      facts.processing[i].add(published - *nodes[i]->release);
-      facts.communication[i].add(*nodes[i + 1]->release - published);
-    }
-    facts.processing.back().add(end.time - *nodes.back()->release);
-    const auto latency = end.time - *nodes.front()->release;
-    facts.path_latency.add(latency);
-    keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
+  facts.crosses.resize(nodes.size() - 1);
+  const auto spans = spans_of(nodes);
+  if (spans.is_exact && spans.to_last) {
+    note_latency(facts, nodes, end);
   } else {
     ++facts.inexact;
   }
 
   auto& progress = chain.progress;
+  if (!spans.to_last) {  // the ends' clocks have nothing in common
+    progress.has_last = false;
+    progress.pending.clear();
+    return;
+  }
   const auto read = nodes.front()->start.time;
+  const auto since = [&](Timestamp then) { return end.time - (then + *spans.to_last); };
   if (progress.has_last && (is_restarted || has_hole(nodes, progress))) {
     progress.has_last = false;
     progress.pending.clear();
   }
   if (progress.has_last) {
-    const auto age = end.time - progress.last_read;
+    const auto age = since(progress.last_read);
     facts.data_age.add(age);
     keep_larger(facts.max_data_age, age, progress.last_start, end);
   }
@@ -225,7 +269,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   const auto answered = std::find_if(pending.begin(), pending.end(),
                                      [read](const Read& r) { return r.read >= read; });
   for (auto r = pending.begin(); r != answered; ++r) {
-    const auto reaction = end.time - r->read;
+    const auto reaction = since(r->read);
     facts.reaction_time.add(reaction);
     keep_larger(facts.max_reaction_time, reaction, r->start, end);
   }

@@ -8,6 +8,7 @@
 #include "by_index.hpp"
 #include "chain_node.hpp"
 #include "facts.hpp"
+#include "host_clocks.hpp"
 #include "recent.hpp"
 #include "registry.hpp"
 
@@ -21,7 +22,7 @@ namespace cie::analysis {
 
 class ChainTracker {
  public:
-  ChainTracker(Model& model, Registry& registry, const SchedulingSpec* spec);
+  ChainTracker(Model& model, Registry& registry, HostClocks& clocks, const SchedulingSpec* spec);
 
   // A node for an instance that begins. Valid as long as the tracker.
   ChainNodeRef new_node() { return nodes_.take(); }
@@ -46,6 +47,11 @@ class ChainTracker {
     Timestamp read;
     EventRef start;
   };
+  // What is measured of one instance of a chain, all by the clock of its last callback's host.
+  struct Spans {
+    bool is_exact = true;             // all releases are
+    std::optional<Duration> to_last;  // what to add to the first callback's times
+  };
   struct Progress {
     std::vector<std::uint64_t> seqs;  // of the last chain instance, hop by hop
     Timestamp last_read;
@@ -68,11 +74,14 @@ class ChainTracker {
   void on_path(const ChainNode& node, const EventRef& end);
   // The chain of a path, new if it is; null if there are too many.
   Chain* chain_of(const Nodes& nodes);
+  static Spans spans_of(const Nodes& nodes);
+  static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
   bool has_hole(const Nodes& nodes, const Progress& progress);
 
   Model& model_;
   Registry& registry_;
+  HostClocks& clocks_;
   ChainNodePool nodes_;
   ByIndex<std::uint32_t, Recent<Message, kMaxMessages>> messages_;  // by publisher
   std::vector<Chain> specified_;

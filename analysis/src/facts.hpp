@@ -20,6 +20,7 @@ namespace cie::analysis {
 struct Model {
   std::vector<std::string> paths{};
   std::vector<HostFacts> hosts{};
+  std::map<HostPair, HostClockFacts> host_clocks{};  // of hosts that exchange messages
   std::vector<StreamFacts> streams{};
   std::map<std::uint32_t, ChannelFacts> channels{};
   std::vector<Loss> losses{};  // capped at 100 000; see losses_dropped

@@ -44,11 +44,6 @@ bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
   return std::ranges::find(open, seq, &LiveInstance::seq) != open.end();
 }
 
-void InstanceBuilder::apply(const EventHead& head, const ClockSync& event) {
-  realtime_offsets_[registry_.host_of(head)] =
-      detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
-}
-
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
                             const ThreadWakeup& /*event*/) {
   if (!who.thread) return;
@@ -93,7 +88,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   live->missed = event.missed;
   live->source_timestamp = event.source_timestamp_realtime_ns;
   live->writer_gid = event.writer_gid;
-  live->realtime_offset = realtime_offsets_[live->host];
+  live->realtime_offset = clocks_.synced(live->host);
 
   auto& on_thread = of_thread(live->thread);
   auto& callback = callbacks_[live->callback];
@@ -132,6 +127,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
 
   live->node = chains_.new_node();
   live->node->callback = live->callback;
+  live->node->host = live->host;
   live->node->seq = live->seq;
   live->node->start = live->start;
   live->node->writer_gid = live->writer_gid;

@@ -8,6 +8,7 @@
 #include "by_index.hpp"
 #include "chain_tracker.hpp"
 #include "facts.hpp"
+#include "host_clocks.hpp"
 #include "instance_measurer.hpp"
 #include "recent.hpp"
 #include "recording_tracker.hpp"
@@ -26,11 +27,13 @@ namespace cie::analysis {
 class InstanceBuilder {
  public:
   InstanceBuilder(Model& model, Registry& registry, RecordingTracker& recording,
-                  ThreadTimeline& timeline, ChainTracker& chains, Observer* observer)
+                  ThreadTimeline& timeline, HostClocks& clocks, ChainTracker& chains,
+                  Observer* observer)
       : model_(model),
         registry_(registry),
         recording_(recording),
         timeline_(timeline),
+        clocks_(clocks),
         chains_(chains),
         observer_(observer),
         measurer_(model, registry, recording, timeline, chains, observer) {}
@@ -40,7 +43,6 @@ class InstanceBuilder {
   void apply(const EventHead& head, const Emitter& who, const CallbackEnd& event);
   void apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event);
   void apply(const EventHead& head, const Emitter& who, const Publish& event);
-  void apply(const EventHead& head, const ClockSync& event);
   void thread_began(HostIndex host, ThreadIndex thread);
   // An instance that is not looked at, because it began before the window, begins and ends.
   void begin_outside(const std::optional<ThreadIndex>& thread);
@@ -91,13 +93,13 @@ class InstanceBuilder {
   Registry& registry_;
   RecordingTracker& recording_;
   ThreadTimeline& timeline_;
+  const HostClocks& clocks_;
   ChainTracker& chains_;
   Observer* observer_;
   InstanceMeasurer measurer_;
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
-  ByIndex<HostIndex, std::optional<std::int64_t>> realtime_offsets_;
   std::deque<std::unique_ptr<LiveInstance>> pending_;  // ended, in order of their ends
   std::vector<std::unique_ptr<LiveInstance>> spare_;   // measured, to be used again
 };

@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -85,6 +86,14 @@ struct HostFacts {
   bool has_switches = false;  // kernel events by class
   bool has_wakings = false;
   bool has_forks = false;
+};
+
+using HostPair = std::pair<HostIndex, HostIndex>;  // from, to
+
+// Messages from one host to another, by the times that their clocks showed.
+struct HostClockFacts {
+  std::uint64_t messages = 0;
+  Duration shortest{};
 };
 
 // Which event classes and contexts the trace has at all (T5 and "event class absent").

@@ -2,10 +2,12 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "host_clocks.hpp"
 #include "subjects.hpp"
 
 #include <algorithm>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <string>
 #include <tuple>
@@ -57,6 +59,15 @@ std::uint64_t total_of(const Range& range, Count count) {
       [&count](std::uint64_t sum, const auto& item) { return sum + count(item); });
 }
 
+// Pairs of hosts whose fastest messages both ways took less than nothing together.
+std::uint64_t contradictory_clocks(const Model& model) {
+  return static_cast<std::uint64_t>(
+      std::ranges::count_if(model.host_clocks, [&model](const auto& entry) {
+        const auto& [from, to] = entry.first;
+        return from < to && clock_error(model, entry.first).is_contradiction();
+      }));
+}
+
 std::vector<TraceDefect> defects_of(const Model& model) {
   std::vector<TraceDefect> defects;
   add_defect(defects, "damaged-packets", Severity::error,
@@ -81,6 +92,9 @@ std::vector<TraceDefect> defects_of(const Model& model) {
              "a stream's clock went back: its times cannot be trusted");
   add_defect(defects, "clocks-unrelated", Severity::error, model.clocks_unrelated ? 1 : 0,
              "the traces do not share a boot id: times of different streams cannot be compared");
+  add_defect(defects, "clocks-drifted", Severity::error, contradictory_clocks(model),
+             "messages between two hosts arrive before they were sent, whatever the difference of "
+             "their clocks: it changed meanwhile; synchronise them, or report a shorter --window");
   add_defect(defects, "seq-gaps", Severity::loss,
              total_of(model.callbacks, [](const auto& c) { return c.starts.missing; }),
              "instances are missing from the record; figures of their callbacks are incomplete");
@@ -267,7 +281,32 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
   edge.topic = model.callbacks[at(facts.to)].source;
   edge.messages = facts.messages;
   edge.communication = facts.communication.summary();
+  if (facts.crosses) edge.clock_error = clock_error(model, *facts.crosses);
   return edge;
+}
+
+// Each pair once, in the order of its names.
+std::vector<HostClockReport> clocks_of(const Model& model) {
+  std::map<std::pair<std::string, std::string>, HostClockReport> pairs;
+  for (const auto& [from_to, facts] : model.host_clocks) {
+    const auto& from = model.hosts[at(from_to.first)].name;
+    const auto& to = model.hosts[at(from_to.second)].name;
+    const bool is_there = from < to;
+    auto& pair = pairs[std::minmax(from, to)];
+    (is_there ? pair.messages_there : pair.messages_back) = facts.messages;
+    (is_there ? pair.fastest_there_ns : pair.fastest_back_ns) = facts.shortest.ns;
+  }
+  std::vector<HostClockReport> reports;
+  for (auto& [names, pair] : pairs) {
+    std::tie(pair.first, pair.second) = names;
+    if (pair.fastest_there_ns && pair.fastest_back_ns) {
+      // Each is half the way, plus or minus what the clocks differ by.
+      pair.ahead_ns = (*pair.fastest_there_ns - *pair.fastest_back_ns) / 2;
+      pair.error_ns = (*pair.fastest_there_ns + *pair.fastest_back_ns) / 2;
+    }
+    reports.push_back(std::move(pair));
+  }
+  return reports;
 }
 
 ChainReport report_of(const Model& model, const ChainFacts& facts) {
@@ -279,6 +318,7 @@ ChainReport report_of(const Model& model, const ChainFacts& facts) {
   report.path_latency = facts.path_latency.summary();
   report.reaction_time = facts.reaction_time.summary();
   report.data_age = facts.data_age.summary();
+  report.clock_error = clock_error(model, facts);
   for (std::size_t i = 0; i < facts.processing.size() && i < facts.hops.size(); ++i) {
     const auto processing = facts.processing[i].summary();
     if (!processing) continue;
@@ -289,6 +329,7 @@ ChainReport report_of(const Model& model, const ChainFacts& facts) {
     if (i + 1 < facts.hops.size()) {
       hop.to = facts.hops[i + 1];
       hop.communication = facts.communication[i].summary();
+      if (const auto& pair = facts.crosses[i]) hop.clock_error = clock_error(model, *pair);
     }
     report.hop_table.push_back(std::move(hop));
   }
@@ -362,6 +403,7 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
   });
   for (const auto& chain : model.chains)
     report.chains.push_back(report_of(model, chain));
+  report.clocks = clocks_of(model);
   for (const auto& edge : model.edges)
     report.edges.push_back(report_of(model, edge));
   std::ranges::stable_sort(report.edges, {}, [](const GraphEdge& edge) {

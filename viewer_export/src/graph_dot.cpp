@@ -68,6 +68,9 @@ void write_edge(std::ostream& out, const GraphEdge& edge) {
     label += fmt::format("\\nlatency p50 {}, max {}", format_duration(latency->p50),
                          format_duration(latency->max));
   }
+  if (edge.clock_error) {
+    label += fmt::format("\\nclocks: {}", format_clock_error(*edge.clock_error));
+  }
   const bool is_inside = edge.from && edge.from->pid == edge.to.pid;
   out << fmt::format("  {} -> {} [label=\"{}\"{}];\n",
                      edge.from ? node_name(*edge.from) : topic_name(edge.topic), node_name(edge.to),

@@ -120,36 +120,60 @@ Json json_of(const analysis::ThreadReport& thread) {
           {"busy_ns", optional_json(thread.busy_ns)}};
 }
 
+// A key that only what passes between hosts has.
+void add_clock_error(Json& object, const std::optional<analysis::ClockError>& error) {
+  if (!error) return;
+  const auto bound = [](const auto& value) { return value ? Json(value->ns) : Json(nullptr); };
+  object["clock_error_ns"] = {{"min", bound(error->least)}, {"max", bound(error->most)}};
+}
+
+Json json_of(const analysis::HostClockReport& pair) {
+  const auto either = [](const auto& there, const auto& back) {
+    return Json::array({optional_json(there), optional_json(back)});
+  };
+  return {{"hosts", Json::array({pair.first, pair.second})},
+          {"messages", Json::array({pair.messages_there, pair.messages_back})},
+          {"fastest_ns", either(pair.fastest_there_ns, pair.fastest_back_ns)},
+          {"ahead_ns", optional_json(pair.ahead_ns)},
+          {"error_ns", optional_json(pair.error_ns)}};
+}
+
 Json json_of(const analysis::HopReport& hop) {
-  return {{"from", hop.from},
-          {"to", optional_json(hop.to)},
-          {"processing_ns", json_of(hop.processing)},
-          {"communication_ns", json_of(hop.communication)}};
+  Json json{{"from", hop.from},
+            {"to", optional_json(hop.to)},
+            {"processing_ns", json_of(hop.processing)},
+            {"communication_ns", json_of(hop.communication)}};
+  add_clock_error(json, hop.clock_error);
+  return json;
 }
 
 Json json_of(const analysis::ChainReport& chain) {
-  return {{"name", chain.name},
-          {"pid", optional_json(chain.pid)},
-          {"hops", array_of(chain.hops)},
-          {"instances", chain.instances},
-          {"path_latency_ns", json_of(chain.path_latency)},
-          {"reaction_time_ns", json_of(chain.reaction_time)},
-          {"data_age_ns", json_of(chain.data_age)},
-          {"hop_table", array_of(chain.hop_table, [](const auto& hop) { return json_of(hop); })}};
+  Json json{{"name", chain.name},
+            {"pid", optional_json(chain.pid)},
+            {"hops", array_of(chain.hops)},
+            {"instances", chain.instances},
+            {"path_latency_ns", json_of(chain.path_latency)},
+            {"reaction_time_ns", json_of(chain.reaction_time)},
+            {"data_age_ns", json_of(chain.data_age)},
+            {"hop_table", array_of(chain.hop_table, [](const auto& hop) { return json_of(hop); })}};
+  add_clock_error(json, chain.clock_error);
+  return json;
 }
 
 }  // namespace
 
 void write_report_json(std::ostream& out, const analysis::Report& report) {
   const auto convert = [](const auto& element) { return json_of(element); };
-  write_json(out, {{"schema", "cie.report/1"},
-                   {"tool", {{"name", "cie"}, {"version", tool_version()}}},
-                   {"trace", json_of(report.trace)},
-                   {"defects", array_of(report.defects, convert)},
-                   {"processes", array_of(report.processes, convert)},
-                   {"callbacks", array_of(report.callbacks, convert)},
-                   {"threads", array_of(report.threads, convert)},
-                   {"chains", array_of(report.chains, convert)}});
+  Json json{{"schema", "cie.report/1"},
+            {"tool", {{"name", "cie"}, {"version", tool_version()}}},
+            {"trace", json_of(report.trace)},
+            {"defects", array_of(report.defects, convert)},
+            {"processes", array_of(report.processes, convert)},
+            {"callbacks", array_of(report.callbacks, convert)},
+            {"threads", array_of(report.threads, convert)},
+            {"chains", array_of(report.chains, convert)}};
+  if (!report.clocks.empty()) json["clocks"] = array_of(report.clocks, convert);
+  write_json(out, json);
 }
 
 }  // namespace cie::viewer_export

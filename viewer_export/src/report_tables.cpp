@@ -154,11 +154,36 @@ std::string chain_table(const ChainReport& chain, std::size_t number, const Text
   for (const auto& hop : chain.hop_table) {
     add_quantity(table, "in " + printable(hop.from), hop.processing);
     if (hop.to) {
-      add_quantity(table, "  message to the next", hop.communication);
+      add_quantity(table, hop.clock_error ? "  message to another host" : "  message to the next",
+                   hop.communication);
     }
   }
-  return paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) +
-         "\n";
+  std::string text =
+      paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style);
+  if (chain.clock_error) {
+    text += fmt::format("  between hosts: add {} for their clocks\n",
+                        format_clock_error(*chain.clock_error));
+  }
+  return text + "\n";
+}
+
+std::string clock_line(const analysis::HostClockReport& pair) {
+  constexpr std::size_t kName = 40;
+  const auto first = elide(printable(pair.first), kName);
+  const auto second = elide(printable(pair.second), kName);
+  auto text = fmt::format("{} to {}: {}, {} back; ", first, second,
+                          counted(pair.messages_there, "message"), pair.messages_back);
+  if (!pair.ahead_ns) {
+    return text + "their clocks may differ by anything, because messages go only one way";
+  }
+  if (*pair.error_ns < 0) {
+    return text + fmt::format(
+                      "their clocks did not keep one difference: the fastest message there "
+                      "and the fastest back took {} together",
+                      format_duration(2 * *pair.error_ns));
+  }
+  return text + fmt::format("the clock of {} is {} ahead, give or take {}", second,
+                            format_duration(*pair.ahead_ns), format_duration(*pair.error_ns));
 }
 
 }  // namespace
@@ -206,6 +231,16 @@ std::string thread_tables(const Report& report, const TextStyle& style) {
                           {"runs", "", Align::left}});
       },
       thread_row);
+}
+
+std::string clock_lines(const Report& report, const TextStyle& style) {
+  if (report.clocks.empty()) return {};
+  auto text = paint("Clocks of the hosts", Look::strong, style) + "\n";
+  for (const auto& pair : report.clocks) {
+    for (const auto& line : wrap(clock_line(pair), style.columns - 2))
+      text += "  " + line + "\n";
+  }
+  return text + "\n";
 }
 
 std::string chain_tables(const Report& report, const TextStyle& style) {

@@ -18,5 +18,7 @@ std::string callback_title(const analysis::Report& report,
 std::string callback_tables(const analysis::Report& report, const TextStyle& style);
 std::string thread_tables(const analysis::Report& report, const TextStyle& style);
 std::string chain_tables(const analysis::Report& report, const TextStyle& style);
+// How far hosts' clocks differ, as far as messages tell; empty if none went between hosts.
+std::string clock_lines(const analysis::Report& report, const TextStyle& style);
 
 }  // namespace cie::viewer_export

@@ -234,7 +234,7 @@ void write_report_text(std::ostream& out, const Report& report,
     return;
   }
   out << callback_tables(report, style) << thread_tables(report, style)
-      << chain_tables(report, style) << notes(report, style);
+      << chain_tables(report, style) << clock_lines(report, style) << notes(report, style);
 }
 
 }  // namespace cie::viewer_export

@@ -53,6 +53,21 @@ std::vector<Column> with_summaries(std::vector<Column> columns,
   return columns;
 }
 
+std::vector<Column> with_clock_error(std::vector<Column> columns) {
+  columns.push_back({"clock_error_min_ns"});
+  columns.push_back({"clock_error_max_ns"});
+  return columns;
+}
+
+// NULL within one host, and where nothing bounds it.
+void add_clock_error(std::vector<Cell>& cells, const std::optional<analysis::ClockError>& error) {
+  const auto bound = [&error](auto which) {
+    return error && (*error).*which ? Cell(((*error).*which)->ns) : Cell();
+  };
+  cells.push_back(bound(&analysis::ClockError::least));
+  cells.push_back(bound(&analysis::ClockError::most));
+}
+
 // --- the tables
 // -----------------------------------------------------------------------------------
 
@@ -194,13 +209,13 @@ ResultTable processes() {
 ResultTable edges() {
   return {
       .name = "edges",
-      .columns = with_summaries({{"from_logical_id", text},
-                                 {"from_pid"},
-                                 {"to_logical_id", text},
-                                 {"to_pid"},
-                                 {"topic", text},
-                                 {"messages"}},
-                                {"communication_ns"}),
+      .columns = with_clock_error(with_summaries({{"from_logical_id", text},
+                                                  {"from_pid"},
+                                                  {"to_logical_id", text},
+                                                  {"to_pid"},
+                                                  {"topic", text},
+                                                  {"messages"}},
+                                                 {"communication_ns"})),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& e : report.edges) {
           std::vector<Cell> cells{e.from ? Cell(std::string_view(e.from->logical_id)) : Cell(),
@@ -210,6 +225,7 @@ ResultTable edges() {
                                   e.topic,
                                   as_integer(e.messages)};
           add_summary(cells, e.communication);
+          add_clock_error(cells, e.clock_error);
           consume(cells);
         }
       }};
@@ -218,8 +234,9 @@ ResultTable edges() {
 ResultTable chains() {
   return {
       .name = "chains",
-      .columns = with_summaries({{"name", text}, {"pid"}, {"hops"}, {"instances"}},
-                                {"path_latency_ns", "reaction_time_ns", "data_age_ns"}),
+      .columns =
+          with_clock_error(with_summaries({{"name", text}, {"pid"}, {"hops"}, {"instances"}},
+                                          {"path_latency_ns", "reaction_time_ns", "data_age_ns"})),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& c : report.chains) {
           std::vector<Cell> cells{c.name, cell(c.pid), as_integer(c.hops.size()),
@@ -227,6 +244,7 @@ ResultTable chains() {
           add_summary(cells, c.path_latency);
           add_summary(cells, c.reaction_time);
           add_summary(cells, c.data_age);
+          add_clock_error(cells, c.clock_error);
           consume(cells);
         }
       }};
@@ -235,12 +253,12 @@ ResultTable chains() {
 ResultTable chain_hops() {
   return {
       .name = "chain_hops",
-      .columns = with_summaries({{"chain", text},
-                                 {"pid"},
-                                 {"position"},
-                                 {"from_logical_id", text},
-                                 {"to_logical_id", text}},
-                                {"processing_ns", "communication_ns"}),
+      .columns = with_clock_error(with_summaries({{"chain", text},
+                                                  {"pid"},
+                                                  {"position"},
+                                                  {"from_logical_id", text},
+                                                  {"to_logical_id", text}},
+                                                 {"processing_ns", "communication_ns"})),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& c : report.chains) {
           std::int64_t position = 0;
@@ -248,6 +266,7 @@ ResultTable chain_hops() {
             std::vector<Cell> cells{c.name, cell(c.pid), position++, hop.from, cell(hop.to)};
             add_summary(cells, hop.processing);
             add_summary(cells, hop.communication);
+            add_clock_error(cells, hop.clock_error);
             consume(cells);
           }
         }

@@ -164,6 +164,14 @@ std::string format_duration(std::int64_t ns) {
   return {};
 }
 
+std::string format_clock_error(const analysis::ClockError& error) {
+  const auto bound = [](const std::optional<analysis::Duration>& value) -> std::string {
+    if (!value) return "?";
+    return (value->ns > 0 ? "+" : "") + format_duration(value->ns);
+  };
+  return bound(error.least) + " to " + bound(error.most);
+}
+
 std::string counted(std::uint64_t count, std::string_view noun) {
   const std::string_view plural = noun.ends_with('s') ? "es" : "s";
   return fmt::format("{} {}{}", count, noun, count == 1 ? "" : plural);

@@ -1,6 +1,7 @@
 // Plain-text building blocks: hostile names made printable, aligned columns, numbers with units.
 #pragma once
 
+#include <cie/analysis/report.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
 #include <cstddef>
@@ -26,6 +27,9 @@ std::vector<std::string> wrap(std::string_view text, std::size_t columns);
 
 // "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.
 std::string format_duration(std::int64_t ns);
+
+// "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
+std::string format_clock_error(const analysis::ClockError& error);
 
 // "1 instance", "2 instances".
 std::string counted(std::uint64_t count, std::string_view noun);

@@ -1,5 +1,6 @@
 #include "message_rules.hpp"
 
+#include "../host_clocks.hpp"
 #include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
@@ -62,16 +63,33 @@ struct Bound {
   const std::optional<ChainExtreme>& max;
 };
 
+// What the largest value proves, hosts' clocks considered.
+Verdict judge_largest(Duration shown, const std::optional<ClockError>& error, std::int64_t limit) {
+  const auto within = error.value_or(ClockError{.least = Duration{}, .most = Duration{}});
+  if (within.is_contradiction()) return Verdict::inconclusive;
+  if (within.most && (shown + *within.most).ns <= limit) return Verdict::pass;
+  if (within.least && (shown + *within.least).ns > limit) return Verdict::fail;
+  return Verdict::inconclusive;
+}
+
 void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound& bound,
-                 Judgement& judgement) {
+                 const std::optional<ClockError>& error, Judgement& judgement) {
   if (!bound.limit) return;
   judgement.check(bound.measured.count());
-  if (!bound.max || bound.max->value.ns <= *bound.limit) return;
-  judgement.fail(
-      evidence("callback_start", bound.max->first_start, "first callback of the chain starts"));
-  judgement.fail(evidence("callback_end", bound.max->last_end,
-                          std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
-                              place(context, asked.line) + " allows " + nanoseconds(*bound.limit)));
+  if (!bound.max) return;
+  const auto verdict = judge_largest(bound.max->value, error, *bound.limit);
+  if (verdict == Verdict::pass) return;
+  const auto finding = std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
+                       place(context, asked.line) + " allows " + nanoseconds(*bound.limit);
+  const auto& first = bound.max->first_start;
+  const auto& last = bound.max->last_end;
+  if (verdict == Verdict::inconclusive) {
+    judgement.doubt(evidence("callback_end", last,
+                             finding + "; the hosts' clocks may differ by too much to tell"));
+    return;
+  }
+  judgement.fail(evidence("callback_start", first, "first callback of the chain starts"));
+  judgement.fail(evidence("callback_end", last, finding));
 }
 
 // Loss anywhere on the chain, or of callbacks that nothing of was seen.
@@ -117,16 +135,15 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
                                                     : subjects.chain(*chain));
     judgement.overrule(loss_on(context, asked, proof));
     if (chain != model.chains.end()) {
-      judge_bound(
-          context, asked,
-          {"path latency", asked.path_latency_ns, chain->path_latency, chain->max_path_latency},
-          judgement);
-      judge_bound(
-          context, asked,
-          {"reaction time", asked.reaction_time_ns, chain->reaction_time, chain->max_reaction_time},
-          judgement);
-      judge_bound(context, asked,
-                  {"data age", asked.data_age_ns, chain->data_age, chain->max_data_age}, judgement);
+      const auto error = clock_error(model, *chain);
+      for (const auto& bound :
+           {Bound{"path latency", asked.path_latency_ns, chain->path_latency,
+                  chain->max_path_latency},
+            Bound{"reaction time", asked.reaction_time_ns, chain->reaction_time,
+                  chain->max_reaction_time},
+            Bound{"data age", asked.data_age_ns, chain->data_age, chain->max_data_age}}) {
+        judge_bound(context, asked, bound, error, judgement);
+      }
       if (chain->incomplete != 0) {
         judgement.overrule(evidence("publish", chain->first_incomplete.value_or(EventRef{}),
                                     "the publish of the message taken here was not seen; " +
@@ -164,7 +181,8 @@ const Rule kChainBounds{
     "Why it matters: What the vehicle does depends on the whole path from sensor to actuator: "
     "every callback can be in time and the path too late.\n"
     "Inconclusive when the publish of a message on the chain was not seen, a callback of it "
-    "lost instances, or a release on it is not known exactly.\n"
+    "lost instances, or a release on it is not known exactly; between hosts also when what their "
+    "clocks may differ by decides.\n"
     "Remedy: the hop table of cie report --spec shows which callback or message takes the time.",
     judge_chains};
 

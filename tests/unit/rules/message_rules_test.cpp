@@ -1,3 +1,4 @@
+#include "support/move_to_host.hpp"
 #include "support/verdicts.hpp"
 
 #include <string>
@@ -112,6 +113,51 @@ TEST(ChainBounds, IsInconclusiveWhenAReleaseIsUnknown) {
   auto text = std::string(kChain);
   text.replace(text.find("31 start plan release=30"), 24, "31 start plan           ");
   EXPECT_EQ(Verified(text, chain("path_latency: 100"))["Q2"], Verdict::inconclusive);
+}
+
+// plan on one host, fusion on another one whose clock is 300 ahead. Ends at 25 and 55 of a path
+// that begins at 10 and 30; the message takes 2 and 10. Back, none takes less than `back`.
+Verdict of_two_hosts(const std::string& bound, int back) {
+  auto text = std::string(R"(
+    process robot pid=100
+    publisher out topic=/points
+    callback plan timer period=20
+    callback ack subscription topic=/ack
+    process desk pid=200
+    publisher back topic=/ack
+    callback fusion subscription topic=/points
+    10 start plan release=10
+    12 publish out on=plan
+    13 end plan
+    15 start fusion release=14 from=out:0
+    20 publish back on=fusion
+    25 end fusion
+    30 start plan release=30
+    32 publish out on=plan
+    33 end plan
+    43 start fusion release=42 from=out:1
+    55 end fusion)");
+  if (back > 0) {
+    const auto release = 20 + back;
+    text += "\n" + std::to_string(release) + " start ack release=" + std::to_string(release) +
+            " from=back:0\n" + std::to_string(release + 1) + " end ack";
+  }
+  auto trace = trace_of(text);
+  move_to_host(trace, 200, {.name = "desk", .monotonic = 7'000, .realtime = 300});
+  return Verified(trace, chain(bound))["Q2"];
+}
+
+TEST(ChainBounds, BetweenHostsNeedWhatTheClocksMayDifferByBesides) {
+  // The longest path takes 25, shown as 325. Fastest 2 there and 6 back: true is 23 to 31.
+  EXPECT_EQ(of_two_hosts("path_latency: 31", 6), Verdict::pass);
+  EXPECT_EQ(of_two_hosts("path_latency: 30", 6), Verdict::inconclusive);
+  EXPECT_EQ(of_two_hosts("path_latency: 23", 6), Verdict::inconclusive);
+  EXPECT_EQ(of_two_hosts("path_latency: 22", 6), Verdict::fail);
+}
+
+TEST(ChainBounds, BetweenHostsAreNotProvenByMessagesOfOneDirection) {
+  EXPECT_EQ(of_two_hosts("path_latency: 1000", 0), Verdict::inconclusive);
+  EXPECT_EQ(of_two_hosts("path_latency: 22", 0), Verdict::fail);  // whatever the clocks
 }
 
 TEST(ChainBounds, AppliesNotToAChainThatNeverRanOrHasNoBound) {

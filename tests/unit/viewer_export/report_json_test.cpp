@@ -33,6 +33,21 @@ Keys keys(const Json& object) {
   return result;
 }
 
+TEST(ReportJson, TellsOfClocksOnlyWhereMessagesPassBetweenHosts) {
+  const auto report = json_of(test::sample_of_two_hosts());
+  EXPECT_EQ(report["clocks"], nlohmann::ordered_json::parse(R"([
+    {"hosts": ["desk", "robot"], "messages": [6, 9], "fastest_ns": [3000000, 400000],
+     "ahead_ns": 1300000, "error_ns": 1700000},
+    {"hosts": ["desk", "shed"], "messages": [1, 0], "fastest_ns": [-5, null], "ahead_ns": null,
+     "error_ns": null}])"));
+  const auto& chain = report["chains"][0];
+  const auto error = nlohmann::ordered_json::parse(R"({"min": -3000000, "max": 400000})");
+  EXPECT_EQ(chain["clock_error_ns"], error);
+  EXPECT_EQ(chain["hop_table"][0]["clock_error_ns"], error);
+  EXPECT_FALSE(chain["hop_table"][1].contains("clock_error_ns"));
+  EXPECT_FALSE(json_of(test::sample_report()).contains("clocks"));
+}
+
 // The shapes below are the contract's, word for word and in its order.
 TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
   const auto report = json_of(test::sample_report());

@@ -94,6 +94,22 @@ TEST(ReportText, PrintsEveryRoleInFullWithinAHundredColumns) {
   }
 }
 
+TEST(ReportText, SaysByHowMuchTheClocksOfHostsMayDiffer) {
+  const auto text = text_of(test::sample_of_two_hosts());
+  EXPECT_THAT(text, HasSubstr("message to another host"));
+  EXPECT_THAT(text, HasSubstr("between hosts: add -3.000 ms to +400.0 us for their clocks\n"));
+  EXPECT_THAT(text, HasSubstr("Clocks of the hosts\n"
+                              "  desk to robot: 6 messages, 9 back; the clock of robot is 1.300 "
+                              "ms ahead, give or take 1.700 ms\n"
+                              "  desk to shed: 1 message, 0 back; their clocks may differ by "
+                              "anything, because messages go only one\n  way\n"));
+  auto hostile = test::sample_of_two_hosts();
+  hostile.clocks[0].first = "\x1b[2J" + std::string(1'000, 'x');
+  expect_within(text_of(hostile), 100);
+  EXPECT_EQ(text_of(hostile).find('\x1b'), std::string::npos);
+  EXPECT_EQ(text_of(test::sample_report()).find("Clocks"), std::string::npos);
+}
+
 TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
   expect_within(text_of(test::sample_report()), 100);
   auto hostile = test::sample_report();

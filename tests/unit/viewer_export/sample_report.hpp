@@ -122,6 +122,27 @@ inline analysis::Report sample_report() {
   return report;
 }
 
+// The same with the second callback of the chain on another host.
+inline analysis::Report sample_of_two_hosts() {
+  auto report = sample_report();
+  const analysis::ClockError error{.least = analysis::Duration{-3'000'000},
+                                   .most = analysis::Duration{400'000}};
+  report.chains[0].clock_error = error;
+  report.chains[0].hop_table[0].clock_error = error;
+  analysis::HostClockReport both{.first = "desk", .second = "robot"};
+  both.messages_there = 6;
+  both.messages_back = 9;
+  both.fastest_there_ns = 3'000'000;
+  both.fastest_back_ns = 400'000;
+  both.ahead_ns = 1'300'000;
+  both.error_ns = 1'700'000;
+  analysis::HostClockReport one_way{.first = "desk", .second = "shed"};
+  one_way.messages_there = 1;
+  one_way.fastest_there_ns = -5;
+  report.clocks = {both, one_way};
+  return report;
+}
+
 inline analysis::VerdictReport sample_verdicts() {
   using analysis::Verdict;
   const analysis::Evidence first{.event = "callback_start",

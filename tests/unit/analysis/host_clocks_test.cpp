@@ -1,0 +1,166 @@
+// Latencies between hosts whose clocks differ: what is shown, and how far it may be wrong.
+#include <cie/analysis/analyzer.hpp>
+
+#include "support/move_to_host.hpp"
+#include "support/trace_text.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+// Times are true ones. Messages take 3 and 8 from plan to show, 6 and 5 from show to ack.
+constexpr const char* kThereAndBack = R"(
+  process robot pid=100
+  publisher out topic=/a
+  callback plan timer period=100
+  callback ack subscription topic=/b
+  process desk pid=200
+  publisher back topic=/b
+  callback show subscription topic=/a
+  10 start plan release=10
+  11 publish out on=plan
+  12 end plan
+  15 start show release=14 from=out:0
+  16 publish back on=show
+  17 end show
+  23 start ack release=22 from=back:0
+  24 end ack
+  110 start plan release=110
+  111 publish out on=plan
+  112 end plan
+  120 start show release=119 from=out:1
+  121 publish back on=show
+  122 end show
+  127 start ack release=126 from=back:1
+  128 end ack)";
+
+// The desk was booted earlier, and its wall clock is 300 ahead.
+const OtherHost kDesk{.name = "desk", .monotonic = 5'000'000, .realtime = 300};
+
+TextTrace on_two_hosts(std::string_view text) {
+  auto trace = trace_of(text);
+  move_to_host(trace, 200, kDesk);
+  return trace;
+}
+
+const GraphEdge& edge_to(const Report& report, std::string_view callback) {
+  for (const auto& edge : report.edges) {
+    if (edge.to.logical_id == callback) return edge;
+  }
+  throw std::invalid_argument("no such edge");
+}
+
+std::optional<std::int64_t> ns(const std::optional<Duration>& duration) {
+  return duration ? std::optional(duration->ns) : std::nullopt;
+}
+
+TEST(HostClocks, BoundTheirDifferenceByTheFastestMessagesEachWay) {
+  const auto report = analyze(on_two_hosts(kThereAndBack)).report;
+  ASSERT_EQ(report.clocks.size(), 1U);
+  const auto& pair = report.clocks.front();
+  EXPECT_EQ(pair.first, "desk");
+  EXPECT_EQ(pair.second, "robot");
+  EXPECT_EQ(pair.messages_there, 2U);
+  EXPECT_EQ(pair.messages_back, 2U);
+  EXPECT_EQ(pair.fastest_there_ns, 5 - 300);
+  EXPECT_EQ(pair.fastest_back_ns, 3 + 300);
+  // In truth the robot's clock is 300 behind: within 4 of 299.
+  EXPECT_EQ(pair.ahead_ns, -299);
+  EXPECT_EQ(pair.error_ns, (5 + 3) / 2);
+}
+
+TEST(HostClocks, ShowLatenciesWithWhatTheyMayBeWrongBy) {
+  const auto report = analyze(on_two_hosts(kThereAndBack)).report;
+  const auto& there = edge_to(report, "show");
+  EXPECT_EQ(there.communication->min, 3 + 300);
+  EXPECT_EQ(there.communication->max, 8 + 300);
+  ASSERT_TRUE(there.clock_error);
+  EXPECT_EQ(ns(there.clock_error->least), -(3 + 300));  // the fastest took no less than nothing
+  EXPECT_EQ(ns(there.clock_error->most), 5 - 300);
+  // The truth, -300, lies within.
+  const auto& back = edge_to(report, "ack");
+  EXPECT_EQ(back.communication->min, 5 - 300);
+  ASSERT_TRUE(back.clock_error);
+  EXPECT_EQ(ns(back.clock_error->least), -(5 - 300));
+  EXPECT_EQ(ns(back.clock_error->most), 3 + 300);
+}
+
+TEST(HostClocks, CancelOutOnTheWayThereAndBack) {
+  const auto report = analyze(on_two_hosts(kThereAndBack)).report;
+  ASSERT_EQ(report.chains.size(), 1U);
+  const auto& chain = report.chains.front();
+  EXPECT_EQ(chain.name, "plan -> show -> ack");
+  EXPECT_EQ(chain.path_latency->count, 2U);
+  EXPECT_EQ(chain.path_latency->min, 24 - 10);
+  EXPECT_EQ(chain.path_latency->max, 128 - 110);
+  EXPECT_FALSE(chain.clock_error);
+  EXPECT_EQ(chain.data_age->max, 128 - 10);  // of what plan read at 10
+}
+
+TEST(HostClocks, AreNotBoundByMessagesOfOneDirection) {
+  auto trace = on_two_hosts(kThereAndBack);
+  trace.erase<PublisherInit>([](const PublisherInit& e, const EventHead&) {
+    return e.topic == "/b";  // written by somebody who is not known
+  });
+  const auto report = analyze(trace).report;
+  ASSERT_EQ(report.clocks.size(), 1U);
+  EXPECT_EQ(report.clocks.front().messages_there, 0U);
+  EXPECT_EQ(report.clocks.front().messages_back, 2U);
+  EXPECT_FALSE(report.clocks.front().fastest_there_ns);
+  EXPECT_FALSE(report.clocks.front().ahead_ns);
+  EXPECT_FALSE(report.clocks.front().error_ns);
+  EXPECT_EQ(ns(edge_to(report, "show").clock_error->most), std::nullopt);
+}
+
+TEST(HostClocks, ThatAreStepByStepCorrectedContradictEachOther) {
+  // Between the rounds the desk's wall clock is set back by 1000.
+  auto trace = on_two_hosts(kThereAndBack);
+  for (auto& event : trace.events) {
+    if (event.head.stream == StreamIndex{2} && event.head.time.ns > kDesk.monotonic + 100) {
+      if (auto* publish = std::get_if<Publish>(&event.body))
+        publish->source_timestamp_realtime_ns -= 1000;
+    }
+    auto* start = std::get_if<CallbackStart>(&event.body);
+    if (start != nullptr && start->source_timestamp_realtime_ns == 1'000'000'000 + 300 + 121)
+      start->source_timestamp_realtime_ns -= 1000;
+  }
+  const auto sync = std::ranges::find_if(trace.events, [](const Event& event) {
+    return event.head.stream == StreamIndex{2} && std::holds_alternative<Publish>(event.body);
+  });
+  auto later = *sync;
+  later.head.time.ns = kDesk.monotonic + 100;
+  later.body = ClockSync{.monotonic_ns = kDesk.monotonic + 100,
+                         .realtime_ns = 1'000'000'000 + 100 + 300 - 1000};
+  const auto place = std::ranges::find_if(trace.events, [](const Event& event) {
+    return event.head.stream == StreamIndex{0} && event.head.time.ns >= 110;
+  });
+  trace.events.insert(place, later);
+  const auto report = analyze(trace).report;
+  ASSERT_EQ(report.clocks.size(), 1U);
+  const auto& pair = report.clocks.front();
+  // There: 8 + 300 - 1000 in the second round; back: 6 - 300 in the first one.
+  EXPECT_EQ(pair.fastest_back_ns, 8 + 300 - 1000);
+  EXPECT_EQ(pair.fastest_there_ns, 6 - 300);
+  EXPECT_LT(*pair.error_ns, 0);
+  EXPECT_TRUE(edge_to(report, "show").clock_error->is_contradiction());
+  const auto is_told = std::ranges::any_of(
+      report.defects, [](const TraceDefect& defect) { return defect.kind == "clocks-drifted"; });
+  EXPECT_TRUE(is_told);
+}
+
+TEST(HostClocks, SayNothingOfOneHost) {
+  const auto report = analyze(trace_of(kThereAndBack)).report;
+  EXPECT_TRUE(report.clocks.empty());
+  EXPECT_FALSE(edge_to(report, "show").clock_error);
+  EXPECT_EQ(edge_to(report, "show").communication->min, 3);
+}
+
+}  // namespace
+}  // namespace cie::test
