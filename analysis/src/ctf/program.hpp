@@ -64,7 +64,8 @@ struct Op {
     block,    // `size` bytes, of which `extracts` are wanted
     align,    // to a multiple of `size` bits
     integer,  // of `size` bits, anywhere
-    text,     // up to its NUL
+    leb128,   // `count` integers of variable length, or as many as `length` says
+    text,     // up to its NUL, of characters of `size` bits
     packed,   // integers of `size` bits: `count` of them, or as many as `length` says
     loop,     // `body` that often
     variant   // one of `choices`, by `length`
@@ -72,17 +73,22 @@ struct Op {
   Code code = Code::block;
   bool is_signed = false;
   bool is_big_endian = false;
-  bool is_text = false;  // packed: characters
+  bool is_text = false;      // packed: characters
+  bool is_boolean = false;   // integer, packed: 1 if any bit is set
+  bool is_reversed = false;  // integer, packed: the first bit is the last one
+  bool is_list = false;      // leb128: elements rather than a number
+  bool is_optional = false;  // variant: its tag may select nothing
   std::int16_t slot = kNone;
-  std::int16_t reg = kNone;     // integer: where it is kept
+  std::int16_t reg = kNone;     // integer, leb128: where it is kept
   std::int16_t length = kNone;  // register with a length or tag
-  std::uint64_t size = 0;
-  std::uint64_t stride = 0;  // packed: from one to the next, in bits
+  std::uint64_t size = 0;       // leb128: bits it passes for; 0: seven for each of its bytes
+  std::uint64_t stride = 0;     // packed: from one to the next, in bits
   std::uint64_t count = 0;
   std::uint64_t bias = 0;  // variant: see Choice
   const LabelTable* labels = nullptr;
-  std::vector<Extract> extracts{};
+  std::vector<Extract> extracts{};  // integer, leb128: more slots and registers for its value
   std::vector<Choice> choices{};
+  std::vector<std::int16_t> forgets{};  // variant: registers that only some options fill
   std::shared_ptr<const Sequence> body{};
 };
 
@@ -94,6 +100,7 @@ enum class Outcome : std::uint8_t {
   ok,
   cut,         // the data end before the scope does
   no_option,   // a variant's tag selects nothing
+  too_large,   // a number has more than 64 bits
   too_complex  // more steps than any honest event needs
 };
 

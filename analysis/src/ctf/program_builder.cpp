@@ -1,10 +1,13 @@
 #include "program_builder.hpp"
 
+#include "references.hpp"
 #include "scope_names.hpp"
 #include "tokens.hpp"
+#include "type_limits.hpp"
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -16,29 +19,21 @@ constexpr std::size_t kMaxFields = 500'000;
 constexpr std::uint64_t kMaxBlock = 1U << 20U;  // bytes
 constexpr std::size_t kHeaderId = 0;
 constexpr std::size_t kHeaderTime = 1;
-constexpr std::array<std::string_view, 6> kRoots{"trace.packet.header", "stream.packet.context",
-                                                 "stream.event.header", "stream.event.context",
-                                                 "event.context",       "event.fields"};
+constexpr std::array kHeaderRoles{Role::event_class, Role::time};
 
 std::uint64_t bias_of(const Type& type) { return type.is_signed ? std::uint64_t{1} << 63U : 0; }
 
-Load load_of(std::uint32_t size, bool is_signed, bool is_big) {
-  switch (size) {
-    case 8:
-      return is_signed ? Load::i8 : Load::u8;
-    case 16:
-      if (is_big) return is_signed ? Load::i16be : Load::u16be;
-      return is_signed ? Load::i16 : Load::u16;
-    case 32:
-      if (is_big) return is_signed ? Load::i32be : Load::u32be;
-      return is_signed ? Load::i32 : Load::u32;
-    default:
-      return is_big ? Load::u64be : Load::u64;
-  }
-}
-
-bool is_number(const Type& type) {
-  return type.kind == Type::Kind::integer || type.kind == Type::Kind::enumeration;
+// What of a selection a tag with or without sign can have; empty if nothing.
+std::optional<std::pair<std::uint64_t, std::uint64_t>> possible(const Selection& selection,
+                                                                const Type& tag) {
+  using Wide = Selection::Wide;
+  const Wide least = tag.is_signed ? Wide{std::numeric_limits<std::int64_t>::min()} : Wide{0};
+  const Wide most = tag.is_signed ? Wide{std::numeric_limits<std::int64_t>::max()}
+                                  : Wide{std::numeric_limits<std::uint64_t>::max()};
+  const auto low = std::max(selection.low, least);
+  const auto high = std::min(selection.high, most);
+  if (low > high) return std::nullopt;
+  return std::pair(static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high));
 }
 
 // TSDL marks names that its tracer did not choose with an underscore.
@@ -50,40 +45,36 @@ std::string_view plain(std::string_view name) {
 
 class ScopeBuilder {
  public:
-  explicit ScopeBuilder(Scope& scope, bool is_header) : scope_(scope), is_header_(is_header) {}
+  ScopeBuilder(Scope& scope, bool is_header, std::span<const Role> roles)
+      : scope_(scope), is_header_(is_header), references_(scope) {
+    if (scope.context_.has_roles) roles_ = roles;
+  }
 
   void build(const TypeRef& type, std::span<const FieldRequest> requests) {
     sequence_ = scope_.program_.get();
     align(type->align);
-    frames_.push_back(scope_.names_.get());
-    std::vector<std::size_t> chosen(requests.size(), SIZE_MAX);
-    std::vector<const NamedType*> winners(requests.size(), nullptr);
-    for (const auto& member : type->members) {
-      for (std::size_t slot = 0; slot < requests.size(); ++slot) {
-        const auto alternative = requests[slot].alternative(plain(member.name));
-        if (!alternative || *alternative >= chosen[slot]) continue;
-        chosen[slot] = *alternative;
-        winners[slot] = &member;
-      }
-    }
+    references_.enter(*scope_.names_);
+    const auto winners = chosen_members(*type, requests);
     for (const auto& member : type->members) {
       Want want;
       for (std::size_t slot = 0; slot < requests.size(); ++slot) {
         // Two requests for one member: the later slot would stay empty, so no table asks twice.
         if (winners[slot] == &member) {
-          want = {.slot = static_cast<std::int16_t>(slot), .labels = requests[slot].labels};
+          want = {.slots = {static_cast<std::int16_t>(slot)}, .labels = requests[slot].labels};
           break;
         }
       }
-      field(member.name, *member.type, want);
+      field(*scope_.names_, member.name, *member.type, want);
     }
-    frames_.pop_back();
+    references_.leave();
   }
 
  private:
   struct Want {
-    std::int16_t slot = kNone;
+    std::vector<std::int16_t> slots{};  // empty: nobody asks
     std::span<const std::string_view> labels{};
+
+    std::int16_t first() const { return slots.empty() ? kNone : slots.front(); }
   };
   // What is known of the position: a multiple of `align` bits plus `phase`.
   struct Place {
@@ -91,8 +82,29 @@ class ScopeBuilder {
     std::uint64_t phase = 0;
   };
 
+  std::string_view requested_name(std::string_view name) const {
+    return scope_.context_.has_roles ? name : plain(name);
+  }
+
+  // By slot the member that a request asks for by its name: the first of its alternatives.
+  std::vector<const NamedType*> chosen_members(const Type& type,
+                                               std::span<const FieldRequest> requests) const {
+    std::vector<std::size_t> chosen(requests.size(), SIZE_MAX);
+    std::vector<const NamedType*> winners(requests.size(), nullptr);
+    for (const auto& member : type.members) {
+      for (std::size_t slot = 0; slot < requests.size(); ++slot) {
+        if (slot < roles_.size() && roles_[slot] != Role::none) continue;
+        const auto alternative = requests[slot].alternative(requested_name(member.name));
+        if (!alternative || *alternative >= chosen[slot]) continue;
+        chosen[slot] = *alternative;
+        winners[slot] = &member;
+      }
+    }
+    return winners;
+  }
+
   Op& emit(Op op) {
-    count_one();
+    count(1);
     is_block_open_ = false;
     sequence_->ops.push_back(std::move(op));
     return sequence_->ops.back();
@@ -126,9 +138,11 @@ class ScopeBuilder {
 
   const LabelTable* label_table(const Type& type, std::span<const std::string_view> labels) {
     if (labels.empty()) return nullptr;
-    const auto bias = type.kind == Type::Kind::enumeration ? bias_of(type) : 0;
+    const bool has_labels = type.kind == Type::Kind::enumeration || !type.ranges.empty();
+    const auto bias = has_labels ? bias_of(type) : 0;
     std::vector<LabelTable::Range> ranges;
-    if (type.kind == Type::Kind::enumeration) {
+    if (has_labels) {
+      count(type.ranges.size());
       for (const auto& range : type.ranges) {
         const auto found = std::find(labels.begin(), labels.end(), range.label);
         ranges.push_back({.low = range.low ^ bias,
@@ -156,52 +170,94 @@ class ScopeBuilder {
     return sequence_->ops.back();
   }
 
-  void note_slot(const Want& want, const Type& type) {
-    if (want.slot < 0) return;
-    auto& slots = scope_.slots_;
-    const auto slot = static_cast<std::size_t>(want.slot);
-    if (slots.size() <= slot) slots.resize(slot + 1);
-    slots[slot].is_filled = true;
-    if (!type.clock.empty()) slots[slot].clock = type.clock;
+  void note_slots(const Want& want, const Type& type) {
+    for (const auto wanted : want.slots) {
+      auto& slots = scope_.slots_;
+      const auto slot = static_cast<std::size_t>(wanted);
+      if (slots.size() <= slot) slots.resize(slot + 1);
+      slots[slot].is_filled = true;
+      if (!type.clock.empty()) slots[slot].clock = type.clock;
+    }
   }
 
-  // In an event header values are found by meaning, at any depth.
+  // In the event header of CTF 1.8 values are found by meaning, at any depth.
   Want header_want(const std::string& name, const Type& type) const {
-    if (!type.clock.empty() || name == "timestamp") return {.slot = kHeaderTime};
-    if (name == "id") return {.slot = kHeaderId};
+    if (!type.clock.empty() || name == "timestamp") return {.slots = {kHeaderTime}};
+    if (name == "id") return {.slots = {kHeaderId}};
     return {};
   }
 
-  void number(ScopeNames& names, const Type& type, Want want) {
-    if (is_header_) want = header_want(names.name, type);
+  // What is asked for by name, or by the roles that the field has.
+  Want with_roles(const ScopeNames& names, const Type& type, const Want& want) const {
+    if (!scope_.context_.has_roles) {
+      return is_header_ && is_number(type) ? header_want(names.name, type) : want;
+    }
+    auto result = want;
+    for (std::size_t slot = 0; slot < roles_.size(); ++slot) {
+      const bool has_role = roles_[slot] != Role::none &&
+                            std::ranges::find(type.roles, roles_[slot]) != type.roles.end();
+      if (has_role) result.slots.push_back(static_cast<std::int16_t>(slot));
+    }
+    return result;
+  }
+
+  // Further slots of a value; the operation itself has the first one.
+  static void add_slots(Op& op, const Want& want) {
+    for (std::size_t i = 1; i < want.slots.size(); ++i)
+      op.extracts.push_back({.slot = want.slots[i], .labels = op.labels});
+  }
+
+  void number(ScopeNames& names, const Type& type, const Want& want) {
     align(type.align);
-    note_slot(want, type);
-    const auto* labels = want.slot >= 0 ? label_table(type, want.labels) : nullptr;
+    note_slots(want, type);
+    const auto* labels = want.slots.empty() ? nullptr : label_table(type, want.labels);
     names.sequence = sequence_;
     const bool is_loadable =
-        type.size == 8 || type.size == 16 || type.size == 32 || type.size == 64;
+        (type.size == 8 || type.size == 16 || type.size == 32 || type.size == 64) &&
+        !type.is_reversed && type.kind != Type::Kind::boolean;
     if (is_whole_byte() && is_loadable) {
       auto& block = open_block();
       names.op = sequence_->ops.size() - 1;
       names.offset = static_cast<std::uint32_t>(block.size);
-      if (want.slot >= 0) {
+      for (const auto slot : want.slots) {
         block.extracts.push_back({.offset = names.offset,
-                                  .load = load_of(type.size, type.is_signed, is_big(type)),
+                                  .load = load_of(type, scope_.context_.byte_order),
                                   .bits = static_cast<std::uint8_t>(type.size),
-                                  .slot = want.slot,
+                                  .slot = slot,
                                   .labels = labels});
       }
       block.size += type.size / 8;
     } else {
-      emit({.code = Op::Code::integer,
-            .is_signed = type.is_signed,
-            .is_big_endian = is_big(type),
-            .slot = want.slot,
-            .size = type.size,
-            .labels = labels});
+      auto& op = emit({.code = Op::Code::integer,
+                       .is_signed = type.is_signed,
+                       .is_big_endian = is_big(type),
+                       .is_boolean = type.kind == Type::Kind::boolean,
+                       .is_reversed = type.is_reversed,
+                       .slot = want.first(),
+                       .size = type.size,
+                       .labels = labels});
+      add_slots(op, want);
       names.op = sequence_->ops.size() - 1;
     }
     advance(type.size);
+  }
+
+  void leb128(ScopeNames& names, const Type& type, const Want& want) {
+    align(8);
+    note_slots(want, type);
+    const auto* labels = want.slots.empty() ? nullptr : label_table(type, want.labels);
+    // A time in an event header is as many low bits of the clock as it has; nothing else goes by
+    // its length.
+    auto& op = emit({.code = Op::Code::leb128,
+                     .is_signed = type.is_signed,
+                     .slot = want.first(),
+                     .size = is_header_ ? 0U : 64U,
+                     .count = 1,
+                     .labels = labels});
+    add_slots(op, want);
+    names.sequence = sequence_;
+    names.op = sequence_->ops.size() - 1;
+    place_ = {.align = 8, .phase = 0};
   }
 
   void real(const Type& type) {
@@ -216,79 +272,100 @@ class ScopeBuilder {
 
   void string(const Type& type, const Want& want) {
     align(8);
-    note_slot(want, type);
-    emit({.code = Op::Code::text, .slot = want.slot});
+    note_slots(want, type);
+    emit({.code = Op::Code::text, .slot = want.first(), .size = type.size});
     place_ = {.align = 8, .phase = 0};
   }
 
   void structure(ScopeNames& names, const Type& type) {
     align(type.align);
-    frames_.push_back(&names);
+    references_.enter(names);
     for (const auto& member : type.members)
-      field(member.name, *member.type, {});
-    frames_.pop_back();
+      field(names, member.name, *member.type, {});
+    references_.leave();
   }
 
   // Elements of known size and distance, so that they can be skipped at once.
   static bool is_plain(const Type& element) {
-    return is_number(element) || element.kind == Type::Kind::real;
+    return is_fixed_number(element) || element.kind == Type::Kind::real;
   }
 
-  void array(const Type& type, Want want) {
+  std::int16_t kept_length(const ScopeNames& names, const Type& type) {
+    const auto found = references_.find(names, type);
+    for (const auto* length : found) {
+      const bool is_count = !length->type->is_signed && length->type->kind != Type::Kind::boolean &&
+                            length->type->kind != Type::Kind::bits;
+      if (!is_count) {
+        throw MetadataError("the length \"" + length->name.substr(0, 100) +
+                            "\" is signed, or no integer");
+      }
+    }
+    return references_.keep(found);
+  }
+
+  void array(ScopeNames& names, const Type& type, Want want) {
     const auto& element = *type.element;
     Op op{.count = type.length};
-    if (type.kind == Type::Kind::sequence) {
-      auto* length = resolve(type.reference);
-      if (length->type->is_signed) {
-        throw MetadataError("the length \"" + type.reference.substr(0, 100) + "\" is signed");
-      }
-      op.length = keep(length);
-    }
-    align(element.align);
-    if (is_plain(element)) {
-      op.stride = std::uint64_t{(element.size + element.align - 1) / element.align} * element.align;
-      if (!is_number(element)) want = {};
-      const bool is_text = element.is_text && element.size == 8 && is_whole_byte();
-      note_slot(want, element);
-      std::uint64_t size = 0;
-      if ((want.slot < 0 || is_text) && op.length < 0 && is_whole_byte() &&
-          op.stride == element.size && !__builtin_mul_overflow(op.count, element.size, &size) &&
-          size % 8 == 0 && size / 8 < kMaxBlock) {
-        if (size == 0) return;
-        auto& block = open_block();
-        if (want.slot >= 0) {
-          block.extracts.push_back({.offset = static_cast<std::uint32_t>(block.size),
-                                    .load = Load::text,
-                                    .slot = want.slot,
-                                    .length = static_cast<std::uint32_t>(op.count)});
-        }
-        block.size += size / 8;
-        advance(size);
-        return;
-      }
-      op.code = Op::Code::packed;
+    if (type.kind == Type::Kind::sequence) op.length = kept_length(names, type);
+    align(std::max(type.align, element.align));
+    if (element.kind == Type::Kind::leb128) {
+      note_slots(want, element);
+      op.code = Op::Code::leb128;
       op.is_signed = element.is_signed;
-      op.is_big_endian = is_big(element);
-      op.is_text = is_text;
-      op.slot = want.slot;
-      op.size = element.size;
-      const auto stride = op.stride;
+      op.is_list = true;
+      op.slot = want.first();
       emit(std::move(op));
-      const auto whole = stride == element.size ? element.align : element.size & -element.size;
-      place_ = {.align = std::min<std::uint64_t>(whole, place_.align), .phase = 0};
+      place_ = {.align = 8, .phase = 0};
+    } else if (is_plain(element)) {
+      if (!is_number(element)) want = {};
+      packed(element, std::move(op), want);
+    } else {
+      loop(names, element, std::move(op));
+    }
+  }
+
+  void packed(const Type& element, Op op, const Want& want) {
+    op.stride = std::uint64_t{(element.size + element.align - 1) / element.align} * element.align;
+    const bool is_text = element.is_text && element.size == 8 && is_whole_byte();
+    note_slots(want, element);
+    std::uint64_t size = 0;
+    if ((want.slots.empty() || is_text) && op.length < 0 && is_whole_byte() &&
+        op.stride == element.size && !__builtin_mul_overflow(op.count, element.size, &size) &&
+        size % 8 == 0 && size / 8 < kMaxBlock) {
+      if (size == 0) return;
+      auto& block = open_block();
+      for (const auto slot : want.slots) {
+        block.extracts.push_back({.offset = static_cast<std::uint32_t>(block.size),
+                                  .load = Load::text,
+                                  .slot = slot,
+                                  .length = static_cast<std::uint32_t>(op.count)});
+      }
+      block.size += size / 8;
+      advance(size);
       return;
     }
+    op.code = Op::Code::packed;
+    op.is_signed = element.is_signed;
+    op.is_big_endian = is_big(element);
+    op.is_text = is_text;
+    op.is_boolean = element.kind == Type::Kind::boolean;
+    op.is_reversed = element.is_reversed;
+    op.slot = want.first();
+    op.size = element.size;
+    const auto stride = op.stride;
+    emit(std::move(op));
+    const auto whole = stride == element.size ? element.align : element.size & -element.size;
+    place_ = {.align = std::min<std::uint64_t>(whole, place_.align), .phase = 0};
+  }
+
+  void loop(ScopeNames& names, const Type& element, Op op) {
     const auto body = std::make_shared<Sequence>();
     scope_.context_.bodies.push_back(body);
     const auto outer = std::exchange(sequence_, body.get());
     place_ = {};
     is_block_open_ = false;
-    ScopeNames of_element;
-    of_element.name = "[]";
     // Names inside an element are known inside it only.
-    frames_.back()->members.push_back(std::make_unique<ScopeNames>(std::move(of_element)));
-    auto& names = *frames_.back()->members.back();
-    value(names, element, {});
+    field(names, "[]", element, {});
     sequence_ = outer;
     place_ = {};
     is_block_open_ = false;
@@ -298,38 +375,102 @@ class ScopeBuilder {
     emit(std::move(op));
   }
 
-  // Ranges of the tag that select an option: those with its name as label.
+  // Lays out one of several bodies that follow each other in no way.
+  std::shared_ptr<const Sequence> option(ScopeNames& names, const NamedType& option,
+                                         const Place& before) {
+    const auto body = std::make_shared<Sequence>();
+    scope_.context_.bodies.push_back(body);
+    const auto outer = std::exchange(sequence_, body.get());
+    place_ = before;
+    is_block_open_ = false;
+    field(names, option.name, *option.type, {});
+    // What another option holds is not there when this one is: nobody may name it alone.
+    names.members.back()->name.clear();
+    sequence_ = outer;
+    return body;
+  }
+
+  void emit_choice(ScopeNames& names, Op op, const Place& after) {
+    count(op.choices.size());
+    emit(std::move(op));
+    names.sequence = sequence_;
+    names.op = sequence_->ops.size() - 1;
+    place_ = after;
+  }
+
+  // Ranges of the tag that select an option: its own, or those with its name as label.
   void variant(ScopeNames& names, const Type& type) {
-    if (type.reference.empty()) throw MetadataError("a variant without a tag");
-    auto* tag = resolve(type.reference);
-    if (tag->type->kind != Type::Kind::enumeration) {
+    if (!type.location && type.reference.empty()) throw MetadataError("a variant without a tag");
+    const auto tags = references_.find(names, type);
+    const auto& tag = *tags.front()->type;
+    if (!type.location && tag.kind != Type::Kind::enumeration) {
       throw MetadataError("the tag \"" + type.reference + "\" of a variant is no enumeration");
     }
-    Op op{.code = Op::Code::variant, .length = keep(tag), .bias = bias_of(*tag->type)};
+    check_selectors(tags);
+    Op op{.code = Op::Code::variant, .length = references_.keep(tags), .bias = bias_of(tag)};
     const auto before = place_;
     std::optional<Place> after;
-    const auto outer = sequence_;
-    frames_.push_back(&names);
-    for (const auto& option : type.members) {
-      const auto body = std::make_shared<Sequence>();
-      sequence_ = body.get();
-      place_ = before;
-      is_block_open_ = false;
-      field(option.name, *option.type, {});
-      // What another option holds is not there when this one is: nobody may refer to it.
-      names.members.back()->name.clear();
-      scope_.context_.bodies.push_back(body);
+    references_.enter(names);
+    std::vector<std::shared_ptr<const Sequence>> bodies;
+    for (const auto& member : type.members) {
+      bodies.push_back(option(names, member, before));
       after = after ? common(*after, place_) : place_;
-      for (const auto& range : tag->type->ranges) {
-        if (plain(range.label) != plain(option.name)) continue;
+      if (type.location) continue;
+      for (const auto& range : tag.ranges) {
+        if (plain(range.label) != plain(member.name)) continue;
         op.choices.push_back(
-            {.low = range.low ^ op.bias, .high = range.high ^ op.bias, .body = body});
+            {.low = range.low ^ op.bias, .high = range.high ^ op.bias, .body = bodies.back()});
+        if (op.choices.size() > kMaxFields) count(op.choices.size());
       }
     }
-    frames_.pop_back();
-    sequence_ = outer;
-    emit(std::move(op));
-    place_ = after.value_or(Place{});
+    references_.leave();
+    add_selections(op, type, tag, bodies);
+    emit_choice(names, std::move(op), after.value_or(Place{}));
+  }
+
+  void optional(ScopeNames& names, const Type& type) {
+    const auto tags = references_.find(names, type);
+    const auto& tag = *tags.front()->type;
+    check_selectors(tags);
+    if (type.selections.empty() != (tag.kind == Type::Kind::boolean)) {
+      throw MetadataError("the selector of the optional field \"" + names.name.substr(0, 100) +
+                          "\" does not fit its ranges");
+    }
+    Op op{.code = Op::Code::variant,
+          .is_optional = true,
+          .length = references_.keep(tags),
+          .bias = bias_of(tag)};
+    const auto before = place_;
+    references_.enter(names);
+    const auto body = option(names, {.name = {}, .type = type.element}, before);
+    references_.leave();
+    if (type.selections.empty()) op.choices.push_back({.low = 1, .high = 1, .body = body});
+    add_selections(op, type, tag, {body});
+    emit_choice(names, std::move(op), common(before, place_));
+  }
+
+  static void add_selections(Op& op, const Type& type, const Type& tag,
+                             const std::vector<std::shared_ptr<const Sequence>>& bodies) {
+    for (const auto& selection : type.selections) {
+      if (const auto range = possible(selection, tag)) {
+        op.choices.push_back({.low = range->first ^ op.bias,
+                              .high = range->second ^ op.bias,
+                              .body = bodies[selection.option]});
+      }
+    }
+  }
+
+  // All that one selector can be are alike.
+  static void check_selectors(const std::vector<ScopeNames*>& tags) {
+    const auto& first = *tags.front()->type;
+    for (const auto* tag : tags) {
+      const bool is_boolean = tag->type->kind == Type::Kind::boolean;
+      if (tag->type->kind == Type::Kind::bits || tag->type->is_signed != first.is_signed ||
+          is_boolean != (first.kind == Type::Kind::boolean)) {
+        throw MetadataError("the selector \"" + tag->name.substr(0, 100) +
+                            "\" is no integer, or now one with a sign and now one without");
+      }
+    }
   }
 
   static Place common(Place a, Place b) {
@@ -341,27 +482,33 @@ class ScopeBuilder {
   }
 
   // Shared types multiply when they are laid out flat.
-  void count_one() {
-    if (++scope_.context_.fields > kMaxFields) {
+  void count(std::size_t fields) {
+    scope_.context_.fields += fields;
+    if (scope_.context_.fields > kMaxFields) {
       throw MetadataError("the types have more fields than any honest tracer writes");
     }
   }
 
-  void field(const std::string& name, const Type& type, const Want& want) {
-    count_one();
-    auto& parent = *frames_.back();
-    parent.members.push_back(std::make_unique<ScopeNames>());
-    auto& names = *parent.members.back();
-    names.name = name;
-    value(names, type, want);
+  void field(ScopeNames& parent, const std::string& name, const Type& type, const Want& want) {
+    count(1);
+    auto& names = parent.add(name, &type);
+    names.is_open = true;
+    value(names, type, with_roles(names, type, want));
+    names.is_open = false;
   }
 
   void value(ScopeNames& names, const Type& type, const Want& want) {
-    names.type = &type;
+    if (type.is_wide_text && !want.slots.empty()) {
+      throw MetadataError("the text \"" + names.name.substr(0, 100) + "\" is not in UTF-8");
+    }
     switch (type.kind) {
       case Type::Kind::integer:
       case Type::Kind::enumeration:
+      case Type::Kind::boolean:
+      case Type::Kind::bits:
         return number(names, type, want);
+      case Type::Kind::leb128:
+        return leb128(names, type, want);
       case Type::Kind::real:
         return real(type);
       case Type::Kind::string:
@@ -370,83 +517,19 @@ class ScopeBuilder {
         return structure(names, type);
       case Type::Kind::variant:
         return variant(names, type);
+      case Type::Kind::optional:
+        return optional(names, type);
       case Type::Kind::array:
       case Type::Kind::sequence:
-        return array(type, want);
+        return array(names, type, want);
     }
-  }
-
-  // The integer that a reference names: absolute, or near it, or in an earlier scope.
-  ScopeNames* resolve(const std::string& reference) {
-    const std::string_view path = reference;
-    auto* found = resolve_absolute(path);
-    for (auto frame = frames_.rbegin(); found == nullptr && frame != frames_.rend(); ++frame) {
-      found = walk(*frame, path);
-    }
-    for (auto earlier = scope_.earlier_.rbegin();
-         found == nullptr && earlier != scope_.earlier_.rend(); ++earlier) {
-      found = walk((*earlier)->names_.get(), path);
-    }
-    if (found == nullptr || found->type == nullptr || !is_number(*found->type) ||
-        found->sequence == nullptr) {
-      throw MetadataError("\"" + reference.substr(0, 100) +
-                          "\", the length or tag of a field, is no integer before it");
-    }
-    return found;
-  }
-
-  ScopeNames* resolve_absolute(std::string_view path) {
-    for (const auto root : kRoots) {
-      if (!path.starts_with(root) || path.size() <= root.size() || path[root.size()] != '.') {
-        continue;
-      }
-      path.remove_prefix(root.size() + 1);
-      if (root == scope_.root_) return walk(scope_.names_.get(), path);
-      for (auto* earlier : scope_.earlier_) {
-        if (earlier->root_ == root) return walk(earlier->names_.get(), path);
-      }
-      return nullptr;
-    }
-    return nullptr;
-  }
-
-  // The register that keeps a value; reading it becomes part of its scope's program.
-  std::int16_t keep(ScopeNames* names) {
-    if (names->reg >= 0) return names->reg;
-    auto& registers = registers_of(names);
-    if (registers.next >= registers.end) {
-      throw MetadataError("too many lengths and tags in one scope");
-    }
-    names->reg = registers.next++;
-    auto& op = names->sequence->ops[names->op];
-    const auto& type = *names->type;
-    if (op.code == Op::Code::block) {
-      op.extracts.push_back({.offset = names->offset,
-                             .load = load_of(type.size, type.is_signed, is_big(type)),
-                             .bits = static_cast<std::uint8_t>(type.size),
-                             .reg = names->reg});
-    } else {
-      op.reg = names->reg;
-    }
-    return names->reg;
-  }
-
-  RegisterRange& registers_of(const ScopeNames* names) {
-    for (auto* earlier : scope_.earlier_) {
-      if (contains(*earlier->names_, names)) return earlier->registers_;
-    }
-    return scope_.registers_;
-  }
-  static bool contains(const ScopeNames& tree, const ScopeNames* names) {
-    return std::any_of(tree.members.begin(), tree.members.end(), [names](const auto& member) {
-      return member.get() == names || contains(*member, names);
-    });
   }
 
   Scope& scope_;
   bool is_header_;
+  std::span<const Role> roles_;
+  References references_;
   Sequence* sequence_ = nullptr;
-  std::vector<ScopeNames*> frames_;
   Place place_;
   bool is_block_open_ = false;
 };
@@ -462,14 +545,15 @@ Scope::Scope(std::string_view root, BuildContext& context, RegisterRange& regist
 
 Scope::~Scope() = default;
 
-void Scope::build(const TypeRef& type, std::span<const FieldRequest> requests) {
+void Scope::build(const TypeRef& type, std::span<const FieldRequest> requests,
+                  std::span<const Role> roles) {
   if (slots_.size() < requests.size()) slots_.resize(requests.size());
-  if (type) ScopeBuilder(*this, false).build(type, requests);
+  if (type) ScopeBuilder(*this, false, roles).build(type, requests);
 }
 
 void Scope::build_header(const TypeRef& type) {
   slots_.resize(kHeaderTime + 1);
-  if (type) ScopeBuilder(*this, true).build(type, {});
+  if (type) ScopeBuilder(*this, true, kHeaderRoles).build(type, {});
 }
 
 bool Scope::has_slot(std::size_t slot) const noexcept {
