@@ -1,5 +1,7 @@
 #include "fragment_json.hpp"
 
+#include "../guard_state.hpp"
+
 #include <algorithm>
 #include <limits>
 
@@ -48,6 +50,7 @@ void each_fragment(std::string_view sequence,
     // RFC 7464 lets separators follow each other.
     if (text.find_first_not_of(kBlank) == std::string_view::npos) continue;
     ++number;
+    guard_tick();
     try {
       if (text.size() > kMaxFragment) throw MetadataError("it is larger than 4 MiB");
       const auto fragment = parse(text, offset);

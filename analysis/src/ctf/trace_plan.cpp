@@ -15,6 +15,9 @@ constexpr RegisterRange kStreamRegisters{.next = 16, .end = 80};
 constexpr RegisterRange kEventRegisters{.next = 80, .end = kRegisters};
 
 constexpr std::size_t kDenseIds = 65'536;
+// Each takes some two KiB, however short its declaration is.
+constexpr std::size_t kMaxStreams = 10'000;
+constexpr std::size_t kMaxEvents = 100'000;
 constexpr std::size_t kMaxDenseIds = 16 * kDenseIds;  // of all streams together
 
 const std::vector<FieldRequest> kPacketHeader{"magic", "uuid", "stream_id", "stream_instance_id"};
@@ -112,6 +115,9 @@ TracePlan::TracePlan(const Metadata& metadata)
   domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
   if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
 
+  if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {
+    throw MetadataError("it declares more streams or events than any honest tracer does");
+  }
   auto& header = new_scope("trace.packet.header", trace_registers_, {});
   header.build(metadata.packet_header, kPacketHeader, kPacketHeaderRoles);
   has_magic = header.has_slot(slot(PacketHeaderSlot::magic));

@@ -212,6 +212,20 @@ TEST(Ctf2Metadata, RangesThatMultiplyAreBounded) {
               testing::AnyOf(HasSubstr("more fields"), HasSubstr("too many lengths")));
 }
 
+TEST(Ctf2Metadata, StreamsAndEventsAreBounded) {
+  const auto declared = [](int count, const std::string& kind) {
+    std::vector<std::string> fragments{kPreamble};
+    if (kind != "data-stream-class") fragments.push_back(kStream);
+    for (int i = 0; i < count; ++i) {
+      fragments.push_back(R"({"type": ")" + kind + R"(", "id": )" + std::to_string(i) + "}");
+    }
+    return error_of(fragments);
+  };
+  EXPECT_EQ(declared(1000, "data-stream-class"), "none");
+  EXPECT_THAT(declared(10'001, "data-stream-class"), HasSubstr("more streams or events"));
+  EXPECT_THAT(declared(100'001, "event-record-class"), HasSubstr("more streams or events"));
+}
+
 TEST(Ctf2Metadata, LargeIdsOfManyStreamsAreBounded) {
   std::vector<std::string> fragments{kPreamble};
   for (int i = 0; i < 100; ++i) {
