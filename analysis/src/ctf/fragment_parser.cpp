@@ -33,7 +33,7 @@ std::string uuid_text(const Json& bytes) {
 // Two clocks are one if they agree in this: the id of the boot, as in CTF 1.8, or what CTF 2 calls
 // their identity.
 std::string identity_of(const Json& clock) {
-  const auto uid = text_property(clock, "uid", "");
+  auto uid = text_property(clock, "uid", "");
   if (parse_uuid(uid)) return uid;
   const bool has_identity =
       find_property(clock, "name") != nullptr && find_property(clock, "uid") != nullptr;

@@ -53,6 +53,12 @@ std::uint64_t load(Load how, const std::uint8_t* at) noexcept {
   return 0;
 }
 
+// A number of fewer bits, of which the highest one is its sign.
+std::uint64_t with_sign(std::uint64_t value, unsigned size) noexcept {
+  const bool is_negative = size > 0 && size < 64 && (value >> (size - 1) & 1) != 0;
+  return is_negative ? value | ~std::uint64_t{0} << size : value;
+}
+
 // Bits of little-endian integers count from the least significant one of each byte, of big-endian
 // ones from the most significant one (CTF 1.8, 4.1.5).
 std::uint64_t load_bits(const std::uint8_t* data, std::uint64_t at, unsigned size,
@@ -71,8 +77,7 @@ std::uint64_t load_bits(const std::uint8_t* data, std::uint64_t at, unsigned siz
     done += take;
     at += take;
   }
-  if (is_signed && size < 64 && (value >> (size - 1) & 1) != 0) value |= ~std::uint64_t{0} << size;
-  return value;
+  return is_signed ? with_sign(value, size) : value;
 }
 
 std::uint64_t reversed(std::uint64_t value, unsigned size) noexcept {
@@ -90,8 +95,7 @@ std::uint64_t load_number(const Op& op, const std::uint8_t* data, std::uint64_t 
   auto value = load_bits(data, at, size, op.is_big_endian, false);
   if (op.is_boolean) return value != 0 ? 1 : 0;
   value = reversed(value, size);
-  const bool is_negative = op.is_signed && size < 64 && (value >> (size - 1) & 1) != 0;
-  return is_negative ? value | ~std::uint64_t{0} << size : value;
+  return op.is_signed ? with_sign(value, size) : value;
 }
 
 void store(Field& field, std::uint64_t value, std::uint64_t bits,

@@ -1,5 +1,7 @@
 #include "program_builder.hpp"
 
+#include "choices.hpp"
+#include "emitter.hpp"
 #include "references.hpp"
 #include "scope_names.hpp"
 #include "tokens.hpp"
@@ -7,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -15,26 +16,9 @@ namespace cie::analysis::ctf {
 
 namespace {
 
-constexpr std::size_t kMaxFields = 500'000;
-constexpr std::uint64_t kMaxBlock = 1U << 20U;  // bytes
 constexpr std::size_t kHeaderId = 0;
 constexpr std::size_t kHeaderTime = 1;
 constexpr std::array kHeaderRoles{Role::event_class, Role::time};
-
-std::uint64_t bias_of(const Type& type) { return type.is_signed ? std::uint64_t{1} << 63U : 0; }
-
-// What of a selection a tag with or without sign can have; empty if nothing.
-std::optional<std::pair<std::uint64_t, std::uint64_t>> possible(const Selection& selection,
-                                                                const Type& tag) {
-  using Wide = Selection::Wide;
-  const Wide least = tag.is_signed ? Wide{std::numeric_limits<std::int64_t>::min()} : Wide{0};
-  const Wide most = tag.is_signed ? Wide{std::numeric_limits<std::int64_t>::max()}
-                                  : Wide{std::numeric_limits<std::uint64_t>::max()};
-  const auto low = std::max(selection.low, least);
-  const auto high = std::min(selection.high, most);
-  if (low > high) return std::nullopt;
-  return std::pair(static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high));
-}
 
 // TSDL marks names that its tracer did not choose with an underscore.
 std::string_view plain(std::string_view name) {
@@ -46,13 +30,15 @@ std::string_view plain(std::string_view name) {
 class ScopeBuilder {
  public:
   ScopeBuilder(Scope& scope, bool is_header, std::span<const Role> roles)
-      : scope_(scope), is_header_(is_header), references_(scope) {
+      : scope_(scope),
+        is_header_(is_header),
+        references_(scope),
+        out_(scope.context_, *scope.program_) {
     if (scope.context_.has_roles) roles_ = roles;
   }
 
   void build(const TypeRef& type, std::span<const FieldRequest> requests) {
-    sequence_ = scope_.program_.get();
-    align(type->align);
+    out_.align(type->align);
     references_.enter(*scope_.names_);
     const auto winners = chosen_members(*type, requests);
     for (const auto& member : type->members) {
@@ -76,12 +62,6 @@ class ScopeBuilder {
 
     std::int16_t first() const { return slots.empty() ? kNone : slots.front(); }
   };
-  // What is known of the position: a multiple of `align` bits plus `phase`.
-  struct Place {
-    std::uint64_t align = 1;
-    std::uint64_t phase = 0;
-  };
-
   std::string_view requested_name(std::string_view name) const {
     return scope_.context_.has_roles ? name : plain(name);
   }
@@ -103,33 +83,6 @@ class ScopeBuilder {
     return winners;
   }
 
-  Op& emit(Op op) {
-    count(1);
-    is_block_open_ = false;
-    sequence_->ops.push_back(std::move(op));
-    return sequence_->ops.back();
-  }
-
-  bool is_whole_byte() const { return place_.align >= 8 && place_.phase % 8 == 0; }
-  void advance(std::uint64_t bits) { place_.phase = (place_.phase + bits) & (place_.align - 1); }
-
-  void align(std::uint64_t to) {
-    if (to <= 1) return;
-    if (to > place_.align) {
-      emit({.code = Op::Code::align, .size = to});
-      place_ = {.align = to, .phase = 0};
-      return;
-    }
-    const auto padding = (0 - place_.phase) & (to - 1);
-    if (padding == 0) return;
-    if (is_block_open_ && padding % 8 == 0) {
-      sequence_->ops.back().size += padding / 8;
-    } else {
-      emit({.code = Op::Code::align, .size = to});
-    }
-    advance(padding);
-  }
-
   bool is_big(const Type& type) const {
     const auto order =
         type.byte_order == ByteOrder::native ? scope_.context_.byte_order : type.byte_order;
@@ -142,7 +95,7 @@ class ScopeBuilder {
     const auto bias = has_labels ? bias_of(type) : 0;
     std::vector<LabelTable::Range> ranges;
     if (has_labels) {
-      count(type.ranges.size());
+      out_.count(type.ranges.size());
       for (const auto& range : type.ranges) {
         const auto found = std::find(labels.begin(), labels.end(), range.label);
         ranges.push_back({.low = range.low ^ bias,
@@ -159,15 +112,6 @@ class ScopeBuilder {
     auto& tables = scope_.context_.labels;
     tables.push_back(std::make_unique<const LabelTable>(std::move(ranges), bias));
     return tables.back().get();
-  }
-
-  // A block that the next field of whole bytes can join.
-  Op& open_block() {
-    if (!is_block_open_ || sequence_->ops.back().size > kMaxBlock) {
-      emit({.code = Op::Code::block});
-      is_block_open_ = true;
-    }
-    return sequence_->ops.back();
   }
 
   void note_slots(const Want& want, const Type& type) {
@@ -208,16 +152,15 @@ class ScopeBuilder {
   }
 
   void number(ScopeNames& names, const Type& type, const Want& want) {
-    align(type.align);
+    out_.align(type.align);
     note_slots(want, type);
     const auto* labels = want.slots.empty() ? nullptr : label_table(type, want.labels);
-    names.sequence = sequence_;
     const bool is_loadable =
         (type.size == 8 || type.size == 16 || type.size == 32 || type.size == 64) &&
         !type.is_reversed && type.kind != Type::Kind::boolean;
-    if (is_whole_byte() && is_loadable) {
-      auto& block = open_block();
-      names.op = sequence_->ops.size() - 1;
+    if (out_.is_whole_byte() && is_loadable) {
+      auto& block = out_.block();
+      out_.note(names);
       names.offset = static_cast<std::uint32_t>(block.size);
       for (const auto slot : want.slots) {
         block.extracts.push_back({.offset = names.offset,
@@ -228,57 +171,56 @@ class ScopeBuilder {
       }
       block.size += type.size / 8;
     } else {
-      auto& op = emit({.code = Op::Code::integer,
-                       .is_signed = type.is_signed,
-                       .is_big_endian = is_big(type),
-                       .is_boolean = type.kind == Type::Kind::boolean,
-                       .is_reversed = type.is_reversed,
-                       .slot = want.first(),
-                       .size = type.size,
-                       .labels = labels});
+      auto& op = out_.emit({.code = Op::Code::integer,
+                            .is_signed = type.is_signed,
+                            .is_big_endian = is_big(type),
+                            .is_boolean = type.kind == Type::Kind::boolean,
+                            .is_reversed = type.is_reversed,
+                            .slot = want.first(),
+                            .size = type.size,
+                            .labels = labels});
       add_slots(op, want);
-      names.op = sequence_->ops.size() - 1;
+      out_.note(names);
     }
-    advance(type.size);
+    out_.advance(type.size);
   }
 
   void leb128(ScopeNames& names, const Type& type, const Want& want) {
-    align(8);
+    out_.align(8);
     note_slots(want, type);
     const auto* labels = want.slots.empty() ? nullptr : label_table(type, want.labels);
     // A time in an event header is as many low bits of the clock as it has; nothing else goes by
     // its length.
-    auto& op = emit({.code = Op::Code::leb128,
-                     .is_signed = type.is_signed,
-                     .slot = want.first(),
-                     .size = is_header_ ? 0U : 64U,
-                     .count = 1,
-                     .labels = labels});
+    auto& op = out_.emit({.code = Op::Code::leb128,
+                          .is_signed = type.is_signed,
+                          .slot = want.first(),
+                          .size = is_header_ ? 0U : 64U,
+                          .count = 1,
+                          .labels = labels});
     add_slots(op, want);
-    names.sequence = sequence_;
-    names.op = sequence_->ops.size() - 1;
-    place_ = {.align = 8, .phase = 0};
+    out_.note(names);
+    out_.stand_at({.align = 8, .phase = 0});
   }
 
   void real(const Type& type) {
-    align(type.align);
-    if (is_whole_byte() && type.size % 8 == 0) {
-      open_block().size += type.size / 8;
+    out_.align(type.align);
+    if (out_.is_whole_byte() && type.size % 8 == 0) {
+      out_.block().size += type.size / 8;
     } else {
-      emit({.code = Op::Code::packed, .size = type.size, .stride = type.size, .count = 1});
+      out_.emit({.code = Op::Code::packed, .size = type.size, .stride = type.size, .count = 1});
     }
-    advance(type.size);
+    out_.advance(type.size);
   }
 
   void string(const Type& type, const Want& want) {
-    align(8);
+    out_.align(8);
     note_slots(want, type);
-    emit({.code = Op::Code::text, .slot = want.first(), .size = type.size});
-    place_ = {.align = 8, .phase = 0};
+    out_.emit({.code = Op::Code::text, .slot = want.first(), .size = type.size});
+    out_.stand_at({.align = 8, .phase = 0});
   }
 
   void structure(ScopeNames& names, const Type& type) {
-    align(type.align);
+    out_.align(type.align);
     references_.enter(names);
     for (const auto& member : type.members)
       field(names, member.name, *member.type, {});
@@ -307,15 +249,15 @@ class ScopeBuilder {
     const auto& element = *type.element;
     Op op{.count = type.length};
     if (type.kind == Type::Kind::sequence) op.length = kept_length(names, type);
-    align(std::max(type.align, element.align));
+    out_.align(std::max(type.align, element.align));
     if (element.kind == Type::Kind::leb128) {
       note_slots(want, element);
       op.code = Op::Code::leb128;
       op.is_signed = element.is_signed;
       op.is_list = true;
       op.slot = want.first();
-      emit(std::move(op));
-      place_ = {.align = 8, .phase = 0};
+      out_.emit(std::move(op));
+      out_.stand_at({.align = 8, .phase = 0});
     } else if (is_plain(element)) {
       if (!is_number(element)) want = {};
       packed(element, std::move(op), want);
@@ -326,14 +268,14 @@ class ScopeBuilder {
 
   void packed(const Type& element, Op op, const Want& want) {
     op.stride = std::uint64_t{(element.size + element.align - 1) / element.align} * element.align;
-    const bool is_text = element.is_text && element.size == 8 && is_whole_byte();
+    const bool is_text = element.is_text && element.size == 8 && out_.is_whole_byte();
     note_slots(want, element);
     std::uint64_t size = 0;
-    if ((want.slots.empty() || is_text) && op.length < 0 && is_whole_byte() &&
+    if ((want.slots.empty() || is_text) && op.length < 0 && out_.is_whole_byte() &&
         op.stride == element.size && !__builtin_mul_overflow(op.count, element.size, &size) &&
         size % 8 == 0 && size / 8 < kMaxBlock) {
       if (size == 0) return;
-      auto& block = open_block();
+      auto& block = out_.block();
       for (const auto slot : want.slots) {
         block.extracts.push_back({.offset = static_cast<std::uint32_t>(block.size),
                                   .load = Load::text,
@@ -341,7 +283,7 @@ class ScopeBuilder {
                                   .length = static_cast<std::uint32_t>(op.count)});
       }
       block.size += size / 8;
-      advance(size);
+      out_.advance(size);
       return;
     }
     op.code = Op::Code::packed;
@@ -353,49 +295,27 @@ class ScopeBuilder {
     op.slot = want.first();
     op.size = element.size;
     const auto stride = op.stride;
-    emit(std::move(op));
+    out_.emit(std::move(op));
     const auto whole = stride == element.size ? element.align : element.size & -element.size;
-    place_ = {.align = std::min<std::uint64_t>(whole, place_.align), .phase = 0};
+    out_.stand_at({.align = std::min<std::uint64_t>(whole, out_.place().align), .phase = 0});
   }
 
   void loop(ScopeNames& names, const Type& element, Op op) {
-    const auto body = std::make_shared<Sequence>();
-    scope_.context_.bodies.push_back(body);
-    const auto outer = std::exchange(sequence_, body.get());
-    place_ = {};
-    is_block_open_ = false;
     // Names inside an element are known inside it only.
-    field(names, "[]", element, {});
-    sequence_ = outer;
-    place_ = {};
-    is_block_open_ = false;
-    if (body->ops.empty()) return;
+    op.body = out_.body({}, [&] { field(names, "[]", element, {}); });
+    out_.stand_at({});
+    if (op.body->ops.empty()) return;
     op.code = Op::Code::loop;
-    op.body = body;
-    emit(std::move(op));
+    out_.emit(std::move(op));
   }
 
-  // Lays out one of several bodies that follow each other in no way.
+  // One of several bodies that follow each other in no way.
   std::shared_ptr<const Sequence> option(ScopeNames& names, const NamedType& option,
                                          const Place& before) {
-    const auto body = std::make_shared<Sequence>();
-    scope_.context_.bodies.push_back(body);
-    const auto outer = std::exchange(sequence_, body.get());
-    place_ = before;
-    is_block_open_ = false;
-    field(names, option.name, *option.type, {});
+    auto body = out_.body(before, [&] { field(names, option.name, *option.type, {}); });
     // What another option holds is not there when this one is: nobody may name it alone.
     names.members.back()->name.clear();
-    sequence_ = outer;
     return body;
-  }
-
-  void emit_choice(ScopeNames& names, Op op, const Place& after) {
-    count(op.choices.size());
-    emit(std::move(op));
-    names.sequence = sequence_;
-    names.op = sequence_->ops.size() - 1;
-    place_ = after;
   }
 
   // Ranges of the tag that select an option: its own, or those with its name as label.
@@ -408,24 +328,27 @@ class ScopeBuilder {
     }
     check_selectors(tags);
     Op op{.code = Op::Code::variant, .length = references_.keep(tags), .bias = bias_of(tag)};
-    const auto before = place_;
+    const auto before = out_.place();
     std::optional<Place> after;
     references_.enter(names);
     std::vector<std::shared_ptr<const Sequence>> bodies;
     for (const auto& member : type.members) {
       bodies.push_back(option(names, member, before));
-      after = after ? common(*after, place_) : place_;
+      after = after ? common(*after, out_.place()) : out_.place();
       if (type.location) continue;
       for (const auto& range : tag.ranges) {
         if (plain(range.label) != plain(member.name)) continue;
+        out_.count(1);
         op.choices.push_back(
             {.low = range.low ^ op.bias, .high = range.high ^ op.bias, .body = bodies.back()});
-        if (op.choices.size() > kMaxFields) count(op.choices.size());
       }
     }
     references_.leave();
+    out_.count(type.selections.size());
     add_selections(op, type, tag, bodies);
-    emit_choice(names, std::move(op), after.value_or(Place{}));
+    out_.emit(std::move(op));
+    out_.note(names);
+    out_.stand_at(after.value_or(Place{}));
   }
 
   void optional(ScopeNames& names, const Type& type) {
@@ -440,57 +363,21 @@ class ScopeBuilder {
           .is_optional = true,
           .length = references_.keep(tags),
           .bias = bias_of(tag)};
-    const auto before = place_;
+    const auto before = out_.place();
     references_.enter(names);
     const auto body = option(names, {.name = {}, .type = type.element}, before);
     references_.leave();
     if (type.selections.empty()) op.choices.push_back({.low = 1, .high = 1, .body = body});
+    out_.count(type.selections.size());
     add_selections(op, type, tag, {body});
-    emit_choice(names, std::move(op), common(before, place_));
-  }
-
-  static void add_selections(Op& op, const Type& type, const Type& tag,
-                             const std::vector<std::shared_ptr<const Sequence>>& bodies) {
-    for (const auto& selection : type.selections) {
-      if (const auto range = possible(selection, tag)) {
-        op.choices.push_back({.low = range->first ^ op.bias,
-                              .high = range->second ^ op.bias,
-                              .body = bodies[selection.option]});
-      }
-    }
-  }
-
-  // All that one selector can be are alike.
-  static void check_selectors(const std::vector<ScopeNames*>& tags) {
-    const auto& first = *tags.front()->type;
-    for (const auto* tag : tags) {
-      const bool is_boolean = tag->type->kind == Type::Kind::boolean;
-      if (tag->type->kind == Type::Kind::bits || tag->type->is_signed != first.is_signed ||
-          is_boolean != (first.kind == Type::Kind::boolean)) {
-        throw MetadataError("the selector \"" + tag->name.substr(0, 100) +
-                            "\" is no integer, or now one with a sign and now one without");
-      }
-    }
-  }
-
-  static Place common(Place a, Place b) {
-    Place both{.align = std::min(a.align, b.align), .phase = 0};
-    while (((a.phase ^ b.phase) & (both.align - 1)) != 0)
-      both.align /= 2;
-    both.phase = a.phase & (both.align - 1);
-    return both;
-  }
-
-  // Shared types multiply when they are laid out flat.
-  void count(std::size_t fields) {
-    scope_.context_.fields += fields;
-    if (scope_.context_.fields > kMaxFields) {
-      throw MetadataError("the types have more fields than any honest tracer writes");
-    }
+    const auto after = common(before, out_.place());
+    out_.emit(std::move(op));
+    out_.note(names);
+    out_.stand_at(after);
   }
 
   void field(ScopeNames& parent, const std::string& name, const Type& type, const Want& want) {
-    count(1);
+    out_.count(1);
     auto& names = parent.add(name, &type);
     names.is_open = true;
     value(names, type, with_roles(names, type, want));
@@ -529,9 +416,7 @@ class ScopeBuilder {
   bool is_header_;
   std::span<const Role> roles_;
   References references_;
-  Sequence* sequence_ = nullptr;
-  Place place_;
-  bool is_block_open_ = false;
+  Emitter out_;
 };
 
 Scope::Scope(std::string_view root, BuildContext& context, RegisterRange& registers,
