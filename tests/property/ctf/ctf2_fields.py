@@ -475,7 +475,7 @@ def compare(cie, folder, seed):
 
 def main():
     parser = argparse.ArgumentParser()
-    parser.add_argument("cie")
+    parser.add_argument("cie", type=lambda path: str(Path(path).resolve()))
     parser.add_argument("--traces", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path)
