@@ -268,9 +268,8 @@ Outcome run_loop(const Op& op, std::uint64_t count, Bits& bits, Frame& frame) no
 Outcome run_variant(const Op& op, Bits& bits, Frame& frame) noexcept {
   constexpr std::uint64_t kFreeChoices = 64;
   const auto tag = frame.registers[static_cast<std::size_t>(op.length)] ^ op.bias;
-  // What the option does not read is no length that anything can have.
-  for (const auto reg : op.forgets)
-    frame.registers[static_cast<std::size_t>(reg)] = ~std::uint64_t{0};
+  for (const auto& [reg, value] : op.forgets)
+    frame.registers[static_cast<std::size_t>(reg)] = value;
   frame.steps -= std::min<std::uint64_t>(frame.steps, op.choices.size() / kFreeChoices);
   for (const auto& choice : op.choices) {
     if (tag >= choice.low && tag <= choice.high) return run(*choice.body, bits, frame);

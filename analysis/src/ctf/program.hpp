@@ -59,6 +59,12 @@ struct Choice {
   std::shared_ptr<const Sequence> body;
 };
 
+// A register, and the value that nothing honest has, for where nobody fills it.
+struct Forgotten {
+  std::int16_t reg = kNone;
+  std::uint64_t value = 0;
+};
+
 struct Op {
   enum class Code : std::uint8_t {
     block,    // `size` bytes, of which `extracts` are wanted
@@ -88,7 +94,7 @@ struct Op {
   const LabelTable* labels = nullptr;
   std::vector<Extract> extracts{};  // integer, leb128: more slots and registers for its value
   std::vector<Choice> choices{};
-  std::vector<std::int16_t> forgets{};  // variant: registers that only some options fill
+  std::vector<Forgotten> forgets{};  // variant: registers that only some options fill
   std::shared_ptr<const Sequence> body{};
 };
 

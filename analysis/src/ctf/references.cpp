@@ -222,7 +222,10 @@ void References::keep_in(ScopeNames& found, std::int16_t reg) {
   for (auto* around = found.parent; around != nullptr; around = around->parent) {
     if (!is_choice(*around) || around->is_open) continue;
     auto& forgets = around->sequence->ops[around->op].forgets;
-    if (std::ranges::find(forgets, reg) == forgets.end()) forgets.push_back(reg);
+    if (std::ranges::find(forgets, reg, &Forgotten::reg) != forgets.end()) continue;
+    // No length is so large, and no selector with a sign so small: -1 is a usual one.
+    constexpr auto kLeast = std::uint64_t{1} << 63U;
+    forgets.push_back({.reg = reg, .value = type.is_signed ? kLeast : ~std::uint64_t{0}});
   }
 }
 

@@ -321,6 +321,15 @@ TEST(Ctf2Fields, LengthInAnOptionThatWasNotChosenIsDamage) {
   EXPECT_EQ(layout.decode({1, 9, 42}).outcome, Outcome::cut);
 }
 
+TEST(Ctf2Fields, SelectorInAnOptionalThatIsNotThereSelectsNothing) {
+  Layout layout(
+      member("is", kBoolean) + "," + member("by", optional("'is'", kI8)) + "," +
+          member("v", variant("'by'", option("[[-1, -1]]", kU8) + "," + option("[[0, 5]]", kU8))),
+      {});
+  EXPECT_EQ(layout.decode({1, 0xff, 9}).outcome, Outcome::ok);
+  EXPECT_EQ(layout.decode({0, 9}).outcome, Outcome::no_option);
+}
+
 TEST(Ctf2Fields, LengthInAnOptionalThatIsNotThereIsDamage) {
   Layout layout(member("is", kBoolean) + "," + member("n", optional("'is'", kU8)) + "," +
                     member("d", optional("'is'", blob("'n'"))) + "," + member("e", blob("'n'")),
