@@ -55,7 +55,7 @@ class Progress final : public analysis::Observer {
 
 ReaderOption::ReaderOption(CommandLine& line) {
   line.option("--reader", "READER", choice_,
-              "Who decodes the traces: native (default) or babeltrace2");
+              "Who decodes the traces: native (default) or babeltrace2 (CTF 1.8 only)");
   line.option("--metadata", "FILE", metadata_,
               "Metadata of a like recording, for traces whose own is lost");
 }

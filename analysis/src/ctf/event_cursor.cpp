@@ -67,6 +67,9 @@ bool EventCursor::is_good(Outcome outcome) {
     case Outcome::no_option:
       reason_ = "a variant's tag selects none of its options";
       return false;
+    case Outcome::too_large:
+      reason_ = "an integer of variable length has more than 64 bits";
+      return false;
     case Outcome::too_complex:
       reason_ = "an event takes more steps than any honest one";
       return false;

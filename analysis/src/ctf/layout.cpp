@@ -65,8 +65,10 @@ class Walker {
       }
       case Op::Code::integer: {
         const bool is_wanted = op.slot >= 0 || op.reg >= 0;
-        const bool is_fixed = !is_wanted || (!op.is_big_endian && add(bits_, op.size, op.is_signed,
-                                                                      op.slot, op.reg, op.labels));
+        const bool is_simple =
+            !op.is_big_endian && !op.is_boolean && !op.is_reversed && op.extracts.empty();
+        const bool is_fixed = !is_wanted || (is_simple && add(bits_, op.size, op.is_signed, op.slot,
+                                                              op.reg, op.labels));
         bits_ += op.size;
         return is_fixed;
       }

@@ -17,6 +17,7 @@ constexpr std::size_t kPacketBitsAt = 28;
 constexpr std::size_t kCompressionAt = 32;
 constexpr std::size_t kEncryptionAt = 33;
 constexpr std::uint64_t kMaxBytes = 64U << 20U;
+constexpr std::string_view kBlank = " \t\r\n";
 
 std::uint32_t read_u32(std::string_view bytes, std::size_t at, bool is_swapped) {
   std::uint32_t value = 0;
@@ -30,13 +31,17 @@ bool is_packet(std::string_view bytes, bool is_swapped) {
 
 }  // namespace
 
+bool is_text_sequence(std::string_view bytes) noexcept {
+  const auto first = bytes.find_first_not_of(kBlank);
+  return first != std::string_view::npos && bytes[first] == '\x1e';
+}
+
 std::string metadata_text(std::string_view bytes) {
   const bool is_swapped = is_packet(bytes, true);
   if (!is_swapped && !is_packet(bytes, false)) {
-    const auto first = bytes.find_first_not_of(" \t\r\n");
-    if (first != std::string_view::npos &&
-        (bytes[first] == '\x1e' || bytes[first] == '[' || bytes[first] == '{')) {
-      throw MetadataError("it is of CTF 2, which this reader does not know (CTF 1.8 only)");
+    const auto first = bytes.find_first_not_of(kBlank);
+    if (first != std::string_view::npos && (bytes[first] == '[' || bytes[first] == '{')) {
+      throw MetadataError("it is JSON, but no text sequence as CTF 2 has it (RFC 7464)");
     }
     return std::string(bytes);
   }
@@ -57,6 +62,7 @@ std::string metadata_text(std::string_view bytes) {
     text += rest.substr(kHeaderBytes, content - kHeaderBytes);
     rest.remove_prefix(std::min(packet, rest.size()));
   }
+  if (is_text_sequence(text)) throw MetadataError("it is of CTF 2, which has no packets here");
   return text;
 }
 

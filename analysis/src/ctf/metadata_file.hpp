@@ -7,6 +7,10 @@
 
 namespace cie::analysis::ctf {
 
+// Whether the bytes are the metadata of CTF 2: a text sequence (RFC 7464) begins with its
+// separator.
+bool is_text_sequence(std::string_view bytes) noexcept;
+
 // Throws MetadataError if packets are cut or damaged, or the metadata is of another format.
 std::string metadata_text(std::string_view bytes);
 

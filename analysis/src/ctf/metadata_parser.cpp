@@ -1,5 +1,7 @@
 #include "metadata_parser.hpp"
 
+#include "fragment_parser.hpp"
+#include "metadata_file.hpp"
 #include "type_parser.hpp"
 
 #include <algorithm>
@@ -181,6 +183,8 @@ class MetadataParser {
 
 }  // namespace
 
-Metadata parse_metadata(std::string_view text) { return MetadataParser(text).parse(); }
+Metadata parse_metadata(std::string_view text) {
+  return is_text_sequence(text) ? parse_fragments(text) : MetadataParser(text).parse();
+}
 
 }  // namespace cie::analysis::ctf

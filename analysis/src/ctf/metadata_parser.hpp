@@ -1,4 +1,4 @@
-// Metadata of CTF 1.8 from its text.
+// Metadata from its text, of CTF 1.8 (TSDL) or 2 (JSON).
 #pragma once
 
 #include "tokens.hpp"

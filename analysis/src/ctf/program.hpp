@@ -59,12 +59,19 @@ struct Choice {
   std::shared_ptr<const Sequence> body;
 };
 
+// A register, and the value that nothing honest has, for where nobody fills it.
+struct Forgotten {
+  std::int16_t reg = kNone;
+  std::uint64_t value = 0;
+};
+
 struct Op {
   enum class Code : std::uint8_t {
     block,    // `size` bytes, of which `extracts` are wanted
     align,    // to a multiple of `size` bits
     integer,  // of `size` bits, anywhere
-    text,     // up to its NUL
+    leb128,   // `count` integers of variable length, or as many as `length` says
+    text,     // up to its NUL, of characters of `size` bits
     packed,   // integers of `size` bits: `count` of them, or as many as `length` says
     loop,     // `body` that often
     variant   // one of `choices`, by `length`
@@ -72,17 +79,22 @@ struct Op {
   Code code = Code::block;
   bool is_signed = false;
   bool is_big_endian = false;
-  bool is_text = false;  // packed: characters
+  bool is_text = false;      // packed: characters
+  bool is_boolean = false;   // integer, packed: 1 if any bit is set
+  bool is_reversed = false;  // integer, packed: the first bit is the last one
+  bool is_list = false;      // leb128: elements rather than a number
+  bool is_optional = false;  // variant: its tag may select nothing
   std::int16_t slot = kNone;
-  std::int16_t reg = kNone;     // integer: where it is kept
+  std::int16_t reg = kNone;     // integer, leb128: where it is kept
   std::int16_t length = kNone;  // register with a length or tag
-  std::uint64_t size = 0;
-  std::uint64_t stride = 0;  // packed: from one to the next, in bits
+  std::uint64_t size = 0;       // leb128: bits it passes for; 0: seven for each of its bytes
+  std::uint64_t stride = 0;     // packed: from one to the next, in bits
   std::uint64_t count = 0;
   std::uint64_t bias = 0;  // variant: see Choice
   const LabelTable* labels = nullptr;
-  std::vector<Extract> extracts{};
+  std::vector<Extract> extracts{};  // integer, leb128: more slots and registers for its value
   std::vector<Choice> choices{};
+  std::vector<Forgotten> forgets{};  // variant: registers that only some options fill
   std::shared_ptr<const Sequence> body{};
 };
 
@@ -94,6 +106,7 @@ enum class Outcome : std::uint8_t {
   ok,
   cut,         // the data end before the scope does
   no_option,   // a variant's tag selects nothing
+  too_large,   // a number has more than 64 bits
   too_complex  // more steps than any honest event needs
 };
 

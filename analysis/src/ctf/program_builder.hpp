@@ -24,7 +24,9 @@ struct RegisterRange {
 // What all scopes of a trace share: owns label tables and bodies, bounds the whole.
 struct BuildContext {
   ByteOrder byte_order = ByteOrder::little;
-  std::size_t fields = 0;  // laid out so far
+  bool has_roles = false;   // see Metadata
+  std::size_t fields = 0;   // laid out so far, and the labels and choices they come with
+  std::size_t lookups = 0;  // names compared so far
   std::vector<std::unique_ptr<const LabelTable>> labels{};
   std::vector<std::shared_ptr<Sequence>> bodies{};  // of loops and options: names point into them
 };
@@ -44,8 +46,10 @@ class Scope {
   Scope& operator=(const Scope&) = delete;
 
   // Compiles `type` (null: an empty scope) with the top-level members that `requests` ask for in
-  // their slots. Throws MetadataError.
-  void build(const TypeRef& type, std::span<const FieldRequest> requests);
+  // their slots. Where metadata has roles, slots with one (`roles`, by slot) are for the fields
+  // that have it, wherever they stand. Throws MetadataError.
+  void build(const TypeRef& type, std::span<const FieldRequest> requests,
+             std::span<const Role> roles = {});
   // The same for an event header: slot 0 is the id, slot 1 the time, wherever they stand.
   void build_header(const TypeRef& type);
 
@@ -57,6 +61,7 @@ class Scope {
 
  private:
   friend class ScopeBuilder;
+  friend class References;
   struct Slot {
     bool is_filled = false;
     std::string clock;

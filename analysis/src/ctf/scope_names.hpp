@@ -4,7 +4,6 @@
 #include "program.hpp"
 #include "types.hpp"
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -17,29 +16,30 @@ namespace cie::analysis::ctf {
 class ScopeNames {
  public:
   std::string name;
-  const Type* type = nullptr;
-  Sequence* sequence = nullptr;
+  const Type* type = nullptr;  // null: the scope itself, a structure
+  ScopeNames* parent = nullptr;
+  bool is_open = false;          // being laid out
+  Sequence* sequence = nullptr;  // of a number, or of a choice between options
   std::size_t op = 0;
   std::uint32_t offset = 0;  // in a block
   std::int16_t reg = kNone;
+  std::int16_t shared_reg = kNone;  // for who stands outside of the option that has it
   std::vector<std::unique_ptr<ScopeNames>> members;
 
+  ScopeNames& add(std::string member, const Type* member_type) {
+    members.push_back(std::make_unique<ScopeNames>());
+    members.back()->name = std::move(member);
+    members.back()->type = member_type;
+    members.back()->parent = this;
+    return *members.back();
+  }
   ScopeNames* find(std::string_view wanted) const {
     for (auto member = members.rbegin(); member != members.rend(); ++member) {
       if ((*member)->name == wanted) return member->get();
     }
     return nullptr;
   }
+  bool is_structure() const { return type == nullptr || type->kind == Type::Kind::structure; }
 };
-
-// Walks "a.b.c" below a node.
-inline ScopeNames* walk(ScopeNames* node, std::string_view path) {
-  while (node != nullptr && !path.empty()) {
-    const auto dot = std::min(path.find('.'), path.size());
-    node = node->find(path.substr(0, dot));
-    path.remove_prefix(std::min(dot + 1, path.size()));
-  }
-  return node;
-}
 
 }  // namespace cie::analysis::ctf

@@ -15,11 +15,21 @@ constexpr RegisterRange kStreamRegisters{.next = 16, .end = 80};
 constexpr RegisterRange kEventRegisters{.next = 80, .end = kRegisters};
 
 constexpr std::size_t kDenseIds = 65'536;
+// Each takes some two KiB, however short its declaration is.
+constexpr std::size_t kMaxStreams = 10'000;
+constexpr std::size_t kMaxEvents = 100'000;
+constexpr std::size_t kMaxDenseIds = 16 * kDenseIds;  // of all streams together
 
 const std::vector<FieldRequest> kPacketHeader{"magic", "uuid", "stream_id", "stream_instance_id"};
 const std::vector<FieldRequest> kPacketContext{
     "packet_size",      "content_size",   "timestamp_begin", "timestamp_end",
     "events_discarded", "packet_seq_num", "cpu_id"};
+// The same by roles; what has none keeps its name.
+constexpr std::array kPacketHeaderRoles{Role::magic, Role::metadata_uuid, Role::stream_class,
+                                        Role::stream_instance};
+constexpr std::array kPacketContextRoles{
+    Role::packet_size,      Role::content_size,    Role::time, Role::packet_end_time,
+    Role::discarded_events, Role::packet_sequence, Role::none};
 
 std::string value_of(const Metadata& metadata, const char* name) {
   const auto found = metadata.environment.find(name);
@@ -40,12 +50,20 @@ ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
     for (auto& c : plan.uuid) {
       if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
     }
+  } else if (metadata.has_roles) {
+    plan.uuid = chosen->uuid;
   }
   const auto seconds =
       static_cast<std::int64_t>(static_cast<std::uint64_t>(chosen->offset_s) * 1'000'000'000U);
   plan.offset_ns =
       detail::wrapping_add(seconds, plan.time_of(static_cast<std::uint64_t>(chosen->offset)).ns);
   return plan;
+}
+
+bool begins_with_magic(const Metadata& metadata) {
+  const auto& first = metadata.packet_header->members.front();
+  if (!metadata.has_roles) return first.name == "magic";
+  return std::ranges::find(first.type->roles, Role::magic) != first.type->roles.end();
 }
 
 const Sequence* program_or_null(const Scope& scope) {
@@ -91,29 +109,38 @@ std::string host_of(const Metadata& metadata) {
 TracePlan::TracePlan(const Metadata& metadata)
     : byte_order(metadata.byte_order), trace_registers_(kTraceRegisters) {
   context_.byte_order = metadata.byte_order;
+  context_.has_roles = metadata.has_roles;
   uuid = parse_uuid(metadata.uuid);
   host = host_of(metadata);
   domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
   if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
 
+  if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {
+    throw MetadataError("it declares more streams or events than any honest tracer does");
+  }
   auto& header = new_scope("trace.packet.header", trace_registers_, {});
-  header.build(metadata.packet_header, kPacketHeader);
+  header.build(metadata.packet_header, kPacketHeader, kPacketHeaderRoles);
   has_magic = header.has_slot(slot(PacketHeaderSlot::magic));
   has_header_uuid = header.has_slot(slot(PacketHeaderSlot::uuid)) && uuid.has_value();
   has_stream_id = header.has_slot(slot(PacketHeaderSlot::stream_id));
+  EventsOfStreams events;
+  for (const auto& event : metadata.events)
+    events[event.stream].push_back(&event);
   for (const auto& [id, stream] : metadata.streams) {
     try {
-      add_stream(metadata, stream);
+      add_stream(metadata, stream, events[id]);
     } catch (const MetadataError& error) {
       throw MetadataError("stream " + std::to_string(id) + ": " + error.what());
     }
   }
   // Later scopes may have made this one keep values.
   packet_header = program_or_null(header);
-  if (has_magic && (metadata.packet_header->members.front().name != "magic")) has_magic = false;
+  // What stands elsewhere does not tell where packets begin.
+  has_magic = has_magic && begins_with_magic(metadata);
 }
 
-void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) {
+void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
+                           std::span<const EventClass* const> events) {
   auto& plan = streams_[stream.id];
   plan.id = stream.id;
   registers_.push_back(std::make_unique<RegisterRange>(kStreamRegisters));
@@ -121,7 +148,7 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) 
   std::vector<Scope*> earlier{scopes_.front().get()};
 
   auto& packet = new_scope("stream.packet.context", registers, earlier);
-  packet.build(stream.packet_context, kPacketContext);
+  packet.build(stream.packet_context, kPacketContext, kPacketContextRoles);
   earlier.push_back(&packet);
   auto& header = new_scope("stream.event.header", registers, earlier);
   header.build_header(stream.event_header);
@@ -130,29 +157,34 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream) 
   context.build(stream.event_context, context_requests());
   earlier.push_back(&context);
 
-  std::size_t events = 0;
   const auto first_event = events_.size();
-  for (const auto& event : metadata.events) {
-    if (event.stream != stream.id) continue;
-    ++events;
+  for (const auto* event : events) {
     try {
-      add_event(plan, event, earlier);
+      add_event(plan, *event, earlier);
     } catch (const MetadataError& error) {
-      throw MetadataError("event \"" + event.name.substr(0, 100) + "\": " + error.what());
+      throw MetadataError("event \"" + event->name.substr(0, 100) + "\": " + error.what());
     }
   }
   plan.has_event_id = header.has_slot(slot(EventHeaderSlot::id));
-  if (!plan.has_event_id && events > 1) {
+  if (!plan.has_event_id && events.size() > 1) {
     throw MetadataError("several events, but the event header has no id");
   }
   plan.has_event_time = header.has_slot(slot(EventHeaderSlot::time));
   plan.has_packet_times = packet.has_slot(slot(PacketContextSlot::timestamp_begin)) &&
                           packet.has_slot(slot(PacketContextSlot::timestamp_end));
-  plan.clock =
-      clock_of(metadata, plan.has_event_time ? header.clock_of_slot(slot(EventHeaderSlot::time))
-                         : plan.has_packet_times
-                             ? packet.clock_of_slot(slot(PacketContextSlot::timestamp_begin))
-                             : std::string{});
+  const bool has_time = plan.has_event_time ||
+                        packet.has_slot(slot(PacketContextSlot::timestamp_begin)) ||
+                        packet.has_slot(slot(PacketContextSlot::timestamp_end));
+  if (metadata.has_roles && has_time && stream.clock.empty()) {
+    throw MetadataError("it has times, but no clock");
+  }
+  auto clock = stream.clock;
+  if (clock.empty() && plan.has_event_time) {
+    clock = header.clock_of_slot(slot(EventHeaderSlot::time));
+  } else if (clock.empty() && plan.has_packet_times) {
+    clock = packet.clock_of_slot(slot(PacketContextSlot::timestamp_begin));
+  }
+  plan.clock = clock_of(metadata, clock);
   plan.packet_context = program_or_null(packet);
   plan.event_header = program_or_null(header);
   plan.event_context = program_or_null(context);
@@ -222,8 +254,11 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
                result->translation != nullptr ? result->translation->fields : nothing);
   result->context = program_or_null(context);
   result->fields = program_or_null(fields);
-  if (event.id < kDenseIds) {
-    if (plan.dense_.size() <= event.id) plan.dense_.resize(event.id + 1);
+  // Streams that share their small ids' tables evenly do not grow them without bound.
+  const auto grown = event.id < plan.dense_.size() ? 0 : event.id + 1 - plan.dense_.size();
+  if (event.id < kDenseIds && dense_ids_ + grown <= kMaxDenseIds) {
+    dense_ids_ += grown;
+    plan.dense_.resize(plan.dense_.size() + grown);
     plan.dense_[event.id] = result.get();
   } else {
     plan.sparse_[event.id] = result.get();

@@ -142,7 +142,10 @@ class TracePlan {
   const StreamPlan* only_stream() const noexcept;
 
  private:
-  void add_stream(const Metadata& metadata, const StreamClass& stream);
+  using EventsOfStreams = std::map<std::uint64_t, std::vector<const EventClass*>>;
+
+  void add_stream(const Metadata& metadata, const StreamClass& stream,
+                  std::span<const EventClass* const> events);
   static void find_layouts(const StreamPlan& stream, EventPlan& event);
   void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
   Scope& new_scope(std::string_view root, RegisterRange& registers, std::vector<Scope*> earlier);
@@ -153,6 +156,7 @@ class TracePlan {
   std::vector<std::unique_ptr<Scope>> scopes_;
   std::map<std::uint64_t, StreamPlan> streams_;
   std::vector<std::unique_ptr<EventPlan>> events_;
+  std::size_t dense_ids_ = 0;  // entries of all tables by small ids
 };
 
 // "3ec751a9-cc27-…" as bytes; empty if it is none.

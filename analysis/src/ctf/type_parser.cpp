@@ -1,16 +1,14 @@
 #include "type_parser.hpp"
 
+#include "type_limits.hpp"
+
 #include <algorithm>
 #include <utility>
 
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::uint32_t kMaxNesting = 48;
-constexpr std::uint32_t kMaxIntegerBits = 64;
 constexpr std::uint32_t kMaxRealBits = 128;
-// Packets are looked at in windows that begin at multiples of 4096 bytes.
-constexpr std::uint64_t kMaxAlign = 32'768;
 
 bool is_true(const AttributeValue& value) {
   return value.text == "true" || value.text == "TRUE" || (value.is_number && value.number != 0);
@@ -67,7 +65,7 @@ std::uint64_t TypeParser::constant() {
 
 std::uint32_t TypeParser::alignment(const AttributeValue& value) const {
   const auto align = value.number;
-  if (!value.is_number || align == 0 || (align & (align - 1)) != 0 || align > kMaxAlign) {
+  if (!value.is_number || !is_alignment(align)) {
     tokens_.fail("an alignment must be a power of two up to 32768");
   }
   return static_cast<std::uint32_t>(align);
@@ -94,10 +92,7 @@ void TypeParser::attributes(OnAttribute&& on_attribute) {
 }
 
 TypeRef TypeParser::finish(Type type) const {
-  std::uint32_t below = type.element ? type.element->depth : 0;
-  for (const auto& member : type.members)
-    below = std::max(below, member.type->depth);
-  type.depth = below + 1;
+  type.depth = depth_of(type);
   if (type.depth > kMaxNesting) tokens_.fail("types are nested too deeply");
   return std::make_shared<const Type>(std::move(type));
 }

@@ -1,12 +1,15 @@
 #include "bt_reader.hpp"
 
+#include "../ctf/metadata_file.hpp"
 #include "../guard_state.hpp"
 #include "bt_handles.hpp"
 #include "discovery.hpp"
 #include "message_decoder.hpp"
 
 #include <algorithm>
+#include <array>
 #include <exception>
+#include <fstream>
 #include <map>
 #include <string>
 #include <string_view>
@@ -109,6 +112,19 @@ Plugin find_plugin(const char* name) {
   return Plugin(plugin);
 }
 
+// libbabeltrace2 2.0 says only that it does not understand such metadata.
+void refuse_ctf2(const std::filesystem::path& directory) {
+  std::array<char, 256> begin{};
+  std::ifstream file(directory / "metadata", std::ios::binary);
+  file.read(begin.data(), begin.size());
+  const std::string_view bytes(begin.data(), static_cast<std::size_t>(file.gcount()));
+  if (!ctf::is_text_sequence(bytes)) return;
+  throw UnreadableTrace(
+      "cannot read trace " + directory.string() +
+      ": it is of CTF 2, which libbabeltrace2 2.0 does not know; cie's own reader "
+      "reads it (--reader native)");
+}
+
 // Directories that belong to one trace (rotation chunks share a uuid) are read as one, so that
 // their packets form one sequence per stream.
 std::string group_of(const bt_component_class_source* source, const std::filesystem::path& path) {
@@ -168,6 +184,7 @@ void read_traces(std::span<const std::filesystem::path> traces, Analyzer& analyz
   std::map<std::string, std::vector<std::filesystem::path>> groups;
   for (const auto& path : traces) {
     for (const auto& directory : find_traces(path)) {
+      refuse_ctf2(directory);
       groups[group_of(source_class, directory)].push_back(directory);
       guard_tick();
     }

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Recordings as disks, crashes and people leave them: bits flipped, regions zeroed, repeated or cut
-away, files missing, metadata edited. On none of them may cie die of a signal, hang, tell an instance
+away, files missing, metadata (of CTF 1.8 and 2) edited. On none of them may cie die of a signal, hang, tell an instance
 that was not recorded, or find a rule kept that is not kept (or not provable) in the whole recording.
 
 CTF has no checksums: a flipped bit or edited metadata may turn one good event into another. Such
@@ -19,6 +19,9 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from ctf2_of_tsdl import convert  # noqa: E402
 
 TIMEOUT = 60  # seconds; cie itself gives up earlier
 PACKET_MAGIC = b"\xc1\x1f\xfc\xc1"
@@ -159,6 +162,8 @@ def edit_metadata(rng, folder):
     file, data = metadata_of(rng, folder)
     words = list(re.finditer(rb"\b(?:size = \d+|align = \d+|id = \d+|signed = \d|cie:\w+|_\w+|uuid|stream_id"
                              rb"|struct|integer|string|:=|[{};])", data))
+    words += re.finditer(rb'("length": \d+|"alignment": \d+|"id": \d+|"roles": \["[a-z-]+"\]|"path"|"type": "[a-z-]+"'
+                         rb'|null|\[\[\d+, \d+\]\]|\x1e|"name": "\w+")', data)
     if not words:  # an earlier damage left too little of it
         return flip_metadata(rng, folder)
     word, other = rng.choice(words), rng.choice(words)
@@ -212,11 +217,15 @@ def instances_of(cie, trace):
 
 def check(cie, original, seed, keep):
     rng = random.Random(seed)
-    trace, whole = original
+    trace, whole, as_ctf2 = original
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch) / "trace"
         shutil.copytree(trace, folder)
         done = []
+        if rng.random() < 0.3:
+            done.append("metadata as CTF 2")
+            for name, data in as_ctf2.items():
+                (folder / name).write_bytes(data)
         is_faithful = True
         for _ in range(rng.choice([1, 1, 1, 2, 3])):
             if not stream_files(folder) or not list(folder.rglob("metadata")):
@@ -272,9 +281,10 @@ def main():
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep")
     options = parser.parse_args()
-    originals = [(trace, (verdicts_of(options.cie, trace), instances_of(options.cie, trace)))
+    originals = [(trace, (verdicts_of(options.cie, trace), instances_of(options.cie, trace)),
+                  {file.relative_to(trace): convert(file.read_bytes()) for file in Path(trace).rglob("metadata")})
                  for trace in options.recordings]
-    for trace, (verdicts, instances) in originals:
+    for trace, (verdicts, instances), _ in originals:
         if verdicts is None or not instances:
             sys.exit(f"{trace} is no recording with instances")
     failures = []

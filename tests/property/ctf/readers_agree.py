@@ -15,6 +15,9 @@ import tempfile
 import uuid
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from ctf2_of_tsdl import convert  # noqa: E402
+
 EVENTS = {  # name: fields with their least width; None: a string; a list: labels
     "cie:node_init": [("node_id", 8), ("name", None)],
     "cie:group_init": [("group_id", 8), ("node_id", 8), ("type", ["mutually_exclusive", "reentrant"])],
@@ -191,7 +194,7 @@ class Cpus:
 
 class Layout:
     def __init__(self, rng):
-        self.rng = rng
+        self.rng = self.splits = rng
         self.order = rng.choice(["le", "le", "be"])
         self.uuid = uuid.UUID(int=rng.getrandbits(128))
         self.header = rng.choice(["large", "compact", "plain"])
@@ -300,7 +303,7 @@ class Layout:
         prefix, out = (">" if self.order == "be" else "<"), b""
         number = 0
         while events or number == 0:
-            count = self.rng.randint(1, 12)
+            count = self.splits.randint(1, 12)
             part, events = events[:count], events[count:]
             begin = part[0][0] if number else window[0]
             last = begin
@@ -352,9 +355,9 @@ def recording(layout, rng):
     return [layout.stream(cpu, events, window) for cpu, events in enumerate(streams)], instances
 
 
-def output(cie, reader, command, trace):
+def output(cie, reader, command, trace, folder=None):
     result = subprocess.run([cie, *command.split(), "--reader", reader, str(trace)], capture_output=True,
-                            timeout=60, check=False)
+                            timeout=60, check=False, cwd=folder)
     return result.returncode, result.stdout, result.stderr
 
 
@@ -376,15 +379,21 @@ def main():
             (trace / "metadata").write_text(layout.metadata())
             for number, stream in enumerate(streams):
                 (trace / f"s{number}").write_bytes(stream)
-            problems = []
+            problems, natives = [], {}
             for command in ("instances", "report --format json", "verify --format json"):
                 native, other = (output(options.cie, reader, command, trace) for reader in ("native", "babeltrace2"))
+                natives[command] = native
                 if native != other:
                     problems.append(f"{command}: exit {native[0]} and {other[0]}; {native[2]!r} {other[2]!r}")
             rows = csv.DictReader(output(options.cie, "native", "instances", trace)[1].decode().splitlines())
             seen = sorted((r["logical_id"], int(r["seq"]), int(r["start_ns"]), int(r["end_ns"])) for r in rows)
             if seen != sorted(instances):
                 problems.append(f"{len(seen)} instances read, {len(instances)} written")
+            (trace / "metadata").write_bytes(convert(layout.metadata().encode()))
+            for command, native in natives.items():
+                other = output(options.cie, "native", command, trace)
+                if native != other:
+                    problems.append(f"{command} of CTF 2: exit {native[0]} and {other[0]}; {native[2]!r} {other[2]!r}")
             if problems:
                 failures += 1
                 print(f"seed {seed}:", *problems, sep="\n  ")

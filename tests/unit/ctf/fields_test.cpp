@@ -1,71 +1,32 @@
 // Every kind of field against bytes laid out by hand.
+#include "fields_of.hpp"
+
 #include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <ctf/metadata_parser.hpp>
-#include <ctf/program_builder.hpp>
 #include <gtest/gtest.h>
 
 namespace cie::analysis::ctf {
 namespace {
 
-using Bytes = std::vector<std::uint8_t>;
+using test::Bytes;
 
-struct Decoded {
-  Bytes bytes;  // texts are views of it
-  Outcome outcome = Outcome::ok;
-  std::uint64_t end = 0;  // bits
-  std::array<Field, kMaxSlots> fields{};
-  std::vector<std::uint32_t> elements;
-
-  std::int64_t number(std::size_t slot) const { return fields[slot].number; }
-  std::string text(std::size_t slot) const {
-    return std::string(Payload{fields.data()}.text(slot));
-  }
-  std::vector<std::uint32_t> integers(std::size_t slot) const {
-    const auto view = Payload{fields.data()}.integers(slot);
-    return {view.begin(), view.end()};
-  }
-};
-
-// Reads the fields of an event declared by `declarations` from its first byte on.
-class Layout {
+// The fields of an event declared by `declarations`.
+class Layout : public test::FieldsOf {
  public:
   Layout(const std::string& declarations, std::vector<FieldRequest> requests,
          const std::string& byte_order = "le")
-      : requests_(std::move(requests)),
-        metadata_(parse_metadata("trace { major = 1; minor = 8; byte_order = " + byte_order +
-                                 "; };\ntypealias integer { size = 8; } := u8;\n"
-                                 "typealias integer { size = 16; } := u16;\n"
-                                 "event { fields := struct { " +
-                                 declarations + " }; };")),
-        scope_("event.fields", context_, registers_, {}) {
-    context_.byte_order = metadata_.byte_order;
-    scope_.build(metadata_.events.at(0).fields, requests_);
-  }
-
-  Decoded decode(const Bytes& bytes) {
-    Decoded result;
-    result.bytes = bytes;
-    Frame frame;
-    frame.fields = result.fields.data();
-    frame.elements = &result.elements;
-    frame.steps = 10'000;
-    Bits bits{.data = result.bytes.data(), .at = 0, .end = bytes.size() * 8};
-    result.outcome = run(scope_.program(), bits, frame);
-    result.end = bits.at;
-    return result;
-  }
-
- private:
-  std::vector<FieldRequest> requests_;
-  Metadata metadata_;
-  BuildContext context_;
-  RegisterRange registers_{.next = 0, .end = 8};
-  Scope scope_;
+      : FieldsOf(parse_metadata("trace { major = 1; minor = 8; byte_order = " + byte_order +
+                                "; };\ntypealias integer { size = 8; } := u8;\n"
+                                "typealias integer { size = 16; } := u16;\n"
+                                "event { fields := struct { " +
+                                declarations + " }; };"),
+                 std::move(requests)) {}
 };
 
 TEST(Fields, IntegersOfEachWidthAndSign) {

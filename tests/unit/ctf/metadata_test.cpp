@@ -209,7 +209,8 @@ TEST(MetadataFile, CutAndDamagedPacketsAreErrors) {
   EXPECT_THAT(error(packet.substr(0, 40)), HasSubstr("cut at byte 0"));
   EXPECT_THAT(error(packet + std::string(64, 'x')), HasSubstr("damaged at byte 64"));
   EXPECT_THAT(error(metadata_packet("x", 64, 1)), HasSubstr("compressed"));
-  EXPECT_THAT(error("\x1e{\"type\":\"preamble\",\"version\":2}"), HasSubstr("CTF 2"));
+  EXPECT_THAT(error(metadata_packet("\x1e{}", 64)), HasSubstr("CTF 2, which has no packets"));
+  EXPECT_THAT(error("[{}]"), HasSubstr("no text sequence"));
 }
 
 }  // namespace
