@@ -95,6 +95,16 @@ function(cie_install_headers)
   install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
 endfunction()
 
+# The manual pages of this folder's man/.
+function(cie_install_manual)
+  foreach(section 1 7)
+    file(GLOB pages CONFIGURE_DEPENDS man/*.${section})
+    if(pages)
+      install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man${section})
+    endif()
+  endforeach()
+endfunction()
+
 function(cie_install_package)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cie)
   install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir})

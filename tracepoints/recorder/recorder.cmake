@@ -50,3 +50,4 @@ else()
 endif()
 
 cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)
+cie_install_manual()
