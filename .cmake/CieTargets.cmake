@@ -80,7 +80,7 @@ function(cie_library target)
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 endfunction()
 
-# cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command.
+# cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command, which bash completes.
 function(cie_program target)
   cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${target} ${ARG_SOURCES})
@@ -88,6 +88,9 @@ function(cie_program target)
   cie_compile_options(${target})
   if(NOT ARG_NO_INSTALL)
     install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    # bash looks for a file of the command's name; one script knows all of them.
+    install(FILES "${PROJECT_SOURCE_DIR}/viewer_export/completions/cie" RENAME ${target}
+      DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
   endif()
 endfunction()
 
