@@ -75,9 +75,27 @@ function(cie_library target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   cie_compile_options(${target})
   install(TARGETS ${target} EXPORT cieTargets
-    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR}
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
+endfunction()
+
+# cie_pkg_config(cie-analysis DESCRIPTION "..." LIBRARY cie_analysis [REQUIRES cie-schema ...] [LIBS -lz ...]):
+# the same for builds without CMake.
+function(cie_pkg_config name)
+  cmake_parse_arguments(ARG "" "DESCRIPTION;LIBRARY" "REQUIRES;LIBS" ${ARGN})
+  list(JOIN ARG_REQUIRES ", " requires)
+  list(JOIN ARG_LIBS " " libs)
+  file(RELATIVE_PATH prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  file(GENERATE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/${name}.pc" CONTENT
+"prefix=\${pcfiledir}/${prefix}
+Name: ${name}
+Description: ${ARG_DESCRIPTION}
+Version: ${PROJECT_VERSION}
+Requires: ${requires}
+Cflags: -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}
+Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -l${ARG_LIBRARY} ${libs}
+")
+  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endfunction()
 
 # cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command, which bash completes.
@@ -95,7 +113,8 @@ function(cie_program target)
 endfunction()
 
 function(cie_install_headers)
-  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+    FILES_MATCHING PATTERN "*.hpp")
 endfunction()
 
 # The manual pages of this folder's man/.
@@ -110,11 +129,11 @@ endfunction()
 
 function(cie_install_package)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cie)
-  install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir})
+  install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir} COMPONENT dev)
   configure_package_config_file("${PROJECT_SOURCE_DIR}/.cmake/cieConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/cieConfig.cmake" INSTALL_DESTINATION ${package_dir})
   write_basic_package_version_file("${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"
     COMPATIBILITY SameMinorVersion)
   install(FILES "${PROJECT_BINARY_DIR}/cieConfig.cmake" "${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"
-    DESTINATION ${package_dir})
+    DESTINATION ${package_dir} COMPONENT dev)
 endfunction()
