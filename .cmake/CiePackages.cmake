@@ -1,4 +1,4 @@
-# Debian packages: `./run package`, or cpack in a build tree. A component is a package:
+# Debian packages: `./run package`, which has the right prefix and options. A component is a package:
 #   runtime libcie0.1 · robot cie-robot · desk cie · babeltrace2 babeltrace2-plugin-cie · dev libcie-dev
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME cie)
@@ -52,6 +52,7 @@ tracepoints: what programs are linked with."
 What runs on the robot: the container of components, the recorder, and a\n\
 demo to be recorded."
     DEPENDS "${library} ${this_version}" lttng-tools RECOMMENDS cie)
+  set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/.cmake/debian/robot/postinst")
   list(APPEND needed_to_build "${library} ${this_version}" cyclonedds-dev cyclonedds-tools)
 endif()
 if(CIE_BUILD_DESK)
