@@ -134,6 +134,9 @@ class Faults(unittest.TestCase):
         os.kill(application, signal.SIGTERM)
         recording.finish(status=4)
         self.assertGreater(len(recording.manifest()["problems"]), 0, recording.said)
+        self.assert_is_a_whole_beginning(recording)
+
+    def assert_is_a_whole_beginning(self, recording):
         seqs = sorted(seq for *_, seq in recording.recorded())
         self.assertGreater(len(seqs), 20)
         # What is there is the beginning, whole. How much is missing, nobody can say: no verdict passes on it.
@@ -149,6 +152,19 @@ class Faults(unittest.TestCase):
 
     def test_kill_9_of_the_session_daemon(self):
         self.kill_a_daemon("no_sessiond", "lttng-sessiond")
+
+    def test_kill_9_of_the_recorder(self):
+        recording = Recording("no_recorder", "--ready", scratch / "no_recorder.ready", "--period-us", "200",
+                              record=["--flush-interval", "50"])
+        application = recording.wait_until_ready()
+        time.sleep(0.5)
+        daemon, = children(recording.recorder.pid, "lttng-sessiond")
+        recording.recorder.kill()
+        wait_for(lambda: not Path(f"/proc/{daemon}").exists(), "the daemon ends with its recorder")
+        with contextlib.suppress(ProcessLookupError):  # it may end with the recorder, too
+            os.kill(application, signal.SIGTERM)
+        recording.recorder.communicate(timeout=60)
+        self.assert_is_a_whole_beginning(recording)
 
     def test_a_full_disk(self):
         if os.geteuid() != 0:
