@@ -148,8 +148,16 @@ void run(const Options& options, const std::string& name) {
 int main(int argc, char** argv) {
   const Options options = parse(argc, argv);
   std::signal(SIGTERM, [](int) { is_asked_to_stop = true; });
-  const pid_t child = options.has_child ? fork() : -1;
+  pid_t child = -1;
+  if (options.has_child) {
+    // Without its library for fork(), a child inherits locks of LTTng that are held at that moment:
+    // once the process is registered they are not. For the same reason the child leaves out LTTng's
+    // end.
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    child = fork();
+  }
   run(options, child == 0 ? "2" : "1");
+  if (child == 0) _exit(0);
   int status = 0;
   if (child > 0) waitpid(child, &status, 0);
   return status == 0 ? 0 : 66;

@@ -192,7 +192,7 @@ class Faults(unittest.TestCase):
     def test_many_processes_at_once_and_short_ones_in_thousands(self):
         # All register, 32 at a time: LTTng's own time-out would leave some of them untraced, in silence.
         each = 20
-        recording = Recording("short", shell=f'seq {options.processes} | xargs -P 32 -I _ "$1" "$2" --instances {each}',
+        recording = Recording("short", shell=f'seq {options.processes} | xargs -P 32 -I @@ "$1" "$2" --instances {each}',
                               record=["--registration-timeout", "60"]).finish()
         self.assertEqual(len(list(recording.counts.iterdir())), options.processes, recording.said)
         self.assertEqual(recording.counted(), (2 * each * options.processes,) * 2)
@@ -207,7 +207,7 @@ class Faults(unittest.TestCase):
 
     def test_buffers_do_not_grow_with_the_number_of_processes(self):
         # Per-process buffers of 1 000 processes exhaust a machine; ours are per user.
-        recording = Recording("memory", shell='"$1" "$2" --instances 5; seq 40 | xargs -P 8 -I _ "$1" "$2" --instances 5; '
+        recording = Recording("memory", shell='"$1" "$2" --instances 5; seq 40 | xargs -P 8 -I @@ "$1" "$2" --instances 5; '
                                               f'echo $$ > {scratch}/memory.ready; read -r _ < {scratch}/memory.go')
         os.mkfifo(scratch / "memory.go")
         used = []
@@ -274,15 +274,22 @@ class Faults(unittest.TestCase):
     def test_containers_with_the_same_process_ids(self):
         if os.geteuid() != 0:
             self.skipTest("not possible here: needs root for pid namespaces")
-        container = 'unshare --pid --fork --mount-proc "$1" "$2" --instances 300 --period-us 1000'
-        recording = Recording("contained", shell=f"{container} & {container}; wait").finish()
-        self.assertEqual(recording.counted(), (1200, 1200))
+        container = 'unshare --pid --fork --mount-proc "$1" "$2" --period-us 1000 '
+        ready = [scratch / "contained.1", scratch / "contained.2"]
+        recording = Recording("contained", shell=" & ".join(f"{container} --ready {file}" for file in ready) + "; wait")
+        for file in ready:
+            wait_for(file.exists, "both run at once")
+        time.sleep(0.2)
+        shell, = children(recording.recorder.pid, "sh")
+        for outer in children(shell, "unshare"):
+            os.kill(children(outer, "fault_app")[0], signal.SIGTERM)
+        recording.finish()
         self.assert_law(recording)
         self.assertEqual({pid for pid, *_ in recording.recorded()}, {1}, "both are process 1 to LTTng")
         self.assert_shared_pid(recording, recording.report(), *recording.verdicts())
 
         # Recorded each by itself, both are known in full.
-        alone = [Recording(f"contained_{i}", shell=container) for i in range(2)]
+        alone = [Recording(f"contained_{i}", shell=f"exec {container} --instances 300") for i in range(2)]
         for recording in alone:
             recording.finish()
             self.assertEqual(recording.counted(), (600, 600))
