@@ -75,12 +75,30 @@ function(cie_library target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   cie_compile_options(${target})
   install(TARGETS ${target} EXPORT cieTargets
-    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR}
-    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
 endfunction()
 
-# cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command.
+# cie_pkg_config(cie-analysis DESCRIPTION "..." LIBRARY cie_analysis [REQUIRES cie-schema ...] [LIBS -lz ...]):
+# the same for builds without CMake.
+function(cie_pkg_config name)
+  cmake_parse_arguments(ARG "" "DESCRIPTION;LIBRARY" "REQUIRES;LIBS" ${ARGN})
+  list(JOIN ARG_REQUIRES ", " requires)
+  list(JOIN ARG_LIBS " " libs)
+  file(RELATIVE_PATH prefix "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+  file(GENERATE OUTPUT "${CMAKE_CURRENT_BINARY_DIR}/${name}.pc" CONTENT
+"prefix=\${pcfiledir}/${prefix}
+Name: ${name}
+Description: ${ARG_DESCRIPTION}
+Version: ${PROJECT_VERSION}
+Requires: ${requires}
+Cflags: -I\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}
+Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -l${ARG_LIBRARY} ${libs}
+")
+  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
+endfunction()
+
+# cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command, which bash completes.
 function(cie_program target)
   cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${target} ${ARG_SOURCES})
@@ -88,20 +106,34 @@ function(cie_program target)
   cie_compile_options(${target})
   if(NOT ARG_NO_INSTALL)
     install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    # bash looks for a file of the command's name; one script knows all of them.
+    install(FILES "${PROJECT_SOURCE_DIR}/viewer_export/completions/cie" RENAME ${target}
+      DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
   endif()
 endfunction()
 
 function(cie_install_headers)
-  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+    FILES_MATCHING PATTERN "*.hpp")
+endfunction()
+
+# The manual pages of this folder's man/.
+function(cie_install_manual)
+  foreach(section 1 7)
+    file(GLOB pages CONFIGURE_DEPENDS man/*.${section})
+    if(pages)
+      install(FILES ${pages} DESTINATION ${CMAKE_INSTALL_MANDIR}/man${section})
+    endif()
+  endforeach()
 endfunction()
 
 function(cie_install_package)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cie)
-  install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir})
+  install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir} COMPONENT dev)
   configure_package_config_file("${PROJECT_SOURCE_DIR}/.cmake/cieConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/cieConfig.cmake" INSTALL_DESTINATION ${package_dir})
   write_basic_package_version_file("${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"
     COMPATIBILITY SameMinorVersion)
   install(FILES "${PROJECT_BINARY_DIR}/cieConfig.cmake" "${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"
-    DESTINATION ${package_dir})
+    DESTINATION ${package_dir} COMPONENT dev)
 endfunction()

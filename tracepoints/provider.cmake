@@ -33,6 +33,9 @@ if(CIE_WITH_LTTNG)
   target_compile_definitions(cie_tracepoints PRIVATE CIE_WITH_LTTNG)
 endif()
 
+cie_pkg_config(cie-tracepoints DESCRIPTION "LTTng-UST tracepoints of callback-isolated executors"
+  LIBRARY cie_tracepoints REQUIRES cie-schema)
+
 if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/recorder/recorder.cmake")
   include(recorder/recorder.cmake)
 endif()

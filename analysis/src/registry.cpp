@@ -189,9 +189,15 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   auto index = *process_of(of_process);
   if (const auto start = model_.processes[at(index)].start_ns;
       start && *start != event.process_start_ns) {
+    const auto former = index;
     index = new_process(host_of(head), *of_process.pid);
-    model_.processes[at(index)].first_seen = ref(head);
-    model_.processes[at(index)].last_seen = ref(head);
+    auto& before = model_.processes[at(former)];
+    auto& process = model_.processes[at(index)];
+    process.first_seen = process.last_seen = ref(head);
+    if (!before.run_end &&
+        (!before.is_pid_own || event.pid != *of_process.pid || before.pid_ns != event.pid_ns)) {
+      before.shares_pid_since = process.shares_pid_since = ref(head);
+    }
   }
   auto& process = model_.processes[at(index)];
   process.has_cie_events = true;
@@ -207,6 +213,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.tool_version = event.tool_version;
   process.start_ns = event.process_start_ns;
   process.pid_ns = event.pid_ns;
+  process.is_pid_own = event.pid == *of_process.pid;
   process.contract_version = event.contract_version;
   process.online_cpus = event.online_cpus;
 }

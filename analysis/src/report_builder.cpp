@@ -137,6 +137,13 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   add_defect(defects, "missing-run-end", Severity::info,
              missing_marker([](const ProcessFacts& p) { return p.run_end.has_value(); }),
              "a process was still running, or was interrupted, when the recording ended");
+  add_defect(
+      defects, "shared-pid", Severity::error,
+      total_of(model.processes,
+               [](const ProcessFacts& p) { return std::uint64_t{p.shares_pid_since.has_value()}; }),
+      "processes of one pid ran at once, and their events cannot be told apart: record containers "
+      "one by "
+      "one; run a program that forks without exec() with LD_PRELOAD=liblttng-ust-fork.so.1");
   add_defect(defects, "contract-too-new", Severity::error,
              total_of(model.processes,
                       [](const ProcessFacts& p) {

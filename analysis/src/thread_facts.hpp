@@ -36,6 +36,11 @@ struct ProcessFacts {
   std::string tool_version{};
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;
+  bool is_pid_own = true;  // false: run_begin names another process than its context does
+  // The run_begin that showed that another process, not ended, has the same pid: of another pid
+  // namespace, or a child of fork() without LTTng's library for it. Whose events are whose is
+  // unknown.
+  std::optional<EventRef> shares_pid_since{};
   std::uint32_t contract_version = 0;
   std::uint32_t online_cpus = 0;
   std::optional<RunTotals> run_end{};    // last one seen

@@ -34,6 +34,7 @@ constexpr std::uint32_t kMostParticipantIndex = 30;
 // Where RouDi, which hands out shared memory, takes requests.
 constexpr std::string_view kRoudiSocket = "/tmp/roudi";
 
+// The address, not a name: a bare system or a container may know no "localhost".
 std::string loopback_configuration(const std::string& tag) {
   std::string xml =
       "<CycloneDDS><Domain Id=\"any\"><General><Interfaces>"
@@ -41,7 +42,7 @@ std::string loopback_configuration(const std::string& tag) {
       "<AllowMulticast>false</AllowMulticast></General>"
       "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>" +
       std::to_string(kMostParticipantIndex) +
-      "</MaxAutoParticipantIndex><Peers><Peer address=\"localhost\"/></Peers>";
+      "</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers>";
   if (!tag.empty()) xml += "<Tag>" + tag + "</Tag>";
   return xml + "</Discovery></Domain></CycloneDDS>";
 }

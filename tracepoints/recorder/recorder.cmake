@@ -50,3 +50,8 @@ else()
 endif()
 
 cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)
+cie_install_manual()
+# An always-on recorder. systemd looks for units and users of packages below /usr/lib, whatever the architecture.
+install(FILES systemd/cie-record.service DESTINATION lib/systemd/system)
+install(FILES systemd/cie-record.sysusers DESTINATION lib/sysusers.d RENAME cie-record.conf)
+install(FILES systemd/cie-record.tmpfiles DESTINATION lib/tmpfiles.d RENAME cie-record.conf)

@@ -99,12 +99,35 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
   }
 }
 
+// Of processes whose events cannot be told apart neither a pass nor a violation is proven. Subjects
+// name their process when there are several; one that names none may be any process's.
+void doubt_shared_pids(const Rule& rule, const Model& model,
+                       std::vector<SubjectVerdict>& subjects) {
+  for (const auto& process : model.processes) {
+    if (!process.shares_pid_since) continue;
+    const auto own = " (pid " + std::to_string(process.pid) + ")";
+    for (auto& subject : subjects) {
+      const bool is_other =
+          subject.subject.find(" (pid ") != std::string::npos && !subject.subject.ends_with(own);
+      const bool is_about_trace = subject.subject == "trace" && rule.id.starts_with('T');
+      if (is_other || is_about_trace || subject.verdict == Verdict::not_applicable) continue;
+      subject.verdict = Verdict::inconclusive;
+      subject.evidence = {
+          evidence("run_begin", *process.shares_pid_since,
+                   "two processes have this pid: containers, which need a recording "
+                   "each, or a child of fork() without exec(), which needs "
+                   "LD_PRELOAD=liblttng-ust-fork.so.1")};
+    }
+  }
+}
+
 RuleVerdict judge(const Rule& rule, const RuleContext& context) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
   if (verdict.subjects.empty()) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
+  doubt_shared_pids(rule, context.model, verdict.subjects);
   std::ranges::stable_sort(verdict.subjects, comes_before);
   for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);

@@ -1,6 +1,6 @@
-# Installs the build tree into a new prefix, builds the outside project against it, runs its programs.
+# Unpacks the packages into a new root, builds the outside project against them, runs its programs.
 file(REMOVE_RECURSE "${SCRATCH}")
-set(prefix "${SCRATCH}/prefix")
+set(prefix "${SCRATCH}/root/usr")
 
 function(run)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -9,12 +9,29 @@ function(run)
   endif()
 endfunction()
 
-run(${CMAKE_COMMAND} --install "${BUILD_TREE}" --prefix "${prefix}")
+file(MAKE_DIRECTORY "${SCRATCH}/root")
+file(GLOB packages "${PACKAGES}/*.deb")
+foreach(package IN LISTS packages)
+  run(dpkg-deb -x "${package}" "${SCRATCH}/root")
+endforeach()
 run(${CMAKE_COMMAND} -S "${SOURCES}" -B "${SCRATCH}/build" -G "${GENERATOR}"
   -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Debug)
 run(${CMAKE_COMMAND} --build "${SCRATCH}/build")
 run(${CMAKE_COMMAND} -E env CIE_LOOPBACK=1 CIE_DISCOVERY_TAG=package "${SCRATCH}/build/robot")
 run("${SCRATCH}/build/desk")
+
+# The same without CMake. The desk's libraries are static; of the robot's, what is linked must be found.
+file(GLOB_RECURSE pc "${prefix}/lib/*/cie-analysis.pc" "${prefix}/lib/cie-analysis.pc")
+get_filename_component(pkgconfig "${pc}" DIRECTORY)
+set(ENV{PKG_CONFIG_PATH} "${pkgconfig}")
+execute_process(COMMAND pkg-config --cflags --libs cie-viewer-export OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(flags UNIX_COMMAND "${flags}")
+run(${COMPILER} -std=c++20 "${SOURCES}/desk.cpp" -o "${SCRATCH}/desk" ${flags})
+run("${SCRATCH}/desk")
+execute_process(COMMAND pkg-config --cflags --libs cie-executor OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(flags UNIX_COMMAND "${flags}")
+run(${COMPILER} -std=c++20 -shared -fPIC "${SOURCES}/component.cpp" -o "${SCRATCH}/component.so" ${flags})
+
 run("${prefix}/bin/cie" --version)
 run("${prefix}/bin/cie-record" --help)
 # Ended by SIGTERM, cie-run says 0 if it could load its component.

@@ -39,6 +39,53 @@ TEST(Verify, ASoundTracePassesEveryRuleThatApplies) {
   EXPECT_EQ(verified.result.verdicts.verdict, Verdict::pass);
 }
 
+// Another process of the same pid begins while the first one runs: as the change of the first one's
+// run_begin says.
+template <typename Change>
+TextTrace with_another_process(Change change) {
+  auto trace = trace_of(kTwoTimers);
+  const auto is_run_begin = [](const analysis::Event& event) {
+    return std::holds_alternative<analysis::RunBegin>(event.body);
+  };
+  auto other = *std::ranges::find_if(trace.events, is_run_begin);
+  auto& body = std::get<analysis::RunBegin>(other.body);
+  body.process_start_ns += 1;
+  change(body);
+  other.head.time = {16};
+  const auto later = std::ranges::find_if(
+      trace.events, [](const analysis::Event& event) { return event.head.time.ns > 16; });
+  trace.events.insert(later, other);
+  return trace;
+}
+
+TEST(Verify, ProvesNothingOfProcessesThatShareAPid) {
+  const TextTrace traces[] = {
+      with_another_process([](analysis::RunBegin& begin) { begin.pid_ns += 1; }),  // a container
+      with_another_process([](analysis::RunBegin& begin) { begin.pid += 1; })};    // a child
+  for (const auto& trace : traces) {
+    const Verified verified(trace);
+    for (const auto& rule : verified.result.verdicts.rules) {
+      if (rule.id == "T1" || rule.id == "T2" || rule.id == "T5" || rule.id == "T6") continue;
+      EXPECT_THAT(rule.verdict, ::testing::AnyOf(Verdict::inconclusive, Verdict::not_applicable))
+          << rule.id;
+    }
+    EXPECT_EQ(verified["M2"], Verdict::inconclusive);
+    EXPECT_EQ(verified["M3"], Verdict::inconclusive);
+    const auto& defects = verified.result.report.defects;
+    EXPECT_TRUE(std::ranges::any_of(defects, [](const auto& defect) {
+      return defect.kind == "shared-pid" && defect.count == 2;
+    }));
+  }
+}
+
+TEST(Verify, APidThatIsUsedAgainIsNotShared) {
+  // Of the same namespace, a pid is given again only when its process is gone, whatever it left.
+  const Verified verified(with_another_process([](analysis::RunBegin&) {}));
+  const auto& defects = verified.result.report.defects;
+  EXPECT_FALSE(
+      std::ranges::any_of(defects, [](const auto& defect) { return defect.kind == "shared-pid"; }));
+}
+
 TEST(Verify, KeepsTheContractsOrder) {
   std::string order;
   for (const auto& rule : analysis::rules())

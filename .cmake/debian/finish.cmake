@@ -1,0 +1,17 @@
+# What Debian wants in every package beside what is installed: copyright, changelogs, compressed manual pages.
+# CPack runs this between installing the components and making their packages.
+find_program(gzip gzip REQUIRED)
+string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)  # of SOURCE_DATE_EPOCH, where that is set
+foreach(component IN LISTS CPACK_COMPONENTS_ALL)
+  string(TOUPPER ${component} upper)
+  set(package ${CPACK_DEBIAN_${upper}_PACKAGE_NAME})
+  set(root "${CPACK_TEMPORARY_INSTALL_DIRECTORY}/${component}/usr")
+  set(doc "${root}/share/doc/${package}")
+  file(MAKE_DIRECTORY "${doc}")
+  configure_file("${CPACK_CIE_SOURCE_DIR}/.cmake/debian/copyright" "${doc}/copyright" COPYONLY)
+  configure_file("${CPACK_CIE_SOURCE_DIR}/CHANGELOG.md" "${doc}/changelog" COPYONLY)
+  file(WRITE "${doc}/changelog.Debian" "cie (${CPACK_PACKAGE_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE}) unstable; "
+    "urgency=medium\n\n  * Built from upstream's sources; see changelog.gz.\n\n -- ${CPACK_PACKAGE_CONTACT}  ${date}\n")
+  file(GLOB compressed "${doc}/changelog*" "${root}/share/man/man*/*.[17]")
+  execute_process(COMMAND "${gzip}" -9nf ${compressed} COMMAND_ERROR_IS_FATAL ANY)
+endforeach()

@@ -1,0 +1,341 @@
+#!/usr/bin/env python3
+"""What happens to a recording when processes, daemons, disks and clocks do what they should not.
+
+The law that each case is held against: what the application emitted = what was recorded + what LTTng says it
+discarded + what is known to be unreadable. The application counts in shared memory, which survives SIGKILL.
+Times are never asserted.
+"""
+
+import argparse
+import contextlib
+import json
+import os
+import re
+import shutil
+import signal
+import struct
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+
+options: argparse.Namespace
+scratch: Path
+TIMING = {"R1", "R2"}  # rules that a busy machine violates
+HOT = re.compile(r"cie:callback_(?:start|end): .*vpid = (\d+), vtid = (\d+) .*callback_id = (\d+), seq = (\d+)")
+
+
+def cie(*arguments, **kwargs):
+    return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True, timeout=120,
+                          check=False, **kwargs)
+
+
+def children(pid, name):
+    """Processes of that name that pid started: of this test, so they may be killed."""
+    found = []
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        for child in (task / "children").read_text().split():
+            if Path(f"/proc/{child}/comm").read_text().strip() == name:
+                found.append(int(child))
+    return found
+
+
+class Recording:
+    """fault_app under `cie record`, or several of them by a shell command."""
+
+    def __init__(self, name, *arguments, record=(), shell=None, directory=None):
+        self.directory = directory or scratch / name
+        self.counts = scratch / f"{name}.counts"
+        self.counts.mkdir()
+        self.ready = scratch / f"{name}.ready"
+        command = ["sh", "-c", shell, "sh", options.app, self.counts] if shell else [options.app, self.counts, *arguments]
+        self.recorder = subprocess.Popen(
+            [options.programs / "cie", "record", "-o", self.directory, "--kernel=no", *record, "--", *command],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+    def wait_until_ready(self):
+        wait_for(lambda: self.ready.exists() or self.recorder.poll() is not None, "the application runs")
+        return int(self.ready.read_text())
+
+    def finish(self, status=0):
+        self.said = "".join(self.recorder.communicate(timeout=240))
+        assert self.recorder.returncode == status, self.said
+        return self
+
+    def manifest(self):
+        return json.loads((self.directory / "manifest.json").read_text())
+
+    def counted(self):
+        """Hot events begun and emitted, by all processes."""
+        totals = [struct.unpack("QQ", file.read_bytes()) for file in self.counts.iterdir()]
+        return sum(begun for begun, _ in totals), sum(emitted for _, emitted in totals)
+
+    def recorded(self):
+        """Hot events by another reader than ours: (vpid, vtid, callback, seq)."""
+        text = subprocess.run(["babeltrace2", self.directory], capture_output=True, text=True, timeout=120,
+                              check=False).stdout
+        return [tuple(map(int, match)) for match in HOT.findall(text)]
+
+    def discarded(self):
+        return sum(channel["discarded_events"] for channel in self.manifest()["channels"] if channel["name"] == "events")
+
+    def verdicts(self):
+        done = cie("verify", self.directory, "-f", "json")
+        report = json.loads(done.stdout)
+        return done.returncode, {rule["id"]: rule["verdict"] for rule in report["rules"]}
+
+    def report(self):
+        return json.loads(cie("report", self.directory, "-f", "json").stdout)
+
+
+class Faults(unittest.TestCase):
+    def assert_law(self, recording, unreadable=0):
+        begun, emitted = recording.counted()
+        self.assertGreater(emitted, 0)
+        accounted = len(recording.recorded()) + recording.discarded() + unreadable
+        # An event may have been written, and its process killed before it was counted.
+        self.assertGreaterEqual(accounted, emitted)
+        self.assertLessEqual(accounted, begun)
+
+    def assert_nothing_fails(self, verdicts):
+        self.assertLessEqual({rule for rule, verdict in verdicts.items() if verdict == "FAIL"}, TIMING)
+
+    def test_kill_9_of_the_application(self):
+        recording = Recording("killed", "--ready", scratch / "killed.ready", "--period-us", "50")
+        pid = recording.wait_until_ready()
+        time.sleep(0.3)
+        os.kill(pid, signal.SIGKILL)
+        recording.finish()
+        self.assert_law(recording)
+        code, verdicts = recording.verdicts()
+        self.assert_nothing_fails(verdicts)
+        self.assertEqual(verdicts["T4"], "INCONCLUSIVE")
+        self.assertNotEqual(code, 0)
+
+    def kill_a_daemon(self, name, victim):
+        recording = Recording(name, "--ready", scratch / f"{name}.ready", "--period-us", "200",
+                              record=["--flush-interval", "50"])
+        application = recording.wait_until_ready()
+        time.sleep(0.5)
+        daemon, = children(recording.recorder.pid, "lttng-sessiond")
+        os.kill(daemon if victim == "lttng-sessiond" else children(daemon, victim)[0], signal.SIGKILL)
+        time.sleep(0.3)
+        os.kill(application, signal.SIGTERM)
+        recording.finish(status=4)
+        self.assertGreater(len(recording.manifest()["problems"]), 0, recording.said)
+        self.assert_is_a_whole_beginning(recording)
+
+    def assert_is_a_whole_beginning(self, recording):
+        seqs = sorted(seq for *_, seq in recording.recorded())
+        self.assertGreater(len(seqs), 20)
+        # What is there is the beginning, whole. How much is missing, nobody can say: no verdict passes on it.
+        self.assertLessEqual({seqs.count(seq) for seq in range(max(seqs))}, {2})
+        self.assertLessEqual(len(seqs), recording.counted()[0])
+        code, verdicts = recording.verdicts()
+        self.assert_nothing_fails(verdicts)
+        self.assertEqual(verdicts["T4"], "INCONCLUSIVE")
+        self.assertNotEqual(code, 0)
+
+    def test_kill_9_of_the_consumer_daemon(self):
+        self.kill_a_daemon("no_consumer", "lttng-consumerd")
+
+    def test_kill_9_of_the_session_daemon(self):
+        self.kill_a_daemon("no_sessiond", "lttng-sessiond")
+
+    def test_kill_9_of_the_recorder(self):
+        recording = Recording("no_recorder", "--ready", scratch / "no_recorder.ready", "--period-us", "200",
+                              record=["--flush-interval", "50"])
+        application = recording.wait_until_ready()
+        time.sleep(0.5)
+        daemon, = children(recording.recorder.pid, "lttng-sessiond")
+        recording.recorder.kill()
+        wait_for(lambda: not Path(f"/proc/{daemon}").exists(), "the daemon ends with its recorder")
+        with contextlib.suppress(ProcessLookupError):  # it may end with the recorder, too
+            os.kill(application, signal.SIGTERM)
+        recording.recorder.communicate(timeout=60)
+        self.assert_is_a_whole_beginning(recording)
+
+    def test_a_full_disk(self):
+        if os.geteuid() != 0:
+            self.skipTest("not possible here: needs root to mount a small file system")
+        small = scratch / "small"
+        small.mkdir()
+        subprocess.run(["mount", "-t", "tmpfs", "-o", "size=2m,mode=777", "none", small], check=True)
+        self.addCleanup(subprocess.run, ["umount", "-l", small], check=True)
+        recording = Recording("full", "--instances", "200000", directory=small / "rec",
+                              record=["--subbuf-size", "64k"]).finish(status=4)
+        self.assertIn("THE RECORDING FAILED", recording.said)
+        begun, emitted = recording.counted()
+        self.assertEqual(begun, emitted)
+        self.assertEqual(emitted, 400_000)
+        copy = scratch / "full_copy"  # read where there is room
+        shutil.copytree(recording.directory, copy)
+        recording.directory = copy
+        ours = sum(callback["instances"] for callback in recording.report()["callbacks"])
+        self.assertGreater(ours, 1000, "whole packets before the end of the disk are there")
+        self.assertLess(2 * ours, emitted)
+        code, verdicts = recording.verdicts()
+        self.assert_nothing_fails(verdicts)
+        self.assertNotEqual(code, 0)
+
+    def test_many_processes_at_once_and_short_ones_in_thousands(self):
+        # All register, 32 at a time: LTTng's own time-out would leave some of them untraced, in silence.
+        each = 20
+        recording = Recording("short", shell=f'seq {options.processes} | xargs -P 32 -I @@ "$1" "$2" --instances {each}',
+                              record=["--registration-timeout", "60"]).finish()
+        self.assertEqual(len(list(recording.counts.iterdir())), options.processes, recording.said)
+        self.assertEqual(recording.counted(), (2 * each * options.processes,) * 2)
+        self.assert_law(recording)
+        report = recording.report()
+        self.assertEqual(len(report["processes"]), options.processes)
+        if recording.discarded() == 0:
+            self.assertEqual({callback["instances"] for callback in report["callbacks"]}, {each})
+            self.assertTrue(all(process["complete"] for process in report["processes"]))
+        _, verdicts = recording.verdicts()
+        self.assert_nothing_fails(verdicts)
+
+    def test_buffers_do_not_grow_with_the_number_of_processes(self):
+        # Per-process buffers of 1 000 processes exhaust a machine; ours are per user.
+        recording = Recording("memory", shell='"$1" "$2" --instances 5; seq 40 | xargs -P 8 -I @@ "$1" "$2" --instances 5; '
+                                              f'echo $$ > {scratch}/memory.ready; read -r _ < {scratch}/memory.go')
+        os.mkfifo(scratch / "memory.go")
+        used = []
+        consumer = None
+        while not recording.ready.exists():
+            with contextlib.suppress(OSError, IndexError, ValueError):
+                if consumer is None:
+                    consumer = children(children(recording.recorder.pid, "lttng-sessiond")[0], "lttng-consumerd")[0]
+                shared = re.search(r"RssShmem:\s+(\d+) kB", Path(f"/proc/{consumer}/status").read_text())
+                used.append(int(shared.group(1)))
+            self.assertIsNone(recording.recorder.poll())
+            time.sleep(0.01)
+        (scratch / "memory.go").write_text("\n")
+        recording.finish()
+        self.assert_law(recording)
+        manifest = recording.manifest()
+        self.assertTrue(used)
+        self.assertLess(max(used), 64 * 1024, manifest)
+
+    def test_fork_without_exec(self):
+        """LTTng writes the parent's pid into the child's events. Its own library mends that; without it,
+        nothing is proven of either."""
+        for name, preload in (("forked", ""), ("forked_well", "LD_PRELOAD=liblttng-ust-fork.so.1 ")):
+            with self.subTest(name):
+                recording = Recording(name, shell=preload + 'exec "$1" "$2" --fork --instances 200 --period-us 500').finish()
+                self.assertEqual(recording.counted(), (800, 800))
+                self.assert_law(recording)
+                report = recording.report()
+                code, verdicts = recording.verdicts()
+                if preload:
+                    self.assertEqual(len({pid for pid, *_ in recording.recorded()}), 2)
+                    self.assertEqual(sorted((c["logical_id"], c["instances"]) for c in report["callbacks"]),
+                                     [("/fault@Timer(1)", 200), ("/fault@Timer(2)", 200)])
+                    self.assertEqual((verdicts["M2"], verdicts["M3"], verdicts["T4"]), ("PASS",) * 3)
+                    self.assert_nothing_fails(verdicts)
+                else:
+                    self.assert_shared_pid(recording, report, code, verdicts)
+
+    def assert_shared_pid(self, recording, report, code, verdicts):
+        self.assertEqual(len({pid for pid, *_ in recording.recorded()}), 1)
+        self.assertIn("shared-pid", [defect["kind"] for defect in report["defects"]])
+        self.assertFalse(report["trace"]["complete"])
+        self.assertEqual(code, 3)
+        self.assertLessEqual({verdicts[rule] for rule in ("M2", "M3", "M4", "E1", "T3", "T4")}, {"INCONCLUSIVE"})
+
+    def test_a_thread_id_that_is_used_again(self):
+        if os.geteuid() != 0:
+            self.skipTest("not possible here: needs root to choose a thread's id")
+        # In a pid namespace of its own nobody else takes the number.
+        recording = Recording("reused", shell='exec unshare --pid --fork --mount-proc "$1" "$2" --reuse-tid --instances 50')
+        recording.finish()
+        self.assertEqual(recording.counted(), (200, 200))
+        self.assert_law(recording)
+        threads = {(callback, tid) for _, tid, callback, _ in recording.recorded()}
+        self.assertEqual(len(threads), 2)
+        self.assertEqual(len({tid for _, tid in threads}), 1, "the same id")
+        report = recording.report()
+        self.assertEqual([c["instances"] for c in report["callbacks"]], [50, 50])
+        self.assertTrue(all(c["isolated"] for c in report["callbacks"]))
+        _, verdicts = recording.verdicts()
+        self.assertEqual((verdicts["M2"], verdicts["M3"]), ("PASS", "PASS"))
+        self.assert_nothing_fails(verdicts)
+
+    def test_containers_with_the_same_process_ids(self):
+        if os.geteuid() != 0:
+            self.skipTest("not possible here: needs root for pid namespaces")
+        container = 'unshare --pid --fork --mount-proc "$1" "$2" --period-us 1000 '
+        ready = [scratch / "contained.1", scratch / "contained.2"]
+        recording = Recording("contained", shell=" & ".join(f"{container} --ready {file}" for file in ready) + "; wait")
+        for file in ready:
+            wait_for(file.exists, "both run at once")
+        time.sleep(0.2)
+        shell, = children(recording.recorder.pid, "sh")
+        for outer in children(shell, "unshare"):
+            os.kill(children(outer, "fault_app")[0], signal.SIGTERM)
+        recording.finish()
+        self.assert_law(recording)
+        self.assertEqual({pid for pid, *_ in recording.recorded()}, {1}, "both are process 1 to LTTng")
+        self.assert_shared_pid(recording, recording.report(), *recording.verdicts())
+
+        # Recorded each by itself, both are known in full.
+        alone = [Recording(f"contained_{i}", shell=f"exec {container} --instances 300") for i in range(2)]
+        for recording in alone:
+            recording.finish()
+            self.assertEqual(recording.counted(), (600, 600))
+            self.assert_law(recording)
+            self.assertEqual([c["instances"] for c in recording.report()["callbacks"]], [300])
+            _, verdicts = recording.verdicts()
+            self.assert_nothing_fails(verdicts)
+            self.assertEqual((verdicts["M2"], verdicts["M3"], verdicts["T4"]), ("PASS",) * 3)
+
+    def test_a_suspended_application(self):
+        recording = Recording("suspended", "--ready", scratch / "suspended.ready", "--period-us", "500")
+        pid = recording.wait_until_ready()
+        time.sleep(0.2)
+        os.kill(pid, signal.SIGSTOP)
+        time.sleep(0.5)
+        os.kill(pid, signal.SIGCONT)
+        time.sleep(0.2)
+        os.kill(pid, signal.SIGTERM)
+        recording.finish()
+        self.assert_law(recording)
+        _, verdicts = recording.verdicts()
+        self.assert_nothing_fails(verdicts)
+        self.assertEqual(verdicts["T4"], "PASS")
+
+    def test_a_clock_that_is_set_back_while_recording(self):
+        # For the application alone; nobody's clock is touched.
+        ready = scratch / "stepped.ready"
+        recording = Recording("stepped", shell=f'LD_PRELOAD={options.clock} exec "$1" "$2" --ready {ready} --period-us 500')
+        pid = recording.wait_until_ready()
+        time.sleep(1.5)
+        os.kill(pid, signal.SIGTERM)
+        recording.finish()
+        self.assert_law(recording)
+        text = subprocess.run(["babeltrace2", recording.directory], capture_output=True, text=True, timeout=120,
+                              check=True).stdout
+        said = [int(real) - int(monotonic) for monotonic, real in
+                re.findall(r"cie:clock_sync: .*monotonic_ns = (\d+), realtime_ns = (\d+)", text)]
+        self.assertLess(min(said), max(said) - 3000 * 10**9, "the clock was set back by an hour")
+        _, verdicts = recording.verdicts()
+        self.assert_nothing_fails(verdicts)
+        self.assertEqual((verdicts["T3"], verdicts["T4"], verdicts["T6"]), ("PASS",) * 3)
+
+
+def begin(directory):
+    global scratch  # pylint: disable=global-statement
+    scratch = directory
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    for argument in ("programs", "app", "clock"):
+        parser.add_argument(f"--{argument}", type=Path, required=True)
+    parser.add_argument("--processes", type=int, default=200)
+    options, rest = parser.parse_known_args()
+    isolated_main.main("faults", rest, begin)

@@ -1,0 +1,167 @@
+#!/usr/bin/env python3
+"""The documentation says what is so: its commands run, its references hold. Arguments: FOLDER-OF-PROGRAMS SOURCES."""
+import glob
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from programs import Programs
+
+PROGRAMS = Programs(sys.argv[1])
+SOURCES = os.path.abspath(sys.argv[2])
+DOCS = os.path.join(SOURCES, "viewer_export", "docs")
+ANYTHING = "…"
+
+# What the pages call their recordings and files.
+EXAMPLES = os.path.join(SOURCES, "tests", "golden", "contract", "examples")
+ROS2 = os.path.join(SOURCES, "tests", "golden", "ros2", "recordings")
+NAMES = {"before": os.path.join(EXAMPLES, "multi_threaded_fails", "trace"),
+         "after": os.path.join(EXAMPLES, "isolated_ok", "trace"),
+         "app.yaml": os.path.join(EXAMPLES, "isolated_ok", "spec.yaml"),
+         "ros2_isolated": os.path.join(ROS2, "isolated"),
+         "ros2_multi": os.path.join(ROS2, "multi_threaded")}
+
+
+def read(*names):
+    with open(os.path.join(SOURCES, *names), encoding="utf-8") as file:
+        return file.read()
+
+
+def blocks(text, language):
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.M | re.S)
+
+
+def steps(block):
+    """Each command with the lines that the page shows of its output."""
+    found = []
+    for line in block.splitlines():
+        if line.startswith("$ "):
+            found.append((line[2:], []))
+        else:
+            found[-1][1].append(line.rstrip())
+    return found
+
+
+def matches(shown, output):
+    """Line by line; `…` alone stands for any lines, and in a line for any text."""
+    at = 0
+    is_any = False
+    for line in shown:
+        if line == ANYTHING:
+            is_any = True
+            continue
+        pattern = re.compile(".*".join(map(re.escape, line.split(ANYTHING))))
+        while at < len(output) and is_any and not pattern.fullmatch(output[at]):
+            at += 1
+        if at == len(output) or not pattern.fullmatch(output[at]):
+            return f"the page shows: {line}"
+        at += 1
+        is_any = False
+    return "" if is_any or at == len(output) else f"there is more: {output[at]}"
+
+
+class Commands(unittest.TestCase):
+    def test_they_print_what_the_pages_show(self):
+        environment = {**os.environ, "PATH": PROGRAMS.folder + ":" + os.environ["PATH"], "LC_ALL": "C.UTF-8"}
+        count = 0
+        for page in sorted(glob.glob(os.path.join(DOCS, "*.md"))):
+            with tempfile.TemporaryDirectory() as folder:
+                for name, target in NAMES.items():
+                    os.symlink(target, os.path.join(folder, name))
+                for block in blocks(read(page), "console"):
+                    for command, shown in steps(block):
+                        with self.subTest(f"{os.path.basename(page)}: {command}"):
+                            count += 1
+                            done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, text=True, timeout=60,
+                                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+                            difference = matches(shown, [line.rstrip() for line in done.stdout.splitlines()])
+                            self.assertEqual(difference, "", done.stdout)
+        self.assertGreater(count, 20)
+
+    def test_options_in_what_needs_another_machine_exist(self):
+        for page in glob.glob(os.path.join(DOCS, "*.md")):
+            for block in blocks(read(page), "sh"):
+                for command in re.findall(r"^cie (\w+)(.*)$", block, re.M):
+                    own = command[1].split(" -- ")[0]
+                    known = {name for option in PROGRAMS.options("cie", command[0]) for name in option.names}
+                    for option in re.findall(r"(?:^| )(--?[a-z][\w-]*)", own):
+                        self.assertIn(option, known, os.path.basename(page))
+
+
+class References(unittest.TestCase):
+    def test_events_are_those_of_the_provider(self):
+        provider = read("tracepoints", "src", "provider.h")
+        emitted = {}
+        for name, body in re.findall(r"LTTNG_UST_TRACEPOINT_EVENT\(cie, (\w+),(.*?)\n\)\n", provider, re.S):
+            fields = re.findall(r"lttng_ust_field_(\w+)\((.*)", body)
+            emitted[name] = [self.field_name(kind, rest) for kind, rest in fields]
+        told = {}
+        contract = read("tracepoints", "README.md").split("## The contract")[1].split("### What a reader may rely on")[0]
+        for name, text in re.findall(r"^\| `(\w+)` \|(.*)\|$", contract, re.M):
+            text = re.sub(r"\([^()]*\)", "", text.split("|")[-1])
+            told[name] = re.findall(r"(?:^|, )\s*(\w+) (?:[ui]\d+|str|enum|seq of)", text.strip().split(" All *")[0])
+        self.assertEqual(set(told), set(emitted))
+        for name, fields in emitted.items():
+            self.assertEqual(told[name], fields, name)
+
+    @staticmethod
+    def field_name(kind, rest):
+        words = [word.strip() for word in rest.split(",")]
+        return {"string": words[0].rstrip(")"), "enum": words[3] if len(words) > 3 else ""}.get(kind, words[1])
+
+    def test_the_page_of_rules_is_what_the_program_says(self):
+        self.assertEqual(read("viewer_export", "docs", "rules.md"), rules_page())
+
+    def test_every_key_of_json_is_told(self):
+        page = read("viewer_export", "docs", "reference.md")
+        spec = ("--spec", NAMES["app.yaml"])
+        before, after = NAMES["before"], NAMES["after"]
+        for name, words in {"report": ("report", before, *spec), "verify": ("verify", before, *spec),
+                            "diff": ("diff", before, after),
+                            "schedulability": ("analyze", "schedulability", after, *spec)}.items():
+            block, = blocks(page, f"json keys of {name}")
+            told = keys(json.loads(block))
+            given = keys(json.loads(PROGRAMS.run("cie", *words, "-f", "json").stdout))
+            # A statistic stands in the page as "S", and what is empty in these recordings has no keys.
+            given = {key for key in given if not re.search(r"_ns\.(count|min|max|sum|mean|p\d+(_9)?)$", key)}
+            self.assertEqual(given - told, set(), name)
+            self.assertEqual({key for key in told - given if not key.startswith("defects[].")}, set(), name)
+
+    def test_links_lead_somewhere(self):
+        for page in glob.glob(os.path.join(SOURCES, "*.md")) + glob.glob(os.path.join(SOURCES, "*", "*.md")) + \
+                glob.glob(os.path.join(DOCS, "*.md")):
+            for target in re.findall(r"\]\(([^)#\s]+)\)", read(page)):
+                if not re.match(r"https?:", target):
+                    self.assertTrue(os.path.exists(os.path.join(os.path.dirname(page), target)), (page, target))
+
+
+def keys(value, prefix=""):
+    if isinstance(value, dict):
+        return {prefix + key for key in value}.union(*(keys(item, f"{prefix}{key}.") for key, item in value.items()))
+    if isinstance(value, list):
+        return set().union(*(keys(item, f"{prefix[:-1]}[].") for item in value))
+    return set()
+
+
+def rules_page():
+    text = "# Rules\n\nWhat `cie verify` judges by; `cie verify --explain ID` prints the same.\n"
+    for line in PROGRAMS.run("cie", "verify", "--list-rules").stdout.splitlines():
+        head, _, body = PROGRAMS.run("cie", "verify", "--explain", line.split()[0]).stdout.partition("\n")
+        text += f"\n## {head}\n{body.rstrip()}\n"
+    return text
+
+
+if __name__ == "__main__":
+    if shutil.which("sqlite3") is None:
+        print("SKIPPED: sqlite3 is not installed")
+        sys.exit(77)
+    if "--update" in sys.argv:
+        with open(os.path.join(DOCS, "rules.md"), "w", encoding="utf-8") as rules:
+            rules.write(rules_page())
+        sys.exit(0)
+    unittest.main(argv=sys.argv[:1], verbosity=1)
