@@ -1,4 +1,5 @@
 // cie-record: records a run with LTTng into a directory.
+#include "live_stream.hpp"
 #include "options.hpp"
 #include "recording.hpp"
 
@@ -28,6 +29,10 @@ int main(int argc, char** argv) {
         cie::record::parse_command_line(arguments, geteuid() == 0);
     if (!parsed.options) {
       std::fputs(parsed.text.c_str(), stdout);
+      return 0;
+    }
+    if (parsed.options->live_socket >= 0) {
+      cie::record::LiveStream(std::move(*parsed.options)).run();
       return 0;
     }
     cie::record::Recording recording(std::move(*parsed.options));

@@ -246,7 +246,20 @@ class Usage(Folder):
     def test_not_available_yet(self):
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
                                 "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
-        self.assert_usage_error(("live",), '"cie live" is not available in this version')
+
+    def test_live_refuses_what_it_cannot_do(self):
+        for arguments, message in ((("--batch", "--json"), "--batch or --json, not both"),
+                                   (("net://x/host/y/z", "--", "true"), "a session or a command, not both"),
+                                   (("--",), "no command after --"),
+                                   (("--interval", "0"), '--interval: "0" is no number in its range'),
+                                   (("--interval", "1s"), '--interval: "1s" is no number in its range'),
+                                   (("-n", "0"), '--count: "0" is no number in its range'),
+                                   (("--sort", "colour"), '--sort does not know "colour"'),
+                                   (("--listen", "127.0.0.1:"), "--listen takes [ADDRESS:]PORT"),
+                                   (("--listen", "65536"), "--listen takes [ADDRESS:]PORT"),
+                                   (("--batch", "--instances"), "--instances goes with --json")):
+            with self.subTest(arguments=arguments):
+                self.assert_usage_error(("live", *arguments), message)
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),

@@ -1,0 +1,63 @@
+#include "live_views.hpp"
+
+#include "batch_text.hpp"
+#include "output.hpp"
+#include "snapshot_json.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <system_error>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+// At once: what reads may be waiting for this line.
+void print(const std::string& text) {
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if (!is_written || std::fflush(stdout) != 0) {
+    throw std::system_error(errno, std::generic_category(), "cannot write to standard output");
+  }
+}
+
+}  // namespace
+
+LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
+    : options_(options), history_(history) {}
+
+LiveViews::~LiveViews() = default;
+
+void LiveViews::show_text() const {
+  print(live::batch_text(history_.latest(), options_.sort, options_.filter,
+                         text_style(::isatty(STDOUT_FILENO) == 1)));
+}
+
+void LiveViews::show_json() const {
+  print(live::json_line(history_.latest(), options_.with_instances) + '\n');
+}
+
+void LiveViews::show() {
+  switch (options_.view) {
+    case LiveOptions::View::screen:
+    case LiveOptions::View::text:
+      show_text();
+      break;
+    case LiveOptions::View::json:
+      show_json();
+      break;
+    case LiveOptions::View::none:
+      break;
+  }
+}
+
+bool LiveViews::update() { return true; }
+
+void LiveViews::source_ended(const std::string& /*failure*/) {}
+
+bool LiveViews::stays_after_the_end() const noexcept { return false; }
+
+int LiveViews::input_descriptor() const noexcept { return -1; }
+
+}  // namespace cie::cli
