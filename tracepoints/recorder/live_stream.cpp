@@ -7,7 +7,8 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <ctime>
+#include <exception>
+#include <string>
 #include <utility>
 
 #include <fcntl.h>
@@ -32,7 +33,24 @@ std::string host_name() {
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
+void tell_peer(int socket, std::string line) {
+  line += '\n';
+  // A peer that is gone is noticed when it is listened to.
+  static_cast<void>(!::send(socket, line.data(), line.size(), MSG_NOSIGNAL));
+}
+
 }  // namespace
+
+bool stream_live(Options options) {
+  const int socket = options.live_socket;
+  try {
+    LiveStream(std::move(options)).run();
+    return true;
+  } catch (const std::exception& error) {
+    tell_peer(socket, std::string("failed ") + error.what());
+    return false;
+  }
+}
 
 LiveStream::LiveStream(Options options) : options_(std::move(options)) {
   fcntl(options_.live_socket, F_SETFD, FD_CLOEXEC);  // the command's end would not be noticed
@@ -45,11 +63,7 @@ LiveStream::LiveStream(Options options) : options_(std::move(options)) {
   tell("url " + relay_->live_url() + "/host/" + host_name() + '/' + name);
 }
 
-void LiveStream::tell(const std::string& line) {
-  const auto text = line + '\n';
-  // A peer that is gone is noticed when it is listened to.
-  static_cast<void>(!::send(options_.live_socket, text.data(), text.size(), MSG_NOSIGNAL));
-}
+void LiveStream::tell(const std::string& line) { tell_peer(options_.live_socket, line); }
 
 bool LiveStream::listen(milliseconds patience) {
   pollfd descriptor{.fd = options_.live_socket, .events = POLLIN, .revents = 0};

@@ -14,6 +14,10 @@
 
 namespace cie::record {
 
+// Streams until the command, the peer or a signal ends it. What goes wrong is told to the peer, as
+// a line "failed TEXT"; false then.
+bool stream_live(Options options);
+
 // Talks over a socket, in lines: it tells "url URL" when a reader may connect, and waits for
 // "start"; then come "applications N" when that number changes, "lost CHANNEL EVENTS PACKETS" at
 // the end, and "exit TEXT" for the command. The peer's end of the socket closed means stop.

@@ -32,8 +32,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (parsed.options->live_socket >= 0) {
-      cie::record::LiveStream(std::move(*parsed.options)).run();
-      return 0;
+      return cie::record::stream_live(std::move(*parsed.options)) ? 0 : kFailed;
     }
     cie::record::Recording recording(std::move(*parsed.options));
     return recording.run() ? 0 : kFailed;

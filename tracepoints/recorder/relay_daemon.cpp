@@ -61,7 +61,7 @@ bool is_listening(std::uint16_t port) {
 }  // namespace
 
 RelayDaemon::RelayDaemon() {
-  std::string name = (fs::temp_directory_path() / "cie-live-XXXXXX").string();
+  std::string name = (fs::temp_directory_path() / "cie-relay-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) {
     throw system_error("cannot create a directory like " + in_quotes(name), errno);
   }

@@ -182,7 +182,7 @@ class Live {
     feed_.reset();
     std::string printed;
     if (companion_) {
-      companion_->receive();
+      companion_->end();
       if (!companion_->losses().empty()) {
         fmt::print(stderr, "cie live: LOST events (channel, events, packets): {}\n",
                    companion_->losses());
@@ -191,6 +191,7 @@ class Live {
         fmt::print(stderr, "cie live: {}\n", companion_->command_end());
       }
       printed = companion_->output();
+      if (!companion_->failure().empty()) failure_ = companion_->failure();
     }
     companion_.reset();
     if (!printed.empty()) fmt::print(stderr, "{}", printed);

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -25,7 +26,12 @@ void print(const std::string& text) {
 }  // namespace
 
 LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
-    : options_(options), history_(history) {}
+    : options_(options), history_(history), pages_(history, options.sort, options.filter) {
+  if (options.view == LiveOptions::View::screen) {
+    screen_.emplace();
+    screen_->draw(pages_.draw(screen_->size()));
+  }
+}
 
 LiveViews::~LiveViews() = default;
 
@@ -41,6 +47,8 @@ void LiveViews::show_json() const {
 void LiveViews::show() {
   switch (options_.view) {
     case LiveOptions::View::screen:
+      screen_->draw(pages_.draw(screen_->size()));
+      break;
     case LiveOptions::View::text:
       show_text();
       break;
@@ -52,12 +60,27 @@ void LiveViews::show() {
   }
 }
 
-bool LiveViews::update() { return true; }
+bool LiveViews::update() {
+  if (!screen_) return true;
+  bool is_pressed = false;
+  while (const auto press = screen_->press()) {
+    if (!pages_.press(press->key, press->character)) return false;
+    is_pressed = true;
+  }
+  const auto size = screen_->size();
+  if (is_pressed || size != size_) screen_->draw(pages_.draw(size));
+  size_ = size;
+  return true;
+}
 
-void LiveViews::source_ended(const std::string& /*failure*/) {}
+void LiveViews::source_ended(const std::string& failure) {
+  if (std::exchange(is_over_, true)) return;
+  pages_.source_ended(failure);
+  if (screen_) screen_->draw(pages_.draw(screen_->size()));
+}
 
-bool LiveViews::stays_after_the_end() const noexcept { return false; }
+bool LiveViews::stays_after_the_end() const noexcept { return screen_.has_value(); }
 
-int LiveViews::input_descriptor() const noexcept { return -1; }
+int LiveViews::input_descriptor() const noexcept { return screen_ ? STDIN_FILENO : -1; }
 
 }  // namespace cie::cli

@@ -3,8 +3,10 @@
 
 #include "history.hpp"
 #include "live_options.hpp"
+#include "pages.hpp"
+#include "screen.hpp"
 
-#include <memory>
+#include <optional>
 #include <string>
 
 namespace cie::cli {
@@ -34,6 +36,10 @@ class LiveViews {
 
   const LiveOptions& options_;
   const live::History& history_;
+  live::Pages pages_;
+  std::optional<live::Screen> screen_;
+  live::Size size_;  // that was drawn for last
+  bool is_over_ = false;
 };
 
 }  // namespace cie::cli

@@ -97,12 +97,11 @@ std::vector<std::string> headline(const Snapshot& s) {
   std::vector<std::string> lines{
       fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
                   printable(s.source)),
-      fmt::format("{} events, {:.0f}/s, lost {}{}   {}, {}   verdict {}, {}", s.events,
-                  s.events_per_second, lost,
+      fmt::format("{}: {}, lost {}, {} events, {:.0f}/s{}, {}", analysis::label(s.verdict),
+                  viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"), lost,
+                  s.events, s.events_per_second,
                   s.delay_ns ? ", " + format_duration(*s.delay_ns) + " old" : "",
-                  viewer_export::counted(s.callbacks.size(), "callback"),
-                  viewer_export::counted(s.threads.size(), "thread"), analysis::label(s.verdict),
-                  viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"))};
+                  viewer_export::counted(s.callbacks.size(), "callback"))};
   if (!s.message.empty()) lines.push_back(printable(s.message));
   return lines;
 }

@@ -67,11 +67,12 @@ Companion::Companion(const std::function<void(int socket)>& become, bool is_sile
   }
 }
 
-Companion::~Companion() {
-  stop();
+void Companion::end() noexcept {
+  if (pid_ <= 0) return;
+  if (socket_ >= 0) ::shutdown(socket_, SHUT_WR);
   const auto deadline = steady_clock::now() + kEndPatience;
   while (::waitpid(pid_, nullptr, WNOHANG) == 0) {
-    receive_output();  // a full pipe must not hold it up
+    receive();  // a full pipe must not hold it up
     if (steady_clock::now() > deadline) {
       ::kill(pid_, SIGKILL);
       ::waitpid(pid_, nullptr, 0);
@@ -79,8 +80,11 @@ Companion::~Companion() {
     }
     std::this_thread::sleep_for(kPollInterval);
   }
+  pid_ = -1;
+  receive();
   if (socket_ >= 0) ::close(socket_);
   if (output_ >= 0) ::close(output_);
+  socket_ = output_ = -1;
 }
 
 std::string Companion::wait_for_url() {
@@ -92,16 +96,14 @@ std::string Companion::wait_for_url() {
   }
   if (!url_.empty()) return url_;
   receive_output();
-  throw std::runtime_error("cannot trace" + (printed_.empty() ? std::string() : ": " + printed_));
+  if (!failure_.empty()) throw std::runtime_error(failure_);
+  throw std::runtime_error("cie-record did not start tracing" +
+                           (printed_.empty() ? std::string() : ": " + printed_));
 }
 
 void Companion::start() {
   constexpr std::string_view kStart = "start\n";
   static_cast<void>(!::send(socket_, kStart.data(), kStart.size(), MSG_NOSIGNAL));
-}
-
-void Companion::stop() noexcept {
-  if (socket_ >= 0) ::shutdown(socket_, SHUT_RDWR);
 }
 
 void Companion::signal(int number) const noexcept { ::kill(pid_, number); }
@@ -150,6 +152,7 @@ void Companion::take(std::string_view line) {
   const auto rest = line.substr(std::min(space + 1, line.size()));
   if (word == "url") url_ = rest;
   if (word == "exit") command_end_ = rest;
+  if (word == "failed") failure_ = rest;
   if (word == "applications") {
     std::uint64_t count = 0;
     std::from_chars(rest.data(), rest.data() + rest.size(), count);

@@ -19,8 +19,7 @@ class Companion {
   // part: output()); otherwise all of it goes to standard error. Create it before any thread.
   // Throws std::system_error.
   Companion(const std::function<void(int socket)>& become, bool is_silent);
-  // Ends it, and the command.
-  ~Companion();
+  ~Companion() { end(); }
   Companion(const Companion&) = delete;
   Companion& operator=(const Companion&) = delete;
 
@@ -28,9 +27,9 @@ class Companion {
   std::string wait_for_url();
   // The reader is about to connect, or has: the tracing and the command may begin.
   void start();
-  // Tells it to end what it started, without waiting.
-  void stop() noexcept;
   void signal(int number) const noexcept;
+  // Ends it, and the command, and receives its last words. It is killed if that takes long.
+  void end() noexcept;
 
   // To poll for; -1 when there is nothing to wait for.
   int socket() const noexcept { return socket_; }
@@ -40,6 +39,8 @@ class Companion {
   // What it told: how many applications are traced; how the command ended; what was lost.
   std::optional<std::uint64_t> applications() const noexcept { return applications_; }
   const std::string& command_end() const noexcept { return command_end_; }
+  // Why it cannot go on; empty if it can, or ended as it should.
+  const std::string& failure() const noexcept { return failure_; }
   const std::string& losses() const noexcept { return losses_; }
   // The last part of what it printed, if it is silent.
   const std::string& output() const noexcept { return printed_; }
@@ -58,6 +59,7 @@ class Companion {
   std::optional<std::uint64_t> applications_;
   std::string command_end_;
   std::string losses_;
+  std::string failure_;
 };
 
 }  // namespace cie::live
