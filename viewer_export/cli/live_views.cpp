@@ -27,6 +27,10 @@ void print(const std::string& text) {
 
 LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
     : options_(options), history_(history), pages_(history, options.sort, options.filter) {
+  if (!options.listen_address.empty()) {
+    server_.emplace(options.listen_address, options.listen_port);
+    fmt::print(stderr, "cie live: {} and {}metrics\n", server_->url(), server_->url());
+  }
   if (options.view == LiveOptions::View::screen) {
     screen_.emplace();
     screen_->draw(pages_.draw(screen_->size()));
@@ -45,6 +49,7 @@ void LiveViews::show_json() const {
 }
 
 void LiveViews::show() {
+  if (server_) server_->publish(history_.latest());
   switch (options_.view) {
     case LiveOptions::View::screen:
       screen_->draw(pages_.draw(screen_->size()));
@@ -76,6 +81,15 @@ bool LiveViews::update() {
 void LiveViews::source_ended(const std::string& failure) {
   if (std::exchange(is_over_, true)) return;
   pages_.source_ended(failure);
+  if (server_) {  // whoever follows it must not take what was seen last for what is
+    auto last = history_.latest();
+    last.state = failure.empty() ? live::SourceState::ended : live::SourceState::lost;
+    last.message = failure;
+    last.changes.clear();
+    for (auto& callback : last.callbacks)
+      callback.recent.clear();
+    server_->publish(last);
+  }
   if (screen_) screen_->draw(pages_.draw(screen_->size()));
 }
 

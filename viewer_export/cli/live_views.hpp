@@ -3,6 +3,7 @@
 
 #include "history.hpp"
 #include "live_options.hpp"
+#include "live_server.hpp"
 #include "pages.hpp"
 #include "screen.hpp"
 
@@ -37,6 +38,7 @@ class LiveViews {
   const LiveOptions& options_;
   const live::History& history_;
   live::Pages pages_;
+  std::optional<live::LiveServer> server_;
   std::optional<live::Screen> screen_;
   live::Size size_;  // that was drawn for last
   bool is_over_ = false;
