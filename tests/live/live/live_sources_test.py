@@ -140,6 +140,21 @@ class Session(unittest.TestCase):
         self.assertEqual(program.process.returncode, 0, err)
         self.assertEqual(json.loads(out.splitlines()[-1])["source"]["state"], "ended")
 
+    def test_a_session_that_runs_already_names_its_callbacks_when_asked_to(self):
+        url = self.relay.create("mine")
+        self.relay.command("start")
+        ready = support.scratch / "ready-before"
+        Running(self, app("--until-signal", "--period-us", 2000, "--ready", ready))
+        wait_for(ready.exists, "the application")
+        # Its description has been sent, and no reader was there.
+        wait_for(lambda: b"callback_start" in subprocess.run(
+            ["babeltrace2", *support.traces(self.relay.folder)], capture_output=True, check=False).stdout, "the first packets")
+        program = self.follow(url)
+        nameless = program.until(lambda s: s["callbacks"])
+        self.assertEqual({c["logical_id"] for c in nameless["callbacks"]}, {"?0", "?1"})
+        self.relay.command("regenerate", "statedump", "--session", "mine")
+        program.until(lambda s: callback(s, TIMER) and callback(s, SUBSCRIPTION))
+
     def test_a_session_that_is_not_there(self):
         nobody = support.free_ports(1)[0]
         for name, code, message in ((f"net://127.0.0.1:{nobody}", 4, "no relay daemon answers"),

@@ -147,6 +147,11 @@ class Relay:
         subprocess.run(["lttng", "--no-sessiond", *arguments], check=True, stdout=subprocess.DEVNULL)
 
 
+def traces(folder):
+    """Folders of CTF traces below one."""
+    return sorted(str(file.parent) for file in Path(folder).rglob("metadata"))
+
+
 def no_leftovers():
     """Folders of ours in the place for temporary files."""
     return sorted(Path(os.environ.get("TMPDIR", "/tmp")).glob("cie-relay-??????"))
