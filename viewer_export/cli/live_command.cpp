@@ -33,6 +33,7 @@ using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kLongestWait{200};
+constexpr milliseconds kSilence{3000};
 // How long a command may take to end, and its last events to come.
 constexpr std::chrono::seconds kEndPatience{30};
 
@@ -101,7 +102,11 @@ class Live {
     feed_options_.spec = spec;
     feed_options_.interval = options.interval;
     feed_ = std::make_unique<Feed>(feed_options_);
-    if (feed_->wait_until_connected() && companion_) companion_->start();
+    if (feed_->wait_until_connected()) {
+      if (companion_) companion_->start();
+    } else if (!feed_->is_over() && !feed_->has_line()) {
+      throw analysis::UnreadableTrace("no answer from " + feed_options_.url);
+    }
     signals_.emplace();  // the children keep theirs
     views_ = std::make_unique<LiveViews>(options, history_);
   }
@@ -112,6 +117,7 @@ class Live {
       take_signals();
       if (companion_) companion_->receive();
       take_snapshots();
+      look_for_silence();
       if (!views_->update()) end();
       if (is_ending_ && steady_clock::now() > end_deadline_) break;
     }
@@ -163,6 +169,8 @@ class Live {
         failure_ = line->substr(kError.size());
         continue;
       }
+      heard_ = steady_clock::now();
+      silence_ = milliseconds{0};
       history_.add(live::parse_snapshot(*line));
       ++snapshots_;
       views_->show();
@@ -175,6 +183,26 @@ class Live {
       views_->source_ended(failure_);
       if (!views_->stays_after_the_end()) is_done_ = true;
     }
+  }
+
+  // The process that reads waits without limit when the relay daemon hangs, or is cut off.
+  void look_for_silence() {
+    const auto now = steady_clock::now();
+    if (is_done_ || feed_->is_over() || now - heard_ < std::max(kSilence, 3 * options_.interval)) {
+      return;
+    }
+    heard_ = now;
+    silence_ += std::max(kSilence, 3 * options_.interval);
+    auto last = history_.latest();
+    last.state = live::SourceState::lost;
+    last.source = feed_options_.url;
+    last.message = fmt::format("no answer from the relay daemon for {} s", silence_.count() / 1000);
+    last.events_per_second = 0;
+    last.changes.clear();
+    for (auto& callback : last.callbacks)
+      callback.recent.clear();
+    history_.add(std::move(last));
+    views_->show();
   }
 
   int finish() {
@@ -206,6 +234,8 @@ class Live {
   std::unique_ptr<Feed> feed_;
   std::optional<SignalDescriptor> signals_;
   std::unique_ptr<LiveViews> views_;
+  steady_clock::time_point heard_ = steady_clock::now();  // of the process that reads
+  milliseconds silence_{0};
   std::uint64_t snapshots_ = 0;
   std::string failure_;
   bool is_ending_ = false;

@@ -14,9 +14,9 @@ namespace {
 
 constexpr const char* kDescription =
     "Watches a running system: callbacks by response time, deadline misses, missed releases,\n"
-    "violated rules as they happen, lost events, CPU per thread. The numbers are those of cie "
-    "report\n"
-    "and cie verify, of the last 10 seconds and since the start.";
+    "violated rules as they happen, lost events, CPU per thread. The numbers are those of\n"
+    "cie report and cie verify, of the last 10 seconds and since the start.\n"
+    "A session is net://RELAY[:PORT]/host/HOST/SESSION, or a name at net://localhost.";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -93,8 +93,7 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   bool is_json = false;
   CommandLine line({"cie live [URL | SESSION] [OPTIONS] [-- CMD [ARG...]]", kDescription, kFooter});
   line.argument("SESSION", options.target,
-                "net://RELAY[:PORT]/host/HOST/SESSION, or a session's name at net://localhost; "
-                "without it and without CMD: what runs already");
+                "A live session of LTTng (default: CMD, or what runs already)");
   line.option("--spec", "FILE", options.spec_file,
               "Scheduling spec (YAML) with deadlines, chains and what rules judge by");
   line.option("--interval", "SECONDS", interval, "Time between two snapshots (default: 1)");

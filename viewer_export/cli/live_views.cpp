@@ -29,7 +29,9 @@ LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
     : options_(options), history_(history), pages_(history, options.sort, options.filter) {
   if (!options.listen_address.empty()) {
     server_.emplace(options.listen_address, options.listen_port);
-    fmt::print(stderr, "cie live: {} and {}metrics\n", server_->url(), server_->url());
+    const auto note = fmt::format("{} and {}metrics", server_->url(), server_->url());
+    fmt::print(stderr, "cie live: {}\n", note);
+    pages_.set_note("serving " + note);
   }
   if (options.view == LiveOptions::View::screen) {
     screen_.emplace();

@@ -32,7 +32,7 @@ constexpr milliseconds kBeforeReconnecting{1000};
 // Looking at everything may take at most this part of the time.
 constexpr int kLookShare = 10;
 constexpr const char* kConnected = "connected";
-constexpr std::chrono::seconds kConnectPatience{60};
+constexpr std::chrono::seconds kConnectPatience{30};
 
 bool write_line(int output, std::string line) {
   line += '\n';

@@ -34,12 +34,13 @@ class Feed {
   // To poll for; -1 once everything was read.
   int descriptor() const noexcept { return descriptor_; }
   // Waits until the session is being followed: nothing written from now on is missed. False: the
-  // process ended first, or a minute was not enough; a line may tell why.
+  // process ended first, or half a minute was not enough; a line may tell why.
   bool wait_until_connected();
   // Reads what is there without waiting.
   void receive();
   // The next line, oldest first; empty if none is complete.
   std::optional<std::string> take_line();
+  bool has_line() const noexcept { return buffer_.find('\n') != std::string::npos; }
   bool is_over() const noexcept { return descriptor_ < 0; }
   // Why it ended, if that was not because the session did: for the user.
   std::string failure();

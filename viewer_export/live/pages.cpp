@@ -197,6 +197,8 @@ void Pages::source_ended(const std::string& failure) {
   failure_ = printable(failure);
 }
 
+void Pages::set_note(const std::string& note) { note_ = printable(note); }
+
 const CallbackView* Pages::opened() const {
   for (const auto& callback : shown().latest().callbacks) {
     if (callback_ == callback.index) return &callback;
@@ -378,6 +380,7 @@ Line Pages::status() const {
          look_of(change.to)});
     return line;
   }
+  if (text.empty()) return text_line(note_, Look::faint);
   return text_line(std::move(text), Look::strong);
 }
 

@@ -38,6 +38,8 @@ class Pages {
 
   // `character` counts for Key::character alone. False: the user wants to end.
   bool press(Key key, char character = '\0');
+  // Shown where there is nothing more urgent.
+  void set_note(const std::string& note);
   // The source is gone; `failure` is empty if the session ended by itself.
   void source_ended(const std::string& failure);
 
@@ -75,6 +77,7 @@ class Pages {
   bool is_filtering_ = false;
   bool is_over_ = false;
   std::string failure_;
+  std::string note_;
   std::size_t selected_ = 0;
   std::size_t rows_ = 0;                   // of the table, when it was drawn last
   std::size_t visible_ = 1;                // of them

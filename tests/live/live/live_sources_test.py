@@ -20,7 +20,7 @@ def lines_of(done):
 
 
 class Command(unittest.TestCase):
-    def test_every_instance_of_a_command_is_counted(self):
+    def test_every_instance_is_counted_and_violations_are_told_once(self):
         done = live("--json", "--interval", 0.2, "--", *app("--instances", 150, "--period-us", 5000))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("instances 150", done.stderr, "the command's output goes to standard error")
@@ -35,9 +35,6 @@ class Command(unittest.TestCase):
             self.assertEqual(total["response_time_ns"]["count"], 150)
             self.assertEqual(sum(total["response_time_counts"]), 150)
             self.assertEqual(total["response_time_sum_ns"], total["response_time_ns"]["sum"])
-
-    def test_violations_are_told_once_when_they_happen(self):
-        lines = lines_of(live("--json", "--interval", 0.2, "--", *app("--instances", 150, "--period-us", 5000)))
         changes = [change for line in lines for change in line["changes"]]
         mapping = [change for change in changes if change["rule"] == "M2"]
         self.assertEqual([change["to"] for change in mapping], ["FAIL"], "both callbacks run on one thread")
@@ -171,13 +168,18 @@ class Session(unittest.TestCase):
         self.assertEqual(done.returncode, 2)
         self.assertRegex(done.stderr, f"{self.relay.url}/host/[^/]+/[ab], {self.relay.url}/host/[^/]+/[ab]")
 
-    def test_a_relay_daemon_that_dies_is_told_and_waited_for(self):
+    def test_a_relay_daemon_that_hangs_or_dies_is_told_and_waited_for(self):
         url = self.relay.create("mine")
         program = self.follow(url)
         program.snapshot()
         self.relay.command("start")
         subprocess.run(app("--instances", 20, "--period-us", 1000), check=True, stdout=subprocess.DEVNULL)
         program.until(lambda s: callback(s, TIMER))
+        self.relay.relayd.send_signal(signal.SIGSTOP)
+        silent = program.until(lambda s: s["source"]["state"] == "lost")
+        self.assertEqual(silent["source"]["message"], "no answer from the relay daemon for 3 s")
+        self.relay.relayd.send_signal(signal.SIGCONT)
+        program.until(lambda s: s["source"]["state"] != "lost")
         self.relay.relayd.kill()
         self.relay.relayd.wait()
         lost = program.until(lambda s: s["source"]["state"] == "lost")
