@@ -17,6 +17,7 @@ namespace {
 using viewer_export::Look;
 
 constexpr int kEscape = 27;
+constexpr int kRedraw = 12;         // Ctrl-L
 constexpr int kEscapeDelayMs = 50;  // an arrow key over ssh takes less
 enum Pair : short { kRed = 1, kGreen = 2, kYellow = 3 };
 
@@ -112,6 +113,9 @@ std::optional<Press> Screen::press() {
       case '\n':
       case '\r':
         return Press{.key = Key::enter};
+      case kRedraw:  // something else wrote on the terminal
+        clearok(curscr, TRUE);
+        return Press{};
       case kEscape:
         return Press{.key = Key::back};
       case KEY_BACKSPACE:

@@ -54,7 +54,11 @@ class Terminal:
         os.write(self.master, text.encode())
 
     def expect(self, text):
-        return wait_for(lambda: text.encode() in self.read(), f"{text!r} in {self.output[-2000:]!r}")
+        """Waits until the screen shows it. What changed alone is sent otherwise."""
+        def is_shown():
+            self.type("\x0c")
+            return text.encode() in self.read(0.1)
+        wait_for(is_shown, text)
 
     def wait(self):
         """The exit status; what it writes is read meanwhile."""

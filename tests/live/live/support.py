@@ -23,6 +23,7 @@ def main(name):
     def begin(folder):
         global scratch  # pylint: disable=global-statement
         scratch = folder
+        os.environ["TMPDIR"] = str(folder)  # other tests have left-overs of their own
     isolated_main.main(name, sys.argv[4:], begin)
 
 
