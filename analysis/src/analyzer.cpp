@@ -64,7 +64,7 @@ struct Analyzer::Pipeline {
       : options(analysis_options),
         observer(instance_observer),
         registry(model),
-        recording(model, registry, analysis_options.window),
+        recording(model, registry, analysis_options.window, analysis_options.is_live),
         clocks(model),
         chains(model, registry, clocks, options.spec),
         instances(model, registry, recording, timeline, clocks, chains, observer),
@@ -294,6 +294,25 @@ struct Analyzer::Pipeline {
     if constexpr (requires { registry.apply(head, e); }) registry.apply(head, e);
   }
 
+  void name_events() {
+    for (std::size_t i = 0; i < kEventNames.size(); ++i) {
+      if (!kEventNames[i].empty() && by_class[i] > 0) {
+        model.events.by_name[std::string(kEventNames[i])] = by_class[i];
+      }
+    }
+  }
+
+  // From facts that are totalled.
+  AnalysisResult judge() const {
+    AnalysisResult result;
+    result.verdicts = verify(RuleContext{.model = model, .options = options});
+    if (cut && model.begin && model.end) {
+      result.verdicts.window = TimeWindow{.from = *model.begin, .to = *model.end};
+    }
+    result.report = build_report(model, result.verdicts);
+    return result;
+  }
+
   AnalysisOptions options;
   Observer* observer;
   Model model;
@@ -356,28 +375,27 @@ void Analyzer::consume(const Event& event) {
   pipeline.instances.advance(pipeline.now);
 }
 
+AnalysisResult Analyzer::look() {
+  auto& pipeline = *pipeline_;
+  pipeline.name_events();
+  pipeline.registry.finish();
+  pipeline.recording.finish();
+  pipeline.chains.finish();
+  pipeline.enforcement.look(pipeline.now);
+  return pipeline.judge();
+}
+
 AnalysisResult Analyzer::finish() {
   auto& pipeline = *pipeline_;
-  auto& model = pipeline.model;
   pipeline.translator.finish([this](const Event& e) { consume(e); });
-  for (std::size_t i = 0; i < kEventNames.size(); ++i) {
-    if (!kEventNames[i].empty() && pipeline.by_class[i] > 0) {
-      model.events.by_name.emplace(kEventNames[i], pipeline.by_class[i]);
-    }
-  }
+  pipeline.name_events();
   if (pipeline.cut) pipeline.cut->finish();
   pipeline.registry.finish();
   pipeline.recording.finish();
   pipeline.instances.finish();
   pipeline.chains.finish();
   pipeline.enforcement.finish();
-  AnalysisResult result;
-  result.verdicts = verify(RuleContext{.model = model, .options = pipeline.options});
-  if (pipeline.cut && model.begin && model.end) {
-    result.verdicts.window = TimeWindow{.from = *model.begin, .to = *model.end};
-  }
-  result.report = build_report(model, result.verdicts);
-  return result;
+  return pipeline.judge();
 }
 
 }  // namespace cie::analysis

@@ -288,8 +288,10 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
 }
 
 void ChainTracker::finish() {
-  const auto add = [this](Chain& chain) {
-    auto& facts = chain.facts;
+  model_.chains.clear();
+  model_.edges.clear();
+  const auto add = [this](const Chain& chain, ChainFacts facts) {
+    facts.process.reset();
     facts.last_callbacks = chain.hops;
     for (std::size_t i = 0; i < chain.hops.size(); ++i) {
       const auto process = model_.callbacks[at(chain.hops[i])].process;
@@ -302,10 +304,10 @@ void ChainTracker::finish() {
     }
     model_.chains.push_back(std::move(facts));
   };
-  for (auto& [key, edge] : edges_)
-    model_.edges.push_back(std::move(edge));
-  for (auto& chain : specified_)
-    add(chain);
+  for (const auto& [key, edge] : edges_)
+    model_.edges.push_back(edge);
+  for (const auto& chain : specified_)
+    add(chain, chain.facts);
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
     // Paths are in lexical order: the ones that go on from this one follow it directly.
     const auto next = std::next(entry);
@@ -313,13 +315,13 @@ void ChainTracker::finish() {
     const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
                          std::equal(path.begin(), path.end(), next->first.begin());
     if (goes_on) continue;
-    auto& facts = entry->second.facts;
+    auto facts = entry->second.facts;
     for (const auto hop : path) {
       const auto& id = model_.callbacks[at(hop)].logical_id;
       facts.hops.push_back(id);
       facts.name += facts.name.empty() ? id : " -> " + id;
     }
-    add(entry->second);
+    add(entry->second, std::move(facts));
   }
   std::stable_sort(
       model_.chains.begin(), model_.chains.end(),

@@ -33,6 +33,7 @@ class ChainTracker {
   void link(ChainNode& node);
   // An instance in the window was completed.
   void on_complete(ChainNode& node, const EventRef& end);
+  // Fills the model's chains and edges. May be called again after more instances.
   void finish();
 
  private:

@@ -262,6 +262,7 @@ void EnforcementTracker::begin_window(Timestamp begin) {
 
 void EnforcementTracker::end_window(Timestamp end) {
   is_judging_ = false;
+  is_totalled_ = true;
   total(end);
 }
 
@@ -279,7 +280,6 @@ void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, T
 }
 
 void EnforcementTracker::total(std::optional<Timestamp> end) {
-  is_totalled_ = true;
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
@@ -298,8 +298,17 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
   }
 }
 
+void EnforcementTracker::look(Timestamp now) {
+  total(now);
+  adopt_children();
+}
+
 void EnforcementTracker::finish() {
   if (!is_totalled_) total(model_.end);
+  adopt_children();
+}
+
+void EnforcementTracker::adopt_children() {
   for (auto& fork : model_.forks) {
     if (const auto child = registry_.thread_by_tid(fork.host, fork.child_tid)) {
       fork.child = child;

@@ -48,6 +48,8 @@ class EnforcementTracker {
   void await_window() noexcept { is_judging_ = false; }
   void begin_window(Timestamp begin);
   void end_window(Timestamp end);
+  // Totals what has been seen until now; more may follow.
+  void look(Timestamp now);
   void finish();
 
  private:
@@ -85,6 +87,7 @@ class EnforcementTracker {
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
   // Busy time and foreign work of the threads that have not ended.
   void total(std::optional<Timestamp> end);
+  void adopt_children();
 
   Model& model_;
   Registry& registry_;

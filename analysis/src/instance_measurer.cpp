@@ -1,5 +1,7 @@
 #include "instance_measurer.hpp"
 
+#include <cie/analysis/deadline.hpp>
+
 #include "prefetch.hpp"
 
 #include <span>
@@ -51,6 +53,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   if (live.end) instance.cpu_end = live.end->cpu;
   instance.wakeup = live.wakeup;
   instance.waking = live.wake.waking;
+  instance.declared_deadline_ns = facts.deadline_ns;
   instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
   instance.source_timestamp_realtime_ns = live.source_timestamp;
   instance.writer_gid = live.writer_gid;
@@ -171,9 +174,7 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
       facts.max_response_upper = extreme_of(live, instance, response);
     }
   } else {
-    const auto lower = instance.release_source == ReleaseSource::wakeup
-                           ? *instance.end - *instance.release
-                           : *instance.end - instance.start;
+    const auto lower = *least_response_time(instance);
     facts.response_time_lower.add(lower);
     if (bounds.response_lower.rise(lower)) {
       facts.max_response_lower = extreme_of(live, instance, lower);

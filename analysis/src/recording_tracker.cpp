@@ -5,6 +5,8 @@
 namespace cie::analysis {
 namespace {
 constexpr std::size_t kMaxLosses = 100'000;
+// Of a live system every loss is looked at again and again.
+constexpr std::size_t kMaxLiveLosses = 1'000;
 constexpr std::size_t kMaxPackets = 1'000'000;
 }  // namespace
 
@@ -66,7 +68,7 @@ void RecordingTracker::update(Channel& channel) {
   bool has_all_begun = true;
   for (const auto index : channel.streams) {
     const auto& facts = model_.streams[index];
-    const bool is_empty = !facts.begin && states_[StreamIndex{index}].ended;
+    const bool is_empty = !facts.begin && (is_live_ || states_[StreamIndex{index}].ended);
     if (is_empty) continue;
     if (!facts.begin) {
       has_all_begun = false;
@@ -74,7 +76,7 @@ void RecordingTracker::update(Channel& channel) {
     }
     auto& window = channel.window;
     window.begin = window.begin ? std::max(*window.begin, *facts.begin) : *facts.begin;
-    if (states_[StreamIndex{index}].ended && facts.end) {
+    if (!is_live_ && states_[StreamIndex{index}].ended && facts.end) {
       window.end = window.end ? std::min(*window.end, *facts.end) : *facts.end;
     }
   }
@@ -91,11 +93,23 @@ void RecordingTracker::add_loss(Loss loss) {
   const bool is_damage =
       loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
   if (asked_ && !is_damage && (loss.end < asked_->from || loss.begin > asked_->to)) return;
-  if (model_.losses.size() >= kMaxLosses) {
-    ++model_.losses_dropped;
+  if (model_.losses.size() >= (is_live_ ? kMaxLiveLosses : kMaxLosses)) {
+    if (!is_live_ || !merge_loss(loss)) ++model_.losses_dropped;
     return;
   }
   model_.losses.push_back(std::move(loss));
+}
+
+bool RecordingTracker::merge_loss(const Loss& loss) {
+  const auto same = std::find_if(model_.losses.rbegin(), model_.losses.rend(), [&](const Loss& l) {
+    return l.kind == loss.kind && l.host == loss.host && l.cpu == loss.cpu && l.note == loss.note &&
+           l.count.has_value() == loss.count.has_value();
+  });
+  if (same == model_.losses.rend()) return false;
+  same->begin = std::min(same->begin, loss.begin);
+  same->end = std::max(same->end, loss.end);
+  if (loss.count) *same->count += *loss.count;
+  return true;
 }
 
 void RecordingTracker::apply(const EventHead& head, const Discarded& event) {

@@ -32,8 +32,10 @@ struct Window {
 class RecordingTracker {
  public:
   // `asked`: every channel's window ends there at the latest, and losses elsewhere are not kept.
-  RecordingTracker(Model& model, Registry& registry, std::optional<TimeWindow> asked = {})
-      : model_(model), registry_(registry), asked_(asked) {}
+  // `is_live`: see AnalysisOptions.
+  RecordingTracker(Model& model, Registry& registry, std::optional<TimeWindow> asked = {},
+                   bool is_live = false)
+      : model_(model), registry_(registry), asked_(asked), is_live_(is_live) {}
 
   void apply(const EventHead& head, const StreamBegin& event);
   void apply(const EventHead& head, const StreamEnd& event);
@@ -79,10 +81,13 @@ class RecordingTracker {
   };
   StreamFacts* stream(StreamIndex index);
   void update(Channel& channel);
+  // Adds it to a loss of its kind and place; false if there is none.
+  bool merge_loss(const Loss& loss);
 
   Model& model_;
   Registry& registry_;
   std::optional<TimeWindow> asked_;
+  bool is_live_;
   ByIndex<StreamIndex, StreamState> states_;
   ByIndex<HostIndex, HostState> hosts_;
   std::map<std::uint32_t, Channel> channels_;

@@ -191,6 +191,10 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   return trace;
 }
 
+const std::string& host_of(const Model& model, ProcessIndex process) {
+  return model.hosts[at(model.processes[at(process)].host)].name;
+}
+
 std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   std::optional<ReleaseSource> source;
   for (std::size_t i = 0; i < facts.by_release_source.size(); ++i) {
@@ -200,8 +204,11 @@ std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   return source;
 }
 
-CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
+CallbackReport report_of(const Model& model, CallbackIndex index) {
+  const auto& facts = model.callbacks[at(index)];
   CallbackReport report;
+  report.index = static_cast<std::uint32_t>(index);
+  report.host = host_of(model, facts.process);
   report.logical_id = facts.logical_id;
   report.pid = model.processes[at(facts.process)].pid;
   report.node = facts.node;
@@ -247,6 +254,7 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
 
 ThreadReport report_of(const Model& model, const ThreadFacts& facts) {
   ThreadReport report;
+  report.host = host_of(model, facts.process);
   report.pid = model.processes[at(facts.process)].pid;
   report.tid = facts.tid;
   report.name = facts.name;
@@ -384,6 +392,9 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
     if (!process.has_cie_events) continue;
     ProcessReport entry{
         .host = model.hosts[at(process.host)].name,
+        .boot_id = process.boot_id,
+        .pid_ns = process.pid_ns,
+        .has_ended = process.run_end.has_value(),
         .pid = process.pid,
         .name = process.name,
         .executor = std::nullopt,
@@ -398,7 +409,7 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
                    });
 
   for (const auto index : callbacks_in_order(model)) {
-    report.callbacks.push_back(report_of(model, model.callbacks[at(index)]));
+    report.callbacks.push_back(report_of(model, index));
   }
   for (const auto& thread : model.threads) {
     if (thread.announced || !thread.ran.empty()) {

@@ -78,7 +78,7 @@ bool SequenceTracker::has_hole_between(std::uint64_t after, std::uint64_t until)
   });
 }
 
-void SequenceTracker::finish(SequenceFacts& facts) const {
+void SequenceTracker::total_holes(SequenceFacts& facts) const {
   facts.missing += untracked_;
   for (const auto& hole : holes_) {
     facts.missing += hole.end - hole.begin;
@@ -89,14 +89,22 @@ void SequenceTracker::finish(SequenceFacts& facts) const {
   }
 }
 
+void SequenceTracker::finish(SequenceFacts& facts) const {
+  facts.missing = 0;
+  facts.first_gap.reset();
+  total_holes(facts);
+}
+
 void SequenceTracker::finish(std::uint64_t promised, const EventRef& promised_at,
                              SequenceFacts& facts) const {
+  facts.missing = 0;
+  facts.first_gap.reset();
   if (facts.first && *facts.first > promised) {
     facts.missing += *facts.first - promised;
     facts.first_gap = SequenceGap{
         .expected = promised, .seen = *facts.first, .before = promised_at, .after = facts.first_at};
   }
-  finish(facts);
+  total_holes(facts);
 }
 
 }  // namespace cie::analysis

@@ -18,11 +18,14 @@ class SequenceTracker {
   bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;
   // A new series begins: the next number is expected to be 0.
   void restart() noexcept { restarted_ = true; }
-  // Adds the hole between a promised first number and the first one seen, and totals the holes.
+  // Totals the holes, with the one between a promised first number and the first one seen. May be
+  // called again after more numbers.
   void finish(std::uint64_t promised, const EventRef& promised_at, SequenceFacts& facts) const;
   void finish(SequenceFacts& facts) const;
 
  private:
+  void total_holes(SequenceFacts& facts) const;
+
   struct Hole {
     std::uint64_t begin = 0;  // first missing number
     std::uint64_t end = 0;    // one past the last

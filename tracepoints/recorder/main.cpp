@@ -1,4 +1,5 @@
 // cie-record: records a run with LTTng into a directory.
+#include "live_stream.hpp"
 #include "options.hpp"
 #include "recording.hpp"
 
@@ -29,6 +30,9 @@ int main(int argc, char** argv) {
     if (!parsed.options) {
       std::fputs(parsed.text.c_str(), stdout);
       return 0;
+    }
+    if (parsed.options->live_socket >= 0) {
+      return cie::record::stream_live(std::move(*parsed.options)) ? 0 : kFailed;
     }
     cie::record::Recording recording(std::move(*parsed.options));
     return recording.run() ? 0 : kFailed;

@@ -80,6 +80,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   std::string kernel = "auto";
   std::string daemon = "auto";
   std::int64_t flush_ms = options.flush_interval.count();
+  std::int64_t live_interval_ms = options.live_interval.count();
   double registration_s = 5;
   double duration_s = 0;
   std::vector<std::string> more_events;
@@ -116,6 +117,9 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->check(CLI::PositiveNumber);
   app.add_flag("--snapshot", is_snapshot, "Not available in this version");
   app.add_option("--live", live, "Not available in this version")->type_name("URL");
+  // Of cie live, which starts this program: not for people.
+  app.add_option("--live-socket", options.live_socket)->group("");
+  app.add_option("--live-interval", live_interval_ms)->group("")->check(CLI::Range(1, 10'000));
   app.set_version_flag("--version", std::string("cie-record ") + kToolVersion);
 
   std::ranges::reverse(own);  // as CLI11 wants them
@@ -167,6 +171,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
   options.events.insert(options.events.end(), more_events.begin(), more_events.end());
   options.flush_interval = std::chrono::milliseconds(flush_ms);
+  options.live_interval = std::chrono::milliseconds(live_interval_ms);
   options.registration_timeout =
       std::chrono::milliseconds(static_cast<std::int64_t>(registration_s * 1000));
   if (duration->count() > 0) {

@@ -43,6 +43,8 @@ struct Options {
   std::chrono::milliseconds flush_interval{1000};
   std::chrono::milliseconds registration_timeout{5000};
   std::optional<std::chrono::milliseconds> duration;  // attach: until then; empty: until a signal
+  int live_socket = -1;  // streams instead of recording, for who is at the other end: LiveStream
+  std::chrono::milliseconds live_interval{200};  // how often what was traced is sent then
 
   bool is_attach() const noexcept { return command.empty(); }
 };

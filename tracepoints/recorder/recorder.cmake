@@ -11,10 +11,12 @@ add_library(cie_recorder STATIC
   recorder/kernel_events.cpp
   recorder/kernel_recording.cpp
   recorder/kernel_source.cpp
+  recorder/live_stream.cpp
   recorder/manifest.cpp
   recorder/options.cpp
   recorder/processes.cpp
   recorder/recording.cpp
+  recorder/relay_daemon.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp
   recorder/stream_check.cpp

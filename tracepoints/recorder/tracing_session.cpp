@@ -3,6 +3,7 @@
 #include "error.hpp"
 #include "processes.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -21,6 +22,8 @@ constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
 constexpr std::uint64_t kStateSubbufs = 4;
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
+constexpr std::uint64_t kLiveFileSize = 8UL << 20;
+constexpr std::uint64_t kLiveFiles = 4;
 
 const std::vector<std::string>& state_events() {
   static const std::vector<std::string> names{"cie:run_begin",
@@ -97,15 +100,51 @@ TracingSession::TracingSession(const std::string& name, const Options& options) 
                       lttng_strerror(-created));
   }
   exists_ = true;
+  try {
+    set_up(options);
+  } catch (...) {
+    lttng_destroy_session_no_wait(name_.c_str());
+    throw;
+  }
+}
+
+TracingSession::TracingSession(const std::string& name, const Options& options,
+                               const LiveDestination& destination)
+    : name_(name), is_live_(true) {
+  const auto interval = std::chrono::microseconds(options.live_interval).count();
+  const Descriptor descriptor(lttng_session_descriptor_live_network_create(
+      name.c_str(), destination.control_url.c_str(), destination.data_url.c_str(),
+      static_cast<unsigned long long>(interval)));
+  if (!descriptor) {
+    throw RecordError("cannot create a live session that sends to " + destination.control_url);
+  }
+  const lttng_error_code created = lttng_create_session_ext(descriptor.get());
+  if (created != LTTNG_OK) {
+    throw RecordError("cannot create a live session that sends to " + destination.control_url +
+                      ": " + lttng_strerror(-created));
+  }
+  exists_ = true;
+  try {
+    set_up(options);
+  } catch (...) {
+    lttng_destroy_session_no_wait(name_.c_str());
+    throw;
+  }
+}
+
+void TracingSession::set_up(const Options& options) {
   lttng_domain domain = user_space();
-  handle_.reset(lttng_create_handle(name.c_str(), &domain));
+  handle_.reset(lttng_create_handle(name_.c_str(), &domain));
   if (!handle_) {
-    throw RecordError("cannot create a handle of the session " + in_quotes(name));
+    throw RecordError("cannot create a handle of the session " + in_quotes(name_));
   }
 
   // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:
   // with one, what a killed consumer daemon leaves behind can be read.
-  enable_channel("metadata", kMetadataSubbufSize, kMetadataSubbufs, options.flush_interval);
+  // A live session sends its metadata by itself.
+  if (!is_live_) {
+    enable_channel("metadata", kMetadataSubbufSize, kMetadataSubbufs, options.flush_interval);
+  }
   enable_channel(kStateChannel, kStateSubbufSize, kStateSubbufs, options.flush_interval);
   enable_channel(kEventChannel, options.subbuf_size, options.num_subbuf, options.flush_interval);
   for (const char* channel : {kStateChannel, kEventChannel}) {
@@ -140,8 +179,13 @@ void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
   channel->attr.overwrite = 0;
   channel->attr.subbuf_size = subbuf_size;
   channel->attr.num_subbuf = num_subbuf;
-  channel->attr.switch_timer_interval =
-      static_cast<unsigned int>(std::chrono::microseconds(flush_interval).count());
+  if (is_live_) {  // its own timer flushes; the relay daemon keeps the last of each stream only
+    channel->attr.tracefile_size = std::max(kLiveFileSize, subbuf_size);
+    channel->attr.tracefile_count = kLiveFiles;
+  } else {
+    channel->attr.switch_timer_interval =
+        static_cast<unsigned int>(std::chrono::microseconds(flush_interval).count());
+  }
   check(lttng_enable_channel(handle_.get(), channel.get()),
         std::string("enable the channel \"") + name + '"');
 }

@@ -26,6 +26,12 @@ struct ChannelLoss {
   std::uint64_t lost_packets = 0;
 };
 
+// Where a live session sends to: a relay daemon.
+struct LiveDestination {
+  std::string control_url;  // tcp://HOST:PORT
+  std::string data_url;
+};
+
 // A process that carries tracepoints of the provider `cie`.
 struct TracedProcess {
   pid_t pid = 0;
@@ -39,6 +45,9 @@ class TracingSession {
   // Creates the session, its channels, contexts and event rules. Nothing is recorded before
   // start().
   TracingSession(const std::string& name, const Options& options);
+  // The same for a session that a reader follows while it runs; options.directory is not used.
+  TracingSession(const std::string& name, const Options& options,
+                 const LiveDestination& destination);
   ~TracingSession();
   TracingSession(const TracingSession&) = delete;
   TracingSession& operator=(const TracingSession&) = delete;
@@ -55,6 +64,7 @@ class TracingSession {
   std::vector<TracedProcess> traced_processes() const;
 
  private:
+  void set_up(const Options& options);
   void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
                       std::chrono::milliseconds flush_interval);
   void add_context(const char* channel, int type);
@@ -67,6 +77,7 @@ class TracingSession {
   std::string name_;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;
+  bool is_live_ = false;
 };
 
 }  // namespace cie::record

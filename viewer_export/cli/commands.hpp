@@ -17,6 +17,7 @@ int verify_command(const Arguments& arguments);
 int export_command(const Arguments& arguments);
 int spec_command(const Arguments& arguments);
 int diff_command(const Arguments& arguments);
+int live_command(const Arguments& arguments);
 int view_command(const Arguments& arguments);
 int analyze_command(const Arguments& arguments);
 

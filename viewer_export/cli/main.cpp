@@ -39,7 +39,7 @@ std::span<const Command> commands() {
       {"view", "the report and the timeline in a browser", view_command},
       {"spec", "check a scheduling spec", spec_command},
       {"diff", "two recordings side by side: what became slower", diff_command},
-      {"live", "watch a running system (not available in this version)", nullptr},
+      {"live", "watch a running system: terminal, web page, Prometheus", live_command},
   }};
   return kCommands;
 }
@@ -95,9 +95,6 @@ int dispatch(Arguments arguments) {
   }
   if (name == "run" || name == "record") {
     start_program("cie-" + name, arguments);
-  }
-  if (name == "live") {
-    throw UsageError(fmt::format("\"cie {}\" is not available in this version", name));
   }
   throw UsageError(fmt::format("there is no command \"{}\"{}", name, suggestion(name, names)));
 }

@@ -75,14 +75,18 @@ class PrintableLines final : public std::streambuf {
 
 OutputFile open_output(const std::string& target) { return OutputFile(target, remember_temporary); }
 
-viewer_export::TextStyle text_style(const OutputFile& output) {
+viewer_export::TextStyle text_style(bool is_terminal) {
   const auto value = [](const char* name) {
     const char* text = std::getenv(name);
     return std::string_view(text == nullptr ? "" : text);
   };
   viewer_export::TextStyle style;
-  style.colour = output.is_terminal() && value("NO_COLOR").empty() && value("TERM") != "dumb";
+  style.colour = is_terminal && value("NO_COLOR").empty() && value("TERM") != "dumb";
   return style;
+}
+
+viewer_export::TextStyle text_style(const OutputFile& output) {
+  return text_style(output.is_terminal());
 }
 
 void write_data(OutputFile& output, const std::function<void(std::ostream&)>& write) {

@@ -15,6 +15,7 @@ viewer_export::OutputFile open_output(const std::string& target);
 
 // Colours on a terminal that has them and unless NO_COLOR is set (https://no-color.org).
 viewer_export::TextStyle text_style(const viewer_export::OutputFile& output);
+viewer_export::TextStyle text_style(bool is_terminal);
 
 // Calls write(stream) and commits. On a terminal control characters of the data are made visible;
 // a file or a pipe gets the data as they are.

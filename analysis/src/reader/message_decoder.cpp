@@ -71,12 +71,13 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
     if (environment(trace, "tracer_name") == "lttng-modules") of_trace->state.priority_offset = 100;
   }
   const auto* stream_class = bt_stream_borrow_class_const(stream);
-  const auto channel = channels_
-                           .try_emplace({trace, bt_stream_class_get_id(stream_class)},
-                                        static_cast<std::uint32_t>(channels_.size()))
-                           .first->second;
+  const auto channel =
+      channels_
+          .try_emplace({trace, bt_stream_class_get_id(stream_class)},
+                       first_.channels + static_cast<std::uint32_t>(channels_.size()))
+          .first->second;
   Stream state;
-  state.index = StreamIndex{static_cast<std::uint32_t>(streams_.size())};
+  state.index = StreamIndex{first_.streams + begun_++};
   state.trace = of_trace.get();
   state.packet_context = FieldTable(packet_context_class(stream_class), kPacketNames);
   state.has_packet_times =

@@ -4,6 +4,7 @@
 
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/event.hpp>
+#include <cie/analysis/live_reader.hpp>
 
 #include "bt_fields.hpp"
 #include "bt_handles.hpp"
@@ -20,13 +21,19 @@ namespace cie::analysis::bt {
 
 class MessageDecoder {
  public:
-  // `analyzer` is borrowed and fed.
-  explicit MessageDecoder(Analyzer& analyzer) : analyzer_(analyzer) {}
+  // `analyzer` is borrowed and fed. Streams and channels are numbered from the given numbers on.
+  explicit MessageDecoder(Analyzer& analyzer, LiveNumbers first = {})
+      : analyzer_(analyzer), first_(first) {}
 
   void consume(const bt_message* message);
   // Reading stopped here: everything that was still to come is missing.
   void damaged(const std::string& reason);
   std::uint64_t events() const noexcept { return events_; }
+  // One past the numbers used.
+  LiveNumbers numbers() const noexcept {
+    return {.streams = first_.streams + begun_,
+            .channels = first_.channels + static_cast<std::uint32_t>(channels_.size())};
+  }
 
  private:
   // One class of events: where its payload and contexts have what we read.
@@ -65,6 +72,8 @@ class MessageDecoder {
   void push(const EventHead& head, const EventBody& body);
 
   Analyzer& analyzer_;
+  LiveNumbers first_;
+  std::uint32_t begun_ = 0;  // streams
   std::unordered_map<const bt_stream*, Stream> streams_;
   std::unordered_map<const bt_event_class*, EventPlan> plans_;
   std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;

@@ -1,12 +1,13 @@
 #include "timing_rules.hpp"
 
+#include <cie/analysis/deadline.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <string>
 
 namespace cie::analysis {
@@ -147,12 +148,10 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
                                                const Proof& proof, Judgement& judgement) {
     judgement.doubt(unknown_identity(callback));
     const auto* entry = spec_entry(context, callback);
+    const auto asked = response_deadline(entry, callback.deadline_ns);
+    if (!asked) return;
+    const auto deadline = asked->ns;
     const bool is_specified = entry != nullptr && entry->response_deadline_ns;
-    if (!is_specified && callback.deadline_ns == 0) return;
-    const auto deadline =
-        is_specified ? *entry->response_deadline_ns
-                     : static_cast<std::int64_t>(std::min<std::uint64_t>(
-                           callback.deadline_ns, std::numeric_limits<std::int64_t>::max()));
     const auto origin = is_specified ? place(context, entry->line) : "callback_init";
     judgement.check(callback.instances);
     judgement.doubt(loss);

@@ -18,7 +18,7 @@ CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
 SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
-COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff")
+COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff", "live")
 
 
 def cie(*arguments, **options):
@@ -246,7 +246,21 @@ class Usage(Folder):
     def test_not_available_yet(self):
         self.assert_usage_error(("export", TRACE, "--to", "chrome"),
                                 "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
-        self.assert_usage_error(("live",), '"cie live" is not available in this version')
+
+    def test_live_refuses_what_it_cannot_do(self):
+        for arguments, message in ((("--batch", "--json"), "--batch or --json, not both"),
+                                   (("net://x/host/y/z", "--", "true"), "a session or a command, not both"),
+                                   (("--",), "no command after --"),
+                                   (("--interval", "0"), '--interval: "0" is no number in its range'),
+                                   (("--interval", "1s"), '--interval: "1s" is no number in its range'),
+                                   (("-n", "0"), '--count: "0" is no number in its range'),
+                                   (("--sort", "colour"), '--sort does not know "colour"; available: p99, p50, max, rate, late, missed, name'),
+                                   (("--listen", "127.0.0.1:"),
+                                    '--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: "127.0.0.1:"'),
+                                   (("--listen", "65536"), '--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: "65536"'),
+                                   (("--batch", "--instances"), "--instances goes with --json")):
+            with self.subTest(arguments=arguments):
+                self.assert_usage_error(("live", *arguments), message)
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),

@@ -32,6 +32,9 @@ struct AnalysisOptions {
   // Counts and judges instances within it alone. State from before holds in it, and numbers and
   // totals from outside prove that nothing in it is missing; what an edge cuts is listed as such.
   std::optional<TimeWindow> window{};
+  // The events come from a system that runs: no stream's silence or end holds others up or cuts
+  // them off, a running process is not an interrupted one, and losses are kept in bounded memory.
+  bool is_live = false;
 };
 
 struct AnalysisResult {
@@ -45,7 +48,8 @@ class UnreadableTrace : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Feed it events in order of time, then finish() once. Not thread-safe.
+// Feed it events in order of time, then finish() once. Not thread-safe. Memory grows with
+// callbacks, threads and processes, not with time.
 class Analyzer {
  public:
   // `observer` may be null; it is borrowed until finish() returns.
@@ -55,6 +59,10 @@ class Analyzer {
   Analyzer& operator=(Analyzer&&) noexcept;
 
   void consume(const Event& event);
+  // What finish() would say of the events so far, but for instances that have begun and not ended,
+  // or wait for the kernel's events: they count in a later one. More events may follow. Takes time
+  // with the number of subjects, not with that of events.
+  AnalysisResult look();
   AnalysisResult finish();
 
  private:

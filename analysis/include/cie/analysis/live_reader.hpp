@@ -1,0 +1,59 @@
+// Reads a running LTTng session from its relay daemon, through libbabeltrace2's src.ctf.lttng-live.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+// A live session that a relay daemon offers.
+struct LiveSession {
+  std::string url;  // for LiveReader: net://RELAY[:PORT]/host/HOST/SESSION
+  std::string host;
+  std::string name;
+  std::uint64_t streams = 0;
+  std::uint64_t clients = 0;  // a session serves one reader at a time
+};
+
+// What the relay daemon at net://HOST[:PORT] offers. Throws UnreadableTrace if it does not answer.
+std::vector<LiveSession> live_sessions(const std::string& relay);
+
+// Numbers of streams and channels, which go on when a session is read again after its connection
+// was lost: see LiveReader.
+struct LiveNumbers {
+  std::uint32_t streams = 0;
+  std::uint32_t channels = 0;
+};
+
+// Feeds an Analyzer with what a session writes from now on; what was written before is not sent.
+// libbabeltrace2 may abort on input that is damaged, and waits without limit for a relay daemon
+// that is silent: whoever must survive that reads in a process of its own. Not thread-safe.
+class LiveReader {
+ public:
+  enum class Step : std::uint8_t {
+    events,   // some were fed; there may be more at once
+    nothing,  // none now: try again a little later
+    end       // the session ended, or the relay daemon said good-bye
+  };
+
+  // `analyzer` is borrowed. `before`: the numbers that another reader of the same analyzer has
+  // used. Throws UnreadableTrace.
+  LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers before = {});
+  ~LiveReader();
+  LiveReader(const LiveReader&) = delete;
+  LiveReader& operator=(const LiveReader&) = delete;
+
+  // Throws UnreadableTrace when the session does not exist or the connection is lost.
+  Step step();
+  LiveNumbers numbers() const noexcept;
+
+ private:
+  struct Graph;
+  std::unique_ptr<Graph> graph_;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,26 @@
+#include <cie/analysis/deadline.hpp>
+
+#include <algorithm>
+#include <limits>
+
+namespace cie::analysis {
+
+std::optional<Duration> response_deadline(const SpecEntry* entry,
+                                          std::uint64_t declared_ns) noexcept {
+  if (entry != nullptr && entry->response_deadline_ns) {
+    return Duration{*entry->response_deadline_ns};
+  }
+  if (declared_ns == 0) return std::nullopt;
+  return Duration{static_cast<std::int64_t>(
+      std::min<std::uint64_t>(declared_ns, std::numeric_limits<std::int64_t>::max()))};
+}
+
+std::optional<Duration> least_response_time(const Instance& instance) noexcept {
+  if (!instance.end) return std::nullopt;
+  // A source timestamp is a bound of the other side: the message was written before it arrived.
+  const bool is_bound_known = instance.release_source == ReleaseSource::exact ||
+                              instance.release_source == ReleaseSource::wakeup;
+  return *instance.end - (is_bound_known && instance.release ? *instance.release : instance.start);
+}
+
+}  // namespace cie::analysis

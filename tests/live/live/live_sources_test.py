@@ -1,0 +1,231 @@
+#!/usr/bin/env python3
+"""`cie live`: where events come from, what becomes of them, and how it ends.
+
+Counts come from what the traced applications say of themselves.
+"""
+import json
+import os
+import re
+import signal
+import subprocess
+import unittest
+from pathlib import Path
+
+import support
+from support import CIE, SUBSCRIPTION, TIMER, Relay, Running, app, callback, live, wait_for
+
+
+def lines_of(done):
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+class Command(unittest.TestCase):
+    def test_every_instance_is_counted_and_violations_are_told_once(self):
+        done = live("--json", "--interval", 0.2, "--", *app("--instances", 150, "--period-us", 5000))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("instances 150", done.stderr, "the command's output goes to standard error")
+        lines = lines_of(done)
+        self.assertGreater(len(lines), 2)
+        self.assertEqual([line["sequence"] for line in lines], list(range(1, len(lines) + 1)))
+        last = lines[-1]
+        self.assertEqual((last["source"]["state"], last["lost_events"]), ("ended", 0))
+        for name in (TIMER, SUBSCRIPTION):
+            total = callback(last, name)["total"]
+            self.assertEqual(total["instances"], 150)
+            self.assertEqual(total["response_time_ns"]["count"], 150)
+            self.assertEqual(sum(total["response_time_counts"]), 150)
+            self.assertEqual(total["response_time_sum_ns"], total["response_time_ns"]["sum"])
+        changes = [change for line in lines for change in line["changes"]]
+        mapping = [change for change in changes if change["rule"] == "M2"]
+        self.assertEqual([change["to"] for change in mapping], ["FAIL"], "both callbacks run on one thread")
+        # It ends with an overwritten sample, which only its last words tell.
+        self.assertNotIn("Q1", [change["rule"] for change in lines[0]["changes"]])
+        self.assertEqual([change["to"] for change in changes if change["rule"] == "Q1"], ["FAIL"])
+
+    def test_late_instances_are_those_beyond_the_specs_deadline(self):
+        spec = support.scratch / "spec.yaml"
+        spec.write_text(f"callback_groups:\n  - id: {TIMER}\n    response_deadline: 1000000\n", encoding="utf-8")
+        lines = lines_of(live("--json", "--instances", "--interval", 0.1, "--spec", spec, "--",
+                              *app("--instances", 100, "--period-us", 5000, "--work-us", 1500)))
+        timer = callback(lines[-1], TIMER)
+        self.assertEqual(timer["deadline_ns"], 1000000)
+        self.assertEqual(timer["total"]["late"], 100, "each takes a millisecond and a half")
+        seen = [i for line in lines for c in line["callbacks"] if c["logical_id"] == TIMER for i in c["recent"]]
+        self.assertEqual([i["seq"] for i in seen], list(range(100)))
+        for instance in seen:
+            self.assertEqual(instance["late"], instance["response_ns"] > 1000000)
+        busy = [t["cpu_percent"] for line in lines for t in line["threads"] if t["cpu_percent"] is not None]
+        self.assertGreater(max(busy), 5, "1.5 ms of about 7")
+        self.assertTrue(all(0 <= percent < 150 for percent in busy), busy)
+
+    def test_a_count_ends_it_and_the_command(self):
+        done = live("--batch", "-n", 2, "--interval", 0.3, "--", *app("--until-signal", "--period-us", 1000))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout.count("cie live  "), 2)
+        self.assertIn("VIOLATED M2 one-callback-per-thread", done.stdout)
+        self.assertEqual(support.no_leftovers(), [])
+
+    def test_signals_end_it_after_a_last_snapshot(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with self.subTest(signal=number):
+                program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--",
+                                         *app("--until-signal", "--period-us", 1000)])
+                program.until(lambda s: callback(s, TIMER))
+                program.process.send_signal(number)
+                out, err = program.process.communicate(timeout=30)
+                self.assertEqual(program.process.returncode, 0, err)
+                last = json.loads(out.splitlines()[-1])
+                self.assertEqual(last["source"]["state"], "ended")
+                said = int(re.search(r"instances (\d+)", err)[1])
+                self.assertEqual(callback(last, TIMER)["total"]["instances"], said)
+
+    def test_a_command_that_does_not_exist(self):
+        done = live("--json", "--", "/nonexistent/program")
+        self.assertEqual(done.returncode, 4, done)
+        self.assertEqual(done.stderr, 'cie: cannot run "/nonexistent/program": No such file or directory\n')
+
+    def test_output_that_nobody_reads_ends_it(self):
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.1", "--",
+                                 *app("--until-signal", "--period-us", 1000)])
+        program.snapshot()
+        program.process.stdout.close()
+        self.assertEqual(program.process.wait(30), 4)
+        program.process.stdout = open(os.devnull, encoding="ascii")  # for the clean-up
+
+
+class Attached(unittest.TestCase):
+    def test_what_runs_already_is_seen_with_its_names(self):
+        Relay(self)  # a session daemon to register with
+        ready = support.scratch / "ready"
+        running = Running(self, app("--until-signal", "--period-us", 2000, "--ready", ready))
+        wait_for(ready.exists, "the application")
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.2"])
+        first = program.until(lambda s: callback(s, TIMER))
+        later = program.until(lambda s: callback(s, TIMER)["total"]["instances"]
+                              > callback(first, TIMER)["total"]["instances"])
+        self.assertEqual(callback(later, SUBSCRIPTION)["pid"], running.process.pid)
+        program.process.send_signal(signal.SIGINT)
+        _, err = program.process.communicate(timeout=30)
+        self.assertEqual(program.process.returncode, 0, err)
+        self.assertIsNone(running.process.poll(), "it goes on")
+        running.process.send_signal(signal.SIGTERM)
+        self.assertEqual(running.process.wait(20), 0)
+
+
+class Session(unittest.TestCase):
+    def setUp(self):
+        self.relay = Relay(self)
+
+    def follow(self, *arguments):
+        return Running(self, [CIE, "live", "--json", "--interval", "0.2", *arguments])
+
+    def test_a_session_of_somebody_else(self):
+        url = self.relay.create("mine")
+        for name in (url, self.relay.url):  # the only one there
+            with self.subTest(name=name):
+                program = self.follow(name)
+                self.assertEqual(program.snapshot()["source"]["state"], "waiting")
+                self.relay.command("start")
+                subprocess.run(app("--instances", 50, "--period-us", 1000), check=True, stdout=subprocess.DEVNULL)
+                program.until(lambda s: (callback(s, TIMER) or {"total": {"instances": 0}})["total"]["instances"] == 50)
+                program.end()
+                self.relay.command("stop")
+        program = self.follow(url)
+        program.snapshot()
+        self.relay.command("destroy", "mine")
+        out, err = program.process.communicate(timeout=30)
+        self.assertEqual(program.process.returncode, 0, err)
+        self.assertEqual(json.loads(out.splitlines()[-1])["source"]["state"], "ended")
+
+    def test_a_session_that_runs_already_names_its_callbacks_when_asked_to(self):
+        url = self.relay.create("mine")
+        self.relay.command("start")
+        ready = support.scratch / "ready-before"
+        Running(self, app("--until-signal", "--period-us", 2000, "--ready", ready))
+        wait_for(ready.exists, "the application")
+        # Its description has been sent, and no reader was there.
+        wait_for(lambda: b"callback_start" in subprocess.run(
+            ["babeltrace2", *support.traces(self.relay.folder)], capture_output=True, check=False).stdout, "the first packets")
+        program = self.follow(url)
+        nameless = program.until(lambda s: s["callbacks"])
+        self.assertEqual({c["logical_id"] for c in nameless["callbacks"]}, {"?0", "?1"})
+        self.relay.command("regenerate", "statedump", "--session", "mine")
+        program.until(lambda s: callback(s, TIMER) and callback(s, SUBSCRIPTION))
+
+    def test_a_session_that_is_not_there(self):
+        nobody = support.free_ports(1)[0]
+        for name, code, message in ((f"net://127.0.0.1:{nobody}", 4, "no relay daemon answers"),
+                                    (self.relay.url, 4, "has no live session"),
+                                    (f"{self.relay.url}/host/h/s", 4, "cannot go on reading")):
+            with self.subTest(name=name):
+                done = live("--json", name)
+                self.assertEqual((done.returncode, done.stdout), (code, ""))
+                self.assertIn(message, done.stderr)
+                self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        self.relay.create("a")
+        self.relay.create("b")
+        done = live("--json", self.relay.url)
+        self.assertEqual(done.returncode, 2)
+        self.assertRegex(done.stderr, f"{self.relay.url}/host/[^/]+/[ab], {self.relay.url}/host/[^/]+/[ab]")
+
+    def test_a_relay_daemon_that_hangs_or_dies_is_told_and_waited_for(self):
+        url = self.relay.create("mine")
+        program = self.follow(url)
+        program.snapshot()
+        self.relay.command("start")
+        subprocess.run(app("--instances", 20, "--period-us", 1000), check=True, stdout=subprocess.DEVNULL)
+        program.until(lambda s: callback(s, TIMER))
+        self.relay.relayd.send_signal(signal.SIGSTOP)
+        silent = program.until(lambda s: s["source"]["state"] == "lost")
+        self.assertEqual(silent["source"]["message"], "no answer from the relay daemon for 3 s")
+        self.relay.relayd.send_signal(signal.SIGCONT)
+        program.until(lambda s: s["source"]["state"] != "lost")
+        self.relay.relayd.kill()
+        self.relay.relayd.wait()
+        lost = program.until(lambda s: s["source"]["state"] == "lost")
+        self.assertNotEqual(lost["source"]["message"], "")
+        self.assertEqual(callback(lost, TIMER)["total"]["instances"], 20, "what was seen stays")
+        subprocess.run(["lttng", "--no-sessiond", "destroy", "--no-wait", "mine"], check=False, capture_output=True)
+        self.relay.start_relay()
+        self.relay.create("mine")
+        program.until(lambda s: s["source"]["state"] != "lost")
+        self.relay.command("start")
+        subprocess.run(app("--instances", 30, "--period-us", 1000), check=True, stdout=subprocess.DEVNULL)
+        program.until(lambda s: [c["total"]["instances"] for c in s["callbacks"] if c["logical_id"] == TIMER] == [20, 30])
+
+
+class Burst(unittest.TestCase):
+    def test_a_hot_source_is_bounded_and_its_losses_are_counted(self):
+        instances = 400_000
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--", support.BURST_APP, str(instances)])
+        feed = None
+        peaks = []
+        last = None
+        for line in program.process.stdout:
+            last = json.loads(line)
+            children = Path(f"/proc/{program.process.pid}/task/{program.process.pid}/children").read_text("ascii")
+            for child in children.split():
+                if Path(f"/proc/{child}/comm").read_text("ascii").strip() == "cie":
+                    feed = child
+            if feed is not None and Path(f"/proc/{feed}").exists():
+                peak = re.search(r"VmHWM:\s+(\d+) kB", Path(f"/proc/{feed}/status").read_text("ascii"))
+                if peak and last["events"] > 0:
+                    peaks.append(int(peak[1]))
+        err = program.process.stderr.read()
+        emitted = int(re.search(r"^(\d+)$", err, re.MULTILINE)[1])
+        self.assertEqual(emitted, 4 * instances)
+        self.assertEqual(last["source"]["state"], "ended")
+        if last["lost_events"] is not None:
+            state_events = last["events"] + last["lost_events"] - emitted
+            self.assertTrue(0 <= state_events < 200, (last["events"], last["lost_events"], emitted))
+        else:
+            self.assertGreater(last["lost_packets"], 0)
+        if last["events"] < emitted:
+            self.assertNotEqual(last["defects"], [], "what is missing is told")
+        self.assertGreater(len(peaks), 2)
+        self.assertLess(peaks[-1], 200_000, "kB")
+        self.assertLess(peaks[-1] - peaks[len(peaks) // 2], 30_000, peaks)
+
+
+if __name__ == "__main__":
+    support.main("live")

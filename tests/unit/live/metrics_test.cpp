@@ -1,0 +1,115 @@
+#include "metrics.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::live {
+namespace {
+
+bool has_line(const std::string& text, const std::string& line) {
+  return ('\n' + text).find('\n' + line + '\n') != std::string::npos;
+}
+
+Snapshot snapshot() {
+  Snapshot s;
+  s.sequence = 1;
+  s.state = SourceState::streaming;
+  s.events = 12;
+  CallbackView c;
+  c.host = "h";
+  c.pid = 7;
+  c.logical_id = "/a";
+  c.deadline_ns = 2'500'000;
+  c.counts[0] = 4;  // up to 10 us
+  c.counts[2] = 3;  // up to 50 us
+  c.counts.back() = 2;
+  c.response_sum_ns = 3e9;
+  c.total_late = 5;
+  c.total_missed = 6;
+  s.callbacks = {c};
+  return s;
+}
+
+VerdictView violation(const std::string& subject) {
+  return {.rule = "M2",
+          .name = "one",
+          .subject = subject,
+          .verdict = analysis::Verdict::fail,
+          .since_ns = 0,
+          .note = {}};
+}
+
+TEST(Metrics, CountsOfClassesAddUpAsPrometheusWantsThem) {
+  Metrics metrics;
+  metrics.add(snapshot());
+  const auto text = metrics.text();
+  const std::string of = R"({host="h",pid="7",callback="/a")";
+  for (const auto* expected : {",le=\"1e-05\"} 4", ",le=\"2e-05\"} 4", ",le=\"5e-05\"} 7",
+                               ",le=\"10\"} 7", ",le=\"+Inf\"} 9"}) {
+    EXPECT_TRUE(has_line(text, "cie_callback_response_time_seconds_bucket" + of + expected))
+        << expected << '\n'
+        << text;
+  }
+  EXPECT_TRUE(has_line(text, "cie_callback_response_time_seconds_sum" + of + "} 3"));
+  EXPECT_TRUE(has_line(text, "cie_callback_response_time_seconds_count" + of + "} 9"));
+  EXPECT_TRUE(has_line(text, "cie_callback_deadline_seconds" + of + "} 0.0025"));
+  EXPECT_TRUE(has_line(text, "cie_callback_late_total" + of + "} 5"));
+  EXPECT_TRUE(has_line(text, "cie_callback_missed_releases_total" + of + "} 6"));
+  EXPECT_TRUE(has_line(text, "cie_live_up 1"));
+  EXPECT_TRUE(has_line(text, "cie_live_events_total 12"));
+}
+
+TEST(Metrics, LabelsAreEscaped) {
+  Metrics metrics;
+  auto s = snapshot();
+  s.callbacks[0].logical_id = "a\"b\\c\nd\xff";
+  metrics.add(s);
+  EXPECT_NE(metrics.text().find("callback=\"a\\\"b\\\\c\\nd\xEF\xBF\xBD\""), std::string::npos);
+}
+
+TEST(Metrics, OneSeriesForCallbacksOfOneName) {
+  Metrics metrics;
+  auto s = snapshot();
+  s.callbacks.push_back(s.callbacks[0]);
+  metrics.add(s);
+  const auto text = metrics.text();
+  EXPECT_TRUE(has_line(text, R"(cie_callback_late_total{host="h",pid="7",callback="/a"} 10)"));
+  EXPECT_TRUE(has_line(
+      text, R"(cie_callback_response_time_seconds_count{host="h",pid="7",callback="/a"} 18)"));
+}
+
+TEST(Metrics, ViolationsAreCountedAsTheyBeginAndAsTheyAre) {
+  Metrics metrics;
+  auto s = snapshot();
+  s.verdicts = {violation("thread 1"), violation("thread 2")};
+  s.changes = {{.time_ns = 1,
+                .rule = "M2",
+                .name = "one",
+                .subject = "thread 1",
+                .from = analysis::Verdict::pass,
+                .to = analysis::Verdict::fail,
+                .note = {}}};
+  metrics.add(s);
+  EXPECT_TRUE(has_line(metrics.text(), R"(cie_rule_violations{rule="M2",name="one"} 2)"));
+  s.verdicts.clear();
+  s.changes[0].to = analysis::Verdict::pass;
+  metrics.add(s);
+  EXPECT_TRUE(has_line(metrics.text(), R"(cie_rule_violations{rule="M2",name="one"} 0)"));
+  EXPECT_TRUE(
+      has_line(metrics.text(), R"(cie_rule_violations_begun_total{rule="M2",name="one"} 1)"));
+}
+
+TEST(Metrics, ALostSourceIsNotUp) {
+  Metrics metrics;
+  EXPECT_TRUE(has_line(metrics.text(), "cie_live_up 0"));
+  auto s = snapshot();
+  for (const auto state : {SourceState::lost, SourceState::ended}) {
+    s.state = state;
+    metrics.add(s);
+    EXPECT_TRUE(has_line(metrics.text(), "cie_live_up 0"));
+  }
+}
+
+}  // namespace
+}  // namespace cie::live

@@ -1,0 +1,143 @@
+#include "monitor.hpp"
+
+#include "support/trace_text.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cie::live {
+namespace {
+
+using analysis::Analyzer;
+using analysis::Verdict;
+
+constexpr const char* kTwoCallbacks = R"(
+  callback plan timer period=100 deadline=30
+  callback drive subscription topic=/t
+  100 start plan release=100
+  120 end plan
+  200 start plan release=200 missed=2
+  240 end plan
+  300 start plan release=300
+  330 end plan
+  400 release drive
+  405 start drive release=400
+  407 end drive)";
+
+struct Watched {
+  explicit Watched(const char* text, const SchedulingSpec* spec = nullptr)
+      : monitor(spec),
+        analyzer({.spec = spec, .allow_crash = true, .is_live = true}, &monitor),
+        trace(test::trace_of(text)) {}
+  Snapshot until(std::int64_t time) {
+    while (next < trace.events.size() && trace.events[next].head.time.ns <= time)
+      analyzer.consume(trace.events[next++]);
+    return monitor.describe(analyzer.look(), std::chrono::steady_clock::now());
+  }
+  const CallbackView& callback(const Snapshot& snapshot, const std::string& part) {
+    for (const auto& view : snapshot.callbacks) {
+      if (view.logical_id.find(part) != std::string::npos) return view;
+    }
+    throw std::out_of_range(part);
+  }
+  Monitor monitor;
+  Analyzer analyzer;
+  test::TextTrace trace;
+  std::size_t next = 0;
+};
+
+TEST(Monitor, CountsLateInstancesAndMissedReleases) {
+  Watched watched(kTwoCallbacks);
+  const auto snapshot = watched.until(350);
+  const auto& plan = watched.callback(snapshot, "plan");
+  EXPECT_EQ(plan.deadline_ns, 30);
+  EXPECT_EQ(plan.instances, 3U);
+  EXPECT_EQ(plan.total_late, 1U);  // 40 > 30; 30 is in time
+  EXPECT_EQ(plan.missed, 2U);
+  EXPECT_EQ(plan.total_missed, 2U);
+  ASSERT_TRUE(plan.response);
+  EXPECT_EQ(plan.response->max, 40);
+  EXPECT_EQ(plan.response->sum, 20 + 40 + 30);
+  EXPECT_EQ(plan.response_sum_ns, 20 + 40 + 30);
+  EXPECT_EQ(plan.counts.front(), 3U);
+  EXPECT_EQ(plan.last_response_ns, 30);
+  ASSERT_EQ(plan.recent.size(), 3U);
+  EXPECT_TRUE(plan.recent[1].is_late);
+  EXPECT_FALSE(plan.recent[2].is_late);
+}
+
+TEST(Monitor, RecentInstancesAreToldOnce) {
+  Watched watched(kTwoCallbacks);
+  EXPECT_EQ(watched.callback(watched.until(150), "plan").recent.size(), 1U);
+  EXPECT_EQ(watched.callback(watched.until(250), "plan").recent.size(), 1U);
+  EXPECT_TRUE(watched.callback(watched.until(260), "plan").recent.empty());
+}
+
+TEST(Monitor, TheSpecsDeadlineWins) {
+  const auto spec = SchedulingSpec::parse(R"(
+callback_groups:
+  - id: plan
+    response_deadline: 19
+)",
+                                          "spec.yaml");
+  Watched watched(R"(
+    callback plan timer id=plan period=100 deadline=30
+    100 start plan release=100
+    120 end plan)",
+                  &spec);
+  EXPECT_EQ(watched.callback(watched.until(130), "plan").total_late, 1U);
+}
+
+TEST(Monitor, AViolationIsToldWhenItHappensAndOnlyThen) {
+  Watched watched(kTwoCallbacks);
+  const auto changes_of = [](const Snapshot& snapshot, const std::string& rule) {
+    std::vector<VerdictChange> found;
+    for (const auto& change : snapshot.changes) {
+      if (change.rule == rule) found.push_back(change);
+    }
+    return found;
+  };
+  EXPECT_TRUE(changes_of(watched.until(150), "R3").empty());
+  const auto changes = changes_of(watched.until(250), "R3");
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0].to, Verdict::fail);
+  EXPECT_NE(changes[0].subject.find("plan"), std::string::npos);
+  const auto later = watched.until(340);
+  EXPECT_TRUE(changes_of(later, "R3").empty());
+  EXPECT_EQ(later.verdict, Verdict::fail);
+  EXPECT_EQ(later.verdicts.front().verdict, Verdict::fail);
+}
+
+TEST(Monitor, SaysHowTheSourceDoes) {
+  Watched watched(kTwoCallbacks);
+  Monitor fresh(nullptr);
+  Analyzer nothing({.is_live = true}, &fresh);
+  EXPECT_EQ(fresh.describe(nothing.look(), {}).state, SourceState::waiting);
+  EXPECT_EQ(watched.until(150).state, SourceState::streaming);
+  EXPECT_EQ(watched.until(150).state, SourceState::silent);
+}
+
+TEST(Monitor, AnInstanceWithoutReleaseCountsWithItsLowerBound) {
+  Watched watched(R"(
+    callback plan subscription deadline=5
+    100 start plan release=none
+    110 end plan)");
+  const auto snapshot = watched.until(200);
+  const auto& plan = watched.callback(snapshot, "plan");
+  EXPECT_FALSE(plan.is_exact);
+  EXPECT_EQ(plan.last_response_ns, 10);
+  EXPECT_EQ(plan.total_late, 1U);  // more than five is certain
+}
+
+TEST(Monitor, WhatEndedIsForgottenAfterAWhile) {
+  Watched watched(kTwoCallbacks);
+  Monitor& monitor = watched.monitor;
+  const auto now = std::chrono::steady_clock::now();
+  const auto end = watched.trace.events.back().head.time.ns;
+  EXPECT_EQ(watched.until(end).callbacks.size(), 2U);
+  const auto result = watched.analyzer.look();
+  EXPECT_EQ(monitor.describe(result, now + std::chrono::seconds(30)).callbacks.size(), 2U);
+  EXPECT_TRUE(monitor.describe(result, now + std::chrono::seconds(90)).callbacks.empty());
+}
+
+}  // namespace
+}  // namespace cie::live

@@ -1,0 +1,174 @@
+#include "pages.hpp"
+
+#include "text_layout.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::live {
+namespace {
+
+CallbackView callback(std::uint32_t index, const std::string& id, std::int64_t p99) {
+  CallbackView view;
+  view.index = index;
+  view.logical_id = id;
+  view.pid = 100 + index;
+  view.instances = 5;
+  view.deadline_ns = 10;
+  view.response = analysis::Summary{.count = 5, .max = p99, .p50 = p99, .p99 = p99};
+  RecentInstance instance;
+  instance.seq = 77 + index;
+  instance.response_ns = 2000;
+  view.recent = {instance};
+  return view;
+}
+
+Snapshot snapshot() {
+  Snapshot s;
+  s.sequence = 1;
+  s.state = SourceState::streaming;
+  s.source = "net://x/host/y/z";
+  s.window_ns = 5'000'000'000;
+  s.callbacks = {callback(0, "/slow@Timer(1)", 9'000'000), callback(1, "/fast@Timer(1)", 1'000'000),
+                 callback(2, "/bad\x1b]0;owned\x07\x1b[2J\n@Timer(1)", 500)};
+  ThreadView thread;
+  thread.name = "\x1b[31mred";
+  thread.callbacks = {"/a"};
+  thread.cpu_percent = 3;
+  s.threads = {thread};
+  s.verdicts = {{.rule = "M2",
+                 .name = "one-callback-per-thread",
+                 .subject = "thread 5",
+                 .verdict = analysis::Verdict::fail,
+                 .note = "a long story \x1b[2J of evidence"}};
+  s.changes = {{.rule = "M2",
+                .name = "one-callback-per-thread",
+                .subject = "thread \x1b[5m",
+                .to = analysis::Verdict::fail,
+                .note = {}}};
+  return s;
+}
+
+class PagesTest : public testing::Test {
+ protected:
+  PagesTest() { history_.add(snapshot()); }
+  std::string draw(Size size = {}) {
+    std::string text;
+    for (const auto& line : pages_.draw(size)) {
+      for (const auto& span : line.spans)
+        text += span.text;
+      text += '\n';
+    }
+    return text;
+  }
+  bool type(std::string_view letters) {
+    bool goes_on = true;
+    for (const char letter : letters)
+      goes_on = pages_.press(Key::character, letter);
+    return goes_on;
+  }
+  // Places of the texts, which must be there.
+  std::size_t place(const std::string& text) {
+    const auto found = draw().find(text);
+    EXPECT_NE(found, std::string::npos) << text << draw();
+    return found;
+  }
+  History history_;
+  Pages pages_{history_, SortKey::response, ""};
+};
+
+TEST_F(PagesTest, FitEveryScreenAndHoldNoEscapeSequence) {
+  for (const auto* keys : {"c", "t", "v", "h"}) {
+    type(keys);
+    for (const Size size : {Size{24, 80}, Size{1, 1}, Size{2, 200}, Size{5, 10}, Size{100, 40}}) {
+      const auto frame = pages_.draw(size);
+      EXPECT_LE(frame.size(), size.rows);
+      for (const auto& line : frame) {
+        std::size_t width = 0;
+        for (const auto& span : line.spans) {
+          width += viewer_export::display_width(span.text);
+          for (const char c : span.text)
+            EXPECT_GE(static_cast<unsigned char>(c), 0x20) << keys;
+        }
+        EXPECT_LE(width, size.columns) << keys;
+      }
+    }
+  }
+}
+
+TEST_F(PagesTest, SortBySlowestAndByTheNextColumns) {
+  EXPECT_LT(place("/slow"), place("/fast"));
+  type("ssssss");  // p99, p50, max, rate, late, missed, name
+  EXPECT_LT(place("/fast"), place("/slow"));
+  EXPECT_NE(draw().find("*callback"), std::string::npos);
+}
+
+TEST_F(PagesTest, FilterAsItIsTyped) {
+  type("/fasq");  // q is a letter here
+  EXPECT_TRUE(pages_.press(Key::backspace));
+  EXPECT_NE(draw().find("/fast"), std::string::npos);
+  EXPECT_EQ(draw().find("/slow"), std::string::npos);
+  pages_.press(Key::enter);
+  EXPECT_NE(draw().find("filter: fas"), std::string::npos);
+  pages_.press(Key::back);
+  EXPECT_NE(draw().find("/slow"), std::string::npos);
+}
+
+TEST_F(PagesTest, EnterShowsTheInstancesOfTheSelectedCallback) {
+  draw();
+  type("j");
+  pages_.press(Key::enter);
+  const auto text = draw();
+  EXPECT_NE(text.find("/fast@Timer(1)"), std::string::npos);
+  EXPECT_NE(text.find(" 78 "), std::string::npos) << text;
+  EXPECT_EQ(text.find(" 77 "), std::string::npos) << "that is another one's";
+  pages_.press(Key::back);
+  EXPECT_NE(draw().find("/slow"), std::string::npos);
+}
+
+TEST_F(PagesTest, APauseShowsOneMoment) {
+  type("p");
+  auto next = snapshot();
+  next.callbacks[0].logical_id = "/renamed";
+  history_.add(next);
+  EXPECT_NE(draw().find("PAUSED"), std::string::npos);
+  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  type("p");
+  EXPECT_NE(draw().find("/renamed"), std::string::npos);
+}
+
+TEST_F(PagesTest, TheEndOfTheSourceIsTold) {
+  EXPECT_EQ(draw().find("the session ended"), std::string::npos);
+  pages_.source_ended("");
+  EXPECT_NE(draw().find("the session ended"), std::string::npos);
+  pages_.source_ended("gone \x1b[2J");
+  EXPECT_NE(draw().find("gone \\x1b"), std::string::npos) << draw();
+}
+
+TEST_F(PagesTest, TheSelectionStaysInTheTableAndInSight) {
+  auto many = snapshot();
+  for (std::uint32_t i = 3; i < 100; ++i)
+    many.callbacks.push_back(callback(i, "/n" + std::to_string(i), 100 - i));
+  history_.add(many);
+  draw();
+  pages_.press(Key::end);
+  EXPECT_NE(draw().find("/n99"), std::string::npos);
+  pages_.press(Key::down);
+  EXPECT_NE(draw().find("/n99"), std::string::npos);
+  pages_.press(Key::home);
+  pages_.press(Key::up);
+  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  pages_.press(Key::end);
+  draw();
+  history_.add(snapshot());  // the selected one is gone
+  EXPECT_NE(draw().find("/slow"), std::string::npos);
+}
+
+TEST_F(PagesTest, QuitsOnQAlone) {
+  EXPECT_TRUE(type("abcdefghijklmnop"));
+  EXPECT_FALSE(type("q"));
+}
+
+}  // namespace
+}  // namespace cie::live

@@ -1,0 +1,89 @@
+#include "snapshot_json.hpp"
+
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+namespace cie::live {
+namespace {
+
+Snapshot full() {
+  Snapshot s;
+  s.sequence = 3;
+  s.state = SourceState::lost;
+  s.source = "net://x/host/y/z";
+  s.message = "gone";
+  s.time_ns = std::numeric_limits<std::int64_t>::max();
+  s.delay_ns = 5;
+  s.lost_events.reset();
+  s.defects = {{.kind = "seq-gaps", .severity = "loss", .count = 9}};
+  CallbackView c;
+  c.index = 4;
+  c.logical_id = "a\x1b[2J\"\n\xff";
+  c.tids = {1, 2};
+  c.deadline_ns = 8;
+  c.response = analysis::Summary{.count = 1, .min = 2, .max = 3, .sum = 4, .mean = 5.5, .p50 = 6};
+  c.counts.back() = 7;
+  c.recent = {{.seq = 1,
+               .tid = 2,
+               .cpu = 0,
+               .start_ns = 3,
+               .end_ns = 4,
+               .response_ns = 5,
+               .is_exact = true,
+               .is_late = true,
+               .missed = 6,
+               .execution_ns = {}}};
+  s.callbacks = {c};
+  s.threads = {{.host = "h",
+                .pid = 1,
+                .tid = 2,
+                .name = "n",
+                .role = "callback",
+                .callbacks = {"a"},
+                .cpu_percent = 12.5}};
+  s.verdicts = {{.rule = "M2",
+                 .name = "n",
+                 .subject = "thread 2",
+                 .verdict = analysis::Verdict::fail,
+                 .since_ns = 1,
+                 .note = "x"}};
+  s.changes = {{.time_ns = 1,
+                .rule = "M2",
+                .name = "n",
+                .subject = "thread 2",
+                .from = analysis::Verdict::pass,
+                .to = analysis::Verdict::fail,
+                .note = "x"}};
+  return s;
+}
+
+TEST(SnapshotJson, IsOneLineThatComesBackAsItWas) {
+  const auto line = json_line(full(), true);
+  EXPECT_EQ(line.find('\n'), std::string::npos);
+  EXPECT_EQ(line.find('\x1b'), std::string::npos);
+  EXPECT_EQ(json_line(parse_snapshot(line), true), line);
+  const auto back = parse_snapshot(line);
+  EXPECT_EQ(back.callbacks.at(0).logical_id, "a\x1b[2J\"\n\xEF\xBF\xBD");
+  EXPECT_EQ(back.time_ns, std::numeric_limits<std::int64_t>::max());
+  EXPECT_FALSE(back.lost_events);
+  EXPECT_EQ(back.callbacks.at(0).recent.at(0).missed, 6U);
+}
+
+TEST(SnapshotJson, LeavesInstancesOutUnlessAskedFor) {
+  const auto json = nlohmann::json::parse(json_line(full(), false));
+  EXPECT_FALSE(json.at("callbacks").at(0).contains("recent"));
+  EXPECT_TRUE(parse_snapshot(json.dump()).callbacks.at(0).recent.empty());
+}
+
+TEST(SnapshotJson, RefusesAnythingElse) {
+  for (const auto* text : {"", "{", "[]", "{}", R"({"schema":"cie.live/2"})",
+                           R"({"schema":"cie.live/1","sequence":"x"})"}) {
+    EXPECT_THROW(parse_snapshot(text), std::runtime_error) << text;
+  }
+}
+
+}  // namespace
+}  // namespace cie::live

@@ -1,0 +1,256 @@
+#include <cie/analysis/live_reader.hpp>
+
+#include "batch_text.hpp"
+#include "command_line.hpp"
+#include "commands.hpp"
+#include "companion.hpp"
+#include "exit_code.hpp"
+#include "feed.hpp"
+#include "history.hpp"
+#include "inputs.hpp"
+#include "live_options.hpp"
+#include "live_views.hpp"
+#include "snapshot_json.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+using live::Companion;
+using live::Feed;
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds kLongestWait{200};
+constexpr milliseconds kSilence{3000};
+// How long a command may take to end, and its last events to come.
+constexpr std::chrono::seconds kEndPatience{30};
+
+// The session that `name` stands for: a URL of one, of a relay daemon with one, or a name there.
+std::string session_url(const std::string& name) {
+  const bool is_url = name.rfind("net://", 0) == 0 || name.rfind("net4://", 0) == 0;
+  if (is_url && name.find("/host/") != std::string::npos) return name;
+  const auto relay = is_url ? name : std::string("net://localhost");
+  const auto sessions = analysis::live_sessions(relay);
+  std::string known;
+  std::vector<const analysis::LiveSession*> chosen;
+  for (const auto& session : sessions) {
+    if (is_url || session.name == name) chosen.push_back(&session);
+    known += (known.empty() ? "" : ", ") + session.url;
+  }
+  if (chosen.size() == 1) return chosen.front()->url;
+  if (sessions.empty()) {
+    throw analysis::UnreadableTrace("the relay daemon at " + relay + " has no live session");
+  }
+  throw UsageError((chosen.empty() ? "there is no live session \"" + name + "\" at " + relay
+                                   : "which session at " + relay + '?') +
+                   "; there are: " + known);
+}
+
+// Signals as something to poll for. Blocked from here on, in threads as well.
+class SignalDescriptor {
+ public:
+  SignalDescriptor() {
+    sigset_t set{};
+    sigemptyset(&set);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP})
+      sigaddset(&set, number);
+    pthread_sigmask(SIG_BLOCK, &set, nullptr);
+    descriptor_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+  }
+  ~SignalDescriptor() { ::close(descriptor_); }
+  SignalDescriptor(const SignalDescriptor&) = delete;
+  SignalDescriptor& operator=(const SignalDescriptor&) = delete;
+
+  int get() const noexcept { return descriptor_; }
+  std::optional<signalfd_siginfo> take() const {
+    signalfd_siginfo info{};
+    if (::read(descriptor_, &info, sizeof info) != sizeof info) return std::nullopt;
+    return info;
+  }
+
+ private:
+  int descriptor_ = -1;
+};
+
+// One run of the command, once its options are known.
+class Live {
+ public:
+  Live(const LiveOptions& options, const SchedulingSpec* spec) : options_(options) {
+    if (options.target.empty()) {
+      companion_ = std::make_unique<Companion>(
+          [&options](int socket) {
+            start_program("cie-record", recorder_arguments(options, socket));
+          },
+          options.view == LiveOptions::View::screen);
+      feed_options_.url = companion_->wait_for_url();
+      feed_options_.is_reconnecting = false;
+    } else {
+      feed_options_.url = session_url(options.target);
+    }
+    feed_options_.spec = spec;
+    feed_options_.interval = options.interval;
+    feed_ = std::make_unique<Feed>(feed_options_);
+    if (feed_->wait_until_connected()) {
+      if (companion_) companion_->start();
+    } else if (!feed_->is_over() && !feed_->has_line()) {
+      throw analysis::UnreadableTrace("no answer from " + feed_options_.url);
+    }
+    signals_.emplace();  // the children keep theirs
+    views_ = std::make_unique<LiveViews>(options, history_);
+  }
+
+  int run() {
+    while (!is_over()) {
+      wait();
+      take_signals();
+      if (companion_) companion_->receive();
+      take_snapshots();
+      look_for_silence();
+      if (!views_->update()) end();
+      if (is_ending_ && steady_clock::now() > end_deadline_) break;
+    }
+    return finish();
+  }
+
+ private:
+  bool is_over() const { return (is_ending_ && !companion_) || is_done_; }
+
+  void wait() {
+    std::vector<pollfd> descriptors;
+    const auto add = [&descriptors](int descriptor) {
+      if (descriptor >= 0)
+        descriptors.push_back({.fd = descriptor, .events = POLLIN, .revents = 0});
+    };
+    add(signals_->get());
+    add(feed_->descriptor());
+    if (companion_) {
+      add(companion_->socket());
+      add(companion_->output_descriptor());
+    }
+    add(views_->input_descriptor());
+    ::poll(descriptors.data(), descriptors.size(), static_cast<int>(kLongestWait.count()));
+  }
+
+  void take_signals() {
+    while (const auto signal = signals_->take()) {
+      if (std::exchange(is_ending_, true)) {  // the second one: at once
+        is_done_ = true;
+        return;
+      }
+      end_deadline_ = steady_clock::now() + kEndPatience;
+      // The terminal's reached the command by itself.
+      if (companion_ && signal->ssi_code != SI_KERNEL) companion_->signal(SIGTERM);
+      if (options_.view == LiveOptions::View::screen) is_done_ = true;
+    }
+  }
+
+  void end() {
+    is_ending_ = true;
+    is_done_ = true;
+  }
+
+  void take_snapshots() {
+    feed_->receive();
+    while (const auto line = feed_->take_line()) {
+      constexpr std::string_view kError = "error: ";
+      if (line->rfind(kError, 0) == 0) {
+        failure_ = line->substr(kError.size());
+        continue;
+      }
+      heard_ = steady_clock::now();
+      silence_ = milliseconds{0};
+      history_.add(live::parse_snapshot(*line));
+      ++snapshots_;
+      views_->show();
+      if (options_.count != 0 && snapshots_ >= options_.count) end();
+      if (is_done_) return;
+    }
+    if (feed_->is_over()) {
+      const auto reason = feed_->failure();
+      if (failure_.empty()) failure_ = reason;
+      views_->source_ended(failure_);
+      if (!views_->stays_after_the_end()) is_done_ = true;
+    }
+  }
+
+  // The process that reads waits without limit when the relay daemon hangs, or is cut off.
+  void look_for_silence() {
+    const auto now = steady_clock::now();
+    if (is_done_ || feed_->is_over() || now - heard_ < std::max(kSilence, 3 * options_.interval)) {
+      return;
+    }
+    heard_ = now;
+    silence_ += std::max(kSilence, 3 * options_.interval);
+    auto last = history_.latest();
+    last.state = live::SourceState::lost;
+    last.source = feed_options_.url;
+    last.message = fmt::format("no answer from the relay daemon for {} s", silence_.count() / 1000);
+    last.events_per_second = 0;
+    last.changes.clear();
+    for (auto& callback : last.callbacks)
+      callback.recent.clear();
+    history_.add(std::move(last));
+    views_->show();
+  }
+
+  int finish() {
+    views_.reset();
+    feed_.reset();
+    std::string printed;
+    if (companion_) {
+      companion_->end();
+      if (!companion_->losses().empty()) {
+        fmt::print(stderr, "cie live: LOST events (channel, events, packets): {}\n",
+                   companion_->losses());
+      }
+      if (!companion_->command_end().empty()) {
+        fmt::print(stderr, "cie live: {}\n", companion_->command_end());
+      }
+      printed = companion_->output();
+      if (!companion_->failure().empty()) failure_ = companion_->failure();
+    }
+    companion_.reset();
+    if (!printed.empty()) fmt::print(stderr, "{}", printed);
+    if (failure_.empty()) return ok;
+    throw analysis::UnreadableTrace(failure_);
+  }
+
+  const LiveOptions& options_;
+  live::FeedOptions feed_options_;
+  live::History history_;
+  std::unique_ptr<Companion> companion_;
+  std::unique_ptr<Feed> feed_;
+  std::optional<SignalDescriptor> signals_;
+  std::unique_ptr<LiveViews> views_;
+  steady_clock::time_point heard_ = steady_clock::now();  // of the process that reads
+  milliseconds silence_{0};
+  std::uint64_t snapshots_ = 0;
+  std::string failure_;
+  bool is_ending_ = false;
+  bool is_done_ = false;
+  steady_clock::time_point end_deadline_{};
+};
+
+}  // namespace
+
+int live_command(const Arguments& arguments) {
+  const auto options = parse_live_options(arguments);
+  if (!options) return ok;
+  const auto spec = load_spec(options->spec_file);
+  Live live(*options, spec ? &*spec : nullptr);
+  return live.run();
+}
+
+}  // namespace cie::cli

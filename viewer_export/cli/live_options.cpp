@@ -1,0 +1,140 @@
+#include "live_options.hpp"
+
+#include "command_line.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+constexpr const char* kDescription =
+    "Watches a running system: callbacks by response time, deadline misses, missed releases,\n"
+    "violated rules as they happen, lost events, CPU per thread. The numbers are those of\n"
+    "cie report and cie verify, of the last 10 seconds and since the start.\n"
+    "A session is net://RELAY[:PORT]/host/HOST/SESSION, or a name at net://localhost.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie live -- cie run app.yaml                   start it and watch it\n"
+    "  cie live                                       watch what runs already on this machine\n"
+    "  cie live net://robot:5344/host/robot/drive     a live session of LTTng\n"
+    "  cie live --batch -n 1 -- cie run app.yaml      one snapshot as text, for a log\n"
+    "  cie live --json --spec app.yaml | jq .verdict  one object per line, for programs\n"
+    "  cie live --listen 9464                         a web page, and /metrics for Prometheus\n"
+    "\n"
+    "Without --batch and --json, and on a terminal, it fills the screen: h shows the keys.\n"
+    "One reader can follow a live session at a time. It sees what is written from then on; what\n"
+    "an application said of itself before, lttng regenerate statedump has it say again.\n"
+    "Exit codes: 0 the session or the user ended it, 2 wrong usage or spec, 4 no such session,\n"
+    "connection lost for good, or tracing not possible.\n";
+
+constexpr double kShortest = 0.1;
+constexpr double kLongest = 3600;
+
+double number_of(const std::string& option, const std::string& text, double least, double most) {
+  double value = 0;
+  const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole = rest == text.data() + text.size() && !text.empty();
+  if (error != std::errc{} || !is_whole || !(value >= least && value <= most)) {
+    throw UsageError(option + ": \"" + text + "\" is no number in its range");
+  }
+  return value;
+}
+
+// "PORT", "ADDRESS:PORT" or "[ADDRESS]:PORT".
+void parse_listen(const std::string& text, LiveOptions& options) {
+  const auto colon = text.rfind(':');
+  options.listen_address = colon == std::string::npos ? "127.0.0.1" : text.substr(0, colon);
+  auto& address = options.listen_address;
+  if (address.size() > 2 && address.front() == '[' && address.back() == ']') {
+    address = address.substr(1, address.size() - 2);
+  }
+  std::uint16_t port = 0;
+  const auto* begin = text.data() + (colon == std::string::npos ? 0 : colon + 1);
+  const auto* end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(begin, end, port);
+  if (error != std::errc{} || rest != end || begin == end || address.empty()) {
+    throw UsageError("--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: \"" +
+                     text + '"');
+  }
+  options.listen_port = port;
+}
+
+LiveOptions::View view_of(bool is_batch, bool is_json, bool is_listening) {
+  if (is_batch && is_json) throw UsageError("--batch or --json, not both");
+  if (is_json) return LiveOptions::View::json;
+  if (is_batch) return LiveOptions::View::text;
+  if (::isatty(STDIN_FILENO) == 1 && ::isatty(STDOUT_FILENO) == 1) {
+    return LiveOptions::View::screen;
+  }
+  return is_listening ? LiveOptions::View::none : LiveOptions::View::text;
+}
+
+}  // namespace
+
+std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
+  const auto separator = std::find(arguments.begin(), arguments.end(), "--");
+  const Arguments own(arguments.begin(), separator);
+  LiveOptions options;
+  if (separator != arguments.end()) {
+    options.command.assign(separator + 1, arguments.end());
+    if (options.command.empty()) throw UsageError("no command after --");
+  }
+  std::string interval = "1";
+  std::string count;
+  std::string sort(label(options.sort));
+  std::string listen;
+  bool is_batch = false;
+  bool is_json = false;
+  CommandLine line({"cie live [URL | SESSION] [OPTIONS] [-- CMD [ARG...]]", kDescription, kFooter});
+  line.argument("SESSION", options.target,
+                "A live session of LTTng (default: CMD, or what runs already)");
+  line.option("--spec", "FILE", options.spec_file,
+              "Scheduling spec (YAML) with deadlines, chains and what rules judge by");
+  line.option("--interval", "SECONDS", interval, "Time between two snapshots (default: 1)");
+  line.flag("--batch", is_batch, "Text, one snapshot after the other");
+  line.flag("--json", is_json, "One JSON object per line (schema cie.live/1)");
+  line.option("-n,--count", "COUNT", count, "End after so many snapshots");
+  line.flag("--instances", options.with_instances,
+            "With --json: the last instances of each callback too");
+  line.option("--sort", "KEY", sort, "p99 (default), p50, max, rate, late, missed or name");
+  line.option("--filter", "TEXT", options.filter,
+              "Only callbacks whose name, host or pid contains TEXT");
+  line.option("--listen", "[ADDRESS:]PORT", listen,
+              "Serve a web page and /metrics there (default address: 127.0.0.1)");
+  if (!line.parse(own)) return std::nullopt;
+
+  if (!options.target.empty() && !options.command.empty()) {
+    throw UsageError("a session or a command, not both");
+  }
+  const auto seconds = number_of("--interval", interval, kShortest, kLongest);
+  options.interval = std::chrono::milliseconds(std::lround(seconds * 1000));
+  if (!count.empty()) {
+    options.count = static_cast<std::uint64_t>(number_of("--count", count, 1, 1e9));
+  }
+  const auto key = live::sort_key(sort);
+  check_choice("--sort", sort, {"p99", "p50", "max", "rate", "late", "missed", "name"});
+  options.sort = *key;
+  if (!listen.empty()) parse_listen(listen, options);
+  options.view = view_of(is_batch, is_json, !listen.empty());
+  if (options.with_instances && !is_json) throw UsageError("--instances goes with --json");
+  return options;
+}
+
+Arguments recorder_arguments(const LiveOptions& options, int socket) {
+  Arguments arguments{"--live-socket=" + std::to_string(socket), "--kernel=no"};
+  if (options.command.empty()) {
+    arguments.emplace_back("--attach");
+  } else {
+    arguments.emplace_back("--");
+    arguments.insert(arguments.end(), options.command.begin(), options.command.end());
+  }
+  return arguments;
+}
+
+}  // namespace cie::cli

@@ -1,0 +1,132 @@
+#include "batch_text.hpp"
+
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <ctime>
+
+#include <fmt/format.h>
+
+namespace cie::live {
+namespace {
+
+using analysis::Verdict;
+using viewer_export::Cell;
+using viewer_export::format_duration;
+using viewer_export::Look;
+using viewer_export::printable;
+using viewer_export::TextTable;
+
+constexpr std::int64_t kSecond = 1'000'000'000;
+constexpr std::size_t kMaxThreads = 20;
+
+std::string duration_or_dash(const std::optional<analysis::Summary>& summary,
+                             std::int64_t analysis::Summary::*field, bool is_exact) {
+  if (!summary) return "-";
+  return (is_exact ? "" : ">") + format_duration(*summary.*field);
+}
+
+std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_view filter,
+                           const viewer_export::TextStyle& style) {
+  const auto chosen = choose(snapshot, key, filter);
+  if (chosen.empty()) return {};
+  TextTable table({{"callback", "", TextTable::Align::left},
+                   {"pid", "", {}},
+                   {"runs/s", "", {}},
+                   {"p50", "", {}},
+                   {"p99", "", {}},
+                   {"max", "", {}},
+                   {"last", "", {}},
+                   {"late", "", {}},
+                   {"missed", "", {}}});
+  const auto seconds = static_cast<double>(std::max(snapshot.window_ns, kSecond / 10)) / kSecond;
+  for (const auto* c : chosen) {
+    table.add({{printable(c->logical_id), c->has_ended ? Look::faint : Look::plain},
+               {std::to_string(c->pid), Look::faint},
+               {fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), {}},
+               {duration_or_dash(c->response, &analysis::Summary::p50, c->is_exact), {}},
+               {duration_or_dash(c->response, &analysis::Summary::p99, c->is_exact), {}},
+               {duration_or_dash(c->response, &analysis::Summary::max, c->is_exact), {}},
+               {c->last_response_ns ? format_duration(*c->last_response_ns) : "-", {}},
+               {c->deadline_ns ? std::to_string(c->total_late) : "-",
+                c->total_late > 0 ? Look::bad : Look::plain},
+               {std::to_string(c->total_missed), c->total_missed > 0 ? Look::bad : Look::plain}});
+  }
+  return table.render(style);
+}
+
+std::string thread_table(const Snapshot& snapshot, const viewer_export::TextStyle& style) {
+  std::vector<const ThreadView*> busy;
+  for (const auto& thread : snapshot.threads) {
+    if (thread.cpu_percent) busy.push_back(&thread);
+  }
+  if (busy.empty()) return {};
+  std::ranges::stable_sort(busy, [](const ThreadView* a, const ThreadView* b) {
+    return *a->cpu_percent > *b->cpu_percent;
+  });
+  const auto left_out = busy.size() > kMaxThreads ? busy.size() - kMaxThreads : 0;
+  busy.resize(busy.size() - left_out);
+  TextTable table({{"thread", "", TextTable::Align::left},
+                   {"pid", "", {}},
+                   {"tid", "", {}},
+                   {"CPU %", "", {}}});
+  for (const auto* thread : busy) {
+    table.add({{printable(thread->name), {}},
+               {std::to_string(thread->pid), Look::faint},
+               {std::to_string(thread->tid), Look::faint},
+               {fmt::format("{:.1f}", *thread->cpu_percent), {}}});
+  }
+  auto text = '\n' + table.render(style);
+  if (left_out > 0) text += fmt::format("and {}\n", viewer_export::counted(left_out, "thread"));
+  return text;
+}
+
+}  // namespace
+
+std::string clock_time(std::int64_t realtime_ns) {
+  const auto seconds = static_cast<std::time_t>(realtime_ns / kSecond);
+  std::tm local{};
+  localtime_r(&seconds, &local);
+  return fmt::format("{:02}:{:02}:{:02}", local.tm_hour, local.tm_min, local.tm_sec);
+}
+
+std::vector<std::string> headline(const Snapshot& s) {
+  const auto violations = std::ranges::count(s.verdicts, Verdict::fail, &VerdictView::verdict);
+  const auto lost = s.lost_events ? std::to_string(*s.lost_events)
+                                  : fmt::format("unknown ({} packets)", s.lost_packets);
+  std::vector<std::string> lines{
+      fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
+                  printable(s.source)),
+      fmt::format("{}: {}, lost {}, {} events, {:.0f}/s{}, {}", analysis::label(s.verdict),
+                  viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"), lost,
+                  s.events, s.events_per_second,
+                  s.delay_ns ? ", " + format_duration(*s.delay_ns) + " old" : "",
+                  viewer_export::counted(s.callbacks.size(), "callback"))};
+  if (!s.message.empty()) lines.push_back(printable(s.message));
+  return lines;
+}
+
+std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view filter,
+                       const viewer_export::TextStyle& style) {
+  std::string text;
+  for (const auto& line : headline(snapshot))
+    text += line + '\n';
+  text += callback_table(snapshot, key, filter, style);
+  text += thread_table(snapshot, style);
+  bool is_first = true;
+  for (const auto& change : snapshot.changes) {
+    if (is_first) text += '\n';
+    is_first = false;
+    const auto look = change.to == Verdict::fail ? Look::bad : Look::good;
+    text += viewer_export::paint(
+                fmt::format("{} {}",
+                            change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
+                            change.rule),
+                look, style) +
+            fmt::format(" {}, {}: {}\n", change.name, printable(change.subject),
+                        printable(change.note));
+  }
+  return text + '\n';
+}
+
+}  // namespace cie::live

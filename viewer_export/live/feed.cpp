@@ -1,0 +1,205 @@
+#include "feed.hpp"
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/live_reader.hpp>
+
+#include "monitor.hpp"
+#include "snapshot_json.hpp"
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <memory>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include <fcntl.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace cie::live {
+namespace {
+
+using analysis::LiveReader;
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr milliseconds kIdle{10};
+constexpr milliseconds kBeforeReconnecting{1000};
+// Looking at everything may take at most this part of the time.
+constexpr int kLookShare = 10;
+constexpr const char* kConnected = "connected";
+constexpr std::chrono::seconds kConnectPatience{30};
+
+bool write_line(int output, std::string line) {
+  line += '\n';
+  std::size_t done = 0;
+  while (done < line.size()) {
+    const auto size = ::write(output, line.data() + done, line.size() - done);
+    if (size < 0 && errno == EINTR) continue;
+    if (size <= 0) return false;
+    done += static_cast<std::size_t>(size);
+  }
+  return true;
+}
+
+// The analysis of one session, over as many connections as it takes.
+class Watch {
+ public:
+  Watch(const FeedOptions& options, int output)
+      : options_(options),
+        output_(output),
+        monitor_(options.spec),
+        analyzer_({.spec = options.spec, .allow_crash = true, .is_live = true}, &monitor_) {}
+
+  // False: nobody listens any more.
+  bool run() {
+    for (;;) {
+      try {
+        LiveReader reader(options_.url, analyzer_, numbers_);
+        message_.clear();
+        const bool is_heard = follow(reader);
+        if (!is_heard) return false;
+        describe(analyzer_.finish(), SourceState::ended);
+        return true;
+      } catch (const analysis::UnreadableTrace& error) {
+        if (!has_connected_ || !options_.is_reconnecting) throw;
+        message_ = error.what();
+      }
+      if (!describe(analyzer_.look(), SourceState::lost)) return false;
+      std::this_thread::sleep_for(kBeforeReconnecting);
+    }
+  }
+
+ private:
+  // Until the session ends; false: nobody listens any more.
+  bool follow(LiveReader& reader) {
+    for (;;) {
+      const auto step = reader.step();
+      numbers_ = reader.numbers();
+      if (!std::exchange(has_connected_, true) && !write_line(output_, kConnected)) return false;
+      const auto now = steady_clock::now();
+      if (now >= next_) {
+        if (!describe(analyzer_.look(), std::nullopt)) return false;
+        const auto end = steady_clock::now();
+        next_ = std::max(next_ + options_.interval, end + kLookShare * (end - now));
+      }
+      if (step == LiveReader::Step::end) return true;
+      if (step == LiveReader::Step::nothing) std::this_thread::sleep_for(kIdle);
+    }
+  }
+
+  bool describe(const analysis::AnalysisResult& result, std::optional<SourceState> state) {
+    auto snapshot = monitor_.describe(result, steady_clock::now());
+    if (state) snapshot.state = *state;
+    snapshot.source = options_.url;
+    snapshot.message = message_;
+    return write_line(output_, json_line(snapshot, true));
+  }
+
+  FeedOptions options_;
+  int output_;
+  Monitor monitor_;
+  analysis::Analyzer analyzer_;
+  analysis::LiveNumbers numbers_;
+  bool has_connected_ = false;
+  std::string message_;
+  steady_clock::time_point next_ = steady_clock::now() + options_.interval;
+};
+
+}  // namespace
+
+int run_feed(const FeedOptions& options, int output) {
+  try {
+    Watch watch(options, output);
+    watch.run();
+    return 0;
+  } catch (const std::exception& error) {
+    write_line(output, std::string("error: ") + error.what());
+    return 1;
+  }
+}
+
+Feed::Feed(const FeedOptions& options) {
+  std::array<int, 2> ends{};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
+    throw std::system_error(errno, std::generic_category(), "cannot create a pipe");
+  }
+  pid_ = ::fork();
+  if (pid_ < 0) {
+    throw std::system_error(errno, std::generic_category(), "cannot create a process");
+  }
+  if (pid_ == 0) {
+    ::close(ends[0]);
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    // The parent decides when it is over; SIGPIPE must not look like a crash.
+    for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGTSTP})
+      std::signal(number, SIG_IGN);
+    const int null = ::open("/dev/null", O_RDWR);
+    for (const int descriptor : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+      ::dup2(null, descriptor);
+    ::_exit(run_feed(options, ends[1]));
+  }
+  ::close(ends[1]);
+  descriptor_ = ends[0];
+  ::fcntl(descriptor_, F_SETFL, O_NONBLOCK);
+}
+
+Feed::~Feed() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (pid_ <= 0) return;
+  ::kill(pid_, SIGKILL);
+  ::waitpid(pid_, nullptr, 0);
+}
+
+bool Feed::wait_until_connected() {
+  const auto deadline = steady_clock::now() + kConnectPatience;
+  while (!is_over() && steady_clock::now() < deadline) {
+    pollfd descriptor{.fd = descriptor_, .events = POLLIN, .revents = 0};
+    ::poll(&descriptor, 1, 100);
+    receive();
+    if (buffer_.find('\n') == std::string::npos) continue;
+    if (buffer_.rfind(kConnected, 0) != 0) return false;
+    take_line();
+    return true;
+  }
+  return false;
+}
+
+void Feed::receive() {
+  std::array<char, 65536> part{};
+  while (descriptor_ >= 0) {
+    const auto size = ::read(descriptor_, part.data(), part.size());
+    if (size > 0) {
+      buffer_.append(part.data(), static_cast<std::size_t>(size));
+      continue;
+    }
+    if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
+    ::close(descriptor_);
+    descriptor_ = -1;
+  }
+}
+
+std::optional<std::string> Feed::take_line() {
+  const auto end = buffer_.find('\n');
+  if (end == std::string::npos) return std::nullopt;
+  auto line = buffer_.substr(0, end);
+  buffer_.erase(0, end + 1);
+  return line;
+}
+
+std::string Feed::failure() {
+  int status = 0;
+  if (pid_ <= 0 || ::waitpid(pid_, &status, 0) != pid_) return {};
+  pid_ = -1;
+  if (WIFSIGNALED(status)) {
+    return "the process that reads the session was ended by signal " +
+           std::to_string(WTERMSIG(status));
+  }
+  return WEXITSTATUS(status) == 0 ? "" : "the session cannot be read any more";
+}
+
+}  // namespace cie::live

@@ -1,0 +1,201 @@
+#include "monitor.hpp"
+
+#include <cie/analysis/deadline.hpp>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+
+namespace cie::live {
+namespace {
+
+using analysis::Instance;
+using analysis::InstanceState;
+using analysis::Timestamp;
+using std::chrono::duration_cast;
+using std::chrono::nanoseconds;
+using std::chrono::steady_clock;
+
+std::size_t class_of(std::int64_t response_ns) {
+  const auto* found = std::lower_bound(kResponseBounds.begin(), kResponseBounds.end(), response_ns);
+  return static_cast<std::size_t>(found - kResponseBounds.begin());
+}
+
+void count_losses(const analysis::Report& report, Snapshot& snapshot) {
+  snapshot.lost_events = report.trace.lost_events;
+  for (const auto& defect : report.defects) {
+    if (defect.kind == "discarded-packets") snapshot.lost_packets = defect.count;
+    snapshot.defects.push_back({.kind = defect.kind,
+                                .severity = std::string(label(defect.severity)),
+                                .count = defect.count});
+  }
+}
+
+}  // namespace
+
+std::string_view label(SourceState state) noexcept {
+  switch (state) {
+    case SourceState::waiting:
+      return "waiting";
+    case SourceState::streaming:
+      return "streaming";
+    case SourceState::silent:
+      return "silent";
+    case SourceState::lost:
+      return "lost";
+    case SourceState::ended:
+      break;
+  }
+  return "ended";
+}
+
+void Monitor::look_up_deadline(OfCallback& callback, const std::string& logical_id,
+                               std::uint64_t declared_ns) const {
+  const auto* entry = spec_ != nullptr ? spec_->find_callback(logical_id) : nullptr;
+  const auto deadline = analysis::response_deadline(entry, declared_ns);
+  if (deadline) callback.deadline_ns = deadline->ns;
+  callback.has_deadline = true;
+}
+
+void Monitor::on_instance(const Instance& instance) {
+  if (instance.state != InstanceState::complete) return;
+  auto& callback = callbacks_[instance.callback];
+  if (!callback.has_deadline && !instance.logical_id.empty()) {
+    look_up_deadline(callback, std::string(instance.logical_id), instance.declared_deadline_ns);
+  }
+  const auto response = *analysis::least_response_time(instance);
+  const bool is_exact = instance.release_source == analysis::ReleaseSource::exact;
+  const bool is_late = callback.deadline_ns && response.ns > *callback.deadline_ns;
+  callback.rolling.add(*instance.end, response, is_late, instance.missed);
+  ++callback.counts[class_of(response.ns)];
+  callback.response_sum_ns += static_cast<double>(response.ns);
+  callback.late += is_late ? 1 : 0;
+  callback.is_exact = callback.is_exact && is_exact;
+  callback.last_response_ns = response.ns;
+  callback.last_end_ns = instance.end->ns;
+  latest_ = std::max(latest_, *instance.end);
+  if (!first_) first_ = instance.start;
+  if (callback.recent.size() >= kMaxRecent) callback.recent.pop_front();
+  RecentInstance recent{.seq = instance.seq,
+                        .tid = instance.tid,
+                        .cpu = instance.cpu_start,
+                        .start_ns = instance.start.ns,
+                        .end_ns = instance.end->ns,
+                        .response_ns = response.ns,
+                        .is_exact = is_exact,
+                        .is_late = is_late,
+                        .missed = instance.missed,
+                        .execution_ns = {}};
+  if (instance.execution) recent.execution_ns = instance.execution->ns;
+  callback.recent.push_back(recent);
+}
+
+// The trace's clock is ours, or that of another machine: it goes on while nothing comes.
+Timestamp Monitor::present(steady_clock::time_point now) {
+  if (!seen_ || seen_->first != latest_) seen_ = {latest_, now};
+  return latest_ + analysis::Duration{duration_cast<nanoseconds>(now - seen_->second).count()};
+}
+
+void Monitor::describe_callbacks(const analysis::Report& report, Timestamp now,
+                                 Snapshot& snapshot) {
+  std::map<std::pair<std::string, std::int64_t>, bool> ended;
+  for (const auto& process : report.processes)
+    ended[{process.host, process.pid}] = process.has_ended;
+  for (const auto& known : report.callbacks) {
+    CallbackView view;
+    view.has_ended = ended[{known.host, known.pid}];
+    auto found = callbacks_.find(known.index);
+    if (found == callbacks_.end() && view.has_ended) continue;
+    auto& mine = found != callbacks_.end() ? found->second : callbacks_[known.index];
+    if (view.has_ended && mine.last_end_ns && now.ns - *mine.last_end_ns > kKeptAfterEndNs) {
+      callbacks_.erase(found);
+      continue;
+    }
+    if (!mine.has_deadline && known.logical_id.rfind('?', 0) != 0) {
+      look_up_deadline(mine, known.logical_id, known.deadline_ns.value_or(0));
+    }
+    view.index = known.index;
+    view.host = known.host;
+    view.pid = known.pid;
+    view.logical_id = known.logical_id;
+    view.kind = known.kind;
+    for (const auto& thread : known.threads)
+      view.tids.push_back(thread.tid);
+    view.is_isolated = known.isolated;
+    view.deadline_ns = mine.deadline_ns;
+    auto sum = mine.rolling.sum(now);
+    view.instances = sum.instances;
+    view.late = sum.late;
+    view.missed = sum.missed;
+    view.response = std::move(sum.response);
+    view.total_instances = known.instances;
+    view.total_late = mine.late;
+    view.total_missed = known.missed_releases.value_or(0);
+    view.total_response = known.response_time ? known.response_time : known.response_time_lower;
+    view.is_exact = mine.is_exact;
+    view.counts = mine.counts;
+    view.response_sum_ns = mine.response_sum_ns;
+    view.last_response_ns = mine.last_response_ns;
+    view.last_end_ns = mine.last_end_ns;
+    view.recent.assign(mine.recent.begin(), mine.recent.end());
+    mine.recent.clear();
+    snapshot.callbacks.push_back(std::move(view));
+  }
+}
+
+void Monitor::describe_threads(const analysis::Report& report, steady_clock::time_point now,
+                               Snapshot& snapshot) {
+  cpu_.begin(report, now);
+  for (const auto& thread : report.threads) {
+    if (cpu_.is_gone(thread)) continue;
+    snapshot.threads.push_back({.host = thread.host,
+                                .pid = thread.pid,
+                                .tid = thread.tid,
+                                .name = thread.name,
+                                .role = thread.role.value_or(""),
+                                .callbacks = thread.callbacks,
+                                .cpu_percent = cpu_.of(thread)});
+  }
+  cpu_.end();
+}
+
+Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock::time_point now) {
+  const auto& report = result.report;
+  Snapshot snapshot;
+  snapshot.sequence = ++sequence_;
+  snapshot.time_ns = latest_.ns;
+  snapshot.realtime_ns =
+      duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
+  snapshot.events = report.trace.events;
+  const auto fresh = report.trace.events - std::exchange(events_, report.trace.events);
+  if (described_ && now > *described_) {
+    snapshot.events_per_second =
+        static_cast<double>(fresh) / std::chrono::duration<double>(now - *described_).count();
+  }
+  described_ = now;
+  snapshot.state = snapshot.events == 0 ? SourceState::waiting
+                   : fresh == 0         ? SourceState::silent
+                                        : SourceState::streaming;
+  count_losses(report, snapshot);
+  const auto clock = present(now);
+  snapshot.window_ns = Rolling::covered(clock).ns;
+  if (first_) snapshot.window_ns = std::min(snapshot.window_ns, (clock - *first_).ns);
+  describe_callbacks(report, clock, snapshot);
+  describe_threads(report, now, snapshot);
+  const bool is_here = std::any_of(
+      report.processes.begin(), report.processes.end(),
+      [this](const analysis::ProcessReport& p) { return cpu_.is_local(p.host, p.pid); });
+  if (is_here && latest_.ns > 0) {
+    // CLOCK_MONOTONIC is std::chrono::steady_clock on Linux.
+    snapshot.delay_ns = duration_cast<nanoseconds>(now.time_since_epoch()).count() - latest_.ns;
+  }
+  auto noted = verdicts_.note(result.verdicts, latest_);
+  snapshot.verdict = result.verdicts.verdict;
+  snapshot.verdicts = std::move(noted.current);
+  snapshot.verdicts_left_out = noted.left_out;
+  snapshot.changes = std::move(noted.changes);
+  return snapshot;
+}
+
+}  // namespace cie::live

@@ -1,0 +1,74 @@
+// Watches an analysis while it runs and describes it at any moment.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/instance.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "cpu_usage.hpp"
+#include "rolling.hpp"
+#include "snapshot.hpp"
+#include "verdict_log.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+namespace cie::live {
+
+// Numbers since the beginning are the report's; only what a report has not (windows, counts of
+// late instances, classes) is kept here. Memory grows with the number of callbacks alone.
+class Monitor final : public analysis::Observer {
+ public:
+  // Instances that `recent` of a callback holds at most.
+  static constexpr std::size_t kMaxRecent = 32;
+  // Callbacks of a process that ended are shown this long after their last instance.
+  static constexpr std::int64_t kKeptAfterEndNs = 60'000'000'000;
+
+  // `spec` is borrowed, may be null.
+  explicit Monitor(const SchedulingSpec* spec) : spec_(spec) {}
+
+  void on_instance(const analysis::Instance& instance) override;
+
+  // What is known now. `result`: of the analyzer that this observes.
+  Snapshot describe(const analysis::AnalysisResult& result,
+                    std::chrono::steady_clock::time_point now);
+
+ private:
+  struct OfCallback {
+    bool has_deadline = false;  // whether it was looked up
+    std::optional<std::int64_t> deadline_ns;
+    Rolling rolling;
+    ResponseCounts counts{};
+    double response_sum_ns = 0;
+    std::uint64_t late = 0;
+    bool is_exact = true;
+    std::optional<std::int64_t> last_response_ns;
+    std::optional<std::int64_t> last_end_ns;
+    std::deque<RecentInstance> recent;
+  };
+  void look_up_deadline(OfCallback& callback, const std::string& logical_id,
+                        std::uint64_t declared_ns) const;
+  analysis::Timestamp present(std::chrono::steady_clock::time_point now);
+  void describe_callbacks(const analysis::Report& report, analysis::Timestamp now,
+                          Snapshot& snapshot);
+  void describe_threads(const analysis::Report& report, std::chrono::steady_clock::time_point now,
+                        Snapshot& snapshot);
+
+  const SchedulingSpec* spec_;
+  std::unordered_map<std::uint32_t, OfCallback> callbacks_;
+  VerdictLog verdicts_;
+  CpuUsage cpu_;
+  std::optional<analysis::Timestamp> first_;  // start of the first instance
+  analysis::Timestamp latest_{};              // end of an instance
+  // Where the trace's clock stood when an instance ended last, and ours when that was noticed.
+  std::optional<std::pair<analysis::Timestamp, std::chrono::steady_clock::time_point>> seen_;
+  std::uint64_t sequence_ = 0;
+  std::uint64_t events_ = 0;
+  std::optional<std::chrono::steady_clock::time_point> described_;
+};
+
+}  // namespace cie::live

@@ -1,0 +1,63 @@
+#include "verdict_log.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cie::live {
+namespace {
+
+using analysis::SubjectVerdict;
+using analysis::Verdict;
+
+std::string note_of(const SubjectVerdict& verdict) {
+  if (verdict.evidence.empty()) return {};
+  const auto& first = verdict.evidence.front();
+  return first.event + ": " + first.note;
+}
+
+}  // namespace
+
+VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
+                                   analysis::Timestamp now) {
+  Noted noted;
+  ++round_;
+  for (const auto& rule : verdicts.rules) {
+    for (const auto& subject : rule.subjects) {
+      auto& known = known_[{rule.id, subject.subject}];
+      const auto before = known.verdict;
+      const bool is_first = known.round == 0;
+      known.round = round_;
+      if (is_first || before != subject.verdict) known.since_ns = now.ns;
+      known.verdict = subject.verdict;
+      const auto is_violation = [](Verdict verdict) { return verdict == Verdict::fail; };
+      if (before != subject.verdict && (is_violation(before) || is_violation(subject.verdict))) {
+        noted.changes.push_back({.time_ns = now.ns,
+                                 .rule = rule.id,
+                                 .name = rule.name,
+                                 .subject = subject.subject,
+                                 .from = before,
+                                 .to = subject.verdict,
+                                 .note = note_of(subject)});
+      }
+      if (subject.verdict < Verdict::inconclusive) continue;
+      noted.current.push_back({.rule = rule.id,
+                               .name = rule.name,
+                               .subject = subject.subject,
+                               .verdict = subject.verdict,
+                               .since_ns = known.since_ns,
+                               .note = note_of(subject)});
+    }
+  }
+  // Subjects that are no longer judged (their names changed) need not be remembered.
+  std::erase_if(known_, [this](const auto& entry) { return entry.second.round != round_; });
+  std::ranges::stable_sort(noted.current, [](const VerdictView& a, const VerdictView& b) {
+    return a.verdict > b.verdict;
+  });
+  if (noted.current.size() > kMaxListed) {
+    noted.left_out = noted.current.size() - kMaxListed;
+    noted.current.resize(kMaxListed);
+  }
+  return noted;
+}
+
+}  // namespace cie::live

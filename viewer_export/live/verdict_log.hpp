@@ -1,0 +1,41 @@
+// Which verdicts became others between two looks at a running system.
+#pragma once
+
+#include <cie/analysis/time.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include "snapshot.hpp"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::live {
+
+class VerdictLog {
+ public:
+  // Violations and what is undecided, and what became, or ceased to be, a violation since the call
+  // before. Verdicts that were never other than undecided are no change: a system that was just
+  // attached to is undecided in much.
+  struct Noted {
+    std::vector<VerdictView> current;  // violations first
+    std::uint64_t left_out = 0;        // beyond kMaxListed
+    std::vector<VerdictChange> changes;
+  };
+  static constexpr std::size_t kMaxListed = 200;
+
+  Noted note(const analysis::VerdictReport& verdicts, analysis::Timestamp now);
+
+ private:
+  struct Known {
+    analysis::Verdict verdict = analysis::Verdict::not_applicable;
+    std::int64_t since_ns = 0;
+    std::uint64_t round = 0;
+  };
+  std::map<std::pair<std::string, std::string>, Known> known_;  // by rule and subject
+  std::uint64_t round_ = 0;
+};
+
+}  // namespace cie::live
