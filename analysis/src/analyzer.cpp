@@ -258,6 +258,10 @@ struct Analyzer::Pipeline {
     const auto thread = registry.thread_by_tid(registry.host_of(event.head), read_back->tid);
     if (thread) enforcement.on_later_audit(*thread, read_back_of(event.head, *read_back));
   }
+  void on_state(const EventHead& head, const RunBegin& e) {
+    registry.apply(head, e);
+    translator.apply(head, e);
+  }
   void on_state(const EventHead& head, const ThreadInit& e) {
     const auto thread = registry.apply(head, e);
     if (!thread) return;

@@ -83,6 +83,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   double registration_s = 5;
   double duration_s = 0;
   std::vector<std::string> more_events;
+  std::string profile;
   app.add_option("-o,--output", directory, "Directory to create for the recording")
       ->type_name("DIR");
   app.add_flag("--attach", is_attach, "Record applications that run already, until Ctrl-C");
@@ -102,6 +103,10 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->check(CLI::IsMember({"auto", "own", "shared"}));
   app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
       ->type_name("PATTERN");
+  app.add_option("--profile", profile,
+                 "ros2: CMD also emits the events of ROS 2's tracers, for tools that read only "
+                 "those; with --attach it must have been started with CIE_TRACE_PROFILE=ros2")
+      ->check(CLI::IsMember({"ros2"}));
   app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("BYTES");
@@ -165,6 +170,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     options.daemon =
         is_root && daemon == "auto" ? DaemonChoice::own_if_possible : DaemonChoice::own;
   }
+  options.has_ros2_profile = !profile.empty();
   options.events.insert(options.events.end(), more_events.begin(), more_events.end());
   options.flush_interval = std::chrono::milliseconds(flush_ms);
   options.registration_timeout =

@@ -37,6 +37,7 @@ struct Options {
   std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
   std::vector<std::string> events{
       "cie:*"};                         // patterns of LTTng, recorded into the channel "events"
+  bool has_ros2_profile = false;        // record what the profile `ros2` emits, and ask CMD for it
   std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer
   std::uint64_t num_subbuf = 8;         // a power of two, sub-buffers per CPU
   // How often buffers and metadata reach the disk: what a killed consumer daemon can cost.

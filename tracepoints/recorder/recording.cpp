@@ -1,5 +1,7 @@
 #include "recording.hpp"
 
+#include <cie/tracepoints/ros2_profile.hpp>
+
 #include "error.hpp"
 #include "processes.hpp"
 #include "stream_check.hpp"
@@ -174,6 +176,9 @@ void Recording::run_command() {
   ChildOptions child_options;
   // LTTng's default gives up after 3 s and lets the application run untraced.
   child_options.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
+  if (manifest_.options.has_ros2_profile) {
+    child_options.environment.emplace_back(kProfileVariable, kRos2Profile);
+  }
   ChildProcess command(manifest_.options.command, child_options);
   if (kernel_) {
     kernel_->start_reading();

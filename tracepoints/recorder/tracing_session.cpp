@@ -39,6 +39,14 @@ const std::vector<std::string>& state_events() {
   return names;
 }
 
+// Everything of the provider `ros2` that describes objects.
+const std::vector<std::string>& ros2_state_events() {
+  static const std::vector<std::string> patterns{"ros2:*_init", "ros2:*_added",
+                                                 "ros2:rclcpp_callback_register",
+                                                 "ros2:rclcpp_timer_link_node"};
+  return patterns;
+}
+
 // LTTng's functions return a negative error code, or, the older ones, a positive LTTNG_OK.
 void check(int result, const std::string& operation) {
   if (result < 0) {
@@ -106,11 +114,17 @@ TracingSession::TracingSession(const std::string& name, const Options& options) 
   // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:
   // with one, what a killed consumer daemon leaves behind can be read.
   enable_channel("metadata", kMetadataSubbufSize, kMetadataSubbufs, options.flush_interval);
+  enable_own_events(options);
+  if (options.has_ros2_profile) {
+    enable_ros2_events(options);
+  }
+}
+
+void TracingSession::enable_own_events(const Options& options) {
   enable_channel(kStateChannel, kStateSubbufSize, kStateSubbufs, options.flush_interval);
   enable_channel(kEventChannel, options.subbuf_size, options.num_subbuf, options.flush_interval);
   for (const char* channel : {kStateChannel, kEventChannel}) {
-    add_context(channel, LTTNG_EVENT_CONTEXT_VPID);
-    add_context(channel, LTTNG_EVENT_CONTEXT_VTID);
+    add_contexts(channel, {LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID});
   }
   for (const std::string& event : state_events()) {
     enable_events(kStateChannel, event, {});
@@ -120,6 +134,20 @@ TracingSession::TracingSession(const std::string& name, const Options& options) 
     enable_events(kEventChannel, pattern,
                   may_match_state ? state_events() : std::vector<std::string>{});
   }
+}
+
+void TracingSession::enable_ros2_events(const Options& options) {
+  enable_channel(kRos2StateChannel, kStateSubbufSize, kStateSubbufs, options.flush_interval);
+  enable_channel(kRos2EventChannel, options.subbuf_size, options.num_subbuf,
+                 options.flush_interval);
+  for (const char* channel : {kRos2StateChannel, kRos2EventChannel}) {
+    add_contexts(channel, {LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID,
+                           LTTNG_EVENT_CONTEXT_PROCNAME});
+  }
+  for (const std::string& pattern : ros2_state_events()) {
+    enable_events(kRos2StateChannel, pattern, {});
+  }
+  enable_events(kRos2EventChannel, "ros2:*", ros2_state_events());
 }
 
 TracingSession::~TracingSession() {
@@ -146,11 +174,13 @@ void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
         std::string("enable the channel \"") + name + '"');
 }
 
-void TracingSession::add_context(const char* channel, int type) {
-  lttng_event_context context{};
-  context.ctx = static_cast<lttng_event_context_type>(type);
-  check(lttng_add_context(handle_.get(), &context, nullptr, channel),
-        std::string("add vpid and vtid to the channel \"") + channel + '"');
+void TracingSession::add_contexts(const char* channel, const std::vector<int>& types) {
+  for (const int type : types) {
+    lttng_event_context context{};
+    context.ctx = static_cast<lttng_event_context_type>(type);
+    check(lttng_add_context(handle_.get(), &context, nullptr, channel),
+          std::string("say in the channel \"") + channel + "\" who emits");
+  }
 }
 
 void TracingSession::enable_events(const char* channel, const std::string& pattern,

@@ -19,6 +19,9 @@ namespace cie::record {
 // burst of the others can cost them; `events` holds all others.
 inline constexpr const char* kStateChannel = "state";
 inline constexpr const char* kEventChannel = "events";
+// The same for the profile `ros2`, whose readers want every event's process name.
+inline constexpr const char* kRos2StateChannel = "ros2_state";
+inline constexpr const char* kRos2EventChannel = "ros2";
 
 struct ChannelLoss {
   std::string name;
@@ -57,7 +60,9 @@ class TracingSession {
  private:
   void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
                       std::chrono::milliseconds flush_interval);
-  void add_context(const char* channel, int type);
+  void add_contexts(const char* channel, const std::vector<int>& types);
+  void enable_own_events(const Options& options);
+  void enable_ros2_events(const Options& options);
   void enable_events(const char* channel, const std::string& pattern,
                      const std::vector<std::string>& exclusions);
 

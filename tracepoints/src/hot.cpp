@@ -5,6 +5,7 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "provider.h"
+#include "ros2_profile.hpp"
 #include "state.hpp"
 
 #include <ctime>
@@ -26,6 +27,13 @@ std::uint64_t take(std::atomic<std::uint64_t>& counter, bool may_overlap) noexce
 void raise_to(std::atomic<std::uint64_t>& counter, std::uint64_t value) noexcept {
   std::uint64_t seen = counter.load(std::memory_order_relaxed);
   while (value > seen && !counter.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  }
+}
+
+void emit_publish(PublisherId publisher, std::uint64_t seq, std::int64_t timestamp) noexcept {
+  emit::publish(publisher, seq, timestamp);
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->publish(publisher, seq, timestamp);
   }
 }
 
@@ -58,12 +66,18 @@ std::uint64_t Callback::start(const Release& release) noexcept {
   const std::uint64_t seq = take(state_->started, state_->may_overlap);
   count_before_emit();
   emit::callback_start(id_, seq, release);
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->callback_start(*state_, seq, release);
+  }
   return seq;
 }
 
 void Callback::end(std::uint64_t seq, CallbackStatus status) noexcept {
   take(state_->ended, state_->may_overlap);
   count_before_emit();
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->callback_end(*state_);
+  }
   emit::callback_end(id_, seq, status);
 }
 
@@ -76,22 +90,31 @@ void Callback::sample_lost(std::uint32_t count) noexcept {
 std::int64_t Publisher::publish() noexcept {
   const MessageStamp message = state_->messages.next(realtime_ns());
   count_before_emit();
-  emit::publish(id_, message.seq, message.source_timestamp_realtime_ns);
+  emit_publish(id_, message.seq, message.source_timestamp_realtime_ns);
   return message.source_timestamp_realtime_ns;
 }
 
 void Publisher::publish(std::int64_t source_timestamp_realtime_ns) noexcept {
   const std::uint64_t seq = state_->messages.next_seq_at(source_timestamp_realtime_ns);
   count_before_emit();
-  emit::publish(id_, seq, source_timestamp_realtime_ns);
+  emit_publish(id_, seq, source_timestamp_realtime_ns);
 }
 
 std::int64_t Publisher::next_source_timestamp() noexcept {
   return state_->messages.next_timestamp(realtime_ns());
 }
 
+void thread_wait(std::int64_t deadline_ns) noexcept {
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->before_wait(deadline_ns);
+  }
+}
+
 void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept {
   emit::thread_wakeup(callback, reason);
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->after_wait();
+  }
 }
 
 }  // namespace cie::trace

@@ -374,8 +374,10 @@ inline void sample_lost(CallbackId callback, std::uint32_t count, std::uint64_t 
 
 namespace cie::trace {
 
-// One bit per event of the provider: those that some session records in this process.
+// One bit per event of the provider: those that some session records in this process; and one for
+// the events of the profile `ros2`, all together.
 std::uint32_t enabled_events() noexcept;
+inline constexpr std::uint32_t kRos2Events = 1U << 31U;
 
 // Calls `on_start` whenever a tracing session starts on this process or its state is asked for anew
 // (`lttng regenerate statedump`), from a thread of LTTng's: it may only set a flag and wake
