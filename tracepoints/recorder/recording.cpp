@@ -1,6 +1,7 @@
 #include "recording.hpp"
 
 #include <cie/tracepoints/ros2_profile.hpp>
+#include <cie/tracepoints/schema.hpp>
 
 #include "error.hpp"
 #include "processes.hpp"
@@ -66,6 +67,15 @@ bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
 }
 
+std::string in_mib(std::uint64_t bytes) {
+  return std::to_string((bytes + (1U << 20U) - 1) >> 20U) + " MiB";
+}
+
+std::string new_session_name(const Options& options) {
+  const std::string kind = options.snapshot ? std::string(kSnapshotSession) : "cie-record";
+  return kind + '-' + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
+}
+
 std::string quoted(const fs::path& path) {
   std::string text = path.string();
   const bool is_plain = std::ranges::all_of(text, [](char c) {
@@ -89,13 +99,15 @@ Recording::Recording(Options options) {
   create_directory();
   try {
     daemon_ = std::make_unique<SessionDaemon>(manifest_.options.daemon);
-    manifest_.session =
-        "cie-record-" + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
+    check_memory();
+    manifest_.session = new_session_name(manifest_.options);
     session_ = std::make_shared<TracingSession>(manifest_.session, manifest_.options);
     start_kernel();
+    start_flight_recorder();
     manifest_.begin = now();
     session_->start();
   } catch (...) {
+    flight_.reset();
     kernel_.reset();
     session_.reset();
     daemon_.reset();
@@ -122,6 +134,60 @@ void Recording::start_kernel() {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
     drop_kernel(error.what());
+  }
+}
+
+// LTTng would let the applications run untraced.
+void Recording::check_memory() const {
+  const Options& options = manifest_.options;
+  if (!options.snapshot) {
+    return;
+  }
+  const SnapshotCost cost = snapshot_cost(options);
+  if (cost.bytes > cost.free_bytes) {
+    throw RecordError("keeping that in memory takes " + in_mib(cost.bytes) + ", and /dev/shm has " +
+                      in_mib(cost.free_bytes) +
+                      " left: ask for less with --snapshot, --event-rate or --subbuf-size");
+  }
+  std::fprintf(stderr, "keeping the last %.3g s in memory: %s per CPU, %s in all",
+               std::chrono::duration<double>(options.snapshot->length).count(),
+               in_mib(cost.bytes_per_cpu).c_str(), in_mib(cost.bytes).c_str());
+  std::fprintf(stderr, ", enough for %.0f events per second on each CPU\n", cost.event_rate);
+  std::fprintf(stderr, "to save them: cie record --save %s\n", quoted(options.directory).c_str());
+}
+
+void Recording::start_flight_recorder() {
+  if (manifest_.options.snapshot) {
+    flight_ = std::make_unique<FlightRecorder>(manifest_.options, session_, manifest_.session);
+  }
+}
+
+void Recording::serve_flight_recorder(bool is_asked) {
+  if (!flight_ || is_daemon_lost_) {
+    return;
+  }
+  try {
+    if (is_asked) {
+      tell(flight_->save("on command", manifest_));
+    }
+    if (const auto saved = flight_->poll(manifest_)) {
+      tell(*saved);
+    }
+  } catch (const std::exception& error) {
+    warn(error.what());  // the next one may succeed
+  }
+}
+
+void Recording::tell(const SavedSnapshot& snapshot) {
+  const std::string line_end = shown_seconds_ >= 0 ? "\n" : "";
+  const double held = std::chrono::duration<double>(snapshot.held).count();
+  std::fprintf(stderr, "%ssaved %s: the last %.3f s (%s)\n", line_end.c_str(),
+               quoted(snapshot.directory).c_str(), held, snapshot.reason.c_str());
+  const double wanted = std::chrono::duration<double>(manifest_.options.snapshot->length).count();
+  const double ran = std::chrono::duration<double>(Clock::now() - began_).count();
+  if (held < wanted * 0.9 && held < ran * 0.9) {
+    warn("the buffers are too small for " + std::to_string(wanted) +
+         " s of this application's events: a larger --event-rate makes them larger");
   }
 }
 
@@ -160,6 +226,7 @@ bool Recording::run() {
     try {
       run_command();
     } catch (const RecordError&) {  // the command could not be run: there is nothing to keep
+      flight_.reset();
       kernel_.reset();
       session_.reset();
       daemon_.reset();
@@ -188,6 +255,7 @@ void Recording::run_command() {
     if (signal && is_interrupt(signal->number) && !signal->is_from_terminal) {
       command.kill(signal->number);
     }
+    serve_flight_recorder(signal && signal->number == SIGUSR1);
     look_for_applications(began_, true);
     for (const TracedProcess& process : manifest_.processes) {
       if (!has_warned_of_others_ && !descends_from(process.pid, command.pid()) &&
@@ -201,6 +269,16 @@ void Recording::run_command() {
     show_progress();
   }
   manifest_.exit = command.poll();
+  if (flight_ && manifest_.exit->code != 0) {
+    try {
+      if (const auto saved =
+              flight_->save_unasked("the command " + describe(*manifest_.exit), manifest_)) {
+        tell(*saved);
+      }
+    } catch (const std::exception& error) {
+      problem(error.what());
+    }
+  }
 }
 
 void Recording::wait_attached() {
@@ -215,6 +293,7 @@ void Recording::wait_attached() {
     if (signal && is_interrupt(signal->number)) {
       return;
     }
+    serve_flight_recorder(signal && signal->number == SIGUSR1);
     look_for_applications(began_, false);
     watch_health();
     show_progress();
@@ -270,8 +349,17 @@ void Recording::finish() {
   }
   manifest_.end = now();
   end_kernel();
+  const bool was_flight_recorder = flight_ != nullptr;
+  if (was_flight_recorder) {
+    snapshots_ = flight_->saved();
+    left_out_ = flight_->left_out();
+    flight_.reset();
+  }
   session_.reset();
   daemon_.reset();
+  if (was_flight_recorder) {
+    return;  // every snapshot has its own manifest
+  }
   attempt(manifest_.problems, [this] { check_files(); });
   attempt(manifest_.problems, [this] { write_manifest(manifest_); });
 }
@@ -372,10 +460,7 @@ void Recording::print_summary() const {
          << " switches of threads, though no buffer was full: what ran then is unknown\n";
   }
   if (manifest_.problems.empty()) {
-    text << "recorded " << quoted(directory)
-         << " (user-space events; kernel events: " << kernel_in_words() << ")\n"
-         << "next: cie report " << quoted(directory) << "\n      cie verify " << quoted(directory)
-         << '\n';
+    text << result_in_words();
   } else {
     text << "THE RECORDING FAILED; what there is stands in " << quoted(directory) << ":\n";
     for (const std::string& entry : manifest_.problems) {
@@ -384,6 +469,25 @@ void Recording::print_summary() const {
   }
   const std::string line_end = shown_seconds_ >= 0 ? "\n" : "";
   std::fputs((line_end + text.str()).c_str(), stderr);
+}
+
+std::string Recording::result_in_words() const {
+  const fs::path& directory = manifest_.options.directory;
+  if (!manifest_.options.snapshot) {
+    return "recorded " + quoted(directory) +
+           " (user-space events; kernel events: " + kernel_in_words() + ")\nnext: cie report " +
+           quoted(directory) + "\n      cie verify " + quoted(directory) + '\n';
+  }
+  std::string text = "saved " + std::to_string(snapshots_) + " snapshots in " + quoted(directory);
+  if (left_out_ > 0) {
+    text += "; " + std::to_string(left_out_) +
+            " times more there was a reason to, but --max-snapshots or --min-interval forbade it";
+  }
+  text += '\n';
+  if (snapshots_ > 0) {
+    text += "next: cie report " + quoted(directory / "snapshot-001") + '\n';
+  }
+  return text;
 }
 
 void Recording::show_progress() {

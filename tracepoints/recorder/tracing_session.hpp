@@ -46,7 +46,14 @@ class TracingSession {
   TracingSession(const TracingSession&) = delete;
   TracingSession& operator=(const TracingSession&) = delete;
 
+  // Bytes of the buffers that such a session has on each CPU.
+  static std::uint64_t buffer_bytes_per_cpu(const Options& options);
+
   void start();
+  // Has every traced process describe itself again.
+  void describe_again();
+  // Writes what a snapshot session holds into a directory below `directory`.
+  void save_snapshot(const std::filesystem::path& directory);
   // Stops and waits until the buffers are written out; false if that takes longer than a minute.
   bool stop();
   std::vector<ChannelLoss> losses() const;
@@ -70,6 +77,7 @@ class TracingSession {
     void operator()(lttng_handle* handle) const noexcept;
   };
   std::string name_;
+  bool is_snapshot_;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;
 };

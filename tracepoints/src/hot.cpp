@@ -4,6 +4,7 @@
 // "next_seq").
 #include <cie/tracepoints/trace.hpp>
 
+#include "clock.hpp"
 #include "provider.h"
 #include "ros2_profile.hpp"
 #include "state.hpp"
@@ -72,13 +73,22 @@ std::uint64_t Callback::start(const Release& release) noexcept {
   return seq;
 }
 
-void Callback::end(std::uint64_t seq, CallbackStatus status) noexcept {
+// The clock is read before `callback_end`: what is told as missed was missed by that event too.
+void Callback::end(std::uint64_t seq, CallbackStatus status, std::int64_t release_ns) noexcept {
   take(state_->ended, state_->may_overlap);
   count_before_emit();
+  std::int64_t response_ns = 0;
+  const std::uint64_t deadline_ns = state_->info.deadline_ns;
+  if (deadline_ns != 0 && release_ns >= 0 && emit::is_deadline_miss_enabled()) {
+    response_ns = monotonic_now_ns() - release_ns;
+  }
   if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
     profile->callback_end(*state_);
   }
   emit::callback_end(id_, seq, status);
+  if (response_ns > 0 && static_cast<std::uint64_t>(response_ns) > deadline_ns) {
+    emit::deadline_miss(id_, seq, response_ns, deadline_ns);
+  }
 }
 
 void Callback::sample_lost(std::uint32_t count) noexcept {

@@ -147,7 +147,9 @@ class Callback {
     std::uint64_t writer_gid = 0;
   };
   std::uint64_t start(const Release& release) noexcept;
-  void end(std::uint64_t seq, CallbackStatus status) noexcept;
+  // `release_ns`: the instance's, as start() was told. From it and the declared deadline follows
+  // `deadline_miss`, where a session or trigger asks for that event; -1: none.
+  void end(std::uint64_t seq, CallbackStatus status, std::int64_t release_ns = -1) noexcept;
 
   // `count` samples were lost before they reached the queue. Thread-safe.
   void sample_lost(std::uint32_t count) noexcept;
