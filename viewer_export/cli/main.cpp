@@ -25,7 +25,7 @@
 namespace cie::cli {
 
 std::span<const Command> commands() {
-  static constexpr std::array<Command, 11> kCommands{{
+  static constexpr std::array<Command, 12> kCommands{{
       {"run", "run an application with every callback on its own thread", nullptr},
       {"record", "record an application with LTTng", nullptr},
       {"report", "response times and more, per callback", report_command},
@@ -39,6 +39,7 @@ std::span<const Command> commands() {
       {"view", "the report and the timeline in a browser", view_command},
       {"spec", "check a scheduling spec", spec_command},
       {"diff", "two recordings side by side: what became slower", diff_command},
+      {"doctor", "is this machine fit to trace and for real time?", doctor_command},
       {"live", "watch a running system (not available in this version)", nullptr},
   }};
   return kCommands;
