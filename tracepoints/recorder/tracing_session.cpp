@@ -3,6 +3,7 @@
 #include "error.hpp"
 #include "processes.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cstdlib>
 #include <cstring>
@@ -19,6 +20,9 @@ constexpr std::chrono::seconds kDrainPatience{60};
 constexpr std::chrono::milliseconds kDrainPoll{10};
 constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
 constexpr std::uint64_t kStateSubbufs = 4;
+// How often the consumer daemon looks for full sub-buffers. With a timer for that it is not woken
+// by whoever fills one: a thread that emits an event makes no system call, real-time or not.
+constexpr std::chrono::milliseconds kMostReadInterval{100};
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
 
@@ -189,8 +193,13 @@ void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
     // It is read when it is saved, and by nobody before: no timer.
     channel->attr.output = LTTNG_EVENT_MMAP;
   } else {
-    channel->attr.switch_timer_interval =
-        static_cast<unsigned int>(std::chrono::microseconds(flush_interval).count());
+    const auto in_us = [](std::chrono::milliseconds time) {
+      return static_cast<unsigned int>(std::chrono::microseconds(time).count());
+    };
+    channel->attr.switch_timer_interval = in_us(flush_interval);
+    const bool is_metadata = std::string_view(name) == "metadata";  // nobody's events
+    channel->attr.read_timer_interval =
+        is_metadata ? 0 : in_us(std::min(flush_interval, kMostReadInterval));
   }
   check(lttng_enable_channel(handle_.get(), channel.get()),
         std::string("enable the channel \"") + name + '"');
