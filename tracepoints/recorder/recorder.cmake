@@ -17,6 +17,7 @@ add_library(cie_recorder STATIC
   recorder/options.cpp
   recorder/processes.cpp
   recorder/recording.cpp
+  recorder/recording_messages.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp
   recorder/stream_check.cpp

@@ -35,7 +35,7 @@ class Recording {
   using Clock = std::chrono::steady_clock;
 
   void start_kernel();
-  void check_memory() const;
+  void state_snapshot_cost() const;
   void start_flight_recorder();
   void serve_flight_recorder(bool is_asked);
   void tell(const SavedSnapshot& snapshot);
