@@ -19,6 +19,7 @@ cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   src/provider.cpp
   src/read_back.cpp
   src/registry.cpp
+  src/ros2_profile.cpp
   src/state_events.cpp)
 target_link_libraries(cie_tracepoints PUBLIC cie_schema PRIVATE Threads::Threads)
 target_include_directories(cie_tracepoints PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
@@ -31,6 +32,13 @@ if(CIE_WITH_LTTNG)
   pkg_check_modules(LTTNG_UST REQUIRED IMPORTED_TARGET lttng-ust>=2.13)
   target_link_libraries(cie_tracepoints PRIVATE PkgConfig::LTTNG_UST)
   target_compile_definitions(cie_tracepoints PRIVATE CIE_WITH_LTTNG)
+
+  # The profile `ros2`, which cie::tracepoints loads where CIE_TRACE_PROFILE asks for it.
+  cie_library(cie_ros2_profile ALIAS ros2_profile SHARED SOURCES src/ros2_provider.cpp)
+  target_link_libraries(cie_ros2_profile PRIVATE cie_schema PkgConfig::LTTNG_UST ${CMAKE_DL_LIBS})
+  target_compile_definitions(cie_tracepoints PRIVATE
+    CIE_ROS2_PROFILE_LIBRARY="$<TARGET_SONAME_FILE_NAME:cie_ros2_profile>")
+  add_dependencies(cie_tracepoints cie_ros2_profile)
 endif()
 
 cie_pkg_config(cie-tracepoints DESCRIPTION "LTTng-UST tracepoints of callback-isolated executors"

@@ -83,9 +83,18 @@ struct Analyzer::Pipeline {
     now = event.head.time;
   }
 
+  // Of what callbacks do: the rest may be in a channel that begins earlier.
+  static bool is_of_callbacks(const Event& event) {
+    return event.body.index() > EventBody(ThreadSched{}).index() &&
+           event.body.index() < EventBody(ClockSync{}).index();
+  }
+
   // Passes the edges of the window that was asked for; true for a hot event outside it.
   bool is_outside(const Event& event) {
     const auto time = event.head.time;
+    if (cut->is_awaiting_begin() && is_of_callbacks(event)) {
+      if (const auto begin = recording.window_of(event.head.stream).begin) cut->begin_at(*begin);
+    }
     if (phase == Phase::before && !cut->is_before(time)) {
       phase = Phase::inside;
       enforcement.begin_window(cut->window().from);
@@ -136,6 +145,11 @@ struct Analyzer::Pipeline {
               recording.apply(head, e);
               translator.apply(head, e);
               clocks.apply(registry.host_of(head), e);
+              if (!e.is_snapshot) return;
+              if (!cut) {
+                cut.emplace(options.window.value_or(TimeWindow{}), model, registry, instances);
+              }
+              cut->await_begin();
             },
             [&](const StreamEnd& e) { recording.apply(head, e); },
             [&](const PacketBegin& e) { recording.apply(head, e); },
@@ -163,6 +177,7 @@ struct Analyzer::Pipeline {
 
   // Hot events. `who` is empty for those of the kernel.
   void hot(const Event& event, const Emitter& who) {
+    if (cut && !cut->is_before(event.head.time)) cut->see_inside(who, event.body);
     std::visit([&](const auto& body) { on(event.head, who, body); }, event.body);
   }
 
@@ -260,6 +275,10 @@ struct Analyzer::Pipeline {
     if (read_back == nullptr || read_back->moment != SchedMoment::audit) return;
     const auto thread = registry.thread_by_tid(registry.host_of(event.head), read_back->tid);
     if (thread) enforcement.on_later_audit(*thread, read_back_of(event.head, *read_back));
+  }
+  void on_state(const EventHead& head, const RunBegin& e) {
+    registry.apply(head, e);
+    translator.apply(head, e);
   }
   void on_state(const EventHead& head, const ThreadInit& e) {
     const auto thread = registry.apply(head, e);

@@ -28,6 +28,31 @@ std::uint64_t WindowCut::releases_until(const OfCallback& state, std::uint64_t s
   return next - std::min(next, first_number(state.first_release));
 }
 
+void WindowCut::begin_at(Timestamp time) noexcept {
+  is_awaiting_begin_ = false;
+  window_.from = std::max(window_.from, time);
+}
+
+// Of a snapshot, the first release and the first loss inside tell what had been counted before.
+void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
+  if (!is_snapshot_ || !who.process) return;
+  if (const auto* release = std::get_if<CallbackRelease>(&body)) {
+    auto& state = callbacks_[index_of(who, release->callback)];
+    if (state.is_release_known) return;
+    state.is_release_known = true;
+    if (release->release_seq > 0) {
+      state.first_release = 0;
+      state.last_release = release->release_seq - 1;
+    }
+    state.overwritten_before = std::max(state.overwritten_before, release->overwritten);
+  } else if (const auto* lost = std::get_if<SampleLost>(&body)) {
+    auto& state = callbacks_[index_of(who, lost->callback)];
+    if (state.has_lost_inside) return;
+    state.has_lost_inside = true;
+    state.lost_before = lost->total - std::min<std::uint64_t>(lost->total, lost->count);
+  }
+}
+
 void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBody& body) {
   if (!who.process) return;
   const bool is_speech =
@@ -175,10 +200,44 @@ RunEnd WindowCut::cut(const EventHead& head, RunEnd event) {
   return event;
 }
 
+// In a snapshot: what was announced before its window may have run in between, unseen. Nothing is
+// lost within the window, so the first number seen in it is the one that was next when it began.
+void WindowCut::conclude_callback(CallbackFacts& facts, OfCallback& state) const {
+  if (!facts.registered || facts.registered->time >= window_.from) return;
+  auto& next = facts.first_next_seq;
+  if (facts.starts.first) {
+    next = std::max(next, *facts.starts.first);
+  } else if (facts.fini) {
+    next = std::max(next, facts.fini->started);
+  } else if (facts.max_end_seq) {
+    next = std::max(next, *facts.max_end_seq + 1);
+  }
+  if (!facts.fini) return;
+  if (!state.has_lost_inside) state.lost_before = facts.fini->lost;
+  if (!state.is_release_known) {
+    state.first_release = 0;
+    if (facts.fini->released > 0) state.last_release = facts.fini->released - 1;
+    state.overwritten_before = facts.fini->overwritten;
+  }
+}
+
+void WindowCut::conclude_publisher(PublisherFacts& facts) const {
+  if (!facts.registered || facts.registered->time >= window_.from) return;
+  if (facts.published.first) {
+    facts.first_next_seq = std::max(facts.first_next_seq, *facts.published.first);
+  } else if (facts.fini) {
+    facts.first_next_seq = std::max(facts.first_next_seq, facts.fini->second);
+  }
+}
+
 void WindowCut::finish() {
+  for (auto& publisher : model_.publishers) {
+    if (is_snapshot_) conclude_publisher(publisher);
+  }
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
     auto& facts = model_.callbacks[i];
-    const auto& state = callbacks_[CallbackIndex{static_cast<std::uint32_t>(i)}];
+    auto& state = callbacks_[CallbackIndex{static_cast<std::uint32_t>(i)}];
+    if (is_snapshot_) conclude_callback(facts, state);
     const auto subtract = [](std::uint64_t& total, std::uint64_t before) {
       total -= std::min(total, before);
     };

@@ -1,6 +1,7 @@
 // Makes of a recording what a recording of a part of it would be (AnalysisOptions::window): events
 // of callbacks outside the window move the numbers that are expected next and the totals that are
-// reached, and judge nothing.
+// reached, and judge nothing. A flight recorder's snapshot is such a part, of whose past only some
+// is left: what had been counted when its window began follows from what is in it.
 #pragma once
 
 #include <cie/analysis/event.hpp>
@@ -25,9 +26,18 @@ class WindowCut {
       : window_(window), model_(model), registry_(registry), instances_(instances) {}
 
   const TimeWindow& window() const noexcept { return window_; }
-  bool is_before(Timestamp time) const noexcept { return time < window_.from; }
+  bool is_before(Timestamp time) const noexcept {
+    return is_awaiting_begin_ || time < window_.from;
+  }
   bool is_after(Timestamp time) const noexcept { return time > window_.to; }
 
+  // The recording is a snapshot: all is before the window until begin_at() says where that begins.
+  void await_begin() noexcept { is_snapshot_ = is_awaiting_begin_ = true; }
+  bool is_awaiting_begin() const noexcept { return is_awaiting_begin_; }
+  void begin_at(Timestamp time) noexcept;
+
+  // A hot event in the window.
+  void see_inside(const Emitter& who, const EventBody& body);
   // A hot event of a process outside the window.
   void pass_by(const EventHead& head, const Emitter& who, const EventBody& body);
   // Whether a state event is to be left out: of threads that were created after the window, and
@@ -52,6 +62,8 @@ class WindowCut {
     std::optional<std::uint64_t> next_release;  // likewise
     std::optional<std::uint64_t> lost_until;    // total of lost samples before the first one after
     std::uint64_t ends_after = 0;               // of instances that started after it
+    bool has_lost_inside = false;               // of a snapshot only, these two
+    bool is_release_known = false;              // the first release inside was seen
   };
 
   static std::uint64_t releases_before(const OfCallback& state);
@@ -60,11 +72,15 @@ class WindowCut {
                                       std::uint64_t total);
   void before(const Emitter& who, const EventBody& body);
   void after(const EventHead& head, const Emitter& who, const EventBody& body);
+  void conclude_callback(CallbackFacts& facts, OfCallback& state) const;
+  void conclude_publisher(PublisherFacts& facts) const;
   CallbackIndex index_of(const Emitter& who, CallbackId id) {
     return registry_.callback(*who.process, id);
   }
 
   TimeWindow window_;
+  bool is_snapshot_ = false;
+  bool is_awaiting_begin_ = false;
   Model& model_;
   Registry& registry_;
   InstanceBuilder& instances_;

@@ -100,17 +100,21 @@ class Callback {
   class Instance {
    public:
     Instance(Callback& callback, const trace::Callback::Release& release) noexcept
-        : callback_(callback), seq_(callback.trace_->start(release)) {}
+        : callback_(callback),
+          seq_(callback.trace_->start(release)),
+          release_ns_(release.release_ns) {}
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
     ~Instance() {
       const bool is_unwinding = std::uncaught_exceptions() > exceptions_;
-      callback_.trace_->end(seq_, is_unwinding ? CallbackStatus::exception : CallbackStatus::ok);
+      callback_.trace_->end(seq_, is_unwinding ? CallbackStatus::exception : CallbackStatus::ok,
+                            release_ns_);
     }
 
    private:
     Callback& callback_;
     std::uint64_t seq_;
+    std::int64_t release_ns_;
     int exceptions_ = std::uncaught_exceptions();
   };
 

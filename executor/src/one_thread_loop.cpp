@@ -88,7 +88,9 @@ void OneThreadLoop::run(std::int64_t deadline_ns) {
     const bool has_run = pass();
     if (deadline_ns != kNever && monotonic_now() >= deadline_ns) break;
     if (has_run) continue;
-    const WaitResult result = wakeup_.wait_until(std::min(next_due(), deadline_ns));
+    const std::int64_t until = std::min(next_due(), deadline_ns);
+    trace::thread_wait(until);
+    const WaitResult result = wakeup_.wait_until(until);
     if (result == WaitResult::not_waited) continue;
     const bool is_guard = is_stopped_.load(std::memory_order_acquire) || has_changed();
     trace::thread_wakeup(served_.size() == 1 ? served_.front()->id() : kNoCallback,

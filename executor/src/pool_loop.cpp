@@ -116,6 +116,7 @@ void PoolLoop::wait(std::unique_lock<std::mutex>& lock, std::int64_t deadline_ns
   if (is_leader) leader_until_ns_ = until;
   has_leader_ = true;
   ++idle_;
+  trace::thread_wait(until);
   auto status = std::cv_status::no_timeout;
   if (until == kNever) {
     work_.wait(lock);

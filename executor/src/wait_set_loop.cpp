@@ -184,6 +184,7 @@ void WaitSetLoop::wait_for_work(std::int64_t deadline_ns) {
     if (changing_ > 0) return;  // somebody who interrupted another's wait comes first
     until = std::min(until, collect());
   }
+  trace::thread_wait(until);
   const dds_duration_t timeout =
       until == kNever ? DDS_INFINITY : std::max<std::int64_t>(until - monotonic_now(), 0);
   const dds_return_t count =

@@ -45,7 +45,7 @@ Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node
     dds::check(dds_register_instance(writer_.get(), &instance, any.get()),
                "registering the instance", name_);
   }
-  if (node) trace_.emplace(*node, name_, gid_);
+  if (node) trace_.emplace(*node, name_, gid_, qos.depth());
 }
 
 void Writer::announce(const Graph::Member& node) {

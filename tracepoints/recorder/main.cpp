@@ -1,5 +1,6 @@
 // cie-record: records a run with LTTng into a directory.
 #include "live_stream.hpp"
+#include "flight_recorder.hpp"
 #include "options.hpp"
 #include "recording.hpp"
 
@@ -27,6 +28,10 @@ int main(int argc, char** argv) {
     const std::vector<std::string> arguments(argv + 1, argv + argc);
     cie::record::ParsedCommandLine parsed =
         cie::record::parse_command_line(arguments, geteuid() == 0);
+    if (parsed.save) {
+      std::printf("%s\n", cie::record::ask_to_save(*parsed.save).c_str());
+      return 0;
+    }
     if (!parsed.options) {
       std::fputs(parsed.text.c_str(), stdout);
       return 0;

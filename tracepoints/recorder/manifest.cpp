@@ -60,6 +60,13 @@ Json kernel_of(const Manifest& manifest) {
           {"untold_switches", kernel.untold_switches}};
 }
 
+Json snapshot_of(const Manifest& manifest) {
+  if (!manifest.snapshot) {
+    return nullptr;
+  }
+  return {{"reason", manifest.snapshot->reason}, {"held_ns", manifest.snapshot->held.count()}};
+}
+
 Json files_of(const fs::path& directory, const fs::path& except) {
   std::vector<fs::path> paths;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory)) {
@@ -113,6 +120,7 @@ void write_manifest(const Manifest& manifest) {
         {"realtime_ns", manifest.begin.realtime_ns}}},
       {"end",
        {{"monotonic_ns", manifest.end.monotonic_ns}, {"realtime_ns", manifest.end.realtime_ns}}},
+      {"snapshot", snapshot_of(manifest)},
       {"kernel_events", manifest.kernel.has_value()},
       {"kernel", kernel_of(manifest)},
       {"session",

@@ -6,6 +6,7 @@
 #include "options.hpp"
 #include "tracing_session.hpp"
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -20,6 +21,11 @@ struct Instant {
 };
 Instant now();
 
+struct SnapshotFacts {
+  std::string reason;
+  std::chrono::nanoseconds held{};
+};
+
 struct Manifest {
   Options options;
   std::string session;
@@ -28,9 +34,10 @@ struct Manifest {
   std::optional<ExitStatus> exit;  // of the command; empty when attached
   std::vector<TracedProcess> processes;
   std::vector<ChannelLoss> losses;
-  std::optional<KernelSummary> kernel;  // empty: no kernel events
-  std::string no_kernel_because;        // empty: they were recorded, or not asked for
-  std::vector<std::string> problems;    // why the recording is not what was asked for
+  std::optional<KernelSummary> kernel;    // empty: no kernel events
+  std::string no_kernel_because;          // empty: they were recorded, or not asked for
+  std::optional<SnapshotFacts> snapshot;  // empty: everything from begin to end
+  std::vector<std::string> problems;      // why the recording is not what was asked for
 };
 
 // Hashes every file of the recording and writes DIR/manifest.json, whole or not at all. Throws

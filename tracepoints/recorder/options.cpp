@@ -31,14 +31,93 @@ void require_power_of_two(std::uint64_t value, std::uint64_t least, const char* 
 }
 
 // Options whose meaning is settled but which this version does not carry out.
-void refuse_what_is_missing(bool is_snapshot, const std::string& live) {
-  if (is_snapshot) {
-    throw UsageError("--snapshot: this version records continuously only; leave the option out");
-  }
+void refuse_what_is_missing(const std::string& live) {
   if (!live.empty()) {
     throw UsageError("--live: this version records to a directory only; use -o DIR");
   }
 }
+
+constexpr double kLongestSnapshot = 3600;
+constexpr std::uint64_t kSnapshotSubbufs = 8;
+constexpr std::uint64_t kLeastSnapshotSubbuf = 16 << 10;
+constexpr std::uint64_t kMostSnapshotSubbuf = 1 << 30;
+
+// Buffers that hold the last seconds at the stated rate. One sub-buffer is always being emptied.
+void size_buffers(Options& options) {
+  const double bytes = std::chrono::duration<double>(options.snapshot->length).count() *
+                       static_cast<double>(options.snapshot->event_rate) * kBytesPerEvent;
+  const double subbuf = bytes / static_cast<double>(kSnapshotSubbufs - 1);
+  if (subbuf > static_cast<double>(kMostSnapshotSubbuf)) {
+    throw UsageError("--snapshot: that many seconds at that --event-rate do not fit into memory");
+  }
+  options.num_subbuf = kSnapshotSubbufs;
+  options.subbuf_size =
+      std::max(kLeastSnapshotSubbuf, std::bit_ceil(static_cast<std::uint64_t>(subbuf)));
+}
+
+std::chrono::milliseconds milliseconds_of(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+// What --snapshot and the options that go with it say.
+struct SnapshotArguments {
+  double seconds = 0;
+  double least_interval = 10;
+  SnapshotOptions options;
+  std::string save;
+  CLI::Option* snapshot = nullptr;
+  std::vector<CLI::Option*> needing_it;
+
+  void add_to(CLI::App& app) {
+    snapshot =
+        app.add_option("--snapshot", seconds,
+                       "Flight recorder: keep the last SECONDS in memory only, and save them "
+                       "as DIR/snapshot-001, … on command (--save, SIGUSR1), when a callback "
+                       "misses the deadline that it declares, and when CMD fails")
+            ->type_name("SECONDS")
+            ->check(CLI::Range(0.1, kLongestSnapshot));
+    needing_it = {
+        app.add_option("--event-rate", options.event_rate,
+                       "With --snapshot: events per second on a CPU that the memory is for")
+            ->type_name("N")
+            ->check(CLI::Range(1, 100'000'000))
+            ->capture_default_str(),
+        app.add_option("--max-snapshots", options.most,
+                       "With --snapshot: how many are saved unasked at most")
+            ->type_name("N")
+            ->capture_default_str(),
+        app.add_option("--min-interval", least_interval,
+                       "With --snapshot: least time from one to the next that is saved unasked")
+            ->type_name("SECONDS")
+            ->check(CLI::Range(0.0, 1e6))
+            ->capture_default_str()};
+    app.add_option("--save", save,
+                   "Have the recorder that keeps snapshots in DIR save one now, and print where")
+        ->type_name("DIR");
+  }
+
+  // Whether buffers were asked for by size decides that they are not chosen by time.
+  void apply_to(Options& to, bool has_sizes) {
+    if (snapshot->count() == 0) {
+      for (const CLI::Option* option : needing_it) {
+        if (option->count() > 0) {
+          throw UsageError(option->get_name() + " goes with --snapshot");
+        }
+      }
+      return;
+    }
+    if (to.kernel == KernelChoice::yes) {
+      throw UsageError("--snapshot keeps no kernel events: leave --kernel out");
+    }
+    to.kernel = KernelChoice::no;
+    options.length = milliseconds_of(seconds);
+    options.least_interval = milliseconds_of(least_interval);
+    to.snapshot = options;
+    if (!has_sizes) {
+      size_buffers(to);
+    }
+  }
+};
 
 // CLI11 cannot know that a command follows.
 std::string help_of(const CLI::App& app) {
@@ -47,7 +126,8 @@ std::string help_of(const CLI::App& app) {
   if (const std::size_t at = help.find(generated); at != std::string::npos) {
     help.replace(at, generated.size(),
                  "Usage: cie record [OPTIONS] -- CMD [ARG...]\n"
-                 "       cie record [OPTIONS] --attach");
+                 "       cie record [OPTIONS] --attach\n"
+                 "       cie record --save DIR");
   }
   return help;
 }
@@ -75,7 +155,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       "the machine's, which records every traced process.");
   std::string directory;
   bool is_attach = false;
-  bool is_snapshot = false;
+  SnapshotArguments snapshot;
   std::string live;
   std::string kernel = "auto";
   std::string daemon = "auto";
@@ -84,6 +164,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   double registration_s = 5;
   double duration_s = 0;
   std::vector<std::string> more_events;
+  std::string profile;
   app.add_option("-o,--output", directory, "Directory to create for the recording")
       ->type_name("DIR");
   app.add_flag("--attach", is_attach, "Record applications that run already, until Ctrl-C");
@@ -103,11 +184,17 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->check(CLI::IsMember({"auto", "own", "shared"}));
   app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
       ->type_name("PATTERN");
-  app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
-      ->transform(CLI::AsSizeValue(false))
-      ->type_name("BYTES");
-  app.add_option("--num-subbuf", options.num_subbuf, "Sub-buffers per CPU, a power of two")
-      ->type_name("N");
+  app.add_option("--profile", profile,
+                 "ros2: CMD also emits the events of ROS 2's tracers, for tools that read only "
+                 "those; with --attach it must have been started with CIE_TRACE_PROFILE=ros2")
+      ->check(CLI::IsMember({"ros2"}));
+  auto* subbuf_size =
+      app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
+          ->transform(CLI::AsSizeValue(false))
+          ->type_name("BYTES");
+  auto* num_subbuf =
+      app.add_option("--num-subbuf", options.num_subbuf, "Sub-buffers per CPU, a power of two")
+          ->type_name("N");
   app.add_option("--flush-interval", flush_ms, "How often buffers are written out")
       ->type_name("MS")
       ->check(CLI::Range(10, 3'600'000));
@@ -115,7 +202,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                  "When to say that no traced application has registered yet")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
-  app.add_flag("--snapshot", is_snapshot, "Not available in this version");
+  snapshot.add_to(app);
   app.add_option("--live", live, "Not available in this version")->type_name("URL");
   // Of cie live, which starts this program: not for people.
   app.add_option("--live-socket", options.live_socket)->group("");
@@ -126,9 +213,11 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   try {
     app.parse(own);
   } catch (const CLI::CallForHelp&) {
-    return {.options = std::nullopt, .text = help_of(app)};
+    return {.options = std::nullopt, .save = std::nullopt, .text = help_of(app)};
   } catch (const CLI::CallForVersion&) {
-    return {.options = std::nullopt, .text = std::string("cie-record ") + kToolVersion + '\n'};
+    return {.options = std::nullopt,
+            .save = std::nullopt,
+            .text = std::string("cie-record ") + kToolVersion + '\n'};
   } catch (const CLI::ExtrasError& error) {
     throw UsageError(std::string(error.what()) +
                      " (see cie record --help; the command to record follows after --)");
@@ -136,7 +225,13 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     throw UsageError(std::string(error.what()) + " (see cie record --help)");
   }
 
-  refuse_what_is_missing(is_snapshot, live);
+  refuse_what_is_missing(live);
+  if (!snapshot.save.empty()) {
+    if (arguments.size() > 2) {
+      throw UsageError("--save DIR stands alone: a recorder runs already");
+    }
+    return {.options = std::nullopt, .save = std::filesystem::absolute(snapshot.save), .text = {}};
+  }
   if (is_attach && !options.command.empty()) {
     throw UsageError("--attach records what runs already: it takes no command");
   }
@@ -160,6 +255,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   options.kernel_route = kernel == "bpf"       ? KernelRoute::bpf
                          : kernel == "tracefs" ? KernelRoute::tracefs
                                                : KernelRoute::best;
+  snapshot.apply_to(options, subbuf_size->count() + num_subbuf->count() > 0);
   if (daemon == "own" && is_attach) {
     throw UsageError("--daemon=own: running applications know the shared daemon only");
   }
@@ -169,6 +265,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     options.daemon =
         is_root && daemon == "auto" ? DaemonChoice::own_if_possible : DaemonChoice::own;
   }
+  options.has_ros2_profile = !profile.empty();
   options.events.insert(options.events.end(), more_events.begin(), more_events.end());
   options.flush_interval = std::chrono::milliseconds(flush_ms);
   options.live_interval = std::chrono::milliseconds(live_interval_ms);
@@ -179,7 +276,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   }
   options.directory = std::filesystem::absolute(directory.empty() ? default_directory() : directory)
                           .lexically_normal();
-  return {.options = std::move(options), .text = {}};
+  return {.options = std::move(options), .save = std::nullopt, .text = {}};
 }
 
 }  // namespace cie::record

@@ -28,6 +28,18 @@ enum class DaemonChoice { own, own_if_possible, shared };
 // Whether the kernel's scheduler is recorded too: automatic records it where that is possible.
 enum class KernelChoice { automatic, yes, no };
 
+// Bytes that one event of this project takes at most on average, header and contexts included
+// (19 to 60).
+inline constexpr double kBytesPerEvent = 48;
+
+// The last seconds are kept in memory, and saved when something happens.
+struct SnapshotOptions {
+  std::chrono::milliseconds length{};
+  std::uint64_t event_rate = 20'000;  // events per second and CPU that the memory is for
+  std::uint64_t most = 10;            // saved unasked; those saved on command do not count
+  std::chrono::milliseconds least_interval{10'000};  // between the one before and one unasked
+};
+
 struct Options {
   std::filesystem::path directory;   // absolute; holds the recording
   std::vector<std::string> command;  // empty: attach
@@ -37,11 +49,13 @@ struct Options {
   std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
   std::vector<std::string> events{
       "cie:*"};                         // patterns of LTTng, recorded into the channel "events"
+  bool has_ros2_profile = false;        // record what the profile `ros2` emits, and ask CMD for it
   std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer
   std::uint64_t num_subbuf = 8;         // a power of two, sub-buffers per CPU
   // How often buffers and metadata reach the disk: what a killed consumer daemon can cost.
   std::chrono::milliseconds flush_interval{1000};
   std::chrono::milliseconds registration_timeout{5000};
+  std::optional<SnapshotOptions> snapshot;            // empty: everything is written
   std::optional<std::chrono::milliseconds> duration;  // attach: until then; empty: until a signal
   int live_socket = -1;  // streams instead of recording, for who is at the other end: LiveStream
   std::chrono::milliseconds live_interval{200};  // how often what was traced is sent then
@@ -49,9 +63,11 @@ struct Options {
   bool is_attach() const noexcept { return command.empty(); }
 };
 
-// Result of the command line: options, or text to print for --help and --version.
+// Result of the command line: options, or the directory of a recorder that is to save now, or text
+// to print for --help and --version.
 struct ParsedCommandLine {
   std::optional<Options> options;
+  std::optional<std::filesystem::path> save;
   std::string text;
 };
 

@@ -7,7 +7,9 @@ find_package(CLI11 REQUIRED)
 add_library(cie_recorder STATIC
   recorder/child_process.cpp
   recorder/ctf_stream.cpp
+  recorder/deadline_watch.cpp
   recorder/error.cpp
+  recorder/flight_recorder.cpp
   recorder/kernel_events.cpp
   recorder/kernel_recording.cpp
   recorder/kernel_source.cpp
@@ -17,6 +19,7 @@ add_library(cie_recorder STATIC
   recorder/processes.cpp
   recorder/recording.cpp
   recorder/relay_daemon.cpp
+  recorder/recording_messages.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp
   recorder/stream_check.cpp

@@ -1,5 +1,8 @@
 #include "recording.hpp"
 
+#include <cie/tracepoints/ros2_profile.hpp>
+#include <cie/tracepoints/schema.hpp>
+
 #include "error.hpp"
 #include "processes.hpp"
 #include "stream_check.hpp"
@@ -7,11 +10,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <functional>
 #include <future>
 #include <iterator>
-#include <sstream>
 #include <thread>
 #include <utility>
 
@@ -64,20 +65,9 @@ bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
 }
 
-std::string quoted(const fs::path& path) {
-  std::string text = path.string();
-  const bool is_plain = std::ranges::all_of(text, [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string_view("/._-+=:,@").find(c) != std::string_view::npos;
-  });
-  if (is_plain && !text.empty()) {
-    return text;
-  }
-  std::string result = "'";
-  for (const char c : text) {
-    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  }
-  return result + '\'';
+std::string new_session_name(const Options& options) {
+  const std::string kind = options.snapshot ? std::string(kSnapshotSession) : "cie-record";
+  return kind + '-' + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
 }
 
 }  // namespace
@@ -87,13 +77,15 @@ Recording::Recording(Options options) {
   create_directory();
   try {
     daemon_ = std::make_unique<SessionDaemon>(manifest_.options.daemon);
-    manifest_.session =
-        "cie-record-" + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
+    state_snapshot_cost();
+    manifest_.session = new_session_name(manifest_.options);
     session_ = std::make_shared<TracingSession>(manifest_.session, manifest_.options);
     start_kernel();
+    start_flight_recorder();
     manifest_.begin = now();
     session_->start();
   } catch (...) {
+    flight_.reset();
     kernel_.reset();
     session_.reset();
     daemon_.reset();
@@ -120,6 +112,28 @@ void Recording::start_kernel() {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
     drop_kernel(error.what());
+  }
+}
+
+void Recording::start_flight_recorder() {
+  if (manifest_.options.snapshot) {
+    flight_ = std::make_unique<FlightRecorder>(manifest_.options, session_, manifest_.session);
+  }
+}
+
+void Recording::serve_flight_recorder(bool is_asked) {
+  if (!flight_ || is_daemon_lost_) {
+    return;
+  }
+  try {
+    if (is_asked) {
+      tell(flight_->save("on command", manifest_));
+    }
+    if (const auto saved = flight_->poll(manifest_)) {
+      tell(*saved);
+    }
+  } catch (const std::exception& error) {
+    warn(error.what());  // the next one may succeed
   }
 }
 
@@ -158,6 +172,7 @@ bool Recording::run() {
     try {
       run_command();
     } catch (const RecordError&) {  // the command could not be run: there is nothing to keep
+      flight_.reset();
       kernel_.reset();
       session_.reset();
       daemon_.reset();
@@ -174,6 +189,9 @@ void Recording::run_command() {
   ChildOptions child_options;
   // LTTng's default gives up after 3 s and lets the application run untraced.
   child_options.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
+  if (manifest_.options.has_ros2_profile) {
+    child_options.environment.emplace_back(kProfileVariable, kRos2Profile);
+  }
   ChildProcess command(manifest_.options.command, child_options);
   if (kernel_) {
     kernel_->start_reading();
@@ -183,6 +201,7 @@ void Recording::run_command() {
     if (signal && is_interrupt(signal->number) && !signal->is_from_terminal) {
       command.kill(signal->number);
     }
+    serve_flight_recorder(signal && signal->number == SIGUSR1);
     look_for_applications(began_, true);
     for (const TracedProcess& process : manifest_.processes) {
       if (!has_warned_of_others_ && !descends_from(process.pid, command.pid()) &&
@@ -196,6 +215,16 @@ void Recording::run_command() {
     show_progress();
   }
   manifest_.exit = command.poll();
+  if (flight_ && manifest_.exit->code != 0) {
+    try {
+      if (const auto saved =
+              flight_->save_unasked("the command " + describe(*manifest_.exit), manifest_)) {
+        tell(*saved);
+      }
+    } catch (const std::exception& error) {
+      problem(error.what());
+    }
+  }
 }
 
 void Recording::wait_attached() {
@@ -210,6 +239,7 @@ void Recording::wait_attached() {
     if (signal && is_interrupt(signal->number)) {
       return;
     }
+    serve_flight_recorder(signal && signal->number == SIGUSR1);
     look_for_applications(began_, false);
     watch_health();
     show_progress();
@@ -265,8 +295,17 @@ void Recording::finish() {
   }
   manifest_.end = now();
   end_kernel();
+  const bool was_flight_recorder = flight_ != nullptr;
+  if (was_flight_recorder) {
+    snapshots_ = flight_->saved();
+    left_out_ = flight_->left_out();
+    flight_.reset();
+  }
   session_.reset();
   daemon_.reset();
+  if (was_flight_recorder) {
+    return;  // every snapshot has its own manifest
+  }
   attempt(manifest_.problems, [this] { check_files(); });
   attempt(manifest_.problems, [this] { write_manifest(manifest_); });
 }
@@ -337,68 +376,5 @@ void Recording::check_files() {
             " registered with the session daemon");
   }
 }
-
-std::string Recording::kernel_in_words() const {
-  if (manifest_.kernel) {
-    return std::to_string(manifest_.kernel->events) + " by " + manifest_.kernel->route;
-  }
-  return manifest_.no_kernel_because.empty() ? "no" : "no, " + manifest_.no_kernel_because;
-}
-
-void Recording::print_summary() const {
-  const fs::path& directory = manifest_.options.directory;
-  std::ostringstream text;
-  if (manifest_.exit) {
-    text << manifest_.options.command.front() << ' ' << describe(*manifest_.exit) << '\n';
-  }
-  for (const ChannelLoss& loss : manifest_.losses) {
-    if (loss.discarded_events > 0 || loss.lost_packets > 0) {
-      text << "LOST: channel \"" << loss.name << "\" discarded " << loss.discarded_events
-           << " events and lost " << loss.lost_packets
-           << " packets; record with a larger --subbuf-size or --num-subbuf\n";
-    }
-  }
-  if (manifest_.kernel && manifest_.kernel->lost_events > 0) {
-    text << "LOST: the kernel's buffers lost " << manifest_.kernel->lost_events
-         << " events; record with a larger --kernel-buffer\n";
-  }
-  if (manifest_.kernel && manifest_.kernel->untold_switches > 0) {
-    text << "LOST: this kernel did not tell " << manifest_.kernel->untold_switches
-         << " switches of threads, though no buffer was full: what ran then is unknown\n";
-  }
-  if (manifest_.problems.empty()) {
-    text << "recorded " << quoted(directory)
-         << " (user-space events; kernel events: " << kernel_in_words() << ")\n"
-         << "next: cie report " << quoted(directory) << "\n      cie verify " << quoted(directory)
-         << '\n';
-  } else {
-    text << "THE RECORDING FAILED; what there is stands in " << quoted(directory) << ":\n";
-    for (const std::string& entry : manifest_.problems) {
-      text << "  " << entry << '\n';
-    }
-  }
-  const std::string line_end = shown_seconds_ >= 0 ? "\n" : "";
-  std::fputs((line_end + text.str()).c_str(), stderr);
-}
-
-void Recording::show_progress() {
-  if (isatty(STDERR_FILENO) == 0) {
-    return;
-  }
-  const auto elapsed = std::chrono::duration_cast<seconds>(Clock::now() - began_).count();
-  if (elapsed != shown_seconds_) {
-    shown_seconds_ = elapsed;
-    std::fprintf(stderr, "\rrecording %lld s, traced processes: %zu%s",
-                 static_cast<long long>(elapsed), manifest_.processes.size(),
-                 manifest_.options.is_attach() ? ", Ctrl-C ends it" : "");
-  }
-}
-
-void Recording::warn(const std::string& text) {
-  const char* line_end = shown_seconds_ >= 0 ? "\n" : "";
-  std::fprintf(stderr, "%scie record: warning: %s\n", line_end, text.c_str());
-}
-
-void Recording::problem(const std::string& text) { manifest_.problems.push_back(text); }
 
 }  // namespace cie::record

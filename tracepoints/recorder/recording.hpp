@@ -1,6 +1,7 @@
 // One recording from the first check to the manifest.
 #pragma once
 
+#include "flight_recorder.hpp"
 #include "kernel_recording.hpp"
 #include "manifest.hpp"
 #include "options.hpp"
@@ -34,6 +35,10 @@ class Recording {
   using Clock = std::chrono::steady_clock;
 
   void start_kernel();
+  void state_snapshot_cost() const;
+  void start_flight_recorder();
+  void serve_flight_recorder(bool is_asked);
+  void tell(const SavedSnapshot& snapshot);
   void create_directory();
   void remove_directory() noexcept;
   void run_command();
@@ -47,6 +52,7 @@ class Recording {
   void check_files();
   std::string kernel_in_words() const;
   void print_summary() const;
+  std::string result_in_words() const;
   void show_progress();
   void warn(const std::string& text);
   void problem(const std::string& text);
@@ -56,6 +62,7 @@ class Recording {
   std::unique_ptr<SessionDaemon> daemon_;
   std::shared_ptr<TracingSession> session_;  // shared with a thread that waits for LTTng
   std::unique_ptr<KernelRecording> kernel_;  // null: no kernel events
+  std::unique_ptr<FlightRecorder> flight_;   // null: everything is written
   bool is_directory_ours_ = false;
   bool is_daemon_lost_ = false;
   bool has_warned_of_registration_ = false;
@@ -63,6 +70,8 @@ class Recording {
   bool has_warned_of_space_ = false;
   std::int64_t shown_seconds_ = -1;  // of the progress line; -1: none was shown
   std::uint64_t packets_ = 0;
+  std::uint64_t snapshots_ = 0;  // saved by a flight recorder that has ended
+  std::uint64_t left_out_ = 0;
   Clock::time_point began_ = Clock::now();
   Clock::time_point next_look_ = Clock::now();
   Clock::time_point next_check_ = Clock::now();

@@ -14,8 +14,8 @@ struct ReceivedSignal {
   bool is_from_terminal = false;
 };
 
-// Blocks SIGINT, SIGTERM, SIGHUP, SIGQUIT and SIGCHLD for its lifetime. Create it before any
-// thread.
+// Blocks SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGUSR1 and SIGCHLD for its lifetime. Create it before
+// any thread.
 class Signals {
  public:
   Signals();

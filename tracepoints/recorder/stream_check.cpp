@@ -42,6 +42,10 @@ StreamSummary check_stream(const fs::path& file) {
     }
     summary.lost_packets += packet.number > expected ? packet.number - expected : 0;
     expected = packet.number + 1;
+    if (summary.packets == 0) {
+      summary.begin = packet.begin;
+    }
+    summary.end = packet.end;
     summary.discarded_events = packet.discarded_events;
     summary.content_bytes += packet.content_bits / 8;
     ++summary.packets;

@@ -20,6 +20,9 @@ constexpr std::chrono::seconds kDrainPatience{60};
 constexpr std::chrono::milliseconds kDrainPoll{10};
 constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
 constexpr std::uint64_t kStateSubbufs = 4;
+// How often the consumer daemon looks for full sub-buffers. With a timer for that it is not woken
+// by whoever fills one: a thread that emits an event makes no system call, real-time or not.
+constexpr std::chrono::milliseconds kMostReadInterval{100};
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
 constexpr std::uint64_t kLiveFileSize = 8UL << 20;
@@ -40,6 +43,20 @@ const std::vector<std::string>& state_events() {
                                               "cie:clock_sync",
                                               "lttng_ust_statedump:procname"};
   return names;
+}
+
+// For triggers only: analyzers compare with deadlines themselves.
+const std::string& trigger_event() {
+  static const std::string name = "cie:deadline_miss";
+  return name;
+}
+
+// Everything of the provider `ros2` that describes objects.
+const std::vector<std::string>& ros2_state_events() {
+  static const std::vector<std::string> patterns{"ros2:*_init", "ros2:*_added",
+                                                 "ros2:rclcpp_callback_register",
+                                                 "ros2:rclcpp_timer_link_node"};
+  return patterns;
 }
 
 // LTTng's functions return a negative error code, or, the older ones, a positive LTTNG_OK.
@@ -87,9 +104,11 @@ void TracingSession::HandleDeleter::operator()(lttng_handle* handle) const noexc
   lttng_destroy_handle(handle);
 }
 
-TracingSession::TracingSession(const std::string& name, const Options& options) : name_(name) {
-  const Descriptor descriptor(
-      lttng_session_descriptor_local_create(name.c_str(), options.directory.c_str()));
+TracingSession::TracingSession(const std::string& name, const Options& options)
+    : name_(name), is_snapshot_(options.snapshot.has_value()) {
+  const Descriptor descriptor(is_snapshot_ ? lttng_session_descriptor_snapshot_create(name.c_str())
+                                           : lttng_session_descriptor_local_create(
+                                                 name.c_str(), options.directory.c_str()));
   if (!descriptor) {
     throw RecordError("cannot create a session in " + in_quotes(options.directory) +
                       ": LTTng does not accept the path");
@@ -141,24 +160,50 @@ void TracingSession::set_up(const Options& options) {
 
   // LTTng writes the metadata only when the session stops, unless its channel has a switch timer:
   // with one, what a killed consumer daemon leaves behind can be read.
-  // A live session sends its metadata by itself.
-  if (!is_live_) {
+  // A snapshot brings its metadata along, a live session sends it by itself.
+  if (!is_snapshot_ && !is_live_) {
     enable_channel("metadata", kMetadataSubbufSize, kMetadataSubbufs, options.flush_interval);
   }
+  enable_own_events(options);
+  if (options.has_ros2_profile) {
+    enable_ros2_events(options);
+  }
+}
+
+void TracingSession::enable_own_events(const Options& options) {
   enable_channel(kStateChannel, kStateSubbufSize, kStateSubbufs, options.flush_interval);
   enable_channel(kEventChannel, options.subbuf_size, options.num_subbuf, options.flush_interval);
   for (const char* channel : {kStateChannel, kEventChannel}) {
-    add_context(channel, LTTNG_EVENT_CONTEXT_VPID);
-    add_context(channel, LTTNG_EVENT_CONTEXT_VTID);
+    add_contexts(channel, {LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID});
   }
-  for (const std::string& event : state_events()) {
+  // In a snapshot only descriptions may push out descriptions, not the clock's ticking.
+  std::vector<std::string> described = state_events();
+  if (is_snapshot_) {
+    std::erase(described, "cie:clock_sync");
+  }
+  for (const std::string& event : described) {
     enable_events(kStateChannel, event, {});
   }
+  std::vector<std::string> excluded = std::move(described);
+  excluded.push_back(trigger_event());
   for (const std::string& pattern : options.events) {
     const bool may_match_state = pattern.find('*') != std::string::npos;
-    enable_events(kEventChannel, pattern,
-                  may_match_state ? state_events() : std::vector<std::string>{});
+    enable_events(kEventChannel, pattern, may_match_state ? excluded : std::vector<std::string>{});
   }
+}
+
+void TracingSession::enable_ros2_events(const Options& options) {
+  enable_channel(kRos2StateChannel, kStateSubbufSize, kStateSubbufs, options.flush_interval);
+  enable_channel(kRos2EventChannel, options.subbuf_size, options.num_subbuf,
+                 options.flush_interval);
+  for (const char* channel : {kRos2StateChannel, kRos2EventChannel}) {
+    add_contexts(channel, {LTTNG_EVENT_CONTEXT_VPID, LTTNG_EVENT_CONTEXT_VTID,
+                           LTTNG_EVENT_CONTEXT_PROCNAME});
+  }
+  for (const std::string& pattern : ros2_state_events()) {
+    enable_events(kRos2StateChannel, pattern, {});
+  }
+  enable_events(kRos2EventChannel, "ros2:*", ros2_state_events());
 }
 
 TracingSession::~TracingSession() {
@@ -176,25 +221,37 @@ void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
     throw RecordError(std::string("cannot create the channel \"") + name + '"');
   }
   copy_name(channel->name, name);
-  channel->attr.overwrite = 0;
+  channel->attr.overwrite = is_snapshot_ ? 1 : 0;
   channel->attr.subbuf_size = subbuf_size;
   channel->attr.num_subbuf = num_subbuf;
+  const auto in_us = [](std::chrono::milliseconds time) {
+    return static_cast<unsigned int>(std::chrono::microseconds(time).count());
+  };
+  const bool is_metadata = std::string_view(name) == "metadata";  // nobody's events
+  if (is_snapshot_) {
+    // It is read when it is saved, and by nobody before: no timer.
+    channel->attr.output = LTTNG_EVENT_MMAP;
+  } else if (!is_metadata) {
+    channel->attr.read_timer_interval = in_us(std::min(flush_interval, kMostReadInterval));
+  }
   if (is_live_) {  // its own timer flushes; the relay daemon keeps the last of each stream only
     channel->attr.tracefile_size = std::max(kLiveFileSize, subbuf_size);
     channel->attr.tracefile_count = kLiveFiles;
-  } else {
-    channel->attr.switch_timer_interval =
-        static_cast<unsigned int>(std::chrono::microseconds(flush_interval).count());
+  } else if (!is_snapshot_) {
+    channel->attr.switch_timer_interval = in_us(flush_interval);
+  }
   }
   check(lttng_enable_channel(handle_.get(), channel.get()),
         std::string("enable the channel \"") + name + '"');
 }
 
-void TracingSession::add_context(const char* channel, int type) {
-  lttng_event_context context{};
-  context.ctx = static_cast<lttng_event_context_type>(type);
-  check(lttng_add_context(handle_.get(), &context, nullptr, channel),
-        std::string("add vpid and vtid to the channel \"") + channel + '"');
+void TracingSession::add_contexts(const char* channel, const std::vector<int>& types) {
+  for (const int type : types) {
+    lttng_event_context context{};
+    context.ctx = static_cast<lttng_event_context_type>(type);
+    check(lttng_add_context(handle_.get(), &context, nullptr, channel),
+          std::string("say in the channel \"") + channel + "\" who emits");
+  }
 }
 
 void TracingSession::enable_events(const char* channel, const std::string& pattern,
@@ -216,6 +273,30 @@ void TracingSession::enable_events(const char* channel, const std::string& patte
                                            static_cast<int>(names.size()),
                                            names.empty() ? nullptr : names.data()),
         "enable the events " + in_quotes(pattern));
+}
+
+std::uint64_t TracingSession::buffer_bytes_per_cpu(const Options& options) {
+  const std::uint64_t bytes =
+      kStateSubbufSize * kStateSubbufs + options.subbuf_size * options.num_subbuf;
+  return options.has_ros2_profile ? 2 * bytes : bytes;
+}
+
+void TracingSession::describe_again() {
+  check(lttng_regenerate_statedump(name_.c_str()), "have the processes describe themselves");
+}
+
+void TracingSession::save_snapshot(const std::filesystem::path& directory) {
+  const std::unique_ptr<lttng_snapshot_output,
+                        Destroyer<lttng_snapshot_output, lttng_snapshot_output_destroy>>
+      output(lttng_snapshot_output_create());
+  const bool is_set = output &&
+                      lttng_snapshot_output_set_local_path(directory.c_str(), output.get()) == 0 &&
+                      lttng_snapshot_output_set_name("snapshot", output.get()) == 0;
+  if (!is_set) {
+    throw RecordError("cannot save a snapshot in " + in_quotes(directory) +
+                      ": LTTng does not accept the path");
+  }
+  check(lttng_snapshot_record(name_.c_str(), output.get(), 1), "save a snapshot");
 }
 
 void TracingSession::start() { check(lttng_start_tracing(name_.c_str()), "start recording"); }

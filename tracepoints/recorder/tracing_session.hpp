@@ -19,6 +19,9 @@ namespace cie::record {
 // burst of the others can cost them; `events` holds all others.
 inline constexpr const char* kStateChannel = "state";
 inline constexpr const char* kEventChannel = "events";
+// The same for the profile `ros2`, whose readers want every event's process name.
+inline constexpr const char* kRos2StateChannel = "ros2_state";
+inline constexpr const char* kRos2EventChannel = "ros2";
 
 struct ChannelLoss {
   std::string name;
@@ -52,7 +55,14 @@ class TracingSession {
   TracingSession(const TracingSession&) = delete;
   TracingSession& operator=(const TracingSession&) = delete;
 
+  // Bytes of the buffers that such a session has on each CPU.
+  static std::uint64_t buffer_bytes_per_cpu(const Options& options);
+
   void start();
+  // Has every traced process describe itself again.
+  void describe_again();
+  // Writes what a snapshot session holds into a directory below `directory`.
+  void save_snapshot(const std::filesystem::path& directory);
   // Stops and waits until the buffers are written out; false if that takes longer than a minute.
   bool stop();
   std::vector<ChannelLoss> losses() const;
@@ -67,7 +77,9 @@ class TracingSession {
   void set_up(const Options& options);
   void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
                       std::chrono::milliseconds flush_interval);
-  void add_context(const char* channel, int type);
+  void add_contexts(const char* channel, const std::vector<int>& types);
+  void enable_own_events(const Options& options);
+  void enable_ros2_events(const Options& options);
   void enable_events(const char* channel, const std::string& pattern,
                      const std::vector<std::string>& exclusions);
 
@@ -75,6 +87,7 @@ class TracingSession {
     void operator()(lttng_handle* handle) const noexcept;
   };
   std::string name_;
+  bool is_snapshot_;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;
   bool is_live_ = false;

@@ -40,10 +40,8 @@ void wait(std::uint32_t seen_wakeups, std::int64_t nanoseconds) noexcept {
 
 }  // namespace
 
-Announcer::Announcer(std::function<void()> announce, std::function<void()> sync_clocks)
-    : announce_(std::move(announce)),
-      sync_clocks_(std::move(sync_clocks)),
-      seen_(session_starts.load(std::memory_order_acquire)) {
+Announcer::Announcer(Actions actions)
+    : actions_(std::move(actions)), seen_(session_starts.load(std::memory_order_acquire)) {
   watch_session_starts(&count_session_start);
   thread_.emplace("cie-announce", [this] { run(); });
 }
@@ -56,7 +54,7 @@ Announcer::~Announcer() {
 // Without memory for the read-backs the announcement is tried again at the next wake-up.
 bool Announcer::try_announce() noexcept {
   try {
-    announce_();
+    actions_.announce();
     return true;
   } catch (const std::bad_alloc&) {
     return false;
@@ -73,6 +71,9 @@ void Announcer::run() noexcept {
     }
     const std::uint32_t starts = session_starts.load(std::memory_order_acquire);
     const std::uint32_t events = enabled_events();
+    if ((events & kRos2Events) == 0 && (announced_events & kRos2Events) != 0) {
+      actions_.forget_ros2_readers();
+    }
     if (starts != seen_) {
       if (try_announce()) {
         seen_ = starts;
@@ -93,7 +94,7 @@ void Announcer::run() noexcept {
     if (events != 0) {
       const std::int64_t now = monotonic_now_ns();
       if (now >= next_sync) {
-        sync_clocks_();
+        actions_.sync_clocks();
         next_sync = now + kSecond;
       }
       pause = next_sync - now;

@@ -19,9 +19,14 @@ namespace cie::trace {
 // runs.
 class Announcer {
  public:
-  // Both are called on the background thread, and only emit while a Run lasts. Throws
-  // std::system_error.
-  Announcer(std::function<void()> announce, std::function<void()> sync_clocks);
+  // All are called on the background thread, and only emit while a Run lasts.
+  struct Actions {
+    std::function<void()> announce;
+    std::function<void()> sync_clocks;
+    std::function<void()> forget_ros2_readers;  // nobody records the profile's events any longer
+  };
+  // Throws std::system_error.
+  explicit Announcer(Actions actions);
   ~Announcer();
   Announcer(const Announcer&) = delete;
   Announcer& operator=(const Announcer&) = delete;
@@ -30,8 +35,7 @@ class Announcer {
   void run() noexcept;
   bool try_announce() noexcept;
 
-  std::function<void()> announce_;
-  std::function<void()> sync_clocks_;
+  Actions actions_;
   std::uint32_t seen_;  // session starts that were announced already
   std::atomic<bool> is_stopping_{false};
   std::optional<BackgroundThread> thread_;  // last: it uses all of them

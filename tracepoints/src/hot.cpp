@@ -4,7 +4,9 @@
 // "next_seq").
 #include <cie/tracepoints/trace.hpp>
 
+#include "clock.hpp"
 #include "provider.h"
+#include "ros2_profile.hpp"
 #include "state.hpp"
 
 #include <ctime>
@@ -26,6 +28,13 @@ std::uint64_t take(std::atomic<std::uint64_t>& counter, bool may_overlap) noexce
 void raise_to(std::atomic<std::uint64_t>& counter, std::uint64_t value) noexcept {
   std::uint64_t seen = counter.load(std::memory_order_relaxed);
   while (value > seen && !counter.compare_exchange_weak(seen, value, std::memory_order_relaxed)) {
+  }
+}
+
+void emit_publish(PublisherId publisher, std::uint64_t seq, std::int64_t timestamp) noexcept {
+  emit::publish(publisher, seq, timestamp);
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->publish(publisher, seq, timestamp);
   }
 }
 
@@ -58,13 +67,28 @@ std::uint64_t Callback::start(const Release& release) noexcept {
   const std::uint64_t seq = take(state_->started, state_->may_overlap);
   count_before_emit();
   emit::callback_start(id_, seq, release);
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->callback_start(*state_, seq, release);
+  }
   return seq;
 }
 
-void Callback::end(std::uint64_t seq, CallbackStatus status) noexcept {
+// The clock is read before `callback_end`: what is told as missed was missed by that event too.
+void Callback::end(std::uint64_t seq, CallbackStatus status, std::int64_t release_ns) noexcept {
   take(state_->ended, state_->may_overlap);
   count_before_emit();
+  std::int64_t response_ns = 0;
+  const std::uint64_t deadline_ns = state_->info.deadline_ns;
+  if (deadline_ns != 0 && release_ns >= 0 && emit::is_deadline_miss_enabled()) {
+    response_ns = monotonic_now_ns() - release_ns;
+  }
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->callback_end(*state_);
+  }
   emit::callback_end(id_, seq, status);
+  if (response_ns > 0 && static_cast<std::uint64_t>(response_ns) > deadline_ns) {
+    emit::deadline_miss(id_, seq, response_ns, deadline_ns);
+  }
 }
 
 void Callback::sample_lost(std::uint32_t count) noexcept {
@@ -76,22 +100,31 @@ void Callback::sample_lost(std::uint32_t count) noexcept {
 std::int64_t Publisher::publish() noexcept {
   const MessageStamp message = state_->messages.next(realtime_ns());
   count_before_emit();
-  emit::publish(id_, message.seq, message.source_timestamp_realtime_ns);
+  emit_publish(id_, message.seq, message.source_timestamp_realtime_ns);
   return message.source_timestamp_realtime_ns;
 }
 
 void Publisher::publish(std::int64_t source_timestamp_realtime_ns) noexcept {
   const std::uint64_t seq = state_->messages.next_seq_at(source_timestamp_realtime_ns);
   count_before_emit();
-  emit::publish(id_, seq, source_timestamp_realtime_ns);
+  emit_publish(id_, seq, source_timestamp_realtime_ns);
 }
 
 std::int64_t Publisher::next_source_timestamp() noexcept {
   return state_->messages.next_timestamp(realtime_ns());
 }
 
+void thread_wait(std::int64_t deadline_ns) noexcept {
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->before_wait(deadline_ns);
+  }
+}
+
 void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept {
   emit::thread_wakeup(callback, reason);
+  if (const Ros2Profile* profile = ros2_profile()) [[unlikely]] {
+    profile->after_wait();
+  }
 }
 
 }  // namespace cie::trace

@@ -49,8 +49,9 @@ Callback::Callback(CallbackInfo info)
 
 Callback::~Callback() { Registry::instance().remove_callback(id_); }
 
-Publisher::Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid)
-    : id_(), state_(Registry::instance().add_publisher(node, topic, writer_gid)) {
+Publisher::Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid,
+                     std::uint32_t queue_depth)
+    : id_(), state_(Registry::instance().add_publisher(node, topic, writer_gid, queue_depth)) {
   id_ = state_->id;
 }
 

@@ -6,6 +6,7 @@
 #endif
 
 #include "provider.h"
+#include "ros2_profile.hpp"
 
 #include <atomic>
 
@@ -63,6 +64,9 @@ std::uint32_t enabled_events() noexcept {
   for (const lttng_ust_tracepoint* event : events) {
     mask |= __atomic_load_n(&event->state, __ATOMIC_RELAXED) != 0 ? bit : 0;
     bit <<= 1;
+  }
+  if (const Ros2Profile* profile = ros2_profile()) {
+    mask |= profile->is_enabled() ? kRos2Events : 0;
   }
   return mask;
 }

@@ -275,6 +275,17 @@ LTTNG_UST_TRACEPOINT_EVENT(cie, sample_lost,
   )
 )
 
+LTTNG_UST_TRACEPOINT_EVENT(cie, deadline_miss,
+  LTTNG_UST_TP_ARGS(std::uint32_t, id, std::uint64_t, seq_, std::int64_t, response,
+                    std::uint64_t, deadline),
+  LTTNG_UST_TP_FIELDS(
+    lttng_ust_field_integer(std::uint32_t, callback_id, id)
+    lttng_ust_field_integer(std::uint64_t, seq, seq_)
+    lttng_ust_field_integer(std::int64_t, response_ns, response)
+    lttng_ust_field_integer(std::uint64_t, deadline_ns, deadline)
+  )
+)
+
 LTTNG_UST_TRACEPOINT_EVENT(cie, clock_sync,
   LTTNG_UST_TP_ARGS(std::int64_t, monotonic, std::int64_t, realtime),
   LTTNG_UST_TP_FIELDS(
@@ -362,6 +373,18 @@ inline void callback_end(CallbackId callback, std::uint64_t seq, CallbackStatus 
   lttng_ust_tracepoint(cie, callback_end, to_number(callback), seq,
                        static_cast<std::uint8_t>(status));
 }
+// For triggers. Whether anybody asks for it is looked up first: it costs a look at the clock.
+inline bool is_deadline_miss_enabled() noexcept {
+#ifdef CIE_WITH_LTTNG
+  return lttng_ust_tracepoint_enabled(cie, deadline_miss);
+#else
+  return false;
+#endif
+}
+inline void deadline_miss(CallbackId callback, std::uint64_t seq, std::int64_t response_ns,
+                          std::uint64_t deadline_ns) noexcept {
+  lttng_ust_tracepoint(cie, deadline_miss, to_number(callback), seq, response_ns, deadline_ns);
+}
 inline void publish(PublisherId publisher, std::uint64_t seq,
                     std::int64_t source_timestamp_realtime_ns) noexcept {
   lttng_ust_tracepoint(cie, publish, to_number(publisher), seq, source_timestamp_realtime_ns);
@@ -374,8 +397,10 @@ inline void sample_lost(CallbackId callback, std::uint32_t count, std::uint64_t 
 
 namespace cie::trace {
 
-// One bit per event of the provider: those that some session records in this process.
+// One bit per event of the provider: those that some session records in this process; and one for
+// the events of the profile `ros2`, all together. deadline_miss, which is for triggers, has none.
 std::uint32_t enabled_events() noexcept;
+inline constexpr std::uint32_t kRos2Events = 1U << 31U;
 
 // Calls `on_start` whenever a tracing session starts on this process or its state is asked for anew
 // (`lttng regenerate statedump`), from a thread of LTTng's: it may only set a flag and wake

@@ -1,6 +1,7 @@
 #include "registry.hpp"
 
 #include "provider.h"
+#include "ros2_profile.hpp"
 #include "state_events.hpp"
 
 #include <algorithm>
@@ -44,6 +45,7 @@ Registry& Registry::instance() {
 }
 
 Registry::Registry() : live_(std::make_unique<Live>()) {
+  load_profile();
   pthread_atfork(&before_fork, &after_fork_in_parent, &after_fork_in_child);
   at_process_exit([]() noexcept { instance().finish_at_exit(); });
 }
@@ -56,10 +58,14 @@ std::uint64_t Registry::begin_run(ExecutorKind executor, std::string_view spec_s
     live.spec_sha256 = spec_sha256;
     live.process = read_process_info();
     // Before run_begin: a session that starts meanwhile is then announced to, rather than missed.
-    live.announcer = std::make_unique<Announcer>([this] { announce(); }, [this] { sync_clocks(); });
+    live.announcer = std::make_unique<Announcer>(
+        Announcer::Actions{.announce = [this] { announce(); },
+                           .sync_clocks = [this] { sync_clocks(); },
+                           .forget_ros2_readers = [this] { forget_ros2_readers(); }});
     live.is_running = true;
     emit_run_begin(RunMoment::start);
     emit_registered();
+    tell_ros2_readers();
   }
   ++live.runs;
   return generation_;
@@ -87,6 +93,9 @@ NodeId Registry::add_node(std::string_view name) {
   const auto& added = live_->nodes.emplace(node, std::string(name)).first->second;
   if (live_->is_running) {
     emit::node_init(node, added.c_str());
+    if (const Ros2Profile* profile = ros2_profile()) {
+      profile->node_init(node, added.c_str());
+    }
   }
   return node;
 }
@@ -129,6 +138,9 @@ std::shared_ptr<CallbackState> Registry::add_callback(CallbackInfo info) {
   if (live_->is_running) {
     ++live_->totals.callbacks;
     emit_init(*callback);
+    if (const Ros2Profile* profile = ros2_profile()) {
+      profile->callback_init(*callback);
+    }
   }
   return callback;
 }
@@ -149,14 +161,18 @@ void Registry::remove_callback(CallbackId callback) {
 }
 
 std::shared_ptr<PublisherState> Registry::add_publisher(NodeId node, std::string_view topic,
-                                                        std::uint64_t writer_gid) {
+                                                        std::uint64_t writer_gid,
+                                                        std::uint32_t queue_depth) {
   const Guard guard(*this);
   const PublisherId id{next_publisher_++};
-  auto publisher = std::make_shared<PublisherState>(id, node, topic, writer_gid);
+  auto publisher = std::make_shared<PublisherState>(id, node, topic, writer_gid, queue_depth);
   live_->publishers.emplace(id, publisher);
   if (live_->is_running) {
     ++live_->totals.publishers;
     emit_init(*publisher);
+    if (const Ros2Profile* profile = ros2_profile()) {
+      profile->publisher_init(*publisher);
+    }
   }
   return publisher;
 }
@@ -242,6 +258,7 @@ void Registry::announce() {
   }
   emit_run_begin(RunMoment::announce);
   emit_everything();
+  tell_ros2_readers();
   for (const auto& thread : live_->threads) {
     if (auto parameters = read_back(thread->tid)) {  // else it ended unannounced: nothing to say
       emit_sched(*thread, {.moment = SchedMoment::audit,
@@ -293,6 +310,31 @@ void Registry::emit_everything() const {
   for (const auto& thread : live_->threads) {
     emit_init(*thread);
   }
+}
+
+// Unless they were told already, or there are none.
+void Registry::tell_ros2_readers() {
+  Live& live = *live_;
+  const Ros2Profile* const profile = ros2_profile();
+  if (profile == nullptr || live.is_told_to_ros2_readers || !profile->is_enabled()) {
+    return;
+  }
+  live.is_told_to_ros2_readers = true;
+  profile->run_begin();
+  for (const auto& [id, name] : live.nodes) {
+    profile->node_init(id, name.c_str());
+  }
+  for (const auto& [id, callback] : live.callbacks) {
+    profile->callback_init(*callback);
+  }
+  for (const auto& [id, publisher] : live.publishers) {
+    profile->publisher_init(*publisher);
+  }
+}
+
+void Registry::forget_ros2_readers() {
+  const Guard guard(*this);
+  live_->is_told_to_ros2_readers = false;
 }
 
 void Registry::emit_run_begin(RunMoment moment) const {

@@ -38,7 +38,8 @@ class Registry {
   std::shared_ptr<CallbackState> add_callback(CallbackInfo info);
   void remove_callback(CallbackId callback);
   std::shared_ptr<PublisherState> add_publisher(NodeId node, std::string_view topic,
-                                                std::uint64_t writer_gid);
+                                                std::uint64_t writer_gid,
+                                                std::uint32_t queue_depth);
   void remove_publisher(PublisherId publisher);
   std::shared_ptr<ThreadState> add_thread(ThreadState thread);
   void remove_thread(const ThreadState* thread);
@@ -58,6 +59,9 @@ class Registry {
   void announce();
   // Emits `clock_sync`. Does nothing outside a Run.
   void sync_clocks();
+  // Events of the profile `ros2` are recorded no longer: whoever records them next has to be told
+  // everything.
+  void forget_ros2_readers();
   // Emits the *_fini of everything live and `run_end`. Nothing is registered or emitted after it.
   void finish_at_exit() noexcept;
 
@@ -81,6 +85,9 @@ class Registry {
     std::vector<std::shared_ptr<ThreadState>> threads;  // in order of registration
     std::set<std::string, std::less<>> logical_ids;  // claimed, and not yet of a callback that went
     std::unique_ptr<Announcer> announcer;
+    // Whoever records events of the profile `ros2` was told of all that is live. Readers of that
+    // vocabulary take what they are told again for something new.
+    bool is_told_to_ros2_readers = false;
 
     bool has_objects() const noexcept;
   };
@@ -92,6 +99,7 @@ class Registry {
   void emit_run_begin(RunMoment moment) const;
   void emit_registered();
   void emit_everything() const;
+  void tell_ros2_readers();
   // Emits run_end if nothing is left; returns what must be stopped once the lock is released.
   std::unique_ptr<Announcer> end_if_empty();
 

@@ -39,14 +39,19 @@ struct CallbackState {
 
 struct PublisherState {
   PublisherState(PublisherId publisher, NodeId publisher_node, std::string_view publisher_topic,
-                 std::uint64_t gid)
-      : id(publisher), node(publisher_node), topic(publisher_topic), writer_gid(gid) {}
+                 std::uint64_t gid, std::uint32_t depth)
+      : id(publisher),
+        node(publisher_node),
+        topic(publisher_topic),
+        writer_gid(gid),
+        queue_depth(depth) {}
 
   alignas(kCacheLine) MessageClock messages;
   const PublisherId id;
   const NodeId node;
   const std::string topic;
   const std::uint64_t writer_gid;
+  const std::uint32_t queue_depth;
 };
 
 // One read-back of a thread's parameters, as `thread_sched` carries it.

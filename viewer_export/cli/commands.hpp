@@ -20,6 +20,7 @@ int diff_command(const Arguments& arguments);
 int live_command(const Arguments& arguments);
 int view_command(const Arguments& arguments);
 int analyze_command(const Arguments& arguments);
+int doctor_command(const Arguments& arguments);
 
 // Replaces this process by `cie-run` or `cie-record`, found beside this program or in PATH. Returns
 // only by throwing std::runtime_error when it is not installed.

@@ -25,7 +25,7 @@
 namespace cie::cli {
 
 std::span<const Command> commands() {
-  static constexpr std::array<Command, 11> kCommands{{
+  static constexpr std::array<Command, 12> kCommands{{
       {"run", "run an application with every callback on its own thread", nullptr},
       {"record", "record an application with LTTng", nullptr},
       {"report", "response times and more, per callback", report_command},
@@ -40,6 +40,7 @@ std::span<const Command> commands() {
       {"spec", "check a scheduling spec", spec_command},
       {"diff", "two recordings side by side: what became slower", diff_command},
       {"live", "watch a running system: terminal, web page, Prometheus", live_command},
+      {"doctor", "is this machine fit to trace and for real time?", doctor_command},
   }};
   return kCommands;
 }

@@ -37,7 +37,8 @@ void StreamReader::emit_begin(EventWriter& writer) const {
                            .host = trace.host,
                            .clock_uuid = clock_.uuid,
                            .clock_offset_ns = clock_.offset_ns,
-                           .path = files_.front().file.path()};
+                           .path = files_.front().file.path(),
+                           .is_snapshot = trace.is_snapshot};
   writer.keep(event);
 }
 

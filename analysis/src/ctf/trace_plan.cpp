@@ -1,5 +1,7 @@
 #include "trace_plan.hpp"
 
+#include <cie/tracepoints/schema.hpp>
+
 #include "tokens.hpp"
 
 #include <algorithm>
@@ -112,6 +114,7 @@ TracePlan::TracePlan(const Metadata& metadata)
   context_.has_roles = metadata.has_roles;
   uuid = parse_uuid(metadata.uuid);
   host = host_of(metadata);
+  is_snapshot = value_of(metadata, "trace_name").starts_with(kSnapshotSession);
   domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
   if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
 

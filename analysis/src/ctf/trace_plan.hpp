@@ -128,6 +128,7 @@ class TracePlan {
 
   std::optional<Uuid> uuid;
   std::string host;
+  bool is_snapshot = false;  // of a flight recorder
   Domain domain = Domain::user;
   std::int32_t priority_offset = 0;  // see VocabularyState
   const Sequence* packet_header = nullptr;

@@ -1,5 +1,7 @@
 #include "message_decoder.hpp"
 
+#include <cie/tracepoints/schema.hpp>
+
 #include "bt_fields.hpp"
 
 #include <array>
@@ -67,6 +69,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
     of_trace->trace.reset(trace);
     of_trace->domain = environment(trace, "domain") == "kernel" ? Domain::kernel : Domain::user;
     of_trace->host = environment(trace, "hostname");  // LTTng's; perf says "host"
+    of_trace->is_snapshot = environment(trace, "trace_name").starts_with(kSnapshotSession);
     if (of_trace->host.empty()) of_trace->host = environment(trace, "host");
     if (environment(trace, "tracer_name") == "lttng-modules") of_trace->state.priority_offset = 100;
   }
@@ -104,7 +107,8 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
                          .host = of_trace->host,
                          .clock_uuid = clock_uuid,
                          .clock_offset_ns = offset_ns,
-                         .path = name != nullptr ? std::string_view(name) : std::string_view{}});
+                         .path = name != nullptr ? std::string_view(name) : std::string_view{},
+                         .is_snapshot = of_trace->is_snapshot});
 }
 
 void MessageDecoder::stream_end(const bt_stream* stream) {

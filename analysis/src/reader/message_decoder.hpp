@@ -48,6 +48,7 @@ class MessageDecoder {
     VocabularyState state;
     Domain domain = Domain::user;
     std::string host;
+    bool is_snapshot = false;
     TraceRef trace;  // keeps the addresses below from being reused
   };
   struct Stream {

@@ -74,6 +74,10 @@ class Directory {
     subscriptions_of_objects_[object] = subscription;
   }
 
+  // Whether anything was said of them yet.
+  bool has_callback(Address address) const { return bindings_.contains(address); }
+  bool has_publisher(Address handle) const { return publishers_.contains(handle); }
+
   // The callback behind an address; an unknown one the first time that nobody spoke of it.
   CallbackNumber callback(Address address);
   // The callback that a queue between callbacks feeds. Empty: unknown.

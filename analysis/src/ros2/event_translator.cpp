@@ -1,5 +1,7 @@
 #include "event_translator.hpp"
 
+#include <cie/tracepoints/ros2_profile.hpp>
+
 #include <algorithm>
 #include <iterator>
 
@@ -30,6 +32,37 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
   const auto index = static_cast<std::size_t>(head.stream);
   if (index >= streams_.size()) streams_.resize(index + 1);
   streams_[index] = Stream{.host = std::string(event.host), .offset_ns = event.clock_offset_ns};
+}
+
+void EventTranslator::apply(const EventHead& head, const RunBegin& /*event*/) {
+  if (!head.pid) return;
+  hosts_[stream_of(head).host].processes[*head.pid].has_own_events = true;
+}
+
+// Whether the profile `ros2` says here what an event of this project's own says, too. Both are
+// announced together; what runs unannounced before is left to the own ones if it can be theirs.
+bool EventTranslator::is_told_better(Ros2Event event, const Payload& p, Process& process) {
+  switch (event) {
+    case Ros2Event::rmw_take:
+    case Ros2Event::executor_wait:
+    case Ros2Event::executor_ready:
+      return process.has_ros2_profile && process.has_own_events;  // they name nobody
+    default:
+      break;
+  }
+  const auto handle = p.number<Address>(0);
+  if (!is_ros2_profile_handle(handle)) return false;
+  process.has_ros2_profile = true;
+  if (process.has_own_events) return true;
+  switch (event) {
+    case Ros2Event::callback_start:
+    case Ros2Event::callback_end:
+      return !process.directory.has_callback(handle);
+    case Ros2Event::rcl_publish:
+      return !process.directory.has_publisher(handle);
+    default:
+      return false;
+  }
 }
 
 void EventTranslator::lose(const EventHead& head) {
@@ -67,6 +100,7 @@ void EventTranslator::translate(const EventHead& head, const Untranslated& raw, 
                   .sink = sink};
   const auto event = static_cast<Ros2Event>(raw.kind & ~ros2::kRepeats);
   const Payload p{raw.fields};
+  if (is_told_better(event, p, process)) return;
   if (publish(event, p, context)) return;
   settle_thread(context);
   switch (event) {

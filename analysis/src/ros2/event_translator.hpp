@@ -30,6 +30,8 @@ class EventTranslator {
 
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
+  // The process tells of itself in this project's own events.
+  void apply(const EventHead& head, const RunBegin& event);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head);
@@ -72,6 +74,8 @@ class EventTranslator {
     std::unordered_map<std::uint64_t, ros2::Address> agnocast_subscriptions{};  // by its own number
     std::unordered_map<ros2::Address, std::int64_t> agnocast_entries{};         // by callable
     std::set<ros2::Address> told_groups{};
+    bool has_own_events = false;    // this project's, which say more and are numbered
+    bool has_ros2_profile = false;  // says the same in ROS 2's words too
   };
   struct Host {
     std::map<std::int64_t, Process> processes{};  // by pid
@@ -89,6 +93,7 @@ class EventTranslator {
     const Sink& sink;
   };
 
+  static bool is_told_better(ros2::Ros2Event event, const Payload& p, Process& process);
   void describe(ros2::Ros2Event event, bool repeats, const Payload& p, Context& context);
   void describe_agnocast(ros2::Ros2Event event, const Payload& p, Context& context);
   bool publish(ros2::Ros2Event event, const Payload& p, Context& context);

@@ -2,10 +2,11 @@
 // and a publisher, driven by the facade alone.
 //
 //   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort]
-//              [--burst N] [--status N] [--ready FILE] [--fork]
+//              [--burst N] [--status N] [--ready FILE] [--fork] [--deadline-us N [--late-every N]]
 //
 // --fork: a child destroys what it inherited and calls exit(). Writes FILE (its pid) once
-// everything is registered; prints the totals it emitted on exit.
+// everything is registered. --late-every: each N-th instance of the timer responds after three
+// times its deadline. Prints the totals it emitted on exit.
 #include <cie/tracepoints/trace.hpp>
 
 #include <atomic>
@@ -32,6 +33,8 @@ struct Options {
   std::uint64_t instances = 10;
   std::uint64_t period_us = 1000;
   std::uint64_t burst = 0;
+  std::uint64_t deadline_us = 0;  // that the timer declares
+  std::uint64_t late_every = 0;
   std::uint64_t work_us = 0;  // on a CPU, in each instance of the timer
   bool is_until_signal = false;
   bool has_child = false;
@@ -64,6 +67,10 @@ Options parse(int argc, char** argv) {
       options.period_us = std::stoull(value);
     } else if (name == "--work-us") {
       options.work_us = std::stoull(value);
+    } else if (name == "--deadline-us") {
+      options.deadline_us = std::stoull(value);
+    } else if (name == "--late-every") {
+      options.late_every = std::stoull(value);
     } else if (name == "--burst") {
       options.burst = std::stoull(value);
     } else if (name == "--leave-by") {
@@ -80,6 +87,9 @@ Options parse(int argc, char** argv) {
 }
 
 struct Application {
+  explicit Application(std::uint64_t deadline_us) : deadline_ns(deadline_us * 1000) {}
+
+  std::uint64_t deadline_ns;
   trace::Run run{cie::ExecutorKind::isolated, ""};
   trace::Node node{"/test/node"};
   trace::Group timer_group{node.id(), cie::GroupType::mutually_exclusive};
@@ -91,7 +101,8 @@ struct Application {
                          .logical_id = trace::unique_logical_id("/test/node@Timer(1000000)"),
                          .source = "",
                          .symbol = "on_timer",
-                         .period_ns = 1'000'000}};
+                         .period_ns = 1'000'000,
+                         .deadline_ns = deadline_ns}};
   trace::Callback subscription{
       {.group = subscription_group.id(),
        .node = node.id(),
@@ -122,7 +133,7 @@ void run_instance(Application& app, std::int64_t release_ns, std::uint64_t work_
   }
   const std::int64_t stamp = app.publisher.publish();
   app.subscription.release(0);
-  app.timer.end(timer_seq, cie::CallbackStatus::ok);
+  app.timer.end(timer_seq, cie::CallbackStatus::ok, release_ns);
   const std::uint64_t seq = app.subscription.start({.kind = cie::ReleaseKind::data,
                                                     .release_ns = release_ns,
                                                     .source_timestamp_realtime_ns = stamp,
@@ -142,7 +153,9 @@ void work(Application& app, const Options& options) {
   for (std::uint64_t i = 0; options.is_until_signal ? !is_asked_to_stop : i < options.instances;
        ++i) {
     trace::thread_wakeup(app.timer.id(), cie::WakeupReason::timer);
-    run_instance(app, now_ns(), options.work_us);
+    const bool is_late = options.late_every != 0 && (i + 1) % options.late_every == 0;
+    const auto late_by = static_cast<std::int64_t>(is_late ? 3 * options.deadline_us * 1000 : 0);
+    run_instance(app, now_ns() - late_by, options.work_us);
     std::this_thread::sleep_for(std::chrono::microseconds(options.period_us));
   }
   if (options.work_us > 0) {
@@ -164,7 +177,7 @@ int main(int argc, char** argv) {
   for (const int signal : {SIGTERM, SIGINT}) {
     std::signal(signal, [](int) { is_asked_to_stop = true; });
   }
-  auto app = std::make_unique<Application>();
+  auto app = std::make_unique<Application>(options.deadline_us);
   if (options.has_child) {
     const pid_t child = fork();
     if (child == 0) {

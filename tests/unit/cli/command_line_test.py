@@ -18,7 +18,7 @@ CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
 SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
-COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff", "live")
+COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff", "live", "doctor")
 
 
 def cie(*arguments, **options):
@@ -114,6 +114,25 @@ class ManualPages(unittest.TestCase):
             done = subprocess.run(["groff", "-man", "-ww", "-Tutf8", os.path.join(self.folder, page)],
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
             self.assertEqual((done.returncode, done.stderr), (0, b""), page)
+
+
+class Doctor(Folder):
+    def test_problems_decide_the_exit_code_and_come_with_advice(self):
+        done = cie("doctor", "--root", self.folder, "-f", "json")
+        report = json.loads(done.stdout)
+        self.assertEqual((report["schema"], done.returncode), ("cie.doctor/1", 1))  # no real time, no /dev/shm
+        counted = [check["health"] for check in report["checks"]]
+        self.assertEqual((report["problems"], report["warnings"]),
+                         (counted.count("problem"), counted.count("warning")))
+        for check in report["checks"]:
+            self.assertEqual(check["advice"] is None, check["health"] == "ok", check)
+        text = cie("doctor", "--root", self.folder).stdout.decode()
+        self.assertLessEqual(max(map(len, text.splitlines())), 100)
+        for check in report["checks"]:
+            self.assertIn(check["id"], text)
+
+    def test_what_is_no_recording_is_an_error(self):
+        self.assertEqual(cie("doctor", "--trace", self.folder).returncode, 4)
 
 
 class Usage(Folder):

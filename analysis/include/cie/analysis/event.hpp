@@ -48,6 +48,8 @@ struct StreamBegin {
   std::string_view clock_uuid;       // the boot id; empty if the clock has none
   std::int64_t clock_offset_ns = 0;  // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it
   std::string_view path;             // where it lies, for messages
+  // Of a flight recorder: begins where the buffers were not overwritten yet.
+  bool is_snapshot = false;
 };
 struct StreamEnd {};
 struct PacketBegin {};  // head.time: the packet's begin

@@ -15,6 +15,10 @@ inline constexpr std::uint32_t kContractVersion = 1;
 // LTTng-UST provider; an event's full name is "cie:callback_start".
 inline constexpr std::string_view kProvider = "cie";
 
+// LTTng sessions whose names begin so are flight recorders: what their buffers held before a
+// recording begins was overwritten on purpose. Their metadata carries the name ("trace_name").
+inline constexpr std::string_view kSnapshotSession = "cie-snapshot";
+
 // Ids are given by the executor at registration, unique in a process, never reused.
 enum class NodeId : std::uint32_t {};
 enum class GroupId : std::uint32_t {};

@@ -7,13 +7,16 @@
 //
 // Every object may be created, used and destroyed on any thread; use of one object must not overlap
 // its destruction. Constructors allocate, take a priority-inheriting lock and may throw
-// std::bad_alloc; Run's also std::system_error when its background thread cannot be created.
-// After fork() a child inherits no registered object: those of the parent stay silent in it.
+// std::bad_alloc; Run's also std::system_error when its background thread cannot be created, and
+// the first object's std::runtime_error when the environment asks for a profile (see
+// ros2_profile.hpp) that cannot be had. After fork() a child inherits no registered object: those
+// of the parent stay silent in it.
 #pragma once
 
 #include <cie/tracepoints/schema.hpp>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -144,7 +147,9 @@ class Callback {
     std::uint64_t writer_gid = 0;
   };
   std::uint64_t start(const Release& release) noexcept;
-  void end(std::uint64_t seq, CallbackStatus status) noexcept;
+  // `release_ns`: the instance's, as start() was told. From it and the declared deadline follows
+  // `deadline_miss`, where a session or trigger asks for that event; -1: none.
+  void end(std::uint64_t seq, CallbackStatus status, std::int64_t release_ns = -1) noexcept;
 
   // `count` samples were lost before they reached the queue. Thread-safe.
   void sample_lost(std::uint32_t count) noexcept;
@@ -156,7 +161,9 @@ class Callback {
 
 class Publisher {
  public:
-  Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid);
+  // `queue_depth`: of the writer's history; 0 unknown. Only the profile `ros2` tells it.
+  Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid,
+            std::uint32_t queue_depth = 0);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -201,6 +208,12 @@ class Thread {
   std::uint32_t tid_;
   std::shared_ptr<ThreadState> state_;
 };
+
+inline constexpr std::int64_t kWaitForever = std::numeric_limits<std::int64_t>::max();
+
+// On a callback's thread, before a wait that ends at `deadline_ns` of CLOCK_MONOTONIC at the
+// latest. No event of the contract: only the profile `ros2` tells it.
+void thread_wait(std::int64_t deadline_ns) noexcept;
 
 // On a callback's thread, on return from a wait in which it really waited.
 void thread_wakeup(CallbackId callback, WakeupReason reason) noexcept;

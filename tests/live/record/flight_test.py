@@ -1,0 +1,162 @@
+#!/usr/bin/env python3
+"""The flight recorder (`cie record --snapshot`): what makes it save, what it saves, and where it stops.
+Arguments: PROGRAMS APPLICATION (traced_app)."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+
+PROGRAMS, APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:3])
+CIE = PROGRAMS / "cie"
+PATIENCE = 40  # seconds; nothing takes as long
+scratch: Path
+
+
+def run(*command):
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=PATIENCE, check=False)
+
+
+def verdicts_of(snapshot):
+    report = json.loads(run(CIE, "verify", snapshot, "-f", "json").stdout)
+    return {rule["id"]: rule["verdict"] for rule in report["rules"]}
+
+
+def manifest_of(snapshot):
+    return json.loads((snapshot / "manifest.json").read_text())
+
+
+def starts_of(snapshot):
+    """Numbers of the timer's instances, in order."""
+    text = run("babeltrace2", snapshot).stdout
+    return [int(seq) for seq in re.findall(r"cie:callback_start: .*?\{ callback_id = 0, seq = (\d+)", text)]
+
+
+class Flight(unittest.TestCase):
+    def record(self, name, options, arguments):
+        """A recorder that runs in the background, and its directory."""
+        directory = scratch / name
+        command = [CIE, "record", "-o", directory, "--snapshot", "5", *options, "--", APPLICATION, *arguments]
+        recorder = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                    text=True)
+        self.addCleanup(recorder.stderr.close)
+        self.addCleanup(recorder.wait)
+        self.addCleanup(recorder.kill)
+        return recorder, directory
+
+    def end(self, recorder, wanted_status=0):
+        _, text = recorder.communicate(timeout=PATIENCE)
+        self.assertEqual(recorder.returncode, wanted_status, text)
+        return text
+
+    def wait_for(self, path):
+        deadline = time.monotonic() + PATIENCE
+        while not path.exists():
+            self.assertLess(time.monotonic(), deadline, f"{path} does not come")
+            time.sleep(0.01)
+
+    def check_complete(self, snapshot):
+        """Nothing of a snapshot is taken for a violation, or for lost, because its past was overwritten.
+        The application violates M2: it runs two callbacks on one thread."""
+        verdicts = verdicts_of(snapshot)
+        self.assertEqual({rule for rule, verdict in verdicts.items() if verdict == "FAIL"} - {"R1", "R2", "R3"},
+                         {"M2"})
+        for rule in ("T3", "T5", "M3", "E1", "E2", "E3"):
+            self.assertEqual(verdicts[rule], "PASS", rule)
+        report = json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)
+        self.assertEqual({callback["logical_id"] for callback in report["callbacks"]},
+                         {"/test/node@Timer(1000000)", "/test/node@Subscription(/test/topic)"})
+        self.assertEqual({callback["node"] for callback in report["callbacks"]}, {"/test/node"})
+
+    def test_on_command_it_saves_the_last_events_and_what_describes_them(self):
+        # 5 kB of events per 100 instances: 4 x 4 KiB per CPU are overwritten many times.
+        recorder, directory = self.record("command", ["--subbuf-size", "4k", "--num-subbuf", "4"],
+                                          ["--burst", "5000", "--until-signal", "--ready", str(scratch / "ready")])
+        self.wait_for(scratch / "ready")
+        time.sleep(0.5)
+        saved = run(CIE, "record", "--save", directory)
+        self.assertEqual((saved.returncode, saved.stdout), (0, f"{directory}/snapshot-001\n"), saved.stderr)
+        snapshot = directory / "snapshot-001"
+        self.check_complete(snapshot)
+        starts = starts_of(snapshot)
+        self.assertGreater(starts[0], 4000, "the past was overwritten")
+        self.assertGreater(len(starts), 20)
+        self.assertEqual(manifest_of(snapshot)["snapshot"]["reason"], "on command")
+        held = manifest_of(snapshot)["snapshot"]["held_ns"]
+        report = json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)
+        # Readers' window ends with the first channel to end, a moment earlier.
+        self.assertAlmostEqual(report["trace"]["end_ns"] - report["trace"]["begin_ns"], held, delta=20_000_000)
+        # A signal does the same, and the next one has the next number.
+        recorder.send_signal(signal.SIGUSR1)
+        self.wait_for(directory / "snapshot-002")
+        self.check_complete(directory / "snapshot-002")
+        self.assertGreater(starts_of(directory / "snapshot-002")[-1], starts[-1])
+        os.kill(int((scratch / "ready").read_text()), signal.SIGTERM)
+        text = self.end(recorder)
+        self.assertRegex(text, r"keeping the last 5 s in memory: \d+ MiB per CPU, \d+ MiB in all")
+        self.assertIn("the buffers are too small for 5", text)
+        self.assertIn("saved 2 snapshots", text)
+        self.assertEqual(sorted(path.name for path in directory.iterdir()), ["snapshot-001", "snapshot-002"])
+
+    def test_a_missed_deadline_is_saved_as_often_as_the_limits_allow(self):
+        late = 100
+        recorder, directory = self.record(
+            "deadline", ["--max-snapshots", "1", "--min-interval", "0"],
+            ["--instances", "1500", "--deadline-us", "200000", "--late-every", str(late)])
+        text = self.end(recorder)
+        snapshot = directory / "snapshot-001"
+        reason = manifest_of(snapshot)["snapshot"]["reason"]
+        told = re.fullmatch(r"callback 0 missed its deadline: responded after (\d+\.\d+) ms instead of 200\.000 ms",
+                            reason)
+        self.assertTrue(told, reason)
+        self.assertGreaterEqual(float(told[1]), 600)
+        self.assertFalse((directory / "snapshot-002").exists())
+        self.assertRegex(text, r"saved 1 snapshots in .*; \d+ times more there was a reason to")
+        self.check_complete(snapshot)
+        self.assertEqual(verdicts_of(snapshot)["R3"], "FAIL", "it shows what happened")
+        self.assertGreater(starts_of(snapshot)[-1], late - 1, "and what came after it")
+
+    def test_what_a_failing_command_did_last_is_saved(self):
+        recorder, directory = self.record("crash", [], ["--instances", "200", "--leave-by", "abort"])
+        text = self.end(recorder)
+        self.assertIn("was killed by signal 6", text)
+        snapshot = directory / "snapshot-001"
+        self.assertRegex(manifest_of(snapshot)["snapshot"]["reason"], r"the command was killed by signal 6")
+        self.check_complete(snapshot)
+        self.assertEqual(starts_of(snapshot), list(range(200)))
+
+    def test_a_command_that_succeeds_leaves_nothing(self):
+        recorder, directory = self.record("success", [], ["--instances", "10"])
+        self.assertIn("saved 0 snapshots", self.end(recorder))
+        self.assertEqual(list(directory.iterdir()), [])
+
+    def test_what_cannot_be_is_refused(self):
+        for status, wanted, arguments in (
+                (4, "nobody keeps snapshots", ["--save", scratch]),
+                (2, "--save DIR stands alone", ["--save", scratch, "--", "true"]),
+                (2, "--event-rate goes with --snapshot", ["--event-rate", "5", "--", "true"]),
+                (2, "keeps no kernel events", ["--snapshot", "5", "--kernel", "yes", "--", "true"]),
+                (2, "do not fit into memory", ["--snapshot", "3600", "--event-rate", "100000000", "--", "true"]),
+                (4, "/dev/shm has", ["--snapshot", "3600", "--subbuf-size", "256g", "-o", scratch / "much", "--",
+                                     "true"])):
+            done = run(CIE, "record", *arguments)
+            self.assertEqual(done.returncode, status, done.stderr)
+            self.assertIn(wanted, done.stderr)
+        self.assertFalse((scratch / "much").exists())
+
+
+def begin(directory):
+    global scratch
+    scratch = directory
+
+
+if __name__ == "__main__":
+    isolated_main.main("flight", sys.argv[3:], begin)

@@ -1,0 +1,252 @@
+// `cie doctor` on machines that are folders of files: each finding from what the files say.
+#include "doctor.hpp"
+
+#include "support/temporary_directory.hpp"
+
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr const char* kClock = "/sys/devices/system/clocksource/clocksource0/current_clocksource";
+constexpr const char* kRuntime = "/proc/sys/kernel/sched_rt_runtime_us";
+
+std::string status_of(const std::string& uid, const std::string& capabilities,
+                      const std::string& groups) {
+  return "Name:\tcie\nUid:\t" + uid + "\t" + uid + "\t" + uid + "\t" + uid + "\nGroups:\t" +
+         groups + " \nCapEff:\t" + capabilities + "\n";
+}
+
+// A machine on which everything is well; tests change one thing.
+class Doctor : public testing::Test {
+ protected:
+  Doctor() {
+    write("/proc/self/status", status_of("0", "000001ffffffffff", "0"));
+    write("/proc/self/limits",
+          "Limit                     Soft Limit   Hard Limit   Units\n"
+          "Max realtime priority     0            0            \n");
+    write("/proc/self/cgroup", "0::/\n");
+    write("/proc/net/unix", "Num       RefCount Protocol Flags    Type St Inode Path\n");
+    write("/etc/group", "root:x:0:\ntracing:x:107:ann\n");
+    write(kRuntime, "-1\n");
+    write("/proc/sys/kernel/sched_rt_period_us", "1000000\n");
+    write("/sys/kernel/btf/vmlinux", "");
+    write("/sys/devices/system/cpu/online", "0-1\n");
+    write(kClock, "tsc\n");
+    fs::create_directories(root() / "dev/shm");
+  }
+
+  fs::path root() const { return directory_.path(); }
+  void write(const std::string& path, const std::string& text) const {
+    const auto file = root() / fs::path(path).relative_path();
+    fs::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+  void remove(const std::string& path) const {
+    fs::remove_all(root() / fs::path(path).relative_path());
+  }
+  Finding finding(const std::string& id) const {
+    for (const auto& finding : examine(Machine(root())))
+      if (finding.id == id) return finding;
+    throw std::out_of_range(id);
+  }
+  void expect(const std::string& id, Health health, const std::string& what) const {
+    const auto found = finding(id);
+    EXPECT_EQ(label(found.health), label(health)) << id << ": " << found.what;
+    EXPECT_THAT(found.what, HasSubstr(what));
+    EXPECT_EQ(found.advice.empty(), health == Health::ok) << "advice where it is needed";
+  }
+  void listen_on(const std::string& paths) const {
+    std::string text = "Num       RefCount Protocol Flags    Type St Inode Path\n";
+    std::istringstream words(paths);
+    for (std::string path; words >> path;)
+      text += "ffff9d8a: 00000002 00000000 00010000 0001 01 17 " + path + "\n";
+    // Connections of others, which listen to nobody.
+    text +=
+        "ffff9d8b: 00000003 00000000 00000000 0001 03 18 /elsewhere/.lttng/client-lttng-sessiond\n";
+    write("/proc/net/unix", text);
+  }
+
+  test::TemporaryDirectory directory_;
+};
+
+TEST_F(Doctor, FindsNothingWhereAllIsWell) {
+  for (const auto& finding : examine(Machine(root()))) {
+    if (finding.id == "shared-memory") continue;  // the space is this machine's
+    EXPECT_EQ(finding.health, Health::ok) << finding.id << ": " << finding.what;
+    EXPECT_EQ(finding.advice, "") << finding.id;
+  }
+}
+
+TEST_F(Doctor, SurvivesAMachineWithoutAnyFile) {
+  const Machine nothing(root() / "no such folder");
+  EXPECT_EQ(examine(nothing).size(), examine(Machine(root())).size());
+}
+
+TEST_F(Doctor, TellsWhoseSessionDaemonRuns) {
+  expect("session-daemon", Health::ok, "none runs");
+  listen_on("/run/lttng/client-lttng-sessiond");
+  expect("session-daemon", Health::ok, "root's runs");
+  listen_on("/home/ann/.lttng/client-lttng-sessiond");
+  expect("session-daemon", Health::ok, "in /home/ann");
+  listen_on("/run/lttng/client-lttng-sessiond /home/ann/.lttng/client-lttng-sessiond");
+  expect("session-daemon", Health::warning, "several run: root's, and in /home/ann");
+}
+
+TEST_F(Doctor, RootsDaemonIsForTheTracingGroup) {
+  listen_on("/run/lttng/client-lttng-sessiond");
+  write("/proc/self/status", status_of("1000", "0000000000000000", "1000"));
+  expect("session-daemon", Health::warning, "may not use it");
+  write("/proc/self/status", status_of("1000", "0000000000000000", "1000 107"));
+  expect("session-daemon", Health::ok, "root's runs");
+}
+
+TEST_F(Doctor, RealTimeNeedsACapabilityOrALimit) {
+  expect("real-time", Health::ok, "CAP_SYS_NICE");
+  write("/proc/self/status", status_of("1000", "0000000000000000", "1000"));
+  expect("real-time", Health::problem, "no real-time policy at all");
+  write("/proc/self/limits",
+        "Max realtime priority     42                   42                   \n");
+  expect("real-time", Health::warning, "RLIMIT_RTPRIO 42");
+  write("/proc/self/status", status_of("1000", "0000000000800000", "1000"));  // bit 23
+  expect("real-time", Health::ok, "CAP_SYS_NICE");
+}
+
+TEST_F(Doctor, ThrottlingLeavesAllSomeOrNoTime) {
+  expect("throttling", Health::ok, "off");
+  write(kRuntime, "950000\n");
+  expect("throttling", Health::warning, "950000 us of each 1000000 us");
+  write(kRuntime, "1000000\n");
+  expect("throttling", Health::ok, "all of the time");
+  write(kRuntime, "0\n");
+  expect("throttling", Health::problem, "no time at all");
+  remove(kRuntime);
+  expect("throttling", Health::ok, "none");
+}
+
+TEST_F(Doctor, AControlGroupMayForbidRealTime) {
+  write("/proc/self/cgroup", "4:cpu,cpuacct:/user.slice\n0::/\n");
+  expect("group-budget", Health::ok, "no control group");
+  write("/sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us", "0\n");
+  expect("group-budget", Health::problem, "no real-time budget");
+  EXPECT_THAT(finding("group-budget").advice,
+              HasSubstr("> /sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us"));
+  write("/sys/fs/cgroup/cpu,cpuacct/user.slice/cpu.rt_runtime_us", "950000\n");
+  expect("group-budget", Health::ok, "no control group");
+}
+
+TEST_F(Doctor, TheSchedulerIsRecordedByBpfOrTracefs) {
+  expect("kernel-events", Health::ok, "BPF");
+  remove("/sys/kernel/btf");
+  expect("kernel-events", Health::warning, "neither BTF nor tracefs");
+  write("/sys/kernel/tracing/trace", "");
+  expect("kernel-events", Health::ok, "tracefs");
+  write("/proc/self/status", status_of("1000", "0000000000000000", "1000"));
+  expect("kernel-events", Health::warning, "may not record");
+  write("/sys/kernel/btf/vmlinux", "");
+  write("/proc/self/status", status_of("1000", "000000c000000000", "1000"));  // bits 38 and 39
+  expect("kernel-events", Health::ok, "BPF");
+}
+
+TEST_F(Doctor, LttngsModulesAreNotNeeded) {
+  expect("lttng-modules", Health::ok, "not loaded");
+  fs::create_directories(root() / "sys/module/lttng_tracer");
+  expect("lttng-modules", Health::ok, "loaded");
+}
+
+TEST_F(Doctor, AGovernorThatSavesPowerCostsTime) {
+  expect("governor", Health::ok, "does not change");
+  write("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor", "performance\n");
+  expect("governor", Health::ok, "performance");
+  write("/sys/devices/system/cpu/cpu1/cpufreq/scaling_governor", "powersave\n");
+  expect("governor", Health::warning, "powersave on CPU 1");
+  write("/sys/devices/system/cpu/cpu7/cpufreq/scaling_governor", "ondemand\n");  // offline
+  EXPECT_THAT(finding("governor").what, testing::Not(HasSubstr("ondemand")));
+}
+
+TEST_F(Doctor, ASlowClockIsAProblem) {
+  for (const char* fast : {"tsc", "arch_sys_counter", "kvm-clock"}) {
+    write(kClock, std::string(fast) + "\n");
+    expect("clock-source", Health::ok, fast);
+  }
+  for (const char* slow : {"hpet", "acpi_pm", "refined-jiffies"}) {
+    write(kClock, std::string(slow) + "\n");
+    expect("clock-source", Health::problem, slow);
+  }
+}
+
+TEST_F(Doctor, BuffersNeedRoomInSharedMemory) {
+  remove("/dev/shm");
+  expect("shared-memory", Health::problem, "no /dev/shm");
+  fs::create_directories(root() / "dev/shm");
+  // 10 MiB for each CPU; no machine has the 655 GiB that 65 536 of them take.
+  write("/sys/devices/system/cpu/online", "0\n");
+  EXPECT_THAT(finding("shared-memory").what, HasSubstr("cie record takes 10 MiB"));
+  write("/sys/devices/system/cpu/online", "0-65535\n");
+  EXPECT_THAT(finding("shared-memory").what, HasSubstr("cie record takes 655360 MiB"));
+}
+
+class Buffers : public Doctor {
+ protected:
+  // A recording of 10 s with sub-buffers of 1000 bytes.
+  void record(std::uint64_t num_subbuf, std::uint64_t discarded, std::size_t bytes) const {
+    write("/rec/manifest.json",
+          R"({"schema": "cie.recording/1", "begin": {"monotonic_ns": 5000000000},
+              "end": {"monotonic_ns": 15000000000},
+              "session": {"subbuf_size": 1000, "num_subbuf": )" +
+              std::to_string(num_subbuf) + R"(},
+              "channels": [{"name": "events", "discarded_events": )" +
+              std::to_string(discarded) + "}]}");
+    write("/rec/ust/uid/0/64-bit/metadata", "");
+    write("/rec/ust/uid/0/64-bit/events_0", std::string(bytes / 2, '\0'));
+    write("/rec/ust/uid/0/64-bit/events_1", std::string(bytes, '\0'));
+    write("/rec/ust/uid/0/64-bit/index/events_1.idx", std::string(9 * bytes, '\0'));
+  }
+  Finding buffers() const { return examine_buffers(root() / "rec"); }
+};
+
+TEST_F(Buffers, AreLargeEnoughForTheBusiestCpu) {
+  record(4, 0, 20'000);  // 2 kB/s into 4 kB
+  EXPECT_EQ(label(buffers().health), "ok");
+  EXPECT_THAT(buffers().what, HasSubstr("2.0 kB/s, for which they last 2.0 s"));
+}
+
+TEST_F(Buffers, ThatLastLessThanTwoSecondsAreAWarning) {
+  record(4, 0, 40'000);
+  EXPECT_EQ(label(buffers().health), "warning");
+  EXPECT_THAT(buffers().what, HasSubstr("last 1.0 s"));
+  EXPECT_THAT(buffers().advice, HasSubstr("--num-subbuf 8"));
+}
+
+TEST_F(Buffers, ThatLostEventsAreAProblem) {
+  record(4, 17, 10);
+  EXPECT_EQ(label(buffers().health), "problem");
+  EXPECT_THAT(buffers().what, HasSubstr("17 events"));
+}
+
+TEST_F(Buffers, OfAnEmptyRecordingAreFine) {
+  record(4, 0, 0);
+  EXPECT_EQ(label(buffers().health), "ok");
+}
+
+TEST_F(Buffers, OfSomethingElseAreAnError) {
+  EXPECT_THROW(examine_buffers(root() / "nothing"), std::runtime_error);
+  write("/rec/manifest.json", R"({"schema": "cie.recording/1", "channels": 3})");
+  EXPECT_THROW(buffers(), std::runtime_error);
+  write("/rec/manifest.json", R"({"schema": "other"})");
+  EXPECT_THROW(buffers(), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace cie::cli

@@ -1,0 +1,209 @@
+#include "flight_recorder.hpp"
+
+#include "error.hpp"
+#include "stream_check.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <thread>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/statvfs.h>
+#include <unistd.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::milliseconds;
+
+constexpr const char* kLockFile = "recorder.pid";
+constexpr const char* kSharedMemory = "/dev/shm";
+// Between an event that has something saved and the saving.
+constexpr milliseconds kAftermath{250};
+// What processes take to describe themselves. A description that comes later is in the next
+// snapshot; the one made at their start is in this one unless a great many followed it.
+constexpr milliseconds kDescription{200};
+constexpr std::chrono::seconds kPatience{30};
+constexpr milliseconds kLook{20};
+
+fs::path numbered(const fs::path& directory, std::uint64_t number) {
+  char name[32];
+  std::snprintf(name, sizeof name, "snapshot-%03llu", static_cast<unsigned long long>(number));
+  return directory / name;
+}
+
+// The last one that is there; 0: none.
+std::uint64_t last_number(const fs::path& directory) {
+  std::uint64_t number = 0;
+  while (fs::exists(numbered(directory, number + 1))) {
+    ++number;
+  }
+  return number;
+}
+
+std::string in_milliseconds(std::uint64_t nanoseconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f ms", static_cast<double>(nanoseconds) * 1e-6);
+  return text;
+}
+
+std::string in_words(const DeadlineMiss& miss) {
+  return "callback " + std::to_string(miss.callback_id) + " missed its deadline: responded after " +
+         in_milliseconds(miss.response_ns) + " instead of " + in_milliseconds(miss.deadline_ns);
+}
+
+// From when to when every CPU's stream of hot events holds all of them.
+std::chrono::nanoseconds held_by(const fs::path& snapshot) {
+  std::uint64_t begin = 0;
+  std::uint64_t end = std::numeric_limits<std::uint64_t>::max();
+  for (const StreamSummary& stream : check_streams(snapshot)) {
+    if (stream.packets > 0 &&
+        stream.file.filename().string().starts_with(std::string(kEventChannel) + '_')) {
+      begin = std::max(begin, stream.begin);
+      end = std::min(end, stream.end);
+    }
+  }
+  return std::chrono::nanoseconds(begin != 0 && end > begin ? end - begin : 0);
+}
+
+FileDescriptor take_lock(const fs::path& directory) {
+  FileDescriptor file(
+      open((directory / kLockFile).c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644));
+  if (!file.is_open() || flock(file.get(), LOCK_EX | LOCK_NB) != 0) {
+    throw system_error("cannot write " + in_quotes(directory / kLockFile), errno);
+  }
+  const std::string text = std::to_string(getpid()) + '\n';
+  if (write(file.get(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
+    throw system_error("cannot write " + in_quotes(directory / kLockFile), errno);
+  }
+  return file;
+}
+
+}  // namespace
+
+SnapshotCost snapshot_cost(const Options& options) {
+  const auto cpus = static_cast<std::uint64_t>(std::max(1L, sysconf(_SC_NPROCESSORS_CONF)));
+  // One sub-buffer is always being emptied for the next events.
+  const auto kept = static_cast<double>(options.subbuf_size * (options.num_subbuf - 1));
+  SnapshotCost cost;
+  cost.event_rate = kept / kBytesPerEvent /
+                    std::chrono::duration<double>(options.snapshot.value().length).count();
+  cost.bytes_per_cpu = TracingSession::buffer_bytes_per_cpu(options);
+  cost.bytes = cost.bytes_per_cpu * cpus;
+  struct statvfs space {};
+  if (statvfs(kSharedMemory, &space) == 0) {
+    cost.free_bytes = std::uint64_t{space.f_bavail} * space.f_frsize;
+  }
+  return cost;
+}
+
+FlightRecorder::FlightRecorder(const Options& options, std::shared_ptr<TracingSession> session,
+                               const std::string& name)
+    : options_(options.snapshot.value()),
+      directory_(options.directory),
+      session_(std::move(session)),
+      lock_(take_lock(directory_)),
+      deadlines_(name) {}
+
+FlightRecorder::~FlightRecorder() {
+  std::error_code ignored;
+  fs::remove(directory_ / kLockFile, ignored);
+}
+
+std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
+  if (const auto miss = deadlines_.poll()) {
+    if (!due_ && may_save_unasked()) {
+      due_ = Due{.time = Clock::now() + kAftermath, .reason = in_words(*miss)};
+    } else if (!due_) {
+      ++left_out_;
+    }
+  }
+  if (!due_ || Clock::now() < due_->time) {
+    return std::nullopt;
+  }
+  const Due due = *std::exchange(due_, std::nullopt);
+  return save_unasked(due.reason, about);
+}
+
+bool FlightRecorder::may_save_unasked() const {
+  return unasked_ < options_.most && (!last_ || Clock::now() - *last_ >= options_.least_interval);
+}
+
+std::optional<SavedSnapshot> FlightRecorder::save_unasked(const std::string& reason,
+                                                          const Manifest& about) {
+  if (!may_save_unasked()) {
+    ++left_out_;
+    return std::nullopt;
+  }
+  ++unasked_;
+  return save(reason, about);
+}
+
+SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& about) {
+  last_ = Clock::now();
+  session_->describe_again();
+  std::this_thread::sleep_for(kDescription);
+  const fs::path draft = directory_ / ".saving";
+  fs::remove_all(draft);
+  Manifest manifest = about;
+  try {
+    // LTTng makes a directory of its own naming below the one it is given.
+    session_->save_snapshot(draft);
+    const auto inside = fs::directory_iterator(draft);
+    if (inside == fs::end(inside)) {
+      throw RecordError("the snapshot is empty: nothing was recorded so far");
+    }
+    manifest.options.directory = inside->path();
+    manifest.end = now();
+    const SavedSnapshot saved{.directory = numbered(directory_, saved_ + 1),
+                              .reason = reason,
+                              .held = held_by(manifest.options.directory)};
+    manifest.snapshot = SnapshotFacts{.reason = reason, .held = saved.held};
+    write_manifest(manifest);
+    fs::rename(manifest.options.directory, saved.directory);
+    fs::remove_all(draft);
+    ++saved_;
+    return saved;
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove_all(draft, ignored);
+    throw;
+  }
+}
+
+fs::path ask_to_save(const fs::path& directory) {
+  const auto nobody = [&directory](const std::string& why) {
+    return RecordError("nobody keeps snapshots in " + in_quotes(directory) + ": " + why);
+  };
+  const FileDescriptor lock(open((directory / kLockFile).c_str(), O_RDONLY | O_CLOEXEC));
+  if (!lock.is_open()) {
+    throw nobody("start `cie record --snapshot SECONDS -o DIR` first");
+  }
+  if (flock(lock.get(), LOCK_SH | LOCK_NB) == 0) {
+    throw nobody("the recorder that did was killed");
+  }
+  pid_t pid = 0;
+  std::ifstream(directory / kLockFile) >> pid;
+  const std::uint64_t before = last_number(directory);
+  if (pid <= 0 || kill(pid, SIGUSR1) != 0) {
+    throw system_error("cannot signal the recorder, process " + std::to_string(pid), errno);
+  }
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!fs::exists(numbered(directory, before + 1))) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      throw RecordError("the recorder, process " + std::to_string(pid) +
+                        ", saved nothing within half a minute");
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+  return numbered(directory, before + 1);
+}
+
+}  // namespace cie::record

@@ -1,0 +1,279 @@
+#include "doctor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <sstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+namespace cie::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Numbers of the kernel's (linux/capability.h).
+constexpr unsigned kSysAdmin = 21;
+constexpr unsigned kSysNice = 23;
+constexpr unsigned kPerfmon = 38;
+constexpr unsigned kBpf = 39;
+
+// What `cie record` takes by default: the channels "state" and "events".
+constexpr std::uint64_t kBuffersPerCpu = (2 << 20) + (8 << 20);
+
+Finding fine(std::string_view id, std::string what) {
+  return {.id = id, .health = Health::ok, .what = std::move(what), .advice = {}};
+}
+Finding warning(std::string_view id, std::string what, std::string advice) {
+  return {
+      .id = id, .health = Health::warning, .what = std::move(what), .advice = std::move(advice)};
+}
+Finding problem(std::string_view id, std::string what, std::string advice) {
+  return {
+      .id = id, .health = Health::problem, .what = std::move(what), .advice = std::move(advice)};
+}
+
+Finding session_daemon(const Machine& machine) {
+  constexpr std::string_view kId = "session-daemon";
+  constexpr std::string_view kSocket = "/client-lttng-sessiond";  // of root's daemon
+  constexpr std::string_view kUserSocket = "/.lttng/client-lttng-sessiond";
+  std::vector<std::string> homes;
+  bool is_roots = false;
+  for (const auto& path : machine.listening_sockets()) {
+    if (path.ends_with(kUserSocket)) {
+      homes.push_back(path.substr(0, path.size() - kUserSocket.size()));
+    } else if (path.ends_with(kSocket)) {
+      is_roots = true;
+    }
+  }
+  if (is_roots && !machine.is_root() && !machine.is_in_group("tracing")) {
+    return warning(
+        kId, "root's runs, and this user may not use it",
+        "to record with it (cie record --attach): sudo usermod -aG tracing USER, and log "
+        "in again");
+  }
+  if (is_roots && !homes.empty()) {
+    return warning(kId, fmt::format("several run: root's, and in {}", fmt::join(homes, ", ")),
+                   "an application registers with root's and with its own user's: say which with "
+                   "LTTNG_HOME, or end those that nobody needs");
+  }
+  if (is_roots) return fine(kId, "root's runs");
+  if (!homes.empty()) return fine(kId, fmt::format("runs, in {}", fmt::join(homes, ", ")));
+  return fine(kId, "none runs; cie record starts one when it needs it");
+}
+
+Finding real_time(const Machine& machine) {
+  constexpr std::string_view kId = "real-time";
+  if (machine.has_capability(kSysNice)) {
+    return fine(kId, "CAP_SYS_NICE: every policy and priority");
+  }
+  const auto most = machine.limit("Max realtime priority").value_or(0);
+  if (most == 0) {
+    return problem(kId, "neither CAP_SYS_NICE nor RLIMIT_RTPRIO: no real-time policy at all",
+                   "a line `USER - rtprio 98` in /etc/security/limits.conf and a new login, or "
+                   "`setcap cap_sys_nice+ep` on the program");
+  }
+  return warning(kId,
+                 fmt::format("RLIMIT_RTPRIO {}: SCHED_FIFO and SCHED_RR up to that priority, no "
+                             "SCHED_DEADLINE",
+                             most),
+                 "CAP_SYS_NICE lifts that: `setcap cap_sys_nice+ep` on the program");
+}
+
+Finding throttling(const Machine& machine) {
+  constexpr std::string_view kId = "throttling";
+  const auto runtime = machine.number("/proc/sys/kernel/sched_rt_runtime_us");
+  const auto period = machine.number("/proc/sys/kernel/sched_rt_period_us");
+  if (!runtime || !period || *period <= 0) return fine(kId, "this kernel has none");
+  if (*runtime < 0) return fine(kId, "off");
+  if (*runtime == 0) {
+    return problem(kId, "real-time threads get no time at all",
+                   "sysctl kernel.sched_rt_runtime_us=950000");
+  }
+  if (*runtime >= *period) return fine(kId, "real-time threads may use all of the time");
+  return warning(kId,
+                 fmt::format("real-time threads get {} us of each {} us of a CPU, and then wait",
+                             *runtime, *period),
+                 "where they may need more: sysctl kernel.sched_rt_runtime_us=-1 (a runaway thread "
+                 "then keeps its CPU for good)");
+}
+
+// Kernels with CONFIG_RT_GROUP_SCHED ask every group for a budget.
+Finding group_budget(const Machine& machine) {
+  constexpr std::string_view kId = "group-budget";
+  std::string path;
+  for (const std::string controller : {"cpu,cpuacct", "cpu"}) {
+    std::istringstream groups(machine.text("/proc/self/cgroup").value_or(""));
+    for (std::string line; std::getline(groups, line);) {  // 4:cpu,cpuacct:/user.slice
+      const auto at = line.find(":" + controller + ":");
+      if (at == std::string::npos) continue;
+      path = "/sys/fs/cgroup/" + controller + line.substr(at + controller.size() + 2) +
+             "/cpu.rt_runtime_us";
+    }
+  }
+  if (path.empty() || machine.number(path) != 0) return fine(kId, "no control group forbids it");
+  return problem(kId, "this process's control group has no real-time budget",
+                 "echo 950000 > " + path + ", and likewise in the groups above it");
+}
+
+Finding kernel_events(const Machine& machine) {
+  constexpr std::string_view kId = "kernel-events";
+  constexpr const char* kUse =
+      "without them execution times and preemption stay unknown; give the recorder CAP_BPF and "
+      "CAP_PERFMON (`setcap cap_bpf,cap_perfmon+ep` on cie-record), or run it as root";
+  const bool may_bpf = machine.has_capability(kSysAdmin) ||
+                       (machine.has_capability(kBpf) && machine.has_capability(kPerfmon));
+  const bool has_btf = machine.has("/sys/kernel/btf/vmlinux");
+  if (may_bpf && has_btf) return fine(kId, "by BPF");
+  const bool has_tracefs =
+      machine.has("/sys/kernel/tracing") || machine.has("/sys/kernel/debug/tracing");
+  if (machine.is_root() && has_tracefs) return fine(kId, "by tracefs");
+  if (!may_bpf) return warning(kId, "this user may not record the scheduler", kUse);
+  return warning(
+      kId, "this kernel has neither BTF nor tracefs",
+      "build it with CONFIG_DEBUG_INFO_BTF or CONFIG_FTRACE; without them execution times "
+      "and preemption stay unknown");
+}
+
+Finding lttng_modules(const Machine& machine) {
+  constexpr std::string_view kId = "lttng-modules";
+  return fine(kId, machine.has("/sys/module/lttng_tracer") ? "loaded; cie record does not need them"
+                                                           : "not loaded, and not needed");
+}
+
+Finding governor(const Machine& machine) {
+  constexpr std::string_view kId = "governor";
+  std::map<std::string, std::vector<unsigned>> slow;
+  bool has_any = false;
+  for (const auto cpu : machine.online_cpus()) {
+    const auto name =
+        machine.text(fmt::format("/sys/devices/system/cpu/cpu{}/cpufreq/scaling_governor", cpu));
+    if (!name) continue;
+    has_any = true;
+    if (*name != "performance") slow[*name].push_back(cpu);
+  }
+  if (!has_any) return fine(kId, "the kernel does not change the CPUs' frequency");
+  if (slow.empty()) return fine(kId, "performance");
+  std::vector<std::string> which;
+  for (const auto& [name, cpus] : slow)
+    which.push_back(fmt::format("{} on CPU {}", name, fmt::join(cpus, ", ")));
+  return warning(
+      kId, fmt::format("{}", fmt::join(which, "; ")),
+      "callbacks take longer while a CPU wakes up to its work: cpupower frequency-set -g "
+      "performance");
+}
+
+Finding clock_source(const Machine& machine) {
+  constexpr std::string_view kId = "clock-source";
+  // Those that the vDSO reads without a system call.
+  constexpr std::array<std::string_view, 4> kFast{"tsc", "arch_sys_counter", "kvm-clock",
+                                                  "hyperv_clocksource_tsc_page"};
+  const auto source =
+      machine.text("/sys/devices/system/clocksource/clocksource0/current_clocksource");
+  if (!source) return fine(kId, "unknown");
+  if (std::ranges::find(kFast, *source) != kFast.end()) return fine(kId, *source);
+  return problem(
+      kId, *source + ": every event's time is a system call",
+      "find out in the kernel's log why the processor's counter was given up "
+      "(dmesg | grep -i clocksource); clocksource=tsc on the kernel's command line if it "
+      "was wrong");
+}
+
+Finding shared_memory(const Machine& machine) {
+  constexpr std::string_view kId = "shared-memory";
+  const auto need = kBuffersPerCpu * machine.online_cpus().size();
+  const auto left = machine.free_bytes("/dev/shm");
+  const auto in_mib = [](std::uint64_t bytes) { return bytes >> 20U; };
+  if (!left)
+    return problem(kId, "there is no /dev/shm: no application can be traced",
+                   "mount -t tmpfs tmpfs /dev/shm");
+  const auto text =
+      fmt::format("{} MiB left in /dev/shm, cie record takes {} MiB", in_mib(*left), in_mib(need));
+  if (*left >= 2 * need) return fine(kId, text);
+  constexpr const char* kAdvice =
+      "make it larger (mount -o remount,size=1G /dev/shm; docker run --shm-size=1g), or record "
+      "with "
+      "a smaller --subbuf-size";
+  return *left >= need ? warning(kId, text, kAdvice)
+                       : problem(kId, text + ": applications run untraced", kAdvice);
+}
+
+}  // namespace
+
+std::string_view label(Health health) noexcept {
+  constexpr std::array<std::string_view, 3> kLabels{"ok", "warning", "problem"};
+  return kLabels[static_cast<std::size_t>(health)];
+}
+
+std::vector<Finding> examine(const Machine& machine) {
+  std::vector<Finding> findings;
+  for (const auto check : {session_daemon, real_time, throttling, group_budget, kernel_events,
+                           lttng_modules, governor, clock_source, shared_memory}) {
+    findings.push_back(check(machine));
+  }
+  return findings;
+}
+
+namespace {
+
+nlohmann::json manifest_of(const fs::path& recording) {
+  std::ifstream file(recording / "manifest.json");
+  const auto manifest = nlohmann::json::parse(file, nullptr, false);
+  if (manifest.is_object() && manifest.value("schema", "") == "cie.recording/1") return manifest;
+  throw std::runtime_error("\"" + recording.string() +
+                           "\" is no recording of cie record: it has no manifest.json of one");
+}
+
+// Bytes of the channel's fullest stream, which is one CPU's.
+std::uint64_t most_bytes_of_a_cpu(const fs::path& recording, const std::string& channel) {
+  std::uint64_t most = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(recording)) {
+    const auto name = entry.path().filename().string();
+    const bool is_stream = entry.is_regular_file() && name.starts_with(channel + "_") &&
+                           entry.path().extension().empty() &&
+                           entry.path().parent_path().filename() != "index";
+    if (is_stream) most = std::max<std::uint64_t>(most, entry.file_size());
+  }
+  return most;
+}
+
+}  // namespace
+
+Finding examine_buffers(const fs::path& recording) {
+  constexpr std::string_view kId = "buffers";
+  constexpr double kNanosecond = 1e-9;
+  constexpr double kEnough = 2;  // seconds; a consumer daemon that must wait waits shorter
+  const auto manifest = manifest_of(recording);
+  try {
+    std::uint64_t discarded = 0;
+    for (const auto& channel : manifest.at("channels"))
+      discarded += channel.at("discarded_events").get<std::uint64_t>();
+    const auto& session = manifest.at("session");
+    const auto subbuf = session.at("subbuf_size").get<std::uint64_t>();
+    const auto count = session.at("num_subbuf").get<std::uint64_t>();
+    const double seconds = kNanosecond * (manifest.at("end").at("monotonic_ns").get<double>() -
+                                          manifest.at("begin").at("monotonic_ns").get<double>());
+    const auto bytes = static_cast<double>(most_bytes_of_a_cpu(recording, "events"));
+    const double rate = seconds > 0 ? bytes / seconds : 0;
+    const double lasts = rate > 0 ? static_cast<double>(subbuf * count) / rate : INFINITY;
+    const auto advice = fmt::format("cie record --num-subbuf {}", 2 * count);
+    if (discarded > 0) {
+      return problem(kId, fmt::format("too small: {} events were discarded", discarded), advice);
+    }
+    if (rate == 0) return fine(kId, "the recording holds no events of callbacks");
+    const auto what = fmt::format("the busiest CPU wrote {:.1f} kB/s, for which they last {:.1f} s",
+                                  rate / 1000, lasts);
+    return lasts >= kEnough ? fine(kId, what) : warning(kId, what, advice);
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error("\"" + (recording / "manifest.json").string() +
+                             "\" is damaged: " + error.what());
+  }
+}
+
+}  // namespace cie::cli

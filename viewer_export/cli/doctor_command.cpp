@@ -1,0 +1,98 @@
+#include "command_line.hpp"
+#include "doctor.hpp"
+#include "exit_code.hpp"
+#include "json.hpp"
+#include "output.hpp"
+#include "text_layout.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace cie::cli {
+namespace {
+
+using viewer_export::Json;
+
+constexpr const char* kDescription =
+    "Says whether this machine is fit to run callbacks under real-time policies, to trace and to\n"
+    "record them, and what to change where it is not. Nothing is changed. Rights and limits are\n"
+    "those of the user who asks.";
+
+constexpr const char* kFooter =
+    "Examples:\n"
+    "  cie doctor                                         before the first recording\n"
+    "  cie doctor --trace run1                            were the buffers large enough?\n"
+    "  cie doctor -f json                                 for programs\n"
+    "\n"
+    "Exit codes: 0 nothing that does not work, 1 a problem was found, 2 wrong usage, 4 the\n"
+    "recording is unreadable or the result not writable.\n";
+
+std::size_t count(const std::vector<Finding>& findings, Health health) {
+  return static_cast<std::size_t>(std::ranges::count(findings, health, &Finding::health));
+}
+
+constexpr std::size_t kIndent = 25;
+constexpr std::size_t kColumns = 100;
+
+// "health   check           what there is", and the advice below it.
+void write_text(std::ostream& out, const std::vector<Finding>& findings) {
+  const auto write = [&out](std::string_view first, std::string_view text) {
+    std::string indent(first);
+    for (const auto& line : viewer_export::wrap(text, kColumns - kIndent)) {
+      out << fmt::format("{:<{}}{}\n", indent, kIndent, line);
+      indent.clear();
+    }
+  };
+  for (const auto& finding : findings) {
+    write(fmt::format("{:<9}{}", label(finding.health), finding.id), finding.what);
+    if (!finding.advice.empty()) write("", "-> " + finding.advice);
+  }
+  out << fmt::format("problems: {}, warnings: {}, fine: {}\n", count(findings, Health::problem),
+                     count(findings, Health::warning), count(findings, Health::ok));
+}
+
+void write_json_of(std::ostream& out, const std::vector<Finding>& findings) {
+  Json checks = Json::array();
+  for (const auto& finding : findings) {
+    checks.push_back({{"id", finding.id},
+                      {"health", label(finding.health)},
+                      {"finding", finding.what},
+                      {"advice", finding.advice.empty() ? Json(nullptr) : Json(finding.advice)}});
+  }
+  viewer_export::write_json(out, {{"schema", "cie.doctor/1"},
+                                  {"problems", count(findings, Health::problem)},
+                                  {"warnings", count(findings, Health::warning)},
+                                  {"checks", std::move(checks)}});
+}
+
+}  // namespace
+
+int doctor_command(const Arguments& arguments) {
+  std::string recording;
+  std::string root = "/";
+  std::string format = "text";
+  std::string target = "-";
+  CommandLine line({"cie doctor [OPTIONS]", kDescription, kFooter});
+  line.option("--trace", "DIR", recording,
+              "Also hold the buffers of this recording against what it recorded");
+  line.option("--root", "DIR", root, "Read the files below DIR in place of this machine's");
+  line.option("-f,--format", "FORMAT", format, "text (default) or json");
+  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  if (!line.parse(arguments)) return ok;
+  check_choice("--format", format, {"text", "json"});
+
+  if (!std::filesystem::is_directory(root)) {
+    throw UsageError("--root: there is no directory \"" + root + '"');
+  }
+
+  auto findings = examine(Machine(root));
+  if (!recording.empty()) findings.push_back(examine_buffers(recording));
+  auto output = open_output(target);
+  write_data(output, [&](std::ostream& out) {
+    format == "json" ? write_json_of(out, findings) : write_text(out, findings);
+  });
+  return count(findings, Health::problem) > 0 ? violation : ok;
+}
+
+}  // namespace cie::cli
