@@ -59,7 +59,7 @@ if(CIE_BUILD_DESK)
   cie_package(desk cie devel "response times and proof of callback isolation from traces\n\
 The command that reads traces and makes reports, verdicts, tables and files\n\
 for viewers of them. It needs neither DDS nor LTTng."
-    RECOMMENDS babeltrace2 SUGGESTS cie-robot graphviz)
+    RECOMMENDS babeltrace2 SUGGESTS cie-robot graphviz lttng-tools)
   cie_package(babeltrace2 babeltrace2-plugin-cie devel "response times of callbacks in babeltrace2\n\
 The components sink.cie.report and filter.cie.instances of babeltrace2."
     DEPENDS babeltrace2)

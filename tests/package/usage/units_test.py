@@ -14,7 +14,7 @@ from programs import Programs
 
 PROGRAMS = Programs(sys.argv[1])
 UNITS = glob.glob(os.path.join(os.path.abspath(sys.argv[2]), "*", "systemd", "*.service"))
-MOST_EXPOSURE = 10  # of 100, in systemd's own count; it calls that safe
+MOST_EXPOSURE = 15  # of 100, in systemd's own count; a socket for this machine costs 7
 
 
 def read(path):
