@@ -2,7 +2,7 @@
 #   runtime libcie0.1 · robot cie-robot · desk cie · babeltrace2 babeltrace2-plugin-cie · dev libcie-dev
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME cie)
-set(CPACK_PACKAGE_CONTACT "cie developers <cie@packages.debian.org>" CACHE STRING "Maintainer of the packages")
+set(CPACK_PACKAGE_CONTACT "cie developers <cie@cie.invalid>" CACHE STRING "Maintainer of the packages: whoever builds them for others")
 # Else CPack puts the project's description before those of the packages.
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${CMAKE_PROJECT_NAME} built using CMake")
 set(CPACK_PACKAGE_DIRECTORY "${PROJECT_BINARY_DIR}/packages")

@@ -3,6 +3,7 @@
 import os
 import sys
 import tempfile
+import time
 import unittest
 from pathlib import Path
 
@@ -16,6 +17,15 @@ def isolate():
     inside = "mkdir -p /run/lttng && mount -t tmpfs none /run/lttng && exec \"$@\""
     os.execvp("unshare", ["unshare", "--mount", "--", "sh", "-c", inside, "sh", sys.executable,
                           *sys.argv])
+
+
+def wait_for(condition, what):
+    """What a busy machine does late is waited for; AssertionError with `what` if it never comes."""
+    bound = time.monotonic() + 60
+    while not condition():
+        if time.monotonic() > bound:
+            raise AssertionError(f"never: {what}")
+        time.sleep(0.02)
 
 
 def main(name, arguments, begin, records=True):

@@ -17,6 +17,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -63,14 +64,6 @@ def write_spec(file, entries):
     fresh.write_text("\n".join(lines) + "\n")
     fresh.rename(file)
     return file
-
-
-def wait_for(condition, what):
-    bound = time.monotonic() + 30
-    while not condition():
-        if time.monotonic() > bound:
-            raise AssertionError(f"never: {what}")
-        time.sleep(0.02)
 
 
 class Recorded:

@@ -22,18 +22,12 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
 TIMING = {"R1", "R2"}  # rules that a busy machine violates
 HOT = re.compile(r"cie:callback_(?:start|end): .*vpid = (\d+), vtid = (\d+) .*callback_id = (\d+), seq = (\d+)")
-
-
-def wait_for(condition, what):
-    bound = time.monotonic() + 60
-    while not condition():
-        assert time.monotonic() < bound, f"never: {what}"
-        time.sleep(0.01)
 
 
 def cie(*arguments, **kwargs):

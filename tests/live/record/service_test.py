@@ -10,12 +10,12 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
 import unittest
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -25,13 +25,6 @@ NOBODY = 65534
 def setting(name):
     """What the unit sets, which is once."""
     return re.search(rf"^{name}=(.*)$", options.unit.read_text(), re.M).group(1)
-
-
-def wait_for(condition, what):
-    bound = time.monotonic() + 30
-    while not condition():
-        assert time.monotonic() < bound, f"never: {what}"
-        time.sleep(0.02)
 
 
 class Service(unittest.TestCase):
