@@ -60,7 +60,7 @@ constexpr std::array<Column, 17> kColumns{{{"logical_id", ColumnType::text},
                                            {"missed"}}};
 
 std::array<Cell, kColumns.size()> cells_of(const Instance& i, std::string_view logical_id) {
-  return {logical_id,
+  return {logical_id.empty() ? Cell() : Cell(logical_id),  // never registered
           i.pid,
           i.tid,
           i.seq,

@@ -31,8 +31,9 @@ using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
 std::string_view type_name(ColumnType type) {
   switch (type) {
     case ColumnType::integer:
-    case ColumnType::boolean:
       return "INTEGER";
+    case ColumnType::boolean:
+      return "BOOLEAN";  // 0 and 1, by a name that other readers know
     case ColumnType::real:
       return "REAL";
     case ColumnType::text:

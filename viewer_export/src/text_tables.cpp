@@ -64,7 +64,9 @@ class CsvTable final : public TableWriter {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (i > 0) out += ',';
       if (const auto* text = std::get_if<std::string_view>(&cells[i])) {
-        if (is_plain(*text)) {
+        if (text->empty()) {
+          out += "\"\"";  // known to be empty; nothing is unknown
+        } else if (is_plain(*text)) {
           out += *text;
         } else {
           out += csv_field(*text);
