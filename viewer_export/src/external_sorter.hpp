@@ -25,9 +25,13 @@ class ExternalSorter {
   ExternalSorter(std::size_t records_in_memory, std::filesystem::path directory)
       : capacity_(std::max<std::size_t>(records_in_memory, 1)), spool_(std::move(directory)) {}
 
+  // Records that were added and not drained.
+  std::uint64_t size() const noexcept { return size_; }
+
   // Throws WriteError when the disk is full.
   void add(const Record& record) {
     records_.push_back(record);
+    ++size_;
     if (records_.size() >= capacity_) {
       spill();
     }
@@ -46,6 +50,7 @@ class ExternalSorter {
       runs_.clear();
     }
     records_.clear();
+    size_ = 0;
   }
 
  private:
@@ -108,6 +113,7 @@ class ExternalSorter {
   }
 
   std::size_t capacity_;
+  std::uint64_t size_ = 0;
   std::vector<Record> records_;
   Spool spool_;
   std::vector<Run> runs_;

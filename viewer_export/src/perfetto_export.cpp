@@ -161,6 +161,7 @@ struct PerfettoExport::State {
   perfetto::SchedRecorder sched;
   PacketBuffer packets;
   PerfettoCounts counts;
+  analysis::Progress* progress = nullptr;
 
   void write_packets(std::ostream& out, const analysis::Report& report);
   void write_preamble(std::ostream& out, const analysis::Report& report);
@@ -339,8 +340,10 @@ void PerfettoExport::on_sched_slice(const analysis::SchedSlice& slice) {
 void PerfettoExport::State::write_packets(std::ostream& out, const analysis::Report& report) {
   write_preamble(out, report);
   draw_publications();
+  if (progress != nullptr) progress->total = instances.size();
   instances.drain([&](const InstanceRecord& record) {
     draw_instance(record);
+    if (progress != nullptr) progress->add(1);
     if (packets.bytes().size() >= kBlock) {
       flush(out);
     }
@@ -351,6 +354,8 @@ void PerfettoExport::State::write_packets(std::ostream& out, const analysis::Rep
   publish_packets.copy_to(out);
   sched.finish(out);
 }
+
+void PerfettoExport::show_progress(analysis::Progress* progress) { state_->progress = progress; }
 
 PerfettoCounts PerfettoExport::write(std::ostream& out, const analysis::Report& report) {
   if (state_->gzip) {

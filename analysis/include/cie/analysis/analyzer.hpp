@@ -3,6 +3,7 @@
 
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/progress.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
@@ -32,6 +33,8 @@ struct AnalysisOptions {
   // Counts and judges instances within it alone. State from before holds in it, and numbers and
   // totals from outside prove that nothing in it is missing; what an edge cuts is listed as such.
   std::optional<TimeWindow> window{};
+  // For analyze(): bytes of the traces read, by the native reader. Borrowed; null: nobody looks.
+  Progress* progress = nullptr;
 };
 
 struct AnalysisResult {
