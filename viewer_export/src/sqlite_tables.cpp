@@ -2,6 +2,7 @@
 #include <cie/viewer_export/tables.hpp>
 
 #include "file_descriptor.hpp"
+#include "held_signals.hpp"
 #include "instance_rows.hpp"
 #include "result_tables.hpp"
 #include "spool.hpp"
@@ -47,6 +48,7 @@ class Database {
  public:
   explicit Database(const std::filesystem::path& directory) {
     const auto place = temporary_place(directory);
+    const HeldSignals held;  // until it has no name
     std::string name = (place / "cie-XXXXXX").string();
     file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
     if (!file_.is_open()) throw_write_error("cannot create a file in " + place.string(), errno);
