@@ -92,8 +92,9 @@ InstanceWriter::InstanceWriter(std::filesystem::path spill_directory, std::size_
 InstanceWriter::~InstanceWriter() = default;
 
 void InstanceWriter::on_instance(const Instance& instance) {
-  Row row{instance, state_->names.number(instance.logical_id)};
+  Row row{instance, state_->names.number(instance.logical_id, instance.callback)};
   row.instance.logical_id = {};
+  row.instance.preempted_by = {};
   state_->rows.add(row);
 }
 

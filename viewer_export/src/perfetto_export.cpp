@@ -295,8 +295,10 @@ void PerfettoExport::on_instance(const Instance& instance) {
       instance.release ? std::min(*instance.release, instance.start) : instance.start;
   s.first_time = std::min(s.first_time, std::max<std::int64_t>(earliest.ns, 0));
   s.tracks.see(instance.pid, instance.tid);
-  InstanceRecord record{instance, s.callbacks.number(instance.logical_id), s.next_index++};
+  InstanceRecord record{instance, s.callbacks.number(instance.logical_id, instance.callback),
+                        s.next_index++};
   record.instance.logical_id = {};
+  record.instance.preempted_by = {};
   s.instances.add(record);
   if (instance.writer_gid != 0) {
     s.messages.add({.writer_gid = instance.writer_gid,
