@@ -20,7 +20,7 @@ void read_natively(std::span<const std::filesystem::path> traces, const ctf::Eve
                    const AnalysisOptions& options) {
   const bool has_two_cores = std::thread::hardware_concurrency() > 1;
   const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
-  read(traces, sink, options.metadata_from);
+  read(traces, sink, {.metadata_from = options.metadata_from, .progress = options.progress});
 }
 
 // Evidence names files below the trace, as the user named it where there are several: what is said

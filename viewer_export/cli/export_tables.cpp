@@ -16,8 +16,10 @@ void check_table(const std::string& table) {
 }
 
 int export_tables(const std::vector<std::filesystem::path>& traces,
-                  const analysis::AnalysisOptions& options, const std::string& format,
-                  const std::string& table, const std::string& target) {
+                  const analysis::AnalysisOptions& options, ProgressBar& bar,
+                  const TableChoice& choice, const std::string& target) {
+  const auto& format = choice.format;
+  const auto& table = choice.table;
   const bool is_database = format == "sqlite";
   const bool has_instances = is_database || table == "instances";
   auto output = open_output(target);
@@ -25,7 +27,9 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
     throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
   }
   viewer_export::InstanceWriter instances(spill_directory(target));
-  const auto result = analyze_with_progress(traces, options, has_instances ? &instances : nullptr);
+  const auto result =
+      analyze_with_progress(traces, options, bar, has_instances ? &instances : nullptr);
+  instances.show_progress(begin_writing(bar, output));
   write_data(output, [&](std::ostream& out) {
     if (is_database) {
       viewer_export::write_sqlite(out, result, instances, spill_directory(target));

@@ -3,6 +3,8 @@
 
 #include <cie/analysis/analyzer.hpp>
 
+#include "progress_bar.hpp"
+
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -12,10 +14,14 @@ namespace cie::cli {
 // Throws UsageError for a table that there is not.
 void check_table(const std::string& table);
 
-// `table` is one of viewer_export::table_names(); with "sqlite" all of them are written. Throws
-// UnreadableTrace, WriteError, UsageError.
+struct TableChoice {
+  std::string format;  // sqlite, csv, jsonl, parquet
+  std::string table;   // one of viewer_export::table_names(); with sqlite all of them are written
+};
+
+// Throws UnreadableTrace, WriteError, UsageError.
 int export_tables(const std::vector<std::filesystem::path>& traces,
-                  const analysis::AnalysisOptions& options, const std::string& format,
-                  const std::string& table, const std::string& target);
+                  const analysis::AnalysisOptions& options, ProgressBar& bar,
+                  const TableChoice& choice, const std::string& target);
 
 }  // namespace cie::cli

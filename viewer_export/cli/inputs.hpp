@@ -5,6 +5,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "command_line.hpp"
+#include "progress_bar.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -17,7 +18,8 @@ namespace cie::cli {
 // Empty for an empty name. Throws SpecError.
 std::optional<SchedulingSpec> load_spec(const std::string& file);
 
-// "--reader native|babeltrace2" and "--metadata FILE" of every command that reads traces.
+// "--reader native|babeltrace2", "--metadata FILE" and "--quiet" of every command that reads
+// traces.
 class ReaderOption {
  public:
   // Adds it to `line`, which reads into this object when it parses.
@@ -29,16 +31,18 @@ class ReaderOption {
   analysis::Reader value() const;
   // File of "--metadata"; empty if it was not given.
   std::filesystem::path metadata() const { return metadata_; }
+  // Whether progress may be shown.
+  bool is_progress_wanted() const noexcept { return !is_quiet_; }
 
  private:
   std::string choice_ = "native";
   std::string metadata_;
+  bool is_quiet_ = false;
 };
 
-// analysis::analyze with a count of instances on standard error while it goes, if that is a
-// terminal. Throws UnreadableTrace.
+// analysis::analyze, while `bar` shows how much is read. Throws UnreadableTrace.
 analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem::path>& traces,
-                                               const analysis::AnalysisOptions& options,
+                                               analysis::AnalysisOptions options, ProgressBar& bar,
                                                analysis::Observer* observer = nullptr);
 
 }  // namespace cie::cli

@@ -43,8 +43,10 @@ int instances_command(const Arguments& arguments) {
     throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
   }
   viewer_export::InstanceWriter writer(spill_directory(target));
-  analyze_with_progress(traces, {.reader = reader.value(), .metadata_from = reader.metadata()},
+  ProgressBar bar(reader.is_progress_wanted());
+  analyze_with_progress(traces, {.reader = reader.value(), .metadata_from = reader.metadata()}, bar,
                         &writer);
+  writer.show_progress(begin_writing(bar, output));
   write_data(output, [&](std::ostream& out) { writer.write(out, table_format); });
   return ok;
 }

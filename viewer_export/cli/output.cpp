@@ -102,6 +102,10 @@ void write_data(OutputFile& output, const std::function<void(std::ostream&)>& wr
   output.commit();
 }
 
+analysis::Progress* begin_writing(ProgressBar& bar, const OutputFile& output) {
+  return output.is_terminal() ? nullptr : bar.begin("writing", ProgressUnit::instances);
+}
+
 std::filesystem::path spill_directory(const std::string& target) {
   namespace fs = std::filesystem;
   std::error_code error;

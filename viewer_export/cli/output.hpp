@@ -1,8 +1,11 @@
 // Where the subcommands write, and how.
 #pragma once
 
+#include <cie/analysis/progress.hpp>
 #include <cie/viewer_export/output_file.hpp>
 #include <cie/viewer_export/text_style.hpp>
+
+#include "progress_bar.hpp"
 
 #include <functional>
 #include <ostream>
@@ -20,6 +23,10 @@ viewer_export::TextStyle text_style(bool is_terminal);
 // Calls write(stream) and commits. On a terminal control characters of the data are made visible;
 // a file or a pipe gets the data as they are.
 void write_data(viewer_export::OutputFile& output, const std::function<void(std::ostream&)>& write);
+
+// Where to count the instances written to `output`; null if nothing is drawn: `output` may be the
+// terminal itself.
+analysis::Progress* begin_writing(ProgressBar& bar, const viewer_export::OutputFile& output);
 
 // Where sorting may spill: beside the output file, else empty (TMPDIR).
 std::filesystem::path spill_directory(const std::string& target);

@@ -54,7 +54,9 @@ int report_command(const Arguments& arguments) {
                                     .metadata_from = reader.metadata()};
   window.resolve(traces, options);
   viewer_export::HtmlReport page;
-  const auto result = analyze_with_progress(traces, options, format == "html" ? &page : nullptr);
+  ProgressBar bar(reader.is_progress_wanted());
+  const auto result =
+      analyze_with_progress(traces, options, bar, format == "html" ? &page : nullptr);
   window.check(result.report);
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,

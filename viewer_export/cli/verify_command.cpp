@@ -145,7 +145,8 @@ int verify_command(const Arguments& arguments) {
   options.reader = reader.value();
   options.metadata_from = reader.metadata();
   window.resolve(traces, options);
-  auto result = analyze_with_progress(traces, options);
+  ProgressBar bar(reader.is_progress_wanted());
+  auto result = analyze_with_progress(traces, options, bar);
   window.check(result.report);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);

@@ -154,11 +154,11 @@ void use_port_alone(int socket) {
 }
 
 void make(const std::vector<std::filesystem::path>& traces,
-          const analysis::AnalysisOptions& options, Pages& pages) {
+          const analysis::AnalysisOptions& options, ProgressBar& bar, Pages& pages) {
   viewer_export::HtmlReport page;
   viewer_export::PerfettoExport perfetto({});
   Both both(page, perfetto);
-  const auto result = analyze_with_progress(traces, options, &both);
+  const auto result = analyze_with_progress(traces, options, bar, &both);
   std::ostringstream report;
   page.write(report, result, options.spec);
   pages.report = std::move(report).str();
@@ -209,11 +209,12 @@ int view_command(const Arguments& arguments) {
     return unreadable;
   }
   port = bound;
+  ProgressBar bar(reader.is_progress_wanted());
   make(traces,
        {.spec = spec ? &*spec : nullptr,
         .reader = reader.value(),
         .metadata_from = reader.metadata()},
-       pages);
+       bar, pages);
 
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   std::thread serving([&server] { server.listen_after_bind(); });

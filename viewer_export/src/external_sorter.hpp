@@ -1,6 +1,7 @@
 // Sorts more records than memory should hold: sorted runs go to disk and are merged at the end.
 #pragma once
 
+#include "record_codec.hpp"
 #include "spool.hpp"
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 namespace cie::viewer_export {
 
 // Less must be a total order of what matters: records it calls equal may come in any order. Memory:
-// records_in_memory records, and while merging kMergeBytes per run. Not thread-safe.
+// records_in_memory records, and while merging 32 KiB per run. Not thread-safe.
 template <typename Record, typename Less>
 class ExternalSorter {
   static_assert(std::is_trivially_copyable_v<Record>);
@@ -25,9 +26,13 @@ class ExternalSorter {
   ExternalSorter(std::size_t records_in_memory, std::filesystem::path directory)
       : capacity_(std::max<std::size_t>(records_in_memory, 1)), spool_(std::move(directory)) {}
 
+  // Records that were added and not drained.
+  std::uint64_t size() const noexcept { return size_; }
+
   // Throws WriteError when the disk is full.
   void add(const Record& record) {
     records_.push_back(record);
+    ++size_;
     if (records_.size() >= capacity_) {
       spill();
     }
@@ -37,57 +42,83 @@ class ExternalSorter {
   template <typename Consume>
   void drain(Consume consume) {
     if (runs_.empty()) {
-      std::sort(records_.begin(), records_.end(), Less{});
+      sort();
       std::for_each(records_.begin(), records_.end(), consume);
     } else {
       spill();
-      records_.shrink_to_fit();
+      records_ = {};
+      encoded_ = {};
       merge(consume);
       runs_.clear();
     }
     records_.clear();
+    size_ = 0;
   }
 
  private:
-  static constexpr std::size_t kMergeBytes = 32768;
+  using Codec = RecordCodec<Record>;
+  static constexpr std::size_t kMergeBytes = std::max<std::size_t>(32768, 2 * Codec::kMostBytes);
 
+  static constexpr std::size_t kPiece = 1U << 18U;  // bytes to write at a time
+
+  // A sorted sequence on disk, encoded.
   struct Run {
-    std::uint64_t offset = 0;  // of the next record on disk
+    std::uint64_t offset = 0;  // of what is not in `block`
     std::uint64_t end = 0;
-    std::vector<Record> block;
-    std::size_t next = 0;
+    std::uint64_t records = 0;  // that were not decoded
+    std::vector<char> block{};
+    std::size_t next = 0;  // in it
+    Codec codec{};
+    Record record{};  // the first that is left
   };
+
+  void sort() { std::sort(records_.begin(), records_.end(), Less{}); }
 
   void spill() {
     if (records_.empty()) {
       return;
     }
-    std::sort(records_.begin(), records_.end(), Less{});
-    const auto bytes = std::as_bytes(std::span(records_));
+    sort();
+    Codec codec;
     Run run;
     run.offset = spool_.size();
-    spool_.append({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    encoded_.resize(kPiece + Codec::kMostBytes);
+    std::size_t size = 0;
+    for (const auto& record : records_) {
+      size =
+          static_cast<std::size_t>(codec.encode(record, encoded_.data() + size) - encoded_.data());
+      if (size >= kPiece) spool_.append({encoded_.data(), std::exchange(size, 0)});
+    }
+    spool_.append({encoded_.data(), size});
     run.end = spool_.size();
+    run.records = records_.size();
     runs_.push_back(std::move(run));
     records_.clear();
   }
 
-  // False at the end of the run.
+  // Decodes the next record; false at the end of the run.
   bool load(Run& run) {
-    const auto left = static_cast<std::size_t>((run.end - run.offset) / sizeof(Record));
-    run.block.resize(std::min(left, std::max<std::size_t>(kMergeBytes / sizeof(Record), 1)));
+    if (run.records == 0) return false;
+    if (run.block.size() - run.next < Codec::kMostBytes && run.offset < run.end) refill(run);
+    const char* const at = run.block.data() + run.next;
+    run.next += static_cast<std::size_t>(run.codec.decode(at, run.record) - at);
+    --run.records;
+    return true;
+  }
+
+  void refill(Run& run) {
+    run.block.erase(run.block.begin(), run.block.begin() + static_cast<std::ptrdiff_t>(run.next));
     run.next = 0;
-    const auto bytes = std::as_writable_bytes(std::span(run.block));
-    spool_.read(run.offset, {reinterpret_cast<char*>(bytes.data()), bytes.size()});
-    run.offset += bytes.size();
-    return !run.block.empty();
+    const auto kept = run.block.size();
+    const auto more = std::min<std::uint64_t>(run.end - run.offset, kMergeBytes - kept);
+    run.block.resize(kept + more);
+    spool_.read(run.offset, std::span(run.block).subspan(kept));
+    run.offset += more;
   }
 
   template <typename Consume>
   void merge(Consume& consume) {
-    const auto is_later = [](const Run* a, const Run* b) {
-      return Less{}(b->block[b->next], a->block[a->next]);
-    };
+    const auto is_later = [](const Run* a, const Run* b) { return Less{}(b->record, a->record); };
     std::vector<Run*> heap;
     for (auto& run : runs_) {
       if (load(run)) {
@@ -98,17 +129,26 @@ class ExternalSorter {
     while (!heap.empty()) {
       std::pop_heap(heap.begin(), heap.end(), is_later);
       Run& run = *heap.back();
-      consume(run.block[run.next]);
-      if (++run.next < run.block.size() || load(run)) {
+      heap.pop_back();
+      // What arrived in about the right order comes from one run for a long time.
+      bool has_more = true;
+      do {
+        consume(run.record);
+        has_more = load(run);
+      } while (has_more && (heap.empty() || !is_later(&run, heap.front())));
+      if (has_more) {
+        heap.push_back(&run);
         std::push_heap(heap.begin(), heap.end(), is_later);
       } else {
-        heap.pop_back();
+        run.block = {};
       }
     }
   }
 
   std::size_t capacity_;
+  std::uint64_t size_ = 0;
   std::vector<Record> records_;
+  std::vector<char> encoded_;  // a piece of a run on its way to the disk
   Spool spool_;
   std::vector<Run> runs_;
 };

@@ -60,7 +60,7 @@ constexpr std::array<Column, 17> kColumns{{{"logical_id", ColumnType::text},
                                            {"missed"}}};
 
 std::array<Cell, kColumns.size()> cells_of(const Instance& i, std::string_view logical_id) {
-  return {logical_id,
+  return {logical_id.empty() ? Cell() : Cell(logical_id),  // never registered
           i.pid,
           i.tid,
           i.seq,
@@ -84,17 +84,21 @@ std::array<Cell, kColumns.size()> cells_of(const Instance& i, std::string_view l
 struct InstanceWriter::State {
   NameTable names;
   ExternalSorter<Row, ByStart> rows;
+  analysis::Progress* progress = nullptr;
 };
 
 InstanceWriter::InstanceWriter(std::filesystem::path spill_directory, std::size_t rows_in_memory)
-    : state_(new State{{}, {rows_in_memory, std::move(spill_directory)}}) {}
+    : state_(new State{{}, {rows_in_memory, std::move(spill_directory)}, nullptr}) {}
 InstanceWriter::~InstanceWriter() = default;
 
 void InstanceWriter::on_instance(const Instance& instance) {
-  Row row{instance, state_->names.number(instance.logical_id)};
+  Row row{instance, state_->names.number(instance.logical_id, instance.callback)};
   row.instance.logical_id = {};
+  row.instance.preempted_by = {};
   state_->rows.add(row);
 }
+
+void InstanceWriter::show_progress(analysis::Progress* progress) { state_->progress = progress; }
 
 void InstanceWriter::write(std::ostream& out, TableFormat format) {
   const auto writer = make_table(format, out, kColumns);
@@ -106,8 +110,11 @@ std::span<const Column> InstanceRows::columns() { return kColumns; }
 
 void InstanceRows::drain(InstanceWriter& instances, TableWriter& table) {
   auto& state = *instances.state_;
-  state.rows.drain(
-      [&](const Row& row) { table.row(cells_of(row.instance, state.names.name(row.name))); });
+  if (state.progress != nullptr) state.progress->total = state.rows.size();
+  state.rows.drain([&](const Row& row) {
+    table.row(cells_of(row.instance, state.names.name(row.name)));
+    if (state.progress != nullptr) state.progress->add(1);
+  });
 }
 
 }  // namespace cie::viewer_export

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
 namespace cie::viewer_export {
 
@@ -21,10 +22,23 @@ class NameTable {
     numbers_.emplace(kept, number);
     return number;
   }
+  // The same for names that belong to small numbers of the caller's: asked again with the same one,
+  // the name is compared instead of looked up.
+  std::uint32_t number(std::string_view name, std::uint32_t owner) {
+    constexpr std::uint32_t kMostOwners = 1U << 20U;
+    if (owner >= kMostOwners) return number(name);
+    if (owner >= by_owner_.size()) by_owner_.resize(owner + 1, kNone);
+    auto& known = by_owner_[owner];
+    if (known == kNone || names_[known] != name) known = number(name);
+    return known;
+  }
   const std::string& name(std::uint32_t number) const { return names_.at(number); }
   std::size_t size() const noexcept { return names_.size(); }
 
  private:
+  static constexpr std::uint32_t kNone = 0xffffffff;
+
+  std::vector<std::uint32_t> by_owner_;
   std::deque<std::string> names_;
   std::unordered_map<std::string_view, std::uint32_t> numbers_;
 };

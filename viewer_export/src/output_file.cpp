@@ -1,6 +1,7 @@
 #include <cie/viewer_export/output_file.hpp>
 
 #include "file_descriptor.hpp"
+#include "held_signals.hpp"
 
 #include <array>
 #include <cerrno>
@@ -112,6 +113,7 @@ struct OutputFile::State {
 
   void open_temporary() {
     constexpr mode_t kMode = 0666;  // the umask applies
+    const HeldSignals held;         // until the listener knows what to remove
     const auto directory = directory_of(target);
     owned = FileDescriptor{::open(directory.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kMode)};
     for (int k = 0; !owned.is_open() && k < kMostAttempts; ++k) {
@@ -155,6 +157,7 @@ struct OutputFile::State {
   }
 
   void put_in_place() {
+    const HeldSignals held;
     if (temporary.empty()) {
       give_name();
     }

@@ -1,13 +1,18 @@
 // Parquet's file format: https://github.com/apache/parquet-format (parquet.thrift, Encodings.md).
-// Row groups of bounded size; every column optional, plain, in one data page per group, Snappy.
+// Row groups of bounded size; every column optional, in one data page per group, Snappy. Text is
+// numbered by a dictionary for each group, all else plain.
 #include <cie/viewer_export/version.hpp>
 
 #include "table.hpp"
 #include "utf8.hpp"
 
+#include <algorithm>
+#include <bit>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <type_traits>
+#include <unordered_map>
 
 #include <snappy.h>
 
@@ -95,8 +100,10 @@ constexpr std::int32_t kOptional = 1;
 constexpr std::int32_t kUtf8 = 0;
 constexpr std::int32_t kPlain = 0;
 constexpr std::int32_t kRle = 3;
+constexpr std::int32_t kRleDictionary = 8;
 constexpr std::int32_t kSnappy = 1;
 constexpr std::int32_t kDataPage = 0;
+constexpr std::int32_t kDictionaryPage = 2;
 constexpr std::size_t kRowsPerGroup = 100'000;
 constexpr std::string_view kMagic = "PAR1";
 
@@ -141,11 +148,74 @@ class Bits {
   std::size_t count_ = 0;
 };
 
+void put_varint(std::string& out, std::uint64_t value) {
+  for (; value >= 0x80; value >>= 7U)
+    out += static_cast<char>((value & 0x7fU) | 0x80U);
+  out += static_cast<char>(value);
+}
+
+// Text as numbers of a dictionary.
+class Dictionary {
+ public:
+  void add(std::string_view text) {
+    // Rows that follow one another often have the same text.
+    if (last_ == nullptr || *last_ != text) {
+      const auto [at, is_new] =
+          numbers_.try_emplace(std::string(text), static_cast<std::uint32_t>(numbers_.size()));
+      if (is_new) {
+        const std::string valid = valid_utf8(text);
+        put(values_, static_cast<std::uint32_t>(valid.size()));
+        values_ += valid;
+      }
+      last_ = &at->first;
+      last_number_ = at->second;
+    }
+    indices_.push_back(last_number_);
+  }
+
+  std::int32_t size() const noexcept { return static_cast<std::int32_t>(numbers_.size()); }
+  // The page of values, plain.
+  const std::string& values() const noexcept { return values_; }
+  // The numbers: their width in bits, and one bit-packed run.
+  std::string packed() const {
+    const auto width = std::max(1U, static_cast<unsigned>(std::bit_width(numbers_.size() - 1)));
+    std::string out(1, static_cast<char>(width));
+    const auto groups = (indices_.size() + 7) / 8;
+    put_varint(out, groups << 1U | 1U);
+    const auto begin = out.size();
+    out.resize(begin + groups * width);
+    std::uint64_t bits = 0;  // that are not written yet, the first one lowest
+    unsigned count = 0;
+    std::size_t at = begin;
+    for (const auto index : indices_) {
+      bits |= std::uint64_t{index} << count;
+      for (count += width; count >= 8; count -= 8, bits >>= 8U)
+        out[at++] = static_cast<char>(bits & 0xffU);
+    }
+    if (count > 0) out[at] = static_cast<char>(bits & 0xffU);
+    return out;
+  }
+  void clear() {
+    numbers_.clear();
+    values_.clear();
+    indices_.clear();
+    last_ = nullptr;
+  }
+
+ private:
+  std::unordered_map<std::string, std::uint32_t> numbers_;
+  std::string values_;
+  std::vector<std::uint32_t> indices_;
+  const std::string* last_ = nullptr;  // a key of numbers_
+  std::uint32_t last_number_ = 0;
+};
+
 // The values of one column and one row group.
 struct Chunk {
   Bits is_known;
   std::string values;
   Bits booleans;
+  Dictionary texts;
 
   void add(const Cell& cell) {
     is_known.add(!std::holds_alternative<std::monostate>(cell));
@@ -153,37 +223,30 @@ struct Chunk {
     if (const auto* natural = std::get_if<std::uint64_t>(&cell)) put(values, *natural);
     if (const auto* real = std::get_if<double>(&cell)) put(values, *real);
     if (const auto* boolean = std::get_if<bool>(&cell)) booleans.add(*boolean);
-    if (const auto* text = std::get_if<std::string_view>(&cell)) {
-      const std::string valid = valid_utf8(*text);
-      put(values, static_cast<std::uint32_t>(valid.size()));
-      values += valid;
-    }
+    if (const auto* text = std::get_if<std::string_view>(&cell)) texts.add(*text);
   }
 
   // Definition levels as one bit-packed run, then the values that are there.
   std::string page() const {
     std::string levels;
-    std::uint64_t header = static_cast<std::uint64_t>(is_known.bytes().size()) << 1U | 1U;
-    while (header >= 0x80) {
-      levels += static_cast<char>((header & 0x7fU) | 0x80U);
-      header >>= 7U;
-    }
-    levels += static_cast<char>(header);
+    put_varint(levels, static_cast<std::uint64_t>(is_known.bytes().size()) << 1U | 1U);
     levels += is_known.bytes();
     std::string page;
     put(page, static_cast<std::uint32_t>(levels.size()));
-    return page + levels + values + booleans.bytes();
+    return page + levels + values + booleans.bytes() + (texts.size() > 0 ? texts.packed() : "");
   }
 
   void clear() {
     is_known.clear();
     values.clear();
     booleans.clear();
+    texts.clear();
   }
 };
 
 struct WrittenChunk {
-  std::int64_t offset = 0;
+  std::int64_t offset = 0;  // of the data page
+  std::optional<std::int64_t> dictionary{};
   std::int64_t plain_size = 0;  // with the page's header
   std::int64_t size = 0;
 };
@@ -221,30 +284,51 @@ class ParquetTable final : public TableWriter {
     offset_ += static_cast<std::int64_t>(bytes.size());
   }
 
-  void end_group() {
-    WrittenGroup group{.rows = rows_, .chunks = {}};
-    for (Chunk& chunk : chunks_) {
-      const std::string page = chunk.page();
-      std::string compressed;
-      snappy::Compress(page.data(), page.size(), &compressed);
-      Thrift header;
-      header.i32(1, kDataPage);
-      header.i32(2, static_cast<std::int32_t>(page.size()));
-      header.i32(3, static_cast<std::int32_t>(compressed.size()));
+  // `describe` writes what the page's kind has of its own. Returns the size before compression.
+  template <typename Describe>
+  std::int64_t write_page(std::int32_t kind, const std::string& page, Describe describe) {
+    snappy::Compress(page.data(), page.size(), &compressed_);
+    Thrift header;
+    header.i32(1, kind);
+    header.i32(2, static_cast<std::int32_t>(page.size()));
+    header.i32(3, static_cast<std::int32_t>(compressed_.size()));
+    describe(header);
+    header.end_structure();
+    write(header.bytes());
+    write(compressed_);
+    return static_cast<std::int64_t>(header.bytes().size() + page.size());
+  }
+
+  WrittenChunk write_chunk(const Chunk& chunk) {
+    WrittenChunk written{.offset = offset_};
+    const auto begin = offset_;
+    const bool is_numbered = chunk.texts.size() > 0;
+    if (is_numbered) {
+      written.dictionary = offset_;
+      written.plain_size += write_page(kDictionaryPage, chunk.texts.values(), [&](Thrift& header) {
+        header.begin_structure(7);
+        header.i32(1, chunk.texts.size());
+        header.i32(2, kPlain);
+        header.end_structure();
+      });
+      written.offset = offset_;
+    }
+    written.plain_size += write_page(kDataPage, chunk.page(), [&](Thrift& header) {
       header.begin_structure(5);
       header.i32(1, static_cast<std::int32_t>(rows_));
-      header.i32(2, kPlain);
+      header.i32(2, is_numbered ? kRleDictionary : kPlain);
       header.i32(3, kRle);  // definition levels
       header.i32(4, kRle);  // repetition levels: there are none
       header.end_structure();
-      header.end_structure();
-      const std::int64_t begin = offset_;
-      write(header.bytes());
-      const std::int64_t header_size = offset_ - begin;
-      write(compressed);
-      group.chunks.push_back({.offset = begin,
-                              .plain_size = header_size + static_cast<std::int64_t>(page.size()),
-                              .size = offset_ - begin});
+    });
+    written.size = offset_ - begin;
+    return written;
+  }
+
+  void end_group() {
+    WrittenGroup group{.rows = rows_, .chunks = {}};
+    for (Chunk& chunk : chunks_) {
+      group.chunks.push_back(write_chunk(chunk));
       chunk.clear();
     }
     groups_.push_back(std::move(group));
@@ -285,9 +369,10 @@ class ParquetTable final : public TableWriter {
         thrift.i64(2, chunk.offset);
         thrift.begin_structure(3);
         thrift.i32(1, physical(columns_[i].type));
-        thrift.begin_list(2, Thrift::Type::i32, 2);
+        thrift.begin_list(2, Thrift::Type::i32, chunk.dictionary ? 3 : 2);
         thrift.element_i32(kPlain);
         thrift.element_i32(kRle);
+        if (chunk.dictionary) thrift.element_i32(kRleDictionary);
         thrift.begin_list(3, Thrift::Type::binary, 1);
         thrift.element_binary(columns_[i].name);
         thrift.i32(4, kSnappy);
@@ -295,6 +380,7 @@ class ParquetTable final : public TableWriter {
         thrift.i64(6, chunk.plain_size);
         thrift.i64(7, chunk.size);
         thrift.i64(9, chunk.offset);
+        if (chunk.dictionary) thrift.i64(11, *chunk.dictionary);
         thrift.end_structure();
         thrift.end_structure();
       }
@@ -310,6 +396,7 @@ class ParquetTable final : public TableWriter {
   std::ostream& out_;
   std::vector<Column> columns_;
   std::vector<Chunk> chunks_;
+  std::string compressed_;
   std::int64_t offset_ = 0;
   std::int64_t rows_ = 0;  // of the group that is being collected
   std::int64_t all_rows_ = 0;

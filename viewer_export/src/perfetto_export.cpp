@@ -161,6 +161,7 @@ struct PerfettoExport::State {
   perfetto::SchedRecorder sched;
   PacketBuffer packets;
   PerfettoCounts counts;
+  analysis::Progress* progress = nullptr;
 
   void write_packets(std::ostream& out, const analysis::Report& report);
   void write_preamble(std::ostream& out, const analysis::Report& report);
@@ -294,8 +295,10 @@ void PerfettoExport::on_instance(const Instance& instance) {
       instance.release ? std::min(*instance.release, instance.start) : instance.start;
   s.first_time = std::min(s.first_time, std::max<std::int64_t>(earliest.ns, 0));
   s.tracks.see(instance.pid, instance.tid);
-  InstanceRecord record{instance, s.callbacks.number(instance.logical_id), s.next_index++};
+  InstanceRecord record{instance, s.callbacks.number(instance.logical_id, instance.callback),
+                        s.next_index++};
   record.instance.logical_id = {};
+  record.instance.preempted_by = {};
   s.instances.add(record);
   if (instance.writer_gid != 0) {
     s.messages.add({.writer_gid = instance.writer_gid,
@@ -339,8 +342,10 @@ void PerfettoExport::on_sched_slice(const analysis::SchedSlice& slice) {
 void PerfettoExport::State::write_packets(std::ostream& out, const analysis::Report& report) {
   write_preamble(out, report);
   draw_publications();
+  if (progress != nullptr) progress->total = instances.size();
   instances.drain([&](const InstanceRecord& record) {
     draw_instance(record);
+    if (progress != nullptr) progress->add(1);
     if (packets.bytes().size() >= kBlock) {
       flush(out);
     }
@@ -351,6 +356,8 @@ void PerfettoExport::State::write_packets(std::ostream& out, const analysis::Rep
   publish_packets.copy_to(out);
   sched.finish(out);
 }
+
+void PerfettoExport::show_progress(analysis::Progress* progress) { state_->progress = progress; }
 
 PerfettoCounts PerfettoExport::write(std::ostream& out, const analysis::Report& report) {
   if (state_->gzip) {

@@ -4,6 +4,7 @@
 #include "text_layout.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,14 +38,25 @@ std::string joined(const std::vector<std::string>& words, std::string_view separ
   return result;
 }
 
+// Beyond this many of a kind only the first are named; the JSON has all.
+constexpr std::size_t kNamed = 6;
+
+std::string left_out(std::size_t all) {
+  return fmt::format("and {} more; --format json has all", all - kNamed);
+}
+
 std::string window_text(const Report& report) {
   const auto& trace = report.trace;
   std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
                                               : std::string("unknown length");
   text +=
       fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
-  if (!trace.hosts.empty()) {
-    text += (trace.hosts.size() == 1 ? ", host " : ", hosts ") + joined(trace.hosts, " ");
+  if (const auto all = trace.hosts.size(); all > 0) {
+    const std::vector<std::string> named(
+        trace.hosts.begin(),
+        trace.hosts.begin() + static_cast<std::ptrdiff_t>(std::min(all, kNamed)));
+    text += (all == 1 ? ", host " : fmt::format(", {} hosts: ", all)) + joined(named, " ");
+    if (all > kNamed) text += fmt::format(" ({})", left_out(all));
   }
   text += trace.lost_events
               ? fmt::format(", {} reported lost", counted(*trace.lost_events, "event"))
@@ -56,20 +68,25 @@ std::string window_text(const Report& report) {
                                 : "; the recording is NOT complete: see the defects below");
 }
 
-std::string header(const Report& report, const TextStyle& style) {
+// One line for each, the label before the first.
+template <typename Items, typename TextOf>
+std::string listed(std::string_view label, const Items& items, const TextStyle& style,
+                   const TextOf& text_of) {
   std::string text;
-  for (const auto& path : report.trace.paths) {
-    text += fmt::format("{:<{}}{}\n", text.empty() ? "Trace" : "", kLabelWidth,
-                        elide(printable(path), style.columns - kLabelWidth));
-  }
-  text += labelled("Window", window_text(report), style);
-  std::string label = "Processes";
-  for (const auto& process : report.processes) {
-    text += fmt::format("{:<{}}{}\n", label, kLabelWidth,
-                        elide(process_title(process), style.columns - kLabelWidth));
-    label.clear();
-  }
+  const auto add = [&](const std::string& item) {
+    text += fmt::format("{:<{}}{}\n", text.empty() ? label : "", kLabelWidth,
+                        elide(item, style.columns - kLabelWidth));
+  };
+  for (std::size_t i = 0; i < std::min(items.size(), kNamed); ++i)
+    add(text_of(items[i]));
+  if (items.size() > kNamed) add(left_out(items.size()));
   return text;
+}
+
+std::string recording(const Report& report, const TextStyle& style) {
+  return listed("Trace", report.trace.paths, style, printable) +
+         labelled("Window", window_text(report), style) +
+         listed("Processes", report.processes, style, process_title) + "\n";
 }
 
 struct RuleList {
@@ -134,6 +151,9 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   };
   if (const auto* c = worst(report, [](const auto& x) { return max_of(x.response_time); })) {
     add("longest response time", format_duration(c->response_time->max), *c);
+  } else if (const auto* lower =
+                 worst(report, [](const auto& x) { return max_of(x.response_time_lower); })) {
+    add("longest response time", ">" + format_duration(lower->response_time_lower->max), *lower);
   }
   if (const auto* c = worst(report, [](const auto& x) { return max_of(x.start_latency); })) {
     add("longest start latency", format_duration(c->start_latency->max), *c);
@@ -223,11 +243,10 @@ std::string notes(const Report& report, const TextStyle& style) {
 
 void write_report_text(std::ostream& out, const Report& report,
                        const analysis::VerdictReport* verdicts, const TextStyle& style) {
-  out << header(report, style);
   if (verdicts != nullptr && !verdicts->rules.empty()) {
-    out << verdict_line(*verdicts, style);
+    out << verdict_line(*verdicts, style) << '\n';
   }
-  out << '\n' << worst_offenders(report, style) << defects(report, style);
+  out << worst_offenders(report, style) << defects(report, style) << recording(report, style);
   if (report.callbacks.empty()) {
     out << "No callback was seen: the trace holds no callback_init or callback_start event.\n"
            "Were cie's tracepoints enabled? `cie record` enables all of them.\n";

@@ -111,6 +111,7 @@ ResultTable callbacks() {
                     .rows = {}};
   for (const Quantity& quantity : kQuantities)
     add_summary_columns(table.columns, quantity.name);
+  table.columns.push_back({"deadline_ns"});
   table.rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
     for (const auto& c : report.callbacks) {
       std::vector<std::int64_t> numbers;
@@ -133,6 +134,7 @@ ResultTable callbacks() {
                               c.release_source ? Cell(analysis::label(*c.release_source)) : Cell()};
       for (const Quantity& quantity : kQuantities)
         add_summary(cells, c.*(quantity.summary));
+      cells.push_back(cell(c.deadline_ns));
       consume(cells);
     }
   };

@@ -2,6 +2,7 @@
 #include <cie/viewer_export/tables.hpp>
 
 #include "file_descriptor.hpp"
+#include "held_signals.hpp"
 #include "instance_rows.hpp"
 #include "result_tables.hpp"
 #include "spool.hpp"
@@ -31,8 +32,9 @@ using Statement = std::unique_ptr<sqlite3_stmt, Finalize>;
 std::string_view type_name(ColumnType type) {
   switch (type) {
     case ColumnType::integer:
-    case ColumnType::boolean:
       return "INTEGER";
+    case ColumnType::boolean:
+      return "BOOLEAN";  // 0 and 1, by a name that other readers know
     case ColumnType::real:
       return "REAL";
     case ColumnType::text:
@@ -46,11 +48,13 @@ class Database {
  public:
   explicit Database(const std::filesystem::path& directory) {
     const auto place = temporary_place(directory);
+    const HeldSignals held;  // until it has no name
     std::string name = (place / "cie-XXXXXX").string();
     file_ = FileDescriptor(::mkostemp(name.data(), O_CLOEXEC));
     if (!file_.is_open()) throw_write_error("cannot create a file in " + place.string(), errno);
     sqlite3* database = nullptr;
-    const int result = sqlite3_open_v2(name.c_str(), &database, SQLITE_OPEN_READWRITE, nullptr);
+    const int result = sqlite3_open_v2(name.c_str(), &database,
+                                       SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, nullptr);
     database_.reset(database);
     if (result == SQLITE_OK) {
       // Nobody else opens it, and what fails is thrown away.
@@ -132,9 +136,12 @@ class SqliteTable final : public TableWriter {
     } else if (const auto* boolean = std::get_if<bool>(&cell)) {
       sqlite3_bind_int(insert_.get(), place, *boolean ? 1 : 0);
     } else if (const auto* text = std::get_if<std::string_view>(&cell)) {
-      const std::string valid = valid_utf8(*text);
-      sqlite3_bind_text(insert_.get(), place, valid.data(), static_cast<int>(valid.size()),
-                        SQLITE_TRANSIENT);
+      // The row is inserted before its text is gone.
+      const bool is_plain = is_ascii(*text);
+      const std::string valid = is_plain ? std::string() : valid_utf8(*text);
+      const std::string_view bound = is_plain ? *text : valid;
+      sqlite3_bind_text(insert_.get(), place, bound.data(), static_cast<int>(bound.size()),
+                        is_plain ? SQLITE_STATIC : SQLITE_TRANSIENT);
     } else {
       sqlite3_bind_null(insert_.get(), place);
     }

@@ -126,8 +126,15 @@ std::vector<std::string> wrap(std::string_view text, std::size_t columns) {
   std::vector<std::string> lines;
   std::string line;
   while (!text.empty()) {
-    const auto end = std::min(text.find(' '), text.size());
-    const auto word = text.substr(0, end);
+    auto end = std::min(text.find(' '), text.size());
+    auto word = text.substr(0, end);
+    if (display_width(word) > columns) {  // too long for any line: broken where it ends
+      const auto room =
+          line.empty() ? columns : columns - std::min(columns, display_width(line) + 1);
+      word = prefix(word, room > 0 ? room : columns);
+      if (word.empty()) word = text.substr(0, first_code_point(text).size);  // wider than the line
+      end = word.size();
+    }
     if (!line.empty() && display_width(line) + 1 + display_width(word) > columns) {
       lines.push_back(std::move(line));
       line.clear();
@@ -136,7 +143,8 @@ std::vector<std::string> wrap(std::string_view text, std::size_t columns) {
       line += line.empty() ? "" : " ";
       line += word;
     }
-    text.remove_prefix(std::min(end + 1, text.size()));
+    text.remove_prefix(end);
+    if (text.starts_with(' ')) text.remove_prefix(1);
   }
   if (!line.empty()) {
     lines.push_back(std::move(line));
@@ -221,6 +229,14 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
     const std::size_t rest = others - result.back() + result.front();
     result.back() = std::min(result.back(), columns > rest + 8 ? columns - rest : 8);
   }
+  // Numbers beyond all measure are cut: the line is not to break.
+  const auto total = [&] {
+    return std::accumulate(result.begin(), result.end(), kIndent + 2 * (result.size() - 1));
+  };
+  constexpr std::size_t kLeast = 5;
+  for (auto widest = std::ranges::max_element(result); total() > columns && *widest > kLeast;
+       widest = std::ranges::max_element(result))
+    --*widest;
   return result;
 }
 

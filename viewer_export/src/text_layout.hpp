@@ -22,7 +22,7 @@ std::size_t display_width(std::string_view text) noexcept;
 // At most `columns` wide: the middle of a longer text becomes "...".
 std::string elide(std::string_view text, std::size_t columns);
 
-// Breaks between words; words wider than `columns` stay whole.
+// Breaks between words, and within those that are wider than `columns`.
 std::vector<std::string> wrap(std::string_view text, std::size_t columns);
 
 // "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.

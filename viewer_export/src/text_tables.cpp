@@ -19,9 +19,11 @@ bool is_plain(std::string_view text) {
 
 void append_number(std::string& out, const Cell& cell) {
   if (const auto* integer = std::get_if<std::int64_t>(&cell)) {
-    out += std::string_view(fmt::format_int(*integer).c_str());
+    const fmt::format_int digits(*integer);
+    out.append(digits.data(), digits.size());
   } else if (const auto* natural = std::get_if<std::uint64_t>(&cell)) {
-    out += std::string_view(fmt::format_int(*natural).c_str());
+    const fmt::format_int digits(*natural);
+    out.append(digits.data(), digits.size());
   } else if (const auto* real = std::get_if<double>(&cell)) {
     fmt::format_to(std::back_inserter(out), "{}", *real);
   } else if (const auto* boolean = std::get_if<bool>(&cell)) {
@@ -64,7 +66,9 @@ class CsvTable final : public TableWriter {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (i > 0) out += ',';
       if (const auto* text = std::get_if<std::string_view>(&cells[i])) {
-        if (is_plain(*text)) {
+        if (text->empty()) {
+          out += "\"\"";  // known to be empty; nothing is unknown
+        } else if (is_plain(*text)) {
           out += *text;
         } else {
           out += csv_field(*text);

@@ -50,7 +50,15 @@ CodePoint first_code_point(std::string_view text) noexcept {
   return {value, form.size, true};
 }
 
+bool is_ascii(std::string_view text) noexcept {
+  unsigned seen = 0;
+  for (const char c : text)
+    seen |= static_cast<unsigned char>(c);
+  return seen < 0x80U;
+}
+
 std::string valid_utf8(std::string_view text) {
+  if (is_ascii(text)) return std::string(text);
   std::string result;
   result.reserve(text.size());
   while (!text.empty()) {

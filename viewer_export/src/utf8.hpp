@@ -17,6 +17,9 @@ struct CodePoint {
 // The first code point. Rejects overlong forms, surrogates and values beyond U+10FFFF.
 CodePoint first_code_point(std::string_view text) noexcept;
 
+// Most text: bytes below 0x80 alone.
+bool is_ascii(std::string_view text) noexcept;
+
 // Invalid bytes become U+FFFD; everything else is unchanged.
 std::string valid_utf8(std::string_view text);
 

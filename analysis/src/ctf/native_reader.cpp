@@ -77,8 +77,8 @@ bool are_of_one_boot(const Clock& a, const Clock& b) {
 
 class Reader {
  public:
-  Reader(std::span<const fs::path> traces, const fs::path& metadata_from)
-      : metadata_from_(metadata_from) {
+  Reader(std::span<const fs::path> traces, const ReadOptions& options)
+      : metadata_from_(options.metadata_from), progress_(options.progress) {
     std::set<fs::path> seen;
     for (const auto& path : traces) {
       for (const auto& directory : find_traces(path)) {
@@ -209,6 +209,7 @@ class Reader {
         throw UnreadableTrace("cannot read " + path.string() + ": " + file.file.error());
       }
       if (file.file.size() == 0) continue;
+      if (progress_ != nullptr) progress_->total += file.file.size();
       file.first = PacketScanner(file.file, *plan, kSmallestPiece).first();
       guard_tick();
       files_[key_of(name, file, path)].push_back(std::move(file));
@@ -249,7 +250,8 @@ class Reader {
       StreamIdentity identity{.index = StreamIndex{static_cast<std::uint32_t>(streams_.size())},
                               .channel = static_cast<std::uint32_t>(channels.size()),
                               .merge_offset_ns = 0,
-                              .piece = piece};
+                              .piece = piece,
+                              .progress = progress_};
       identity.channel =
           channels.try_emplace({key.trace, key.is_unknown, key.stream_class}, identity.channel)
               .first->second;
@@ -323,6 +325,7 @@ class Reader {
   }
 
   fs::path metadata_from_;
+  Progress* progress_;
   std::optional<Clock> clock_;                                // of the first sound trace
   std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
   std::map<std::string, Clock> clocks_;                       // by host, the first one seen
@@ -338,19 +341,19 @@ class Reader {
 }  // namespace
 
 void read_batches(std::span<const fs::path> traces, EventBatch& first,
-                  const EventWriter::Exchange& exchange, const fs::path& metadata_from) {
-  Reader(traces, metadata_from).read(first, exchange);
+                  const EventWriter::Exchange& exchange, const ReadOptions& options) {
+  Reader(traces, options).read(first, exchange);
 }
 
 void read_traces(std::span<const fs::path> traces, const EventSink& sink,
-                 const fs::path& metadata_from) {
+                 const ReadOptions& options) {
   EventBatch batch(kEventsPerBatch);
   const auto pass_on = [&sink](EventBatch& filled) -> EventBatch& {
     filled.each(sink);
     filled.clear();
     return filled;
   };
-  read_batches(traces, batch, pass_on, metadata_from);
+  read_batches(traces, batch, pass_on, options);
 }
 
 }  // namespace cie::analysis::ctf

@@ -1,6 +1,8 @@
 // Reads CTF 1.8 traces without help: finds their files, merges their streams by time.
 #pragma once
 
+#include <cie/analysis/progress.hpp>
+
 #include "event_writer.hpp"
 
 #include <filesystem>
@@ -12,17 +14,21 @@ namespace cie::analysis::ctf {
 // Receives events in order of time; what they view is valid during the call.
 using EventSink = std::function<void(const Event&)>;
 
+struct ReadOptions {
+  // What to read traces with whose own metadata cannot be read; empty: nothing.
+  std::filesystem::path metadata_from{};
+  Progress* progress = nullptr;  // bytes; borrowed, null: nobody looks
+};
+
 // Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces
 // alone, not on names or order of files. What cannot be read of a trace is told as DamagedPacket,
 // Discarded and TimeRegression. Throws UnreadableTrace when metadata cannot be read, or nothing
-// can. `metadata_from`, if not empty, is what to read traces with whose own metadata cannot be
-// read: told as a DamagedPacket of all of the trace.
+// can. A trace that is read with another's metadata is told as a DamagedPacket of all of it.
 void read_traces(std::span<const std::filesystem::path> traces, const EventSink& sink,
-                 const std::filesystem::path& metadata_from = {});
+                 const ReadOptions& options = {});
 
 // The same into batches, which begin empty. The last one is passed on as well.
 void read_batches(std::span<const std::filesystem::path> traces, EventBatch& first,
-                  const EventWriter::Exchange& exchange,
-                  const std::filesystem::path& metadata_from);
+                  const EventWriter::Exchange& exchange, const ReadOptions& options);
 
 }  // namespace cie::analysis::ctf

@@ -100,7 +100,7 @@ class Ring {
 }  // namespace
 
 void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& sink,
-                const std::filesystem::path& metadata_from) {
+                const ReadOptions& options) {
   Ring ring;
   std::exception_ptr error;
   std::jthread reader([&] {
@@ -108,8 +108,7 @@ void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& 
       try {
         read_batches(
             traces, ring.exchange(),
-            [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); },
-            metadata_from);
+            [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); }, options);
       } catch (const Abandoned&) {
         throw;
       } catch (...) {

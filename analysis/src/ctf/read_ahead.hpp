@@ -11,6 +11,6 @@ namespace cie::analysis::ctf {
 // Like read_traces(): the same events in the same order, `sink` called on the caller's thread.
 // Exceptions of either side end both and reach the caller.
 void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& sink,
-                const std::filesystem::path& metadata_from = {});
+                const ReadOptions& options = {});
 
 }  // namespace cie::analysis::ctf

@@ -78,6 +78,12 @@ bool StreamReader::take(const PacketScanner::Found& found) {
   return true;
 }
 
+void StreamReader::note_position(std::uint64_t position) {
+  if (identity_.progress == nullptr || position <= position_) return;
+  identity_.progress->add(position - position_);
+  position_ = position;
+}
+
 // Finds the next good packet and what is missing before it.
 void StreamReader::load_packet() {
   packet_.reset();
@@ -93,6 +99,8 @@ void StreamReader::load_packet() {
     const auto found = scanner_->next();
     if (found.damage) note_damage(*found.damage);
     if (!found.packet) {
+      note_position(current.file.size());
+      position_ = 0;
       scanner_.reset();
       ++file_;
     } else if (take(found)) {
@@ -101,6 +109,7 @@ void StreamReader::load_packet() {
   }
   if (packet_) {
     ++packets_;
+    note_position(packet_->offset);
     count_losses();
     if (!last_end_ && packet_->begin) stand_at(time_of(*packet_->begin));
     step_ = gap_.is_any() ? Step::gap : Step::packet_begin;

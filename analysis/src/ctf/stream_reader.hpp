@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+#include <cie/analysis/progress.hpp>
 
 #include "event_cursor.hpp"
 #include "event_writer.hpp"
@@ -34,6 +35,7 @@ struct StreamIdentity {
   std::uint32_t channel = 0;
   std::int64_t merge_offset_ns = 0;  // added to its times to compare them with other streams'
   std::size_t piece = 0;             // bytes to have in memory at a time
+  Progress* progress = nullptr;      // null: nobody looks
 };
 
 // The sum, or the end of the time line that lies in its direction.
@@ -90,6 +92,7 @@ class StreamReader {
   };
 
   void load_packet();
+  void note_position(std::uint64_t position);
   bool take(const PacketScanner::Found& found);
   void note_damage(const Damage& damage);
   void count_losses();
@@ -119,7 +122,8 @@ class StreamReader {
   bool has_times_ = false;
   bool has_packet_times_ = false;
 
-  std::size_t file_ = 0;  // of files_, being read
+  std::size_t file_ = 0;        // of files_, being read
+  std::uint64_t position_ = 0;  // in it, as progress was told
   std::unique_ptr<PacketScanner> scanner_;
   std::optional<EventCursor> cursor_;
   std::optional<Packet> packet_;

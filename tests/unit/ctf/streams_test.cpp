@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <ctf/native_reader.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -145,6 +146,24 @@ TEST(Streams, AnEventLargerThanThePieceInMemoryIsReadWhole) {
                                         .tail = std::string("\x02\x05\0\0\0", 5) +
                                                 std::string(5'000'000, 'x') + '\0'}));
   EXPECT_THAT(read(folder), ElementsAre("1 tick on 0", "5 text on 0"));
+}
+
+TEST(Streams, BytesReadAreCountedForWhoLooks) {
+  const TraceFolder folder;
+  folder.write("metadata", metadata());
+  const auto good = bytes_of(PacketText{.begin = 100, .end = 200, .ticks = {{110, 1}}});
+  const auto next = bytes_of(
+      PacketText{.begin = 200, .end = 300, .ticks = {{210, 1}}, .sequence = 1, .padding = 100});
+  folder.write("channel_0", good + next);
+  folder.write("channel_1",
+               bytes_of(PacketText{.begin = 100, .end = 200, .cpu = 1, .instance = 1}) + "rubbish");
+  analysis::Progress progress;
+  const std::vector<std::filesystem::path> traces{folder.path()};
+  analysis::ctf::read_traces(traces, [](const analysis::Event&) {}, {.progress = &progress});
+  const auto bytes = std::filesystem::file_size(folder.path() / "channel_0") +
+                     std::filesystem::file_size(folder.path() / "channel_1");
+  EXPECT_EQ(progress.total, bytes);
+  EXPECT_EQ(progress.done, bytes);
 }
 
 }  // namespace

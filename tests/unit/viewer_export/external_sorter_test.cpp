@@ -2,7 +2,9 @@
 
 #include <cie/viewer_export/output_file.hpp>
 
+#include <array>
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -56,6 +58,43 @@ TEST(ExternalSorter, NamesTheDirectoryItCannotUse) {
     EXPECT_NE(std::string(error.what()).find("/nonexistent/directory"), std::string::npos);
     EXPECT_NE(std::string(error.what()).find("No such file or directory"), std::string::npos);
   }
+}
+
+struct Wide {
+  std::int64_t key = 0;
+  std::array<std::uint8_t, 13> bytes{};  // no multiple of a word
+  double real = 0;
+  friend bool operator==(const Wide&, const Wide&) = default;
+};
+
+// Values at the ends of what there is, so that steps between them wrap.
+Wide wide(std::uint64_t i) {
+  constexpr std::array<std::int64_t, 5> kKeys{0, -1, INT64_MIN, INT64_MAX,
+                                              1'700'000'000'000'000'000};
+  Wide record{.key = kKeys.at(i % 5), .bytes = {}, .real = static_cast<double>(i) / 3};
+  for (std::size_t k = 0; k < record.bytes.size(); ++k)
+    record.bytes.at(k) = static_cast<std::uint8_t>(i * 37 + k * (i % 3));
+  return record;
+}
+
+TEST(RecordCodec, GivesBackWhatItWasGiven) {
+  RecordCodec<Wide> encoder;
+  RecordCodec<Wide> decoder;
+  std::array<char, RecordCodec<Wide>::kMostBytes> bytes{};
+  for (std::uint64_t i = 0; i < 1000; ++i) {
+    const auto* const end = encoder.encode(wide(i), bytes.data());
+    ASSERT_LE(end, bytes.data() + bytes.size());
+    Wide decoded;
+    ASSERT_EQ(decoder.decode(bytes.data(), decoded), end);
+    ASSERT_EQ(decoded, wide(i)) << i;
+  }
+}
+
+TEST(RecordCodec, OfAnEqualRecordIsItsMaskAlone) {
+  RecordCodec<Wide> encoder;
+  std::array<char, RecordCodec<Wide>::kMostBytes> bytes{};
+  encoder.encode(wide(7), bytes.data());
+  EXPECT_EQ(encoder.encode(wide(7), bytes.data()) - bytes.data(), 1);  // five words: one byte
 }
 
 }  // namespace

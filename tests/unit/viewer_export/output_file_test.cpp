@@ -2,6 +2,7 @@
 
 #include "support/temporary_directory.hpp"
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,6 +11,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 namespace cie::viewer_export {
@@ -88,6 +90,26 @@ TEST_F(OutputFileTest, TellsWhichTemporaryFileExists) {
   ASSERT_GE(told.size(), 2U);
   EXPECT_EQ(told.front().parent_path(), directory_);
   EXPECT_TRUE(told.back().empty());
+}
+
+TEST_F(OutputFileTest, ASignalWaitsWhileItTakesItsPlace) {
+  const auto target = directory_ / "report";
+  const auto child = ::fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    OutputFile file(target, [](const fs::path& temporary) {
+      if (!temporary.empty()) std::raise(SIGTERM);
+    });
+    file.stream() << "whole";
+    file.commit();
+    ::_exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGTERM);
+  EXPECT_EQ(content(target), "whole");
+  EXPECT_EQ(files(), 1U);
 }
 
 TEST_F(OutputFileTest, NamesWhatCannotBeWritten) {

@@ -37,7 +37,7 @@ std::string cell(const std::vector<std::vector<std::string>>& rows, std::size_t 
 TEST(ReportCsv, HasOneRowPerCallbackAsWideAsTheHeader) {
   const auto rows = rows_of(test::sample_report());
   ASSERT_EQ(rows.size(), 4U);
-  constexpr std::size_t kColumns = 14 + 11 * 9;
+  constexpr std::size_t kColumns = 14 + 11 * 9 + 1;
   for (const auto& row : rows) {
     EXPECT_EQ(row.size(), kColumns);
   }
@@ -50,6 +50,25 @@ TEST(ReportCsv, HasOneRowPerCallbackAsWideAsTheHeader) {
   EXPECT_EQ(cell(rows, 2, "response_time_ns_max"), "");
   EXPECT_EQ(cell(rows, 2, "response_time_lower_ns_max"), "2500000");
   EXPECT_EQ(cell(rows, 3, "missed_releases"), "");
+}
+
+TEST(ReportCsv, TellsEmptyTextFromUnknown) {
+  auto report = test::sample_report();
+  report.callbacks.resize(1);
+  report.callbacks[0].source = "";
+  report.callbacks[0].release_source.reset();
+  const auto rows = rows_of(report);
+  EXPECT_EQ(cell(rows, 1, "source"), "\"\"");
+  EXPECT_EQ(cell(rows, 1, "release_source"), "");
+}
+
+TEST(ReportCsv, EndsWithTheDeadlineThatTheCallbackDeclares) {
+  auto report = test::sample_report();
+  report.callbacks[0].deadline_ns = 5'000'000;
+  const auto rows = rows_of(report);
+  EXPECT_EQ(rows[0].back(), "deadline_ns");
+  EXPECT_EQ(rows[1].back(), "5000000");
+  EXPECT_EQ(rows[2].back(), "");
 }
 
 }  // namespace

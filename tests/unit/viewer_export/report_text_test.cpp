@@ -4,6 +4,9 @@
 #include "sample_report.hpp"
 #include "text_layout.hpp"
 
+#include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <sstream>
 #include <string>
 
@@ -43,8 +46,8 @@ TEST(ReportText, SaysFirstWhatMatters) {
     }
   };
   expect_order({"Verdict    FAIL: 1 rule violated (M2 one-callback-per-thread)", "Worst",
-                "Defects of the trace", "Callbacks of pid 4001", "Threads of pid 4001",
-                "Chain braking", "Notes"});
+                "Defects of the trace", "Trace ", "Processes", "Callbacks of pid 4001",
+                "Threads of pid 4001", "Chain braking", "Notes"});
 }
 
 TEST(ReportText, NamesTheWorstOffenders) {
@@ -123,6 +126,52 @@ TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
   const auto text = text_of(hostile);
   expect_within(text, 100);
   EXPECT_LT(text.size(), 20'000U);
+}
+
+TEST(ReportText, FitsWithManyOfEverything) {
+  auto report = test::sample_report();
+  const auto callback = report.callbacks.front();
+  const auto process = report.processes.front();
+  for (int i = 0; i < 400; ++i) {
+    report.callbacks.push_back(callback);
+    report.callbacks.back().logical_id =
+        std::string(static_cast<std::size_t>(i), 'n') + "@Timer(1)";
+    report.callbacks.back().pid = 5000 + i / 4;
+  }
+  for (int i = 0; i < 120; ++i) {
+    report.trace.hosts.push_back("robot" + std::string(static_cast<std::size_t>(3 * i), '-'));
+    report.trace.paths.push_back("/recordings/" + std::to_string(i));
+    report.processes.push_back(process);
+    report.processes.back().pid = 5000 + i;
+  }
+  const auto verdicts = test::sample_verdicts();
+  const auto text = text_of(report, &verdicts);
+  expect_within(text, 100);
+  // Who has many hosts still sees the verdict and the defects on the first screen.
+  EXPECT_EQ(text.find("Verdict "), 0U);
+  const auto top = text.substr(0, text.find("Callbacks of pid"));
+  EXPECT_LT(std::count(top.begin(), top.end(), '\n'), 60);
+  EXPECT_THAT(top, HasSubstr("more; --format json has all"));
+}
+
+TEST(ReportText, FitsWithNumbersBeyondAllMeasure) {
+  auto report = test::sample_report();
+  auto& callback = report.callbacks.front();
+  constexpr auto kHuge = std::numeric_limits<std::int64_t>::max();
+  callback.instances = std::numeric_limits<std::uint64_t>::max();
+  callback.incomplete = callback.instances;
+  callback.missed_releases = callback.instances;
+  for (auto* quantity :
+       {&callback.response_time, &callback.start_latency, &callback.execution_time})
+    *quantity = test::summary(kHuge, kHuge, 1);
+  expect_within(text_of(report), 100);
+}
+
+TEST(ReportText, OfBoundsAloneNamesTheLongest) {
+  auto report = test::sample_report();
+  for (auto& callback : report.callbacks)
+    callback.response_time.reset();
+  EXPECT_THAT(text_of(report), HasSubstr("longest response time   >2.500 ms  "));
 }
 
 TEST(ReportText, LetsNoNameControlTheTerminal) {

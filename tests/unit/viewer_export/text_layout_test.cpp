@@ -36,7 +36,8 @@ TEST(Elide, KeepsBothEnds) {
 
 TEST(Wrap, BreaksBetweenWords) {
   EXPECT_EQ(wrap("one two three", 8), (std::vector<std::string>{"one two", "three"}));
-  EXPECT_EQ(wrap("unbreakable", 4), (std::vector<std::string>{"unbreakable"}));
+  EXPECT_EQ(wrap("unbreakable", 4), (std::vector<std::string>{"unbr", "eaka", "ble"}));
+  EXPECT_EQ(wrap("a toolongword b", 5), (std::vector<std::string>{"a too", "longw", "ord b"}));
   EXPECT_TRUE(wrap("", 10).empty());
 }
 

@@ -3,6 +3,7 @@
 
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/progress.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
@@ -35,6 +36,8 @@ struct AnalysisOptions {
   // The events come from a system that runs: no stream's silence or end holds others up or cuts
   // them off, a running process is not an interrupted one, and losses are kept in bounded memory.
   bool is_live = false;
+  // For analyze(): bytes of the traces read, by the native reader. Borrowed; null: nobody looks.
+  Progress* progress = nullptr;
 };
 
 struct AnalysisResult {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/progress.hpp>
 #include <cie/viewer_export/table_format.hpp>
 
 #include <cstddef>
@@ -28,6 +29,8 @@ class InstanceWriter final : public analysis::Observer {
   // Throws WriteError when the temporary files cannot be written.
   void on_instance(const analysis::Instance& instance) override;
 
+  // Where to count the rows written; borrowed, null: nowhere.
+  void show_progress(analysis::Progress* progress);
   // Writes all rows, in the columns of the contract. Call it once. Throws what the stream throws,
   // and WriteError.
   void write(std::ostream& out, TableFormat format);

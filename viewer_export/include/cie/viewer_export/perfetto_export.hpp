@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/progress.hpp>
 #include <cie/analysis/report.hpp>
 
 #include <cstddef>
@@ -44,6 +45,8 @@ class PerfettoExport final : public analysis::Observer {
   void on_publication(const analysis::Publication& publication) override;
   void on_sched_slice(const analysis::SchedSlice& slice) override;
 
+  // Where to count the instances written; borrowed, null: nowhere.
+  void show_progress(analysis::Progress* progress);
   // `report` gives processes and threads their names. Call it once, after the analysis has
   // finished. Throws what the stream throws, and WriteError.
   PerfettoCounts write(std::ostream& out, const analysis::Report& report);

@@ -1,0 +1,204 @@
+#!/usr/bin/env python3
+"""The questions of viewer_export/sql, asked of SQLite, DuckDB and ClickHouse: one answer, and the report's numbers.
+
+Arguments: CIE QUESTIONS TRACE...
+"""
+import collections
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import engines
+
+CIE = os.path.abspath(sys.argv[1])
+QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
+TRACES = [Path(trace).resolve() for trace in sys.argv[3:]]
+TABLES = ("instances", "callbacks", "callback_threads", "threads", "processes", "edges", "chains", "chain_hops",
+          "verdicts", "losses")
+
+
+def cie(*arguments):
+    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=60,
+                          check=True)
+    return done.stdout
+
+
+class Recording:
+    """A trace, its report, and its tables in one engine after the other."""
+
+    def __init__(self, trace: Path, folder: Path):
+        self.folder = folder
+        self.report = json.loads(cie("report", trace, "--format", "json"))
+        cie("export", trace, "--to", "sqlite", "-o", folder / "run.db")
+        for table in TABLES:
+            for form in ("parquet", "csv", "jsonl"):
+                cie("export", trace, "--to", form, "--table", table, "-o", folder / f"{table}.{form}")
+        self.sqlite = engines.Sqlite(folder / "run.db")
+        self.columns = {table: {name: kind for _, name, kind, *_ in self.sqlite.ask(f"PRAGMA table_info({table})")}
+                        for table in TABLES}
+        self.callbacks = {(c["logical_id"], c["pid"]): c for c in self.report["callbacks"]}
+
+    def duckdb_from_parquet(self):
+        return engines.DuckDb(self.folder.parent, {table: f"read_parquet('{self.folder}/{table}.parquet')" for table in TABLES})
+
+    def duckdb_from_csv(self):
+        kinds = {"INTEGER": "BIGINT", "BOOLEAN": "BOOLEAN", "REAL": "DOUBLE", "TEXT": "VARCHAR"}
+        return engines.DuckDb(self.folder.parent, {
+            table: f"read_csv('{self.folder}/{table}.csv', header=true, allow_quoted_nulls=false, columns="
+                   f"{dict((name, kinds[kind]) for name, kind in self.columns[table].items())})" for table in TABLES})
+
+    def load(self, clickhouse):
+        for table in TABLES:
+            clickhouse.load(table, self.columns[table], (self.folder / f"{table}.jsonl").read_bytes(), "JSONEachRow")
+
+
+class Sql(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = Path(folder.name)
+        cls.recordings = []
+        for number, trace in enumerate(TRACES):
+            (cls.folder / str(number)).mkdir()
+            recording = Recording(trace, cls.folder / str(number))
+            cls.addClassCleanup(recording.sqlite.close)
+            cls.recordings.append(recording)
+
+    def same_answers(self, recording, engine, percentiles="percentiles"):
+        for name, question in QUESTIONS.items():
+            if name == "percentiles_arrays":
+                continue
+            wanted = recording.sqlite.ask(question)
+            found = engine.ask(QUESTIONS[percentiles] if name == "percentiles" else question)
+            if name == "percentiles":  # a helper column may follow
+                found = [row[:len(wanted[0])] for row in found]
+            self.assertEqual(found, wanted, (name, engine))
+
+    def test_duckdb_answers_as_sqlite_does(self):
+        for recording in self.recordings:
+            for make in (recording.duckdb_from_parquet, recording.duckdb_from_csv):
+                try:
+                    engine = make()
+                except engines.Unavailable as reason:
+                    self.skipTest(f"not possible here: {reason}")
+                try:
+                    self.same_answers(recording, engine)
+                finally:
+                    engine.close()
+
+    def test_clickhouse_answers_as_sqlite_does(self):
+        try:
+            engine = engines.ClickHouse(self.folder / "clickhouse")
+        except engines.Unavailable as reason:
+            self.skipTest(str(reason))
+        try:
+            for recording in self.recordings:
+                recording.load(engine)
+                self.same_answers(recording, engine, "percentiles_arrays")
+        finally:
+            engine.close()
+
+    # SQLite's answers are the report's; the others' are SQLite's.
+
+    def counted(self, recording):
+        """Callbacks of which every ended instance counts: none was cut by an edge of the trace or a loss."""
+        ended = dict(((i, p), n) for i, p, n in recording.sqlite.ask(
+            "SELECT logical_id, pid, count(end_ns) FROM instances GROUP BY logical_id, pid"))
+        return {key for key, c in recording.callbacks.items() if c["instances"] > 0 and c["instances"] == ended[key]}
+
+    def test_percentiles_are_the_reports(self):
+        checked = 0
+        for recording in self.recordings:
+            whole = self.counted(recording)
+            self.assertTrue(whole)
+            for logical_id, pid, n, low, p50, p90, p99, high in recording.sqlite.ask(QUESTIONS["percentiles"]):
+                if (logical_id, pid) not in whole:
+                    continue
+                told = recording.callbacks[logical_id, pid]["response_time_ns"]
+                self.assertEqual((n, low, high), (told["count"], told["min"], told["max"]))
+                for exact, name in ((p50, "p50"), (p90, "p90"), (p99, "p99")):
+                    self.assertLessEqual(abs(told[name] - exact), 0.008 * exact, "the stated error is 0.8 %")
+                checked += 1
+        self.assertGreater(checked, 10)
+
+    def test_percentiles_are_nearest_rank(self):
+        """Of the numbers 1 to n, at place ⌈p·n⌉."""
+        import sqlite3
+        database = sqlite3.connect(":memory:")
+        database.execute("CREATE TABLE instances (logical_id, pid, release_ns, end_ns, release_source)")
+        for n in (1, 2, 3, 10, 99, 100, 101, 1000):
+            database.executemany("INSERT INTO instances VALUES (?, 1, 0, ?, 'exact')", [(f"/n{n}", i + 1) for i in range(n)])
+        for name, _, n, low, p50, p90, p99, high in database.execute(QUESTIONS["percentiles"]):
+            self.assertEqual((low, p50, p90, p99, high), (1, -(-50 * n // 100), -(-90 * n // 100), -(-99 * n // 100), n), name)
+        database.close()
+
+    def test_misses_are_the_reports(self):
+        for recording in self.recordings:
+            for logical_id, pid, missed, deadline, judged, late in recording.sqlite.ask(QUESTIONS["misses"]):
+                callback = recording.callbacks[logical_id, pid]
+                self.assertEqual(missed, callback["missed_releases"])
+                self.assertEqual(late is None, deadline is None or judged == 0)
+                if late is not None:
+                    self.assertEqual(late > 0, callback["response_time_ns"]["max"] > deadline)
+
+    def test_time_spent_is_the_reports(self):
+        parts = ("execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns")
+        for recording in self.recordings:
+            whole = self.counted(recording)
+            for logical_id, pid, runs, with_parts, waited, duration, *spent in recording.sqlite.ask(QUESTIONS["time_spent"]):
+                if with_parts:
+                    self.assertEqual(duration, sum(spent))
+                if (logical_id, pid) not in whole:
+                    continue
+                callback = recording.callbacks[logical_id, pid]
+                self.assertEqual(runs, callback["instances"])
+                self.assertEqual(waited, (callback["start_latency_ns"] or {}).get("sum"))
+                self.assertEqual(spent, [(callback[part] or {}).get("sum") for part in parts])
+
+    def test_mapping_is_the_reports(self):
+        for recording in self.recordings:
+            alone = collections.defaultdict(set)
+            for logical_id, pid, tid, _, instances, of_thread, of_callback in recording.sqlite.ask(QUESTIONS["mapping"]):
+                callback = recording.callbacks[logical_id, pid]
+                self.assertEqual([t["instances"] for t in callback["threads"] if t["tid"] == tid], [instances])
+                alone[logical_id, pid].add((of_thread, of_callback))
+            for key, callback in recording.callbacks.items():
+                self.assertEqual(callback["isolated"], alone.get(key) == {(1, 1)}, key)
+
+    def test_chains_add_up(self):
+        checked = 0
+        for recording in self.recordings:
+            chains = {(c["name"], c["pid"] or 0): c for c in recording.report["chains"] if c["hop_table"]}
+            answers = recording.sqlite.ask(QUESTIONS["chains"])
+            self.assertEqual(len(answers), len(chains))
+            for name, pid, hops, instances, inside, between in answers:
+                chain = chains[name, pid]
+                self.assertEqual(hops, len(chain["hops"]))
+                if chain["path_latency_ns"] is None:
+                    continue
+                self.assertEqual(instances, chain["path_latency_ns"]["count"])
+                self.assertEqual(inside + (between or 0), chain["path_latency_ns"]["sum"])
+                checked += 1
+        self.assertGreater(checked, 0)
+
+    def test_worst_violations_and_losses_are_the_reports(self):
+        for recording in self.recordings:
+            whole = self.counted(recording)
+            responses = [c["response_time_ns"]["max"] for c in recording.report["callbacks"] if c["response_time_ns"]]
+            worst = [row for row in recording.sqlite.ask(QUESTIONS["worst"]) if tuple(row[:2]) in whole]
+            if responses:
+                self.assertEqual(worst[0][4], max(responses))
+            self.assertEqual(recording.sqlite.ask(QUESTIONS["losses"]), sorted(
+                (d["severity"], d["kind"], d["count"]) for d in recording.report["defects"]))
+            for rule, subject, verdict, _, evidence, *_ in recording.sqlite.ask(QUESTIONS["violations"]):
+                self.assertIn(verdict, ("FAIL", "INCONCLUSIVE"))
+                self.assertTrue(evidence or verdict == "INCONCLUSIVE", (rule, subject))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)

@@ -1,0 +1,6 @@
+-- Chains: how much of the summed path latency passes in callbacks and how much between them.
+SELECT chain, coalesce(pid, 0) AS process, count(*) AS hops, max(processing_ns_count) AS instances,
+  sum(processing_ns_sum) AS in_callbacks_ns, sum(communication_ns_sum) AS between_ns
+FROM chain_hops
+GROUP BY chain, pid
+ORDER BY chain, process
