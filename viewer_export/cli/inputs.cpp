@@ -43,6 +43,11 @@ class Progress final : public analysis::Observer {
       next_->on_sched_slice(slice);
     }
   }
+  void on_waking(const analysis::Waking& waking) override {
+    if (next_ != nullptr) {
+      next_->on_waking(waking);
+    }
+  }
 
  private:
   analysis::Observer* next_;

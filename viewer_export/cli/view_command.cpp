@@ -56,6 +56,10 @@ class Both final : public analysis::Observer {
     first_.on_sched_slice(slice);
     second_.on_sched_slice(slice);
   }
+  void on_waking(const analysis::Waking& waking) override {
+    first_.on_waking(waking);
+    second_.on_waking(waking);
+  }
 
  private:
   analysis::Observer& first_;
