@@ -40,9 +40,10 @@ constexpr const char* kFooter =
 
 void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std::string& target) {
   fmt::print(stderr,
-             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices\n",
+             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} "
+             "violations\n",
              target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
-             counts.sched_slices);
+             counts.sched_slices, counts.violations);
   if (counts.backward_flows > 0) {
     fmt::print(stderr, "{} messages were taken before they were published: clocks disagree\n",
                counts.backward_flows);
@@ -72,6 +73,7 @@ int export_command(const Arguments& arguments) {
   std::string viewer;
   std::string target = "-";
   std::string table;
+  std::string spec_file;
   bool is_compressed = false;
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
@@ -80,6 +82,7 @@ int export_command(const Arguments& arguments) {
   line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");
+  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge the violations by");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -90,7 +93,9 @@ int export_command(const Arguments& arguments) {
   check_choice("--to", viewer, {"perfetto", "dot", "svg", "sqlite", "csv", "jsonl", "parquet"},
                {"chrome", "speedscope", "otlp", "mcap"});
   require_traces(traces);
-  const analysis::AnalysisOptions options{.reader = reader.value(),
+  const auto spec = load_spec(spec_file);
+  const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
+                                          .reader = reader.value(),
                                           .metadata_from = reader.metadata()};
   const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
   if (!table.empty() && !is_table) {
@@ -113,7 +118,7 @@ int export_command(const Arguments& arguments) {
   viewer_export::PerfettoExport perfetto(
       {.gzip = is_compressed, .spill_directory = spill_directory(target)});
   const auto result = analyze_with_progress(traces, options, &perfetto);
-  const auto counts = perfetto.write(output.stream(), result.report);
+  const auto counts = perfetto.write(output.stream(), result);
   output.commit();
   if (::isatty(STDERR_FILENO) == 1) {
     say_what_was_written(counts, target);

@@ -169,7 +169,7 @@ void make(const std::vector<std::filesystem::path>& traces,
   SpoolBuffer buffer(pages.timeline);
   std::ostream timeline(&buffer);
   timeline.exceptions(std::ios::badbit | std::ios::failbit);
-  perfetto.write(timeline, result.report);
+  perfetto.write(timeline, result);
   timeline.flush();
 }
 

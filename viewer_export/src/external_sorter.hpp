@@ -36,16 +36,38 @@ class ExternalSorter {
   // Calls consume(record) in order, once for each record; the sorter is empty then.
   template <typename Consume>
   void drain(Consume consume) {
-    if (runs_.empty()) {
-      std::sort(records_.begin(), records_.end(), Less{});
-      std::for_each(records_.begin(), records_.end(), consume);
-    } else {
-      spill();
-      records_.shrink_to_fit();
-      merge(consume);
-      runs_.clear();
+    for (const auto* record = front(); record != nullptr; record = front()) {
+      consume(*record);
+      pop();
     }
+  }
+
+  // The first record of those that are left, null if there is none: valid until pop(), which takes
+  // it away. Nothing is added from the first call on until all are taken.
+  const Record* front() {
+    if (!is_read_) begin_reading();
+    if (runs_.empty()) {
+      if (next_ < records_.size()) return &records_[next_];
+    } else if (!heap_.empty()) {
+      return &heap_.front()->block[heap_.front()->next];
+    }
+    runs_.clear();
     records_.clear();
+    is_read_ = false;
+    return nullptr;
+  }
+  void pop() {
+    if (runs_.empty()) {
+      ++next_;
+      return;
+    }
+    std::pop_heap(heap_.begin(), heap_.end(), is_later);
+    Run& run = *heap_.back();
+    if (++run.next < run.block.size() || load(run)) {
+      std::push_heap(heap_.begin(), heap_.end(), is_later);
+    } else {
+      heap_.pop_back();
+    }
   }
 
  private:
@@ -83,34 +105,32 @@ class ExternalSorter {
     return !run.block.empty();
   }
 
-  template <typename Consume>
-  void merge(Consume& consume) {
-    const auto is_later = [](const Run* a, const Run* b) {
-      return Less{}(b->block[b->next], a->block[a->next]);
-    };
-    std::vector<Run*> heap;
+  void begin_reading() {
+    is_read_ = true;
+    next_ = 0;
+    if (runs_.empty()) {
+      std::sort(records_.begin(), records_.end(), Less{});
+      return;
+    }
+    spill();
+    records_.shrink_to_fit();
     for (auto& run : runs_) {
-      if (load(run)) {
-        heap.push_back(&run);
-      }
+      if (load(run)) heap_.push_back(&run);
     }
-    std::make_heap(heap.begin(), heap.end(), is_later);
-    while (!heap.empty()) {
-      std::pop_heap(heap.begin(), heap.end(), is_later);
-      Run& run = *heap.back();
-      consume(run.block[run.next]);
-      if (++run.next < run.block.size() || load(run)) {
-        std::push_heap(heap.begin(), heap.end(), is_later);
-      } else {
-        heap.pop_back();
-      }
-    }
+    std::make_heap(heap_.begin(), heap_.end(), is_later);
+  }
+
+  static bool is_later(const Run* a, const Run* b) {
+    return Less{}(b->block[b->next], a->block[a->next]);
   }
 
   std::size_t capacity_;
   std::vector<Record> records_;
   Spool spool_;
   std::vector<Run> runs_;
+  bool is_read_ = false;
+  std::size_t next_ = 0;    // of records_, where all are in memory
+  std::vector<Run*> heap_;  // those with records left, the earliest record first
 };
 
 }  // namespace cie::viewer_export

@@ -83,10 +83,10 @@ struct Waking {
   Timestamp time;
   std::int64_t tid = 0;
   std::int32_t priority = 0;  // kernel scale
-  std::optional<std::int32_t> cpu;
+  std::optional<std::int32_t> cpu{};
   // What ran on that CPU then: the waker, or what its interrupt came upon; 0 is the idle thread.
-  std::optional<std::int64_t> waker_tid;
-  std::optional<std::int32_t> target_cpu;
+  std::optional<std::int64_t> waker_tid{};
+  std::optional<std::int32_t> target_cpu{};
   std::uint32_t host = 0;
 };
 
