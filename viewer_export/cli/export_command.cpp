@@ -1,9 +1,9 @@
 #include <cie/viewer_export/graph_writer.hpp>
-#include <cie/viewer_export/perfetto_export.hpp>
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "export_tables.hpp"
+#include "export_viewers.hpp"
 #include "graphviz.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
@@ -29,6 +29,10 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  cie export recordings/latest --to perfetto -o run.pftrace\n"
     "  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size\n"
+    "  cie export run1 --to chrome -o run1.json                     where only JSON is taken\n"
+    "  cie export run1 --to speedscope -o run1.speedscope.json      flame graphs of threads\n"
+    "  cie export run1 --to otlp -o run1.jsonl                      OpenTelemetry spans\n"
+    "  cie export run1 --to mcap -o run1.mcap                       Foxglove, PlotJuggler\n"
     "  cie export run1 --to svg -o graph.svg                        the callback graph\n"
     "  cie export run1 --to dot -o graph.dot                        the same, for Graphviz\n"
     "  cie export run1 --to sqlite -o run1.db                       all tables, for SQL\n"
@@ -37,22 +41,6 @@ constexpr const char* kFooter =
     "Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with "
     "trace_processor.\n"
     "Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.\n";
-
-void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std::string& target) {
-  fmt::print(stderr,
-             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} "
-             "violations\n",
-             target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
-             counts.sched_slices, counts.violations);
-  if (counts.backward_flows > 0) {
-    fmt::print(stderr, "{} messages were taken before they were published: clocks disagree\n",
-               counts.backward_flows);
-  }
-  if (counts.skipped > 0) {
-    fmt::print(stderr, "{} items could not be drawn: their times make no sense\n", counts.skipped);
-  }
-  fmt::print(stderr, "Open it at https://ui.perfetto.dev\n");
-}
 
 int export_graph(const std::vector<std::filesystem::path>& traces,
                  const analysis::AnalysisOptions& options, bool is_drawn,
@@ -78,7 +66,8 @@ int export_command(const Arguments& arguments) {
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--to", "VIEWER", viewer,
-              "perfetto; dot, svg (callback graph); sqlite, csv, jsonl, parquet (tables)");
+              "perfetto, chrome, speedscope, otlp, mcap; dot, svg (callback graph); sqlite, csv, "
+              "jsonl, parquet (tables)");
   line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");
@@ -90,40 +79,28 @@ int export_command(const Arguments& arguments) {
   if (viewer.empty()) {
     throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
   }
-  check_choice("--to", viewer, {"perfetto", "dot", "svg", "sqlite", "csv", "jsonl", "parquet"},
-               {"chrome", "speedscope", "otlp", "mcap"});
+  check_choice("--to", viewer,
+               {"perfetto", "chrome", "speedscope", "otlp", "mcap", "dot", "svg", "sqlite", "csv",
+                "jsonl", "parquet"});
   require_traces(traces);
   const auto spec = load_spec(spec_file);
   const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
                                           .reader = reader.value(),
                                           .metadata_from = reader.metadata()};
   const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
+  const bool is_graph = viewer == "dot" || viewer == "svg";
   if (!table.empty() && !is_table) {
     throw UsageError("--table is for --to csv, jsonl and parquet");
   }
-  if (viewer != "perfetto") {
-    if (is_compressed) throw UsageError("--gzip is for --to perfetto");
-    if (is_table || viewer == "sqlite") {
-      if (table.empty()) table = "instances";
-      check_table(table);
-      return export_tables(traces, options, viewer, table, target);
-    }
-    return export_graph(traces, options, viewer == "svg", target);
+  if (is_table || is_graph || viewer == "sqlite") {
+    if (is_compressed) throw UsageError("--gzip is for --to perfetto, chrome, speedscope and otlp");
+    if (is_graph) return export_graph(traces, options, viewer == "svg", target);
+    if (table.empty()) table = "instances";
+    check_table(table);
+    return export_tables(traces, options, viewer, table, target);
   }
-
-  auto output = open_output(target);
-  if (output.is_terminal()) {
-    throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
-  }
-  viewer_export::PerfettoExport perfetto(
-      {.gzip = is_compressed, .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(traces, options, &perfetto);
-  const auto counts = perfetto.write(output.stream(), result);
-  output.commit();
-  if (::isatty(STDERR_FILENO) == 1) {
-    say_what_was_written(counts, target);
-  }
-  return ok;
+  return export_to_viewer(traces, options,
+                          {.viewer = viewer, .target = target, .is_compressed = is_compressed});
 }
 
 }  // namespace cie::cli

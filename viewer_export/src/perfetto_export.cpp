@@ -1,6 +1,7 @@
 #include <cie/viewer_export/perfetto_export.hpp>
 
 #include "gzip_stream.hpp"
+#include "notes.hpp"
 #include "perfetto_counters.hpp"
 #include "perfetto_enforcement.hpp"
 #include "perfetto_packets.hpp"
@@ -20,75 +21,17 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Instance;
-using analysis::InstanceState;
 using analysis::Publication;
-using analysis::ReleaseSource;
 using perfetto::Annotations;
 using perfetto::Category;
-using perfetto::Note;
 using perfetto::PacketBuffer;
 
 constexpr std::size_t kBlock = 1U << 18U;  // bytes encoded before they are written
 
-std::string_view label_of(InstanceState state) {
-  switch (state) {
-    case InstanceState::complete:
-      return "complete";
-    case InstanceState::open:
-      return "open";
-    case InstanceState::cut_by_window:
-      break;
-  }
-  return "cut by window";
-}
-
-// Which bound of the response time "end - release" is (definitions: "Missing release").
-Note response_note(ReleaseSource source) {
-  switch (source) {
-    case ReleaseSource::exact:
-      return Note::response_time_ns;
-    case ReleaseSource::source_timestamp:
-      return Note::response_time_upper_ns;
-    case ReleaseSource::wakeup:
-    case ReleaseSource::start:
-    case ReleaseSource::mixed:
-      break;
-  }
-  return Note::response_time_lower_ns;
-}
-
-Annotations notes_of(const Instance& i) {
+template <typename T>
+Annotations notes_of(const T& told) {
   Annotations notes;
-  notes.add(Note::seq, i.seq);
-  notes.add(Note::release_source, analysis::label(i.release_source));
-  if (i.end && i.release) {
-    notes.add(response_note(i.release_source), (*i.end - *i.release).ns);
-  }
-  if (i.release && i.release_source == ReleaseSource::exact) {
-    notes.add(Note::start_latency_ns, (i.start - *i.release).ns);
-  }
-  notes.add(Note::missed, std::uint64_t{i.missed});
-  notes.add(Note::status, label(i.status));
-  notes.add(Note::state, label_of(i.state));
-  if (i.cpu_start) {
-    notes.add(Note::cpu_start, std::int64_t{*i.cpu_start});
-  }
-  if (i.cpu_end) {
-    notes.add(Note::cpu_end, std::int64_t{*i.cpu_end});
-  }
-  notes.add_time(Note::execution_ns, i.execution);
-  notes.add_time(Note::preempted_ns, i.preempted);
-  notes.add_time(Note::blocked_ns, i.blocked);
-  notes.add_time(Note::wake_delay_ns, i.wake_delay);
-  return notes;
-}
-
-Annotations notes_of(const Publication& p) {
-  Annotations notes;
-  notes.add(Note::seq, p.seq);
-  notes.add(Note::publisher_id, std::uint64_t{p.publisher_id});
-  notes.add(Note::writer_gid, p.writer_gid);
-  notes.add(Note::source_timestamp_realtime_ns, p.source_timestamp_realtime_ns);
+  visit_notes(told, [&notes](Note note, const auto& value) { notes.add(note, value); });
   return notes;
 }
 

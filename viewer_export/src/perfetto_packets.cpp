@@ -11,35 +11,6 @@ using protozero::pbf_builder;
 // Each machine has a sequence of track events; kernel events are on none.
 constexpr std::uint32_t kFirstSequence = 1;
 
-constexpr std::array<std::string_view, 29> kNoteNames{"seq",
-                                                      "release_source",
-                                                      "response_time_ns",
-                                                      "response_time_lower_ns",
-                                                      "response_time_upper_ns",
-                                                      "start_latency_ns",
-                                                      "missed",
-                                                      "status",
-                                                      "state",
-                                                      "cpu_start",
-                                                      "cpu_end",
-                                                      "execution_ns",
-                                                      "preempted_ns",
-                                                      "blocked_ns",
-                                                      "wake_delay_ns",
-                                                      "publisher_id",
-                                                      "writer_gid",
-                                                      "source_timestamp_realtime_ns",
-                                                      "rule",
-                                                      "subject",
-                                                      "verdict",
-                                                      "demands",
-                                                      "found",
-                                                      "evidence",
-                                                      "event",
-                                                      "cpu",
-                                                      "pid",
-                                                      "tid",
-                                                      "suppression"};
 constexpr std::array<std::string_view, 4> kCategoryNames{"callback", "wait", "publish",
                                                          "enforcement"};
 
@@ -172,8 +143,9 @@ void PacketBuffer::interned(std::int64_t time, std::span<const std::string> name
     for (std::size_t i = 0; i < kCategoryNames.size(); ++i) {
       add_interned(data, InternedData::event_categories, i + 1, kCategoryNames.at(i));
     }
-    for (std::size_t i = 0; i < kNoteNames.size(); ++i) {
-      add_interned(data, InternedData::debug_annotation_names, i + 1, kNoteNames.at(i));
+    for (std::size_t i = 0; i < kNotes; ++i) {
+      const auto note = static_cast<Note>(i);
+      add_interned(data, InternedData::debug_annotation_names, iid_of(note), label(note));
     }
     for (std::size_t i = 0; i < names.size(); ++i) {
       add_interned(data, InternedData::event_names, i + 1, names[i]);

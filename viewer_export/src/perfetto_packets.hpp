@@ -2,6 +2,7 @@
 // Perfetto is told is its BOOTTIME (see viewer_export/README.md, "Perfetto").
 #pragma once
 
+#include "notes.hpp"
 #include "perfetto_fields.hpp"
 
 #include <cstdint>
@@ -14,39 +15,6 @@
 
 namespace cie::viewer_export::perfetto {
 
-// Names of annotations, interned in this order.
-enum class Note : std::uint8_t {
-  seq,
-  release_source,
-  response_time_ns,
-  response_time_lower_ns,
-  response_time_upper_ns,
-  start_latency_ns,
-  missed,
-  status,
-  state,
-  cpu_start,
-  cpu_end,
-  execution_ns,
-  preempted_ns,
-  blocked_ns,
-  wake_delay_ns,
-  publisher_id,
-  writer_gid,
-  source_timestamp_realtime_ns,
-  rule,
-  subject,
-  verdict,
-  demands,
-  found,
-  evidence,
-  event,
-  cpu,
-  pid,
-  tid,
-  suppression
-};
-
 enum class Category : std::uint8_t { callback = 1, wait, publish, enforcement };
 
 // What is shown of a slice when it is selected.
@@ -55,12 +23,6 @@ class Annotations {
   void add(Note note, std::int64_t value);
   void add(Note note, std::uint64_t value);
   void add(Note note, std::string_view value);
-  template <typename T>
-  void add_time(Note note, const std::optional<T>& time) {
-    if (time) {
-      add(note, time->ns);
-    }
-  }
   const std::string& bytes() const noexcept { return bytes_; }
 
  private:

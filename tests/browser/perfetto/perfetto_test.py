@@ -4,7 +4,6 @@
 Arguments: structure|trace_processor CIE MAKE_TRACE EXAMPLES. Exit code 77: skipped, with the reason.
 """
 import collections
-import csv
 import json
 import math
 import os
@@ -18,6 +17,7 @@ import uuid
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import trace_processor  # noqa: E402
+from example_truth import Truth, output_of  # noqa: E402
 
 CHECK, CIE, MAKE_TRACE, EXAMPLES = sys.argv[1:5]
 
@@ -26,38 +26,12 @@ TRACK = "/track@Subscription(/points)"
 DRIVE = "/drive@Subscription(/points)"
 
 
-def output_of(*command, **options):
-    return subprocess.run(command, stdin=options.pop("stdin", subprocess.DEVNULL), stdout=subprocess.PIPE, check=True,
-                          timeout=120, **options).stdout.decode()
-
-
 def example(name):
     return os.path.join(EXAMPLES, name, "trace")
 
 
-class Truth:
-    """What an example trace holds, from babeltrace2's text and the contract's instances.csv."""
-
-    def __init__(self, name):
-        with open(os.path.join(EXAMPLES, name, "instances.csv"), encoding="utf-8", newline="") as file:
-            self.instances = list(csv.DictReader(file))
-        self.waits = [row for row in self.instances if row["release_ns"] and row["release_ns"] < row["start_ns"]]
-        text = output_of("babeltrace2", "--clock-seconds", example(name))
-        writers = dict(re.findall(r"cie:publisher_init: .*publisher_id = (\d+), .*writer_gid = (\d+)", text))
-        published = collections.Counter()
-        for publisher, stamp in re.findall(r"cie:publish: .*publisher_id = (\d+), .*realtime_ns = (\d+)", text):
-            published[writers[publisher], stamp] += 1
-        taken = re.findall(r"cie:callback_start: .*realtime_ns = (\d+), writer_gid = (\d+)", text)
-        self.publications = sum(published.values())
-        self.flows = sum(1 for stamp, gid in taken if published[gid, stamp])
-        self.running = []  # (cpu, tid, duration) of every slice that began and ended in the trace
-        on_cpu = {}
-        for seconds, ns, cpu, prev, nxt in re.findall(
-                r"^\[(\d+)\.(\d+)\].*sched_switch: \{ cpu_id = (\d+) \}.*prev_tid = (\d+).*next_tid = (\d+)", text, re.M):
-            time = int(seconds) * 10**9 + int(ns)
-            if prev != "0" and on_cpu.get(cpu, ("", 0))[0] == prev and time > on_cpu[cpu][1]:
-                self.running.append((int(cpu), int(prev), time - on_cpu[cpu][1]))
-            on_cpu[cpu] = (nxt, time)
+def truth_of(name):
+    return Truth(os.path.join(EXAMPLES, name))
 
 
 class Files(unittest.TestCase):
@@ -94,7 +68,7 @@ class Structure(Files):
 
     def test_the_examples(self):
         for name in ("isolated_ok", "multi_threaded_fails"):
-            truth = Truth(name)
+            truth = truth_of(name)
             self.assertGreater(truth.flows, 20)
             packets = self.packets(self.exported(name))
             self.assertRegex(packets[0], r"\n  6 \{", "the clock snapshot comes first")
@@ -221,7 +195,7 @@ class TraceProcessor(Files):
         traces = [self.copy_of("isolated_ok", host) for host in ("left", "right")]
         path = os.path.join(self.folder.name, "hosts.pftrace")
         output_of(CIE, "export", *traces, "--to", "perfetto", "-o", path)
-        truth = Truth("isolated_ok")
+        truth = truth_of("isolated_ok")
         report = json.loads(output_of(CIE, "report", *traces, "--format", "json"))
         self.assertEqual(report["trace"]["hosts"], ["left", "right"])
         answer = trace_processor.query(path, {
@@ -249,7 +223,7 @@ class TraceProcessor(Files):
             self.assertLessEqual(abs(figure[key] - exact), exact / 128)
 
     def check_example(self, name, path):
-        truth = Truth(name)
+        truth = truth_of(name)
         report = json.loads(output_of(CIE, "report", example(name), "--format", "json"))
         answer = trace_processor.query(path, {
             "alarms": self.ALARMS,
