@@ -55,10 +55,10 @@ def assets(package: str, sha256: str, files: dict | None = None) -> pathlib.Path
     return folder
 
 
-def modules(packages: dict, folder: str) -> str:
-    """Puts packages ({"name@version": SHA-256}) into `folder`, for NODE_PATH. Raises Unavailable."""
-    for package, sha256 in packages.items():
-        place = pathlib.Path(folder) / package.rsplit("@", 1)[0]
+def modules(packages: list, folder: str) -> str:
+    """Puts packages (each what assets() takes) into `folder`, for NODE_PATH. Raises Unavailable."""
+    for package in packages:
+        place = pathlib.Path(folder) / package[0].rsplit("@", 1)[0]
         place.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copytree(assets(package, sha256), place)
+        shutil.copytree(assets(*package), place)
     return folder

@@ -23,7 +23,10 @@ constexpr const char* kDescription =
     "release to start, arrows from each publish to the callbacks it caused, and what the kernel's\n"
     "scheduler did, when that was recorded. The callback graph shows who takes whose messages,\n"
     "with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every\n"
-    "number of the report, for SQL and data frames: all in an SQLite database, or one by one.";
+    "number of the report, for SQL and data frames: all in an SQLite database (sqlite), or one by\n"
+    "one (csv, jsonl, parquet). Chrome JSON, speedscope, OTLP (OpenTelemetry's JSON lines) and "
+    "MCAP\n"
+    "serve other people's tools.";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -66,8 +69,7 @@ int export_command(const Arguments& arguments) {
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--to", "VIEWER", viewer,
-              "perfetto, chrome, speedscope, otlp, mcap; dot, svg (callback graph); sqlite, csv, "
-              "jsonl, parquet (tables)");
+              "perfetto, chrome, speedscope, otlp, mcap; dot, svg; tables: see below");
   line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");

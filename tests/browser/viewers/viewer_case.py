@@ -36,9 +36,10 @@ class ViewerCase(unittest.TestCase):
         cls.folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.folder.cleanup)
 
-    def made(self):
+    def made(self, times=1):
+        """The application of INSTANCES, which ran as often at the same moments."""
         path = os.path.join(self.folder.name, "made")
-        return path, json.loads(output_of(MAKE_EXPORT, self.format, path))
+        return path, json.loads(output_of(MAKE_EXPORT, self.format, path, str(times)))
 
     def exported(self, name, *options):
         path = os.path.join(self.folder.name, name)

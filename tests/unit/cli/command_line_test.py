@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The cie program from outside: exit codes, messages, output files. Arguments: CIE EXAMPLES."""
+import gzip
 import json
 import os
 import pty
@@ -244,9 +245,32 @@ class Usage(Folder):
         self.assertIn("/a/plan@Timer(20000000)", texts)
 
     def test_not_available_yet(self):
-        self.assert_usage_error(("export", TRACE, "--to", "chrome"),
-                                "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
+
+    def test_viewers(self):
+        self.assert_usage_error(("export", TRACE, "--to", "chrom"), '--to does not know "chrom"; did you mean "chrome"? available: perfetto, chrome,'
+                                " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet")
+        self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is not for --to mcap, which readers seek in")
+        self.assert_usage_error(("export", TRACE, "--to", "csv", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
+        for viewer in ("chrome", "speedscope", "otlp"):
+            self.assertIn(viewer, cie("export", "--help").stdout.decode())
+            plain = cie("export", TRACE, "--to", viewer)
+            packed = cie("export", TRACE, "--to", viewer, "--gzip")
+            self.assertEqual((plain.returncode, packed.returncode), (0, 0), plain.stderr + packed.stderr)
+            self.assertEqual(gzip.decompress(packed.stdout), plain.stdout)
+
+    def test_a_failed_export_leaves_the_old_file(self):
+        for viewer in ("perfetto", "chrome", "speedscope", "otlp", "mcap"):
+            path = os.path.join(self.folder, viewer)
+            with open(path, "wb") as file:
+                file.write(b"old")
+            failed = cie("export", os.path.join(path, "nowhere"), "--to", viewer, "-o", path)
+            self.assertEqual(failed.returncode, 4)
+            with open(path, "rb") as file:
+                self.assertEqual(file.read(), b"old")
+            full = cie("export", TRACE, "--to", viewer, "-o", "/dev/full")
+            self.assertEqual((full.returncode, full.stdout), (4, b""))
+            self.assertIn(b"/dev/full", full.stderr)
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
