@@ -49,6 +49,8 @@ class Mcap(ViewerCase):
         self.assertEqual(statistics["channelCount"], len(file["channels"]))
         self.assertEqual(sum(int(count) for count in statistics["channelMessageCounts"].values()), len(file["messages"]))
         times = [int(message["log"]) for message in file["messages"]]
+        self.assertEqual(times, sorted(times), "the reader gives them by time")
+        self.assertEqual(file["later"]["count"], sum(time >= int(file["later"]["from"]) for time in times))
         self.assertEqual((int(statistics["messageStartTime"]), int(statistics["messageEndTime"])), (min(times), max(times)))
         return file
 

@@ -35,6 +35,10 @@ for await (const message of reader.readMessages({ validateCrcs: true })) {
     data: text.decode(message.data),
   });
 }
+// The later half by time, which leaves out the chunks before.
+const middle = (reader.statistics.messageStartTime + reader.statistics.messageEndTime) / 2n;
+let later = 0;
+for await (const _ of reader.readMessages({ startTime: middle })) later += 1;
 const plain = (value) => JSON.parse(JSON.stringify(value, (_, v) =>
   typeof v === "bigint" ? String(v) : v instanceof Map ? Object.fromEntries(v) : v));
 const chunks = reader.chunkIndexes.map((chunk) => plain({ first: chunk.messageStartTime, last: chunk.messageEndTime,
@@ -46,6 +50,7 @@ process.stdout.write(JSON.stringify({
   schemas: [...reader.schemasById.values()].map((s) => ({ id: s.id, name: s.name, encoding: s.encoding, data: text.decode(s.data) })),
   channels: [...reader.channelsById.values()].map((c) => ({ id: c.id, topic: c.topic, schema: c.schemaId, encoding: c.messageEncoding })),
   chunks,
+  later: { from: String(middle), count: later },
   messages,
 }));
 await file.close();
