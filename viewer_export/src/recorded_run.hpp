@@ -33,10 +33,11 @@ ThreadKey thread_of(const T& told) {
 }
 
 struct RecordedInstance {
-  analysis::Instance instance;      // without its views: the name stands below
-  std::uint32_t name = 0;           // of the logical id, in RecordedRun::callbacks()
-  std::uint64_t index = 0;          // in order of arrival
-  bool takes_seen_message = false;  // one whose publication is told before it
+  analysis::Instance instance;  // without its views: the name stands below
+  std::uint32_t name = 0;       // of the logical id, in RecordedRun::callbacks()
+  std::uint64_t index = 0;      // in order of arrival
+  // One whose publication is told before it, or, if its time is the same, right after it.
+  bool takes_seen_message = false;
 };
 
 struct RecordedPublication {
