@@ -1,6 +1,6 @@
 // cie-record: records a run with LTTng into a directory.
-#include "live_stream.hpp"
 #include "flight_recorder.hpp"
+#include "live_stream.hpp"
 #include "options.hpp"
 #include "recording.hpp"
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The cie program from outside: exit codes, messages, output files. Arguments: CIE EXAMPLES."""
+import gzip
 import json
 import os
 import pty
@@ -262,10 +263,6 @@ class Usage(Folder):
         texts = [e.text for e in xml.etree.ElementTree.fromstring(svg.stdout).iter("{http://www.w3.org/2000/svg}text")]
         self.assertIn("/a/plan@Timer(20000000)", texts)
 
-    def test_not_available_yet(self):
-        self.assert_usage_error(("export", TRACE, "--to", "chrome"),
-                                "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
-
     def test_live_refuses_what_it_cannot_do(self):
         for arguments, message in ((("--batch", "--json"), "--batch or --json, not both"),
                                    (("net://x/host/y/z", "--", "true"), "a session or a command, not both"),
@@ -280,6 +277,18 @@ class Usage(Folder):
                                    (("--batch", "--instances"), "--instances goes with --json")):
             with self.subTest(arguments=arguments):
                 self.assert_usage_error(("live", *arguments), message)
+
+    def test_viewers(self):
+        self.assert_usage_error(("export", TRACE, "--to", "chrom"), '--to does not know "chrom"; did you mean "chrome"? available: perfetto, chrome,'
+                                " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet")
+        self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is not for --to mcap, which readers seek in")
+        self.assert_usage_error(("export", TRACE, "--to", "csv", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
+        for viewer in ("chrome", "speedscope", "otlp"):
+            self.assertIn(viewer, cie("export", "--help").stdout.decode())
+            plain = cie("export", TRACE, "--to", viewer)
+            packed = cie("export", TRACE, "--to", viewer, "--gzip")
+            self.assertEqual((plain.returncode, packed.returncode), (0, 0), plain.stderr + packed.stderr)
+            self.assertEqual(gzip.decompress(packed.stdout), plain.stdout)
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
@@ -430,12 +439,13 @@ class Output(Folder):
     def test_an_old_file_survives_a_failure(self):
         self.write("out", b"old", 0o600)
         self.assertEqual(cie("report", self.path("none"), "-o", self.path("out")).returncode, 4)
-        limited = cie("export", TRACE, "--to", "perfetto", "-o", self.path("out"),
-                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
-        self.assertEqual(limited.returncode, 4)
-        self.assertRegex(limited.stderr, rb"^cie: cannot write [^\n]*: File too large\n$")
-        self.assertEqual(self.read("out"), b"old")
-        self.assertEqual(os.listdir(self.folder), ["out"])
+        for viewer in ("perfetto", "chrome", "speedscope", "otlp", "mcap"):
+            limited = cie("export", TRACE, "--to", viewer, "-o", self.path("out"),
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+            self.assertEqual(limited.returncode, 4)
+            self.assertRegex(limited.stderr, rb"^cie: cannot write [^\n]*: File too large\n$")
+            self.assertEqual(self.read("out"), b"old")
+            self.assertEqual(os.listdir(self.folder), ["out"])
         self.assertEqual(cie("report", TRACE, "-o", self.path("out")).returncode, 0)
         self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o600)
 
