@@ -122,6 +122,11 @@ void Recording::start_flight_recorder() {
 }
 
 void Recording::serve_flight_recorder(bool is_asked) {
+  if (is_asked && !flight_) {
+    warn(
+        "SIGUSR1 has a snapshot saved; this recorder, started without --snapshot, keeps "
+        "everything");
+  }
   if (!flight_ || is_daemon_lost_) {
     return;
   }

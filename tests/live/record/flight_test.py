@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The flight recorder (`cie record --snapshot`): what makes it save, what it saves, and where it stops.
-Arguments: PROGRAMS APPLICATION (traced_app)."""
+Arguments: PROGRAMS APPLICATION (traced_app) LATE_APPLICATION (late_app)."""
 
 import json
 import os
@@ -15,7 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
 
-PROGRAMS, APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:3])
+PROGRAMS, APPLICATION, LATE_APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:4])
 CIE = PROGRAMS / "cie"
 PATIENCE = 40  # seconds; nothing takes as long
 scratch: Path
@@ -41,10 +41,10 @@ def starts_of(snapshot):
 
 
 class Flight(unittest.TestCase):
-    def record(self, name, options, arguments):
+    def record(self, name, options, arguments, application=APPLICATION):
         """A recorder that runs in the background, and its directory."""
         directory = scratch / name
-        command = [CIE, "record", "-o", directory, "--snapshot", "5", *options, "--", APPLICATION, *arguments]
+        command = [CIE, "record", "-o", directory, "--snapshot", "5", *options, "--", application, *arguments]
         recorder = subprocess.Popen([str(c) for c in command], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
                                     text=True)
         self.addCleanup(recorder.stderr.close)
@@ -124,6 +124,15 @@ class Flight(unittest.TestCase):
         self.assertEqual(verdicts_of(snapshot)["R3"], "FAIL", "it shows what happened")
         self.assertGreater(starts_of(snapshot)[-1], late - 1, "and what came after it")
 
+    def test_an_executors_callback_that_is_late_is_told_as_soon_as_it_ends(self):
+        recorder, directory = self.record("late", ["--max-snapshots", "1"], [], LATE_APPLICATION)
+        self.end(recorder)
+        reason = manifest_of(directory / "snapshot-001")["snapshot"]["reason"]
+        self.assertRegex(reason, r"^callback \d+ missed its deadline: responded after \d+\.\d+ ms instead of 5\.000 ms$")
+        late = verdicts_of(directory / "snapshot-001")
+        self.assertEqual(late["R3"], "FAIL")
+        self.assertEqual(late["M2"], "PASS")
+
     def test_what_a_failing_command_did_last_is_saved(self):
         recorder, directory = self.record("crash", [], ["--instances", "200", "--leave-by", "abort"])
         text = self.end(recorder)
@@ -159,4 +168,4 @@ def begin(directory):
 
 
 if __name__ == "__main__":
-    isolated_main.main("flight", sys.argv[3:], begin)
+    isolated_main.main("flight", sys.argv[4:], begin)

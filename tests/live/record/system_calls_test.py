@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Who emits an event makes no system call for it, however full the buffers become: the kernel's count of the
-application's writes, which is how LTTng wakes its consumer daemon. Arguments: PROGRAMS APPLICATION (traced_app)."""
+application's writes, which is how LTTng wakes its consumer daemon. Arguments: PROGRAMS APPLICATION (traced_app), and what others use."""
 
 import os
 import signal
@@ -62,4 +62,4 @@ def begin(directory):
 
 
 if __name__ == "__main__":
-    isolated_main.main("system-calls", sys.argv[3:], begin)
+    isolated_main.main("system-calls", sys.argv[4:], begin)
