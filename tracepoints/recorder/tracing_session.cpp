@@ -240,9 +240,8 @@ void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
   } else if (!is_snapshot_) {
     channel->attr.switch_timer_interval = in_us(flush_interval);
   }
-}
-check(lttng_enable_channel(handle_.get(), channel.get()),
-      std::string("enable the channel \"") + name + '"');
+  check(lttng_enable_channel(handle_.get(), channel.get()),
+        std::string("enable the channel \"") + name + '"');
 }
 
 void TracingSession::add_contexts(const char* channel, const std::vector<int>& types) {
