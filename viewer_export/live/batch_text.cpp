@@ -11,7 +11,6 @@ namespace cie::live {
 namespace {
 
 using analysis::Verdict;
-using viewer_export::Cell;
 using viewer_export::format_duration;
 using viewer_export::Look;
 using viewer_export::printable;
