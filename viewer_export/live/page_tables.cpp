@@ -10,7 +10,6 @@ namespace cie::live {
 namespace {
 
 using analysis::Summary;
-using analysis::Verdict;
 using viewer_export::display_width;
 using viewer_export::elide;
 using viewer_export::format_duration;
