@@ -4,6 +4,7 @@
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "inputs.hpp"
+#include "local_http.hpp"
 #include "spool.hpp"
 
 #include <array>
@@ -16,7 +17,6 @@
 #include <fmt/format.h>
 #include <httplib.h>
 #include <signal.h>
-#include <sys/socket.h>
 
 namespace cie::cli {
 namespace {
@@ -99,16 +99,12 @@ struct Pages {
   viewer_export::Spool timeline{{}};
 };
 
-// Only who names this machine by its loopback address: another site's name may lead here, too.
-bool is_for_us(const httplib::Request& request, int port) {
-  const std::string host = request.get_header_value("Host");
-  return host == fmt::format("{}:{}", kHost, port) || host == fmt::format("localhost:{}", port);
-}
-
 void set_up(httplib::Server& server, const Pages& pages, const int& port) {
   server.set_pre_routing_handler(
       [&port](const httplib::Request& request, httplib::Response& response) {
-        if (is_for_us(request, port)) return httplib::Server::HandlerResponse::Unhandled;
+        if (viewer_export::is_called_by_loopback(request, kHost, port)) {
+          return httplib::Server::HandlerResponse::Unhandled;
+        }
         response.status = 403;
         return httplib::Server::HandlerResponse::Handled;
       });
@@ -149,12 +145,6 @@ int port_of(const std::string& text) {
     throw UsageError("--port takes a number from 0 (any free one) to 65535: \"" + text + '"');
   }
   return port;
-}
-
-// SO_REUSEADDR only: httplib's default would let a second one take the same port.
-void use_port_alone(int socket) {
-  const int yes = 1;
-  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
 }
 
 void make(const std::vector<std::filesystem::path>& traces,
@@ -201,7 +191,7 @@ int view_command(const Arguments& arguments) {
 
   Pages pages;
   httplib::Server server;
-  server.set_socket_options(use_port_alone);
+  server.set_socket_options(viewer_export::use_port_alone);
   set_up(server, pages, port);
   // Before the work: a port that is taken is said at once.
   const int bound = port == 0                          ? server.bind_to_any_port(kHost)

@@ -11,7 +11,6 @@ namespace cie::live {
 namespace {
 
 using analysis::Verdict;
-using viewer_export::Cell;
 using viewer_export::format_duration;
 using viewer_export::Look;
 using viewer_export::printable;
@@ -95,9 +94,9 @@ std::vector<std::string> headline(const Snapshot& s) {
   const auto lost = s.lost_events ? std::to_string(*s.lost_events)
                                   : fmt::format("unknown ({} packets)", s.lost_packets);
   std::vector<std::string> lines{
-      fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
-                  printable(s.source)),
-      fmt::format("{}: {}, lost {}, {} events, {:.0f}/s{}, {}", analysis::label(s.verdict),
+      fmt::format("cie live  {}  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
+                  analysis::label(s.verdict), printable(s.source)),
+      fmt::format("{}, lost {}, {} events, {:.0f}/s{}, {}",
                   viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"), lost,
                   s.events, s.events_per_second,
                   s.delay_ns ? ", " + format_duration(*s.delay_ns) + " old" : "",

@@ -23,9 +23,9 @@ void History::add(Snapshot snapshot) {
 }
 
 const std::deque<RecentInstance>& History::instances(std::uint32_t callback) const {
-  static const std::deque<RecentInstance> kNone;
+  static const std::deque<RecentInstance> none;
   const auto found = instances_.find(callback);
-  return found == instances_.end() ? kNone : found->second;
+  return found == instances_.end() ? none : found->second;
 }
 
 }  // namespace cie::live

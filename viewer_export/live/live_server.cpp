@@ -1,6 +1,7 @@
 #include "live_server.hpp"
 
 #include "html_files.hpp"
+#include "local_http.hpp"
 #include "snapshot_json.hpp"
 
 #include <atomic>
@@ -13,7 +14,6 @@
 
 #include <fmt/format.h>
 #include <httplib.h>
-#include <sys/socket.h>
 
 namespace cie::live {
 namespace {
@@ -24,12 +24,6 @@ constexpr int kMaxFollowers = 16;  // pages that are open at once
 constexpr int kOtherThreads = 8;
 constexpr milliseconds kKeepAlive{5000};
 constexpr std::time_t kWritePatience = 5;  // seconds; who reads nothing for longer is cut off
-
-// SO_REUSEADDR only: httplib's default would let a second one take the same port.
-void use_port_alone(int socket) {
-  const int yes = 1;
-  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-}
 
 bool is_loopback(const std::string& address) {
   return address == "localhost" || address == "::1" || address.rfind("127.", 0) == 0;
@@ -66,9 +60,7 @@ struct LiveServer::Server {
 
   bool is_for_us(const httplib::Request& request) const {
     if (!is_loopback(address)) return true;
-    const auto host = request.get_header_value("Host");
-    return host == fmt::format("{}:{}", host_of(address), port) ||
-           host == fmt::format("localhost:{}", port);
+    return viewer_export::is_called_by_loopback(request, host_of(address), port);
   }
 
   // One event of the stream, when there is one the follower has not had. False: it is over.
@@ -100,7 +92,7 @@ struct LiveServer::Server {
   }
 
   void set_up() {
-    http.set_socket_options(use_port_alone);
+    http.set_socket_options(viewer_export::use_port_alone);
     http.set_write_timeout(kWritePatience);
     http.new_task_queue = [] { return new httplib::ThreadPool(kMaxFollowers + kOtherThreads); };
     http.set_pre_routing_handler(

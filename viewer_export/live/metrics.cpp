@@ -64,6 +64,7 @@ std::vector<CallbackView> merged(const Snapshot& snapshot) {
     known.deadline_ns = c.deadline_ns;
   }
   std::vector<CallbackView> result;
+  result.reserve(by_labels.size());
   for (auto& [labels, callback] : by_labels)
     result.push_back(std::move(callback));
   return result;

@@ -124,11 +124,11 @@ void Monitor::describe_callbacks(const analysis::Report& report, Timestamp now,
       view.tids.push_back(thread.tid);
     view.is_isolated = known.isolated;
     view.deadline_ns = mine.deadline_ns;
-    auto sum = mine.rolling.sum(now);
+    const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
     view.late = sum.late;
     view.missed = sum.missed;
-    view.response = std::move(sum.response);
+    view.response = sum.response;
     view.total_instances = known.instances;
     view.total_late = mine.late;
     view.total_missed = known.missed_releases.value_or(0);

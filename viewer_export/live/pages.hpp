@@ -62,6 +62,7 @@ class Pages {
   const CallbackView* opened() const;
   Line status() const;
   Line keys() const;
+  Line selected_name() const;
   Table callbacks(std::size_t columns);
   Table instances(std::size_t columns) const;
   Table threads(std::size_t columns) const;

@@ -17,9 +17,9 @@ namespace {
 using viewer_export::Look;
 
 constexpr int kEscape = 27;
-constexpr int kRedraw = 12;         // Ctrl-L
+constexpr int redraw = 12;          // Ctrl-L
 constexpr int kEscapeDelayMs = 50;  // an arrow key over ssh takes less
-enum Pair : short { kRed = 1, kGreen = 2, kYellow = 3 };
+enum Pair : short { red = 1, green = 2, yellow = 3 };
 
 int attributes(Look look, bool has_colours) {
   const auto in = [has_colours](short pair, int otherwise) {
@@ -29,11 +29,11 @@ int attributes(Look look, bool has_colours) {
     case Look::strong:
       return static_cast<int>(A_BOLD);
     case Look::bad:
-      return static_cast<int>(A_BOLD) | in(kRed, 0);
+      return static_cast<int>(A_BOLD) | in(red, 0);
     case Look::good:
-      return in(kGreen, 0);
+      return in(green, 0);
     case Look::doubtful:
-      return in(kYellow, 0);
+      return in(yellow, 0);
     case Look::faint:
       return static_cast<int>(A_DIM);
     case Look::plain:
@@ -74,9 +74,9 @@ Screen::Screen() {
   if (!is_set("NO_COLOR") && has_colors()) {
     start_color();
     use_default_colors();
-    init_pair(kRed, COLOR_RED, -1);
-    init_pair(kGreen, COLOR_GREEN, -1);
-    init_pair(kYellow, COLOR_YELLOW, -1);
+    init_pair(red, COLOR_RED, -1);
+    init_pair(green, COLOR_GREEN, -1);
+    init_pair(yellow, COLOR_YELLOW, -1);
     has_colours_ = true;
   }
 }
@@ -113,7 +113,7 @@ std::optional<Press> Screen::press() {
       case '\n':
       case '\r':
         return Press{.key = Key::enter};
-      case kRedraw:  // something else wrote on the terminal
+      case redraw:  // something else wrote on the terminal
         clearok(curscr, TRUE);
         return Press{};
       case kEscape:

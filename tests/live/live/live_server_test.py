@@ -115,6 +115,12 @@ class Served(unittest.TestCase):
         board = json.loads((EXAMPLES / "dashboard.json").read_text("utf-8"))
         self.assertEqual(len({panel["id"] for panel in board["panels"]}), len(board["panels"]))
 
+    def test_the_documentation_names_every_metric(self):
+        text = (EXAMPLES.parent / "README.md").read_text("utf-8")
+        documented = set(re.findall(r"`(cie_\w+)`", text))
+        wait_for(lambda: "cie_live_delay_seconds" in self.metrics(), "the first instance")
+        self.assertEqual(set(re.findall(r"^# TYPE (\S+)", self.metrics(), re.MULTILINE)), documented)
+
     def test_the_alerts_do_what_they_say(self):
         if shutil.which("promtool") is None:
             self.skipTest("promtool (Debian package prometheus) is not installed")

@@ -58,12 +58,37 @@ class Command(unittest.TestCase):
         self.assertGreater(max(busy), 5, "1.5 ms of about 7")
         self.assertTrue(all(0 <= percent < 150 for percent in busy), busy)
 
+    def test_lines_have_the_fields_that_the_documentation_names(self):
+        text = (Path(__file__).resolve().parents[3] / "viewer_export" / "live" / "README.md").read_text("utf-8")
+        block = re.search(r"## The lines: cie.live/1.*?```\n(.*?)```", text, re.DOTALL)[1]
+        documented = set(re.findall(r'"(\w+)":', block))
+        found = set()
+
+        def collect(value):
+            if isinstance(value, dict):
+                found.update(value)
+            for inner in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+                collect(inner)
+        collect(lines_of(live("--json", "--instances", "--interval", 0.2, "--",
+                              *app("--instances", 400, "--period-us", 5000, "--burst", 5))))
+        of_summary = {"count", "min", "max", "sum", "mean", "p50", "p90", "p99", "p99_9"}
+        self.assertLessEqual(of_summary, found)
+        self.assertEqual(found - of_summary - {"severity"}, documented - of_summary - {"severity"})
+
     def test_a_count_ends_it_and_the_command(self):
         done = live("--batch", "-n", 2, "--interval", 0.3, "--", *app("--until-signal", "--period-us", 1000))
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.count("cie live  "), 2)
-        self.assertIn("VIOLATED M2 one-callback-per-thread", done.stdout)
         self.assertEqual(support.no_leftovers(), [])
+
+    def test_text_tells_what_json_does(self):
+        done = live("--batch", "--interval", 0.3, "--", *app("--instances", 50))
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout.count("VIOLATED M2 one-callback-per-thread"), 1)
+        last = done.stdout[done.stdout.rindex("cie live  "):]
+        self.assertIn("  ended  FAIL  net://", last)
+        for name in (TIMER, SUBSCRIPTION):
+            self.assertIn(name, last)
 
     def test_signals_end_it_after_a_last_snapshot(self):
         for number in (signal.SIGINT, signal.SIGTERM):

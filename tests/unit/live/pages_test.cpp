@@ -165,6 +165,14 @@ TEST_F(PagesTest, TheSelectionStaysInTheTableAndInSight) {
   EXPECT_NE(draw().find("/slow"), std::string::npos);
 }
 
+TEST_F(PagesTest, TheSelectedNameIsShownWhole) {
+  auto long_name = snapshot();
+  const std::string name = "/a/very/long/name/of/a/callback@Subscription(/that/fits/no/column)";
+  long_name.callbacks = {callback(0, name, 5)};
+  history_.add(long_name);
+  EXPECT_NE(draw(Size{24, 80}).find(name), std::string::npos);
+}
+
 TEST_F(PagesTest, QuitsOnQAlone) {
   EXPECT_TRUE(type("abcdefghijklmnop"));
   EXPECT_FALSE(type("q"));
