@@ -213,15 +213,28 @@ struct Analyzer::Pipeline {
     }
     enforcement.on_switch(head, host, e);
   }
+  template <typename WakeUp>
+  void tell_waking(const EventHead& head, HostIndex host, const WakeUp& event) {
+    if (observer == nullptr || (cut && cut->is_before(head.time))) return;
+    observer->on_waking(
+        Waking{.time = head.time,
+               .tid = event.tid,
+               .priority = event.prio,
+               .cpu = head.cpu,
+               .waker_tid = head.cpu ? timeline.running_on(host, *head.cpu) : std::nullopt,
+               .target_cpu = event.target_cpu,
+               .host = static_cast<std::uint32_t>(host)});
+  }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedWaking& e) {
     const auto host = registry.host_of(head);
     model.hosts[at(host)].has_wakings = true;
     timeline.on_waking(host, e.tid, head.time);
+    tell_waking(head, host, e);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedWakeup& e) {
     const auto host = registry.host_of(head);
     model.hosts[at(host)].has_wakings = true;
-    timeline.on_wakeup(host, e.tid, head.time);
+    if (timeline.on_wakeup(host, e.tid, head.time)) tell_waking(head, host, e);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedProcessFork& e) {
     const auto host = registry.host_of(head);

@@ -365,7 +365,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
                   .publisher_id = to_number(event.publisher),
                   .seq = event.seq,
                   .writer_gid = facts.writer_gid,
-                  .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns});
+                  .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns,
+                  .host = static_cast<std::uint32_t>(registry_.host_of(head))});
 }
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,

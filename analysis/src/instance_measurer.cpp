@@ -54,6 +54,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
   instance.source_timestamp_realtime_ns = live.source_timestamp;
   instance.writer_gid = live.writer_gid;
+  instance.host = static_cast<std::uint32_t>(live.host);
 
   if (live.node->release) {
     instance.release = live.node->release;

@@ -183,6 +183,7 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
   CallbackReport report;
   report.logical_id = facts.logical_id;
   report.pid = model.processes[at(facts.process)].pid;
+  report.host_number = static_cast<std::uint32_t>(model.processes[at(facts.process)].host);
   report.node = facts.node;
   report.kind = facts.kind ? std::string(label(*facts.kind)) : std::string{};
   report.source = facts.source;
@@ -227,6 +228,7 @@ CallbackReport report_of(const Model& model, const CallbackFacts& facts) {
 ThreadReport report_of(const Model& model, const ThreadFacts& facts) {
   ThreadReport report;
   report.pid = model.processes[at(facts.process)].pid;
+  report.host_number = static_cast<std::uint32_t>(model.processes[at(facts.process)].host);
   report.tid = facts.tid;
   report.name = facts.name;
   if (facts.role) report.role = std::string(label(*facts.role));
@@ -340,7 +342,8 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
         .name = process.name,
         .executor = std::nullopt,
         .complete = is_subject_pass(verdicts, "T4",
-                                    subjects.process(ProcessIndex{static_cast<std::uint32_t>(i)}))};
+                                    subjects.process(ProcessIndex{static_cast<std::uint32_t>(i)})),
+        .host_number = static_cast<std::uint32_t>(process.host)};
     if (!process.executor.empty()) entry.executor = process.executor;
     report.processes.push_back(std::move(entry));
   }

@@ -133,7 +133,8 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
                                           .priority = event.prev_prio,
                                           .begin = prev.since,
                                           .end = time,
-                                          .end_state = event.prev_state});
+                                          .end_state = event.prev_state,
+                                          .host = static_cast<std::uint32_t>(host)});
     }
     stop_waiting(of_host, event.prev_tid, prev, time);  // its switch-in was not recorded
     leave(prev, time, cpu, is_runnable(event.prev_state));
@@ -169,12 +170,18 @@ void ThreadTimeline::on_waking(HostIndex host, std::int64_t tid, Timestamp time)
   woken.first_in.reset();
 }
 
-void ThreadTimeline::on_wakeup(HostIndex host, std::int64_t tid, Timestamp time) {
+bool ThreadTimeline::on_wakeup(HostIndex host, std::int64_t tid, Timestamp time) {
   auto& woken = thread(host, tid);
   wake(woken, time);
-  if (woken.waking) return;
+  if (woken.waking) return false;
   woken.wakeup = time;
   woken.first_in.reset();
+  return true;
+}
+
+std::optional<std::int64_t> ThreadTimeline::running_on(HostIndex host, std::int32_t cpu) {
+  const auto& on_cpu = cpu_of(hosts_[host], cpu);
+  return on_cpu.is_known ? std::optional(on_cpu.tid) : std::nullopt;
 }
 
 void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,

@@ -63,7 +63,10 @@ class ThreadTimeline {
   std::optional<Hole> on_switch(HostIndex host, std::int32_t cpu, Timestamp time,
                                 const SchedSwitch& event, Observer* observer);
   void on_waking(HostIndex host, std::int64_t tid, Timestamp time);
-  void on_wakeup(HostIndex host, std::int64_t tid, Timestamp time);
+  // False: on_waking told of it before.
+  bool on_wakeup(HostIndex host, std::int64_t tid, Timestamp time);
+  // The thread that the last switch of this CPU brought; 0 is the idle one. Empty before any.
+  std::optional<std::int64_t> running_on(HostIndex host, std::int32_t cpu);
   // A user event proves that its thread runs on its CPU, whatever was seen before.
   void on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
                      Timestamp time);

@@ -33,8 +33,7 @@ def _archive(package: str, sha256: str, folder: str) -> pathlib.Path:
     return archive
 
 
-def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None:
-    """`files` empty: all of them, under the names they have in the package."""
+def _fetch(package: str, sha256: str, files: dict | None, target: pathlib.Path) -> None:
     target.parent.mkdir(parents=True, exist_ok=True)
     unpacked = pathlib.Path(tempfile.mkdtemp(dir=target.parent))
     try:
@@ -54,9 +53,8 @@ def _fetch(package: str, sha256: str, files: dict, target: pathlib.Path) -> None
         shutil.rmtree(unpacked, ignore_errors=True)
 
 
-def assets(package: str, sha256: str, files: dict) -> pathlib.Path:
-    """A folder with the package's `files` (name in its archive: name there; empty: all of them, as they are).
-    Raises Unavailable."""
+def assets(package: str, sha256: str, files: dict | None = None) -> pathlib.Path:
+    """A folder with the package's `files` (name in its archive: name there), or all. Raises Unavailable."""
     if shutil.which("node") is None:
         raise Unavailable("node is not installed")
     folder = cache_folder(sha256)
@@ -65,9 +63,10 @@ def assets(package: str, sha256: str, files: dict) -> pathlib.Path:
     return folder
 
 
-def modules(packages: dict, folder: pathlib.Path) -> None:
-    """Makes `folder` a node_modules of whole `packages` (name@version: SHA-256). Raises Unavailable."""
-    for package, sha256 in packages.items():
-        place = folder / package.rpartition("@")[0]
+def modules(packages: list, folder: str) -> str:
+    """Puts packages (each what assets() takes) into `folder`, for NODE_PATH. Raises Unavailable."""
+    for package in packages:
+        place = pathlib.Path(folder) / package[0].rsplit("@", 1)[0]
         place.parent.mkdir(parents=True, exist_ok=True)
-        place.symlink_to(assets(package, sha256, {}))
+        shutil.copytree(assets(*package), place)
+    return folder

@@ -1,9 +1,9 @@
 #include <cie/viewer_export/graph_writer.hpp>
-#include <cie/viewer_export/perfetto_export.hpp>
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "export_tables.hpp"
+#include "export_viewers.hpp"
 #include "graphviz.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
@@ -23,12 +23,19 @@ constexpr const char* kDescription =
     "release to start, arrows from each publish to the callbacks it caused, and what the kernel's\n"
     "scheduler did, when that was recorded. The callback graph shows who takes whose messages,\n"
     "with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every\n"
-    "number of the report, for SQL and data frames: all in an SQLite database, or one by one.";
+    "number of the report, for SQL and data frames: all in an SQLite database (sqlite), or one by\n"
+    "one (csv, jsonl, parquet). Chrome JSON, speedscope, OTLP (OpenTelemetry's JSON lines) and "
+    "MCAP\n"
+    "serve other people's tools.";
 
 constexpr const char* kFooter =
     "Examples:\n"
     "  cie export recordings/latest --to perfetto -o run.pftrace\n"
     "  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size\n"
+    "  cie export run1 --to chrome -o run1.json                     where only JSON is taken\n"
+    "  cie export run1 --to speedscope -o run1.speedscope.json      flame graphs of threads\n"
+    "  cie export run1 --to otlp -o run1.jsonl                      OpenTelemetry spans\n"
+    "  cie export run1 --to mcap -o run1.mcap                       Foxglove, PlotJuggler\n"
     "  cie export run1 --to svg -o graph.svg                        the callback graph\n"
     "  cie export run1 --to dot -o graph.dot                        the same, for Graphviz\n"
     "  cie export run1 --to sqlite -o run1.db                       all tables, for SQL\n"
@@ -37,21 +44,6 @@ constexpr const char* kFooter =
     "Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with "
     "trace_processor.\n"
     "Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.\n";
-
-void say_what_was_written(const viewer_export::PerfettoCounts& counts, const std::string& target) {
-  fmt::print(stderr,
-             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices\n",
-             target, counts.callback_slices, counts.waits, counts.publications, counts.flows,
-             counts.sched_slices);
-  if (counts.backward_flows > 0) {
-    fmt::print(stderr, "{} messages were taken before they were published: clocks disagree\n",
-               counts.backward_flows);
-  }
-  if (counts.skipped > 0) {
-    fmt::print(stderr, "{} items could not be drawn: their times make no sense\n", counts.skipped);
-  }
-  fmt::print(stderr, "Open it at https://ui.perfetto.dev\n");
-}
 
 int export_graph(const std::vector<std::filesystem::path>& traces,
                  const analysis::AnalysisOptions& options, ProgressBar& bar, bool is_drawn,
@@ -72,14 +64,16 @@ int export_command(const Arguments& arguments) {
   std::string viewer;
   std::string target = "-";
   std::string table;
+  std::string spec_file;
   bool is_compressed = false;
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--to", "VIEWER", viewer,
-              "perfetto; dot, svg (callback graph); sqlite, csv, jsonl, parquet (tables)");
+              "perfetto, chrome, speedscope, otlp, mcap; dot, svg; tables: see below");
   line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--gzip", is_compressed, "Compress the file");
+  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge the violations by");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -87,41 +81,29 @@ int export_command(const Arguments& arguments) {
   if (viewer.empty()) {
     throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
   }
-  check_choice("--to", viewer, {"perfetto", "dot", "svg", "sqlite", "csv", "jsonl", "parquet"},
-               {"chrome", "speedscope", "otlp", "mcap"});
+  check_choice("--to", viewer,
+               {"perfetto", "chrome", "speedscope", "otlp", "mcap", "dot", "svg", "sqlite", "csv",
+                "jsonl", "parquet"});
   require_traces(traces);
-  const analysis::AnalysisOptions options{.reader = reader.value(),
+  const auto spec = load_spec(spec_file);
+  const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
+                                          .reader = reader.value(),
                                           .metadata_from = reader.metadata()};
   ProgressBar bar(reader.is_progress_wanted());
   const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
+  const bool is_graph = viewer == "dot" || viewer == "svg";
   if (!table.empty() && !is_table) {
     throw UsageError("--table is for --to csv, jsonl and parquet");
   }
-  if (viewer != "perfetto") {
-    if (is_compressed) throw UsageError("--gzip is for --to perfetto");
-    if (is_table || viewer == "sqlite") {
-      if (table.empty()) table = "instances";
-      check_table(table);
-      return export_tables(traces, options, bar, {.format = viewer, .table = table}, target);
-    }
-    return export_graph(traces, options, bar, viewer == "svg", target);
+  if (is_table || is_graph || viewer == "sqlite") {
+    if (is_compressed) throw UsageError("--gzip is for --to perfetto, chrome, speedscope and otlp");
+    if (is_graph) return export_graph(traces, options, bar, viewer == "svg", target);
+    if (table.empty()) table = "instances";
+    check_table(table);
+    return export_tables(traces, options, bar, {.format = viewer, .table = table}, target);
   }
-
-  auto output = open_output(target);
-  if (output.is_terminal()) {
-    throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
-  }
-  viewer_export::PerfettoExport perfetto(
-      {.gzip = is_compressed, .spill_directory = spill_directory(target)});
-  const auto result = analyze_with_progress(traces, options, bar, &perfetto);
-  perfetto.show_progress(begin_writing(bar, output));
-  const auto counts = perfetto.write(output.stream(), result.report);
-  output.commit();
-  bar.end();
-  if (::isatty(STDERR_FILENO) == 1) {
-    say_what_was_written(counts, target);
-  }
-  return ok;
+  return export_to_viewer(traces, options, bar,
+                          {.viewer = viewer, .target = target, .is_compressed = is_compressed});
 }
 
 }  // namespace cie::cli

@@ -56,6 +56,10 @@ class Both final : public analysis::Observer {
     first_.on_sched_slice(slice);
     second_.on_sched_slice(slice);
   }
+  void on_waking(const analysis::Waking& waking) override {
+    first_.on_waking(waking);
+    second_.on_waking(waking);
+  }
 
  private:
   analysis::Observer& first_;
@@ -165,7 +169,7 @@ void make(const std::vector<std::filesystem::path>& traces,
   SpoolBuffer buffer(pages.timeline);
   std::ostream timeline(&buffer);
   timeline.exceptions(std::ios::badbit | std::ios::failbit);
-  perfetto.write(timeline, result.report);
+  perfetto.write(timeline, result);
   timeline.flush();
 }
 

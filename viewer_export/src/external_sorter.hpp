@@ -41,18 +41,42 @@ class ExternalSorter {
   // Calls consume(record) in order, once for each record; the sorter is empty then.
   template <typename Consume>
   void drain(Consume consume) {
-    if (runs_.empty()) {
-      sort();
-      std::for_each(records_.begin(), records_.end(), consume);
-    } else {
-      spill();
-      records_ = {};
-      encoded_ = {};
-      merge(consume);
-      runs_.clear();
+    for (const auto* record = front(); record != nullptr; record = front()) {
+      consume(*record);
+      pop();
     }
+  }
+
+  // The first record of those that are left, null if there is none: valid until pop(), which takes
+  // it away. Nothing is added from the first call on until all are taken.
+  const Record* front() {
+    if (!is_read_) begin_reading();
+    if (runs_.empty()) {
+      if (next_ < records_.size()) return &records_[next_];
+    } else if (current_ != nullptr) {
+      return &current_->record;
+    }
+    runs_.clear();
     records_.clear();
     size_ = 0;
+    is_read_ = false;
+    return nullptr;
+  }
+  void pop() {
+    if (runs_.empty()) {
+      ++next_;
+      return;
+    }
+    Run& run = *current_;
+    // What arrived in about the right order comes from one run for a long time.
+    if (load(run) && (heap_.empty() || !is_later(&run, heap_.front()))) return;
+    if (run.has_record) {
+      heap_.push_back(&run);
+      std::push_heap(heap_.begin(), heap_.end(), is_later);
+    } else {
+      run.block = {};
+    }
+    take_first();
   }
 
  private:
@@ -70,6 +94,7 @@ class ExternalSorter {
     std::size_t next = 0;  // in it
     Codec codec{};
     Record record{};  // the first that is left
+    bool has_record = false;
   };
 
   void sort() { std::sort(records_.begin(), records_.end(), Less{}); }
@@ -98,7 +123,8 @@ class ExternalSorter {
 
   // Decodes the next record; false at the end of the run.
   bool load(Run& run) {
-    if (run.records == 0) return false;
+    run.has_record = run.records > 0;
+    if (!run.has_record) return false;
     if (run.block.size() - run.next < Codec::kMostBytes && run.offset < run.end) refill(run);
     const char* const at = run.block.data() + run.next;
     run.next += static_cast<std::size_t>(run.codec.decode(at, run.record) - at);
@@ -116,34 +142,33 @@ class ExternalSorter {
     run.offset += more;
   }
 
-  template <typename Consume>
-  void merge(Consume& consume) {
-    const auto is_later = [](const Run* a, const Run* b) { return Less{}(b->record, a->record); };
-    std::vector<Run*> heap;
+  void begin_reading() {
+    is_read_ = true;
+    next_ = 0;
+    if (runs_.empty()) {
+      sort();
+      return;
+    }
+    spill();
+    records_ = {};
+    encoded_ = {};
     for (auto& run : runs_) {
-      if (load(run)) {
-        heap.push_back(&run);
-      }
+      if (load(run)) heap_.push_back(&run);
     }
-    std::make_heap(heap.begin(), heap.end(), is_later);
-    while (!heap.empty()) {
-      std::pop_heap(heap.begin(), heap.end(), is_later);
-      Run& run = *heap.back();
-      heap.pop_back();
-      // What arrived in about the right order comes from one run for a long time.
-      bool has_more = true;
-      do {
-        consume(run.record);
-        has_more = load(run);
-      } while (has_more && (heap.empty() || !is_later(&run, heap.front())));
-      if (has_more) {
-        heap.push_back(&run);
-        std::push_heap(heap.begin(), heap.end(), is_later);
-      } else {
-        run.block = {};
-      }
-    }
+    std::make_heap(heap_.begin(), heap_.end(), is_later);
+    take_first();
   }
+
+  // The run that has the first record of all, null if none has any.
+  void take_first() {
+    current_ = nullptr;
+    if (heap_.empty()) return;
+    std::pop_heap(heap_.begin(), heap_.end(), is_later);
+    current_ = heap_.back();
+    heap_.pop_back();
+  }
+
+  static bool is_later(const Run* a, const Run* b) { return Less{}(b->record, a->record); }
 
   std::size_t capacity_;
   std::uint64_t size_ = 0;
@@ -151,6 +176,10 @@ class ExternalSorter {
   std::vector<char> encoded_;  // a piece of a run on its way to the disk
   Spool spool_;
   std::vector<Run> runs_;
+  bool is_read_ = false;
+  std::size_t next_ = 0;    // of records_, where all are in memory
+  Run* current_ = nullptr;  // has the first record of all
+  std::vector<Run*> heap_;  // the others with records left, the earliest record first
 };
 
 }  // namespace cie::viewer_export

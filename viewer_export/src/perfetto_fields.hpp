@@ -20,7 +20,8 @@ enum class TracePacket : pbf_tag_type {
   sequence_flags = 13,
   system_info = 45,
   track_descriptor = 60,
-  first_packet_on_sequence = 87
+  first_packet_on_sequence = 87,
+  machine_id = 98
 };
 enum class ClockSnapshot : pbf_tag_type { clocks = 1, primary_trace_clock = 2 };
 enum class Clock : pbf_tag_type { clock_id = 1, timestamp = 2 };
@@ -31,8 +32,11 @@ enum class TrackDescriptor : pbf_tag_type {
   name = 2,
   process = 3,
   thread = 4,
-  parent_uuid = 5
+  parent_uuid = 5,
+  counter = 8,
+  sibling_merge_behavior = 15
 };
+enum class CounterDescriptor : pbf_tag_type { unit = 3 };
 enum class ProcessDescriptor : pbf_tag_type { pid = 1, process_name = 6 };
 enum class ThreadDescriptor : pbf_tag_type { pid = 1, tid = 2, thread_name = 5 };
 enum class TrackEvent : pbf_tag_type {
@@ -41,6 +45,8 @@ enum class TrackEvent : pbf_tag_type {
   type = 9,
   name_iid = 10,
   track_uuid = 11,
+  name = 23,
+  counter_value = 30,
   flow_ids = 47,
   terminating_flow_ids = 48
 };
@@ -57,7 +63,12 @@ enum class InternedData : pbf_tag_type {
 };
 enum class Interned : pbf_tag_type { iid = 1, name = 2 };
 enum class FtraceEventBundle : pbf_tag_type { cpu = 1, event = 2 };
-enum class FtraceEvent : pbf_tag_type { timestamp = 1, pid = 2, sched_switch = 4 };
+enum class FtraceEvent : pbf_tag_type {
+  timestamp = 1,
+  pid = 2,
+  sched_switch = 4,
+  sched_waking = 20
+};
 enum class SchedSwitch : pbf_tag_type {
   prev_comm = 1,
   prev_pid = 2,
@@ -68,7 +79,11 @@ enum class SchedSwitch : pbf_tag_type {
   next_prio = 7
 };
 
-enum class EventType : std::int32_t { slice_begin = 1, slice_end = 2, instant = 3 };
+enum class SchedWaking : pbf_tag_type { comm = 1, pid = 2, prio = 3, success = 4, target_cpu = 5 };
+
+enum class EventType : std::int32_t { slice_begin = 1, slice_end = 2, instant = 3, counter = 4 };
+enum class CounterUnit : std::int32_t { time_ns = 1, count = 2 };
+enum class SiblingMerge : std::int32_t { none = 2 };
 enum class ClockId : std::uint32_t { realtime = 1, monotonic = 3, boottime = 6 };
 enum class SequenceFlag : std::uint32_t {
   incremental_state_cleared = 1,

@@ -8,28 +8,11 @@ namespace {
 
 using protozero::pbf_builder;
 
-// One writer, so one sequence for track events; kernel events are on none.
-constexpr std::uint32_t kSequence = 1;
+// Each machine has a sequence of track events; kernel events are on none.
+constexpr std::uint32_t kFirstSequence = 1;
 
-constexpr std::array<std::string_view, 18> kNoteNames{"seq",
-                                                      "release_source",
-                                                      "response_time_ns",
-                                                      "response_time_lower_ns",
-                                                      "response_time_upper_ns",
-                                                      "start_latency_ns",
-                                                      "missed",
-                                                      "status",
-                                                      "state",
-                                                      "cpu_start",
-                                                      "cpu_end",
-                                                      "execution_ns",
-                                                      "preempted_ns",
-                                                      "blocked_ns",
-                                                      "wake_delay_ns",
-                                                      "publisher_id",
-                                                      "writer_gid",
-                                                      "source_timestamp_realtime_ns"};
-constexpr std::array<std::string_view, 3> kCategoryNames{"callback", "wait", "publish"};
+constexpr std::array<std::string_view, 4> kCategoryNames{"callback", "wait", "publish",
+                                                         "enforcement"};
 
 std::uint64_t iid_of(Note note) { return static_cast<std::uint64_t>(note) + 1; }
 
@@ -37,8 +20,8 @@ void add_timestamp(pbf_builder<TracePacket>& packet, std::int64_t time) {
   packet.add_uint64(TracePacket::timestamp, static_cast<std::uint64_t>(time));
 }
 
-void add_sequence(pbf_builder<TracePacket>& packet, SequenceFlag flag) {
-  packet.add_uint32(TracePacket::trusted_packet_sequence_id, kSequence);
+void add_sequence(pbf_builder<TracePacket>& packet, std::uint32_t machine, SequenceFlag flag) {
+  packet.add_uint32(TracePacket::trusted_packet_sequence_id, kFirstSequence + machine);
   packet.add_uint32(TracePacket::sequence_flags, static_cast<std::uint32_t>(flag));
 }
 
@@ -58,6 +41,15 @@ void add_interned(pbf_builder<InternedData>& data, InternedData field, std::uint
 void add_event(pbf_builder<TrackEvent>& event, EventType type, std::uint64_t track) {
   event.add_enum(TrackEvent::type, static_cast<std::int32_t>(type));
   event.add_uint64(TrackEvent::track_uuid, track);
+}
+
+void add_track(pbf_builder<TrackDescriptor>& descriptor, std::uint64_t uuid, std::uint64_t parent,
+               std::string_view name) {
+  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
+  if (parent != 0) {
+    descriptor.add_uint64(TrackDescriptor::parent_uuid, parent);
+  }
+  descriptor.add_string(TrackDescriptor::name, name.data(), name.size());
 }
 
 std::string encoded_event(EventType type, const Slice& slice, const Annotations& notes) {
@@ -98,11 +90,31 @@ void Annotations::add(Note note, std::string_view value) {
   });
 }
 
-void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns) {
-  auto file = trace();
-  {
-    pbf_builder<TracePacket> packet{file, Trace::packet};
+template <typename Fill>
+void PacketBuffer::packet(const Fill& fill) {
+  pbf_builder<Trace> file{bytes_};
+  pbf_builder<TracePacket> packet{file, Trace::packet};
+  if (machine_ != 0) packet.add_uint32(TracePacket::machine_id, machine_);
+  fill(packet);
+}
+
+template <typename Fill>
+void PacketBuffer::packet_at(std::int64_t time, const Fill& fill) {
+  packet([&](pbf_builder<TracePacket>& packet) {
     add_timestamp(packet, time);
+    fill(packet);
+  });
+}
+
+void PacketBuffer::event_packet(std::int64_t time, const std::string& event) {
+  packet_at(time, [&](pbf_builder<TracePacket>& packet) {
+    add_sequence(packet, machine_, SequenceFlag::needs_incremental_state);
+    packet.add_message(TracePacket::track_event, event);
+  });
+}
+
+void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns) {
+  packet_at(time, [&](pbf_builder<TracePacket>& packet) {
     pbf_builder<ClockSnapshot> snapshot{packet, TracePacket::clock_snapshot};
     add_clock(snapshot, ClockId::boottime, time);
     add_clock(snapshot, ClockId::monotonic, time);
@@ -113,125 +125,157 @@ void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock
     }
     snapshot.add_uint32(ClockSnapshot::primary_trace_clock,
                         static_cast<std::uint32_t>(ClockId::boottime));
-  }
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  pbf_builder<SystemInfo> system{packet, TracePacket::system_info};
-  pbf_builder<Utsname> name{system, SystemInfo::utsname};
-  name.add_string(Utsname::sysname, "Linux");
-  // Selects the table of task states; the numbers are those of every kernel since 4.14.
-  name.add_string(Utsname::release, "6.1.0");
+  });
+  packet_at(time, [](pbf_builder<TracePacket>& packet) {
+    pbf_builder<SystemInfo> system{packet, TracePacket::system_info};
+    pbf_builder<Utsname> name{system, SystemInfo::utsname};
+    name.add_string(Utsname::sysname, "Linux");
+    // Selects the table of task states; the numbers are those of every kernel since 4.14.
+    name.add_string(Utsname::release, "6.1.0");
+  });
 }
 
 void PacketBuffer::interned(std::int64_t time, std::span<const std::string> names) {
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  add_sequence(packet, SequenceFlag::incremental_state_cleared);
-  packet.add_bool(TracePacket::first_packet_on_sequence, true);
-  pbf_builder<InternedData> data{packet, TracePacket::interned_data};
-  for (std::size_t i = 0; i < kCategoryNames.size(); ++i) {
-    add_interned(data, InternedData::event_categories, i + 1, kCategoryNames.at(i));
-  }
-  for (std::size_t i = 0; i < kNoteNames.size(); ++i) {
-    add_interned(data, InternedData::debug_annotation_names, i + 1, kNoteNames.at(i));
-  }
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    add_interned(data, InternedData::event_names, i + 1, names[i]);
-  }
+  packet_at(time, [&](pbf_builder<TracePacket>& packet) {
+    add_sequence(packet, machine_, SequenceFlag::incremental_state_cleared);
+    packet.add_bool(TracePacket::first_packet_on_sequence, true);
+    pbf_builder<InternedData> data{packet, TracePacket::interned_data};
+    for (std::size_t i = 0; i < kCategoryNames.size(); ++i) {
+      add_interned(data, InternedData::event_categories, i + 1, kCategoryNames.at(i));
+    }
+    for (std::size_t i = 0; i < kNotes; ++i) {
+      const auto note = static_cast<Note>(i);
+      add_interned(data, InternedData::debug_annotation_names, iid_of(note), label(note));
+    }
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      add_interned(data, InternedData::event_names, i + 1, names[i]);
+    }
+  });
 }
 
 void PacketBuffer::process(std::int64_t time, std::uint64_t uuid, std::int64_t pid,
                            std::string_view name) {
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
-  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
-  pbf_builder<ProcessDescriptor> process{descriptor, TrackDescriptor::process};
-  process.add_int32(ProcessDescriptor::pid, static_cast<std::int32_t>(pid));
-  process.add_string(ProcessDescriptor::process_name, name.data(), name.size());
+  packet_at(time, [&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+    descriptor.add_uint64(TrackDescriptor::uuid, uuid);
+    pbf_builder<ProcessDescriptor> process{descriptor, TrackDescriptor::process};
+    process.add_int32(ProcessDescriptor::pid, static_cast<std::int32_t>(pid));
+    process.add_string(ProcessDescriptor::process_name, name.data(), name.size());
+  });
 }
 
 void PacketBuffer::thread(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::int64_t tid,
                           std::string_view name) {
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
-  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
-  pbf_builder<ThreadDescriptor> thread{descriptor, TrackDescriptor::thread};
-  thread.add_int32(ThreadDescriptor::pid, static_cast<std::int32_t>(pid));
-  thread.add_int32(ThreadDescriptor::tid, static_cast<std::int32_t>(tid));
-  if (!name.empty()) {
-    thread.add_string(ThreadDescriptor::thread_name, name.data(), name.size());
-  }
+  packet_at(time, [&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+    descriptor.add_uint64(TrackDescriptor::uuid, uuid);
+    pbf_builder<ThreadDescriptor> thread{descriptor, TrackDescriptor::thread};
+    thread.add_int32(ThreadDescriptor::pid, static_cast<std::int32_t>(pid));
+    thread.add_int32(ThreadDescriptor::tid, static_cast<std::int32_t>(tid));
+    if (!name.empty()) {
+      thread.add_string(ThreadDescriptor::thread_name, name.data(), name.size());
+    }
+  });
 }
 
 void PacketBuffer::track(std::uint64_t uuid, std::uint64_t parent, std::string_view name) {
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
-  descriptor.add_uint64(TrackDescriptor::uuid, uuid);
-  if (parent != 0) {
-    descriptor.add_uint64(TrackDescriptor::parent_uuid, parent);
-  }
-  descriptor.add_string(TrackDescriptor::name, name.data(), name.size());
+  packet([&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+    add_track(descriptor, uuid, parent, name);
+  });
+}
+
+void PacketBuffer::counter_track(std::uint64_t uuid, std::uint64_t parent, std::string_view name,
+                                 CounterUnit unit) {
+  packet([&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<TrackDescriptor> descriptor{packet, TracePacket::track_descriptor};
+    add_track(descriptor, uuid, parent, name);
+    descriptor.add_enum(TrackDescriptor::sibling_merge_behavior,
+                        static_cast<std::int32_t>(SiblingMerge::none));
+    pbf_builder<CounterDescriptor> counter{descriptor, TrackDescriptor::counter};
+    counter.add_enum(CounterDescriptor::unit, static_cast<std::int32_t>(unit));
+  });
 }
 
 void PacketBuffer::slice_begin(std::int64_t time, const Slice& slice, const Annotations& notes,
                                std::uint64_t flow) {
-  auto bytes = encoded_event(EventType::slice_begin, slice, notes);
+  auto event = encoded_event(EventType::slice_begin, slice, notes);
   if (flow != 0) {
-    pbf_builder<TrackEvent>{bytes}.add_fixed64(TrackEvent::terminating_flow_ids, flow);
+    pbf_builder<TrackEvent>{event}.add_fixed64(TrackEvent::terminating_flow_ids, flow);
   }
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  add_sequence(packet, SequenceFlag::needs_incremental_state);
-  packet.add_message(TracePacket::track_event, bytes);
+  event_packet(time, event);
 }
 
 void PacketBuffer::slice_end(std::int64_t time, std::uint64_t track) {
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  add_sequence(packet, SequenceFlag::needs_incremental_state);
-  pbf_builder<TrackEvent> event{packet, TracePacket::track_event};
+  std::string bytes;
+  pbf_builder<TrackEvent> event{bytes};
   add_event(event, EventType::slice_end, track);
+  event_packet(time, bytes);
 }
 
 void PacketBuffer::instant(std::int64_t time, const Slice& slice, const Annotations& notes,
-                           const std::vector<std::uint64_t>& flows) {
-  auto bytes = encoded_event(EventType::instant, slice, notes);
+                           std::span<const std::uint64_t> flows) {
+  auto event = encoded_event(EventType::instant, slice, notes);
   for (const auto flow : flows) {
-    pbf_builder<TrackEvent>{bytes}.add_fixed64(TrackEvent::flow_ids, flow);
+    pbf_builder<TrackEvent>{event}.add_fixed64(TrackEvent::flow_ids, flow);
   }
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  add_timestamp(packet, time);
-  add_sequence(packet, SequenceFlag::needs_incremental_state);
-  packet.add_message(TracePacket::track_event, bytes);
+  event_packet(time, event);
+}
+
+void PacketBuffer::named_instant(std::int64_t time, std::uint64_t track, Category category,
+                                 std::string_view name, const Annotations& notes) {
+  std::string bytes;
+  pbf_builder<TrackEvent> event{bytes};
+  add_event(event, EventType::instant, track);
+  event.add_string(TrackEvent::name, name.data(), name.size());
+  event.add_uint64(TrackEvent::category_iids, static_cast<std::uint64_t>(category));
+  event_packet(time, bytes + notes.bytes());
+}
+
+void PacketBuffer::count(std::int64_t time, std::uint64_t track, std::int64_t value) {
+  std::string bytes;
+  pbf_builder<TrackEvent> event{bytes};
+  add_event(event, EventType::counter, track);
+  event.add_int64(TrackEvent::counter_value, value);
+  event_packet(time, bytes);
 }
 
 void PacketBuffer::switches(std::int32_t cpu, std::span<const SwitchEvent> events) {
-  auto file = trace();
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  pbf_builder<FtraceEventBundle> bundle{packet, TracePacket::ftrace_events};
-  bundle.add_uint32(FtraceEventBundle::cpu, static_cast<std::uint32_t>(cpu));
-  for (const auto& e : events) {
-    pbf_builder<FtraceEvent> event{bundle, FtraceEventBundle::event};
-    event.add_uint64(FtraceEvent::timestamp, static_cast<std::uint64_t>(e.time));
-    event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.prev_tid));
-    pbf_builder<SchedSwitch> change{event, FtraceEvent::sched_switch};
-    change.add_string(SchedSwitch::prev_comm, e.prev_comm.data(), e.prev_comm.size());
-    change.add_int32(SchedSwitch::prev_pid, static_cast<std::int32_t>(e.prev_tid));
-    change.add_int32(SchedSwitch::prev_prio, e.prev_prio);
-    change.add_int64(SchedSwitch::prev_state, e.prev_state);
-    change.add_string(SchedSwitch::next_comm, e.next_comm.data(), e.next_comm.size());
-    change.add_int32(SchedSwitch::next_pid, static_cast<std::int32_t>(e.next_tid));
-    change.add_int32(SchedSwitch::next_prio, e.next_prio);
-  }
+  packet([&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<FtraceEventBundle> bundle{packet, TracePacket::ftrace_events};
+    bundle.add_uint32(FtraceEventBundle::cpu, static_cast<std::uint32_t>(cpu));
+    for (const auto& e : events) {
+      pbf_builder<FtraceEvent> event{bundle, FtraceEventBundle::event};
+      event.add_uint64(FtraceEvent::timestamp, static_cast<std::uint64_t>(e.time));
+      event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.prev_tid));
+      pbf_builder<SchedSwitch> change{event, FtraceEvent::sched_switch};
+      change.add_string(SchedSwitch::prev_comm, e.prev_comm.data(), e.prev_comm.size());
+      change.add_int32(SchedSwitch::prev_pid, static_cast<std::int32_t>(e.prev_tid));
+      change.add_int32(SchedSwitch::prev_prio, e.prev_prio);
+      change.add_int64(SchedSwitch::prev_state, e.prev_state);
+      change.add_string(SchedSwitch::next_comm, e.next_comm.data(), e.next_comm.size());
+      change.add_int32(SchedSwitch::next_pid, static_cast<std::int32_t>(e.next_tid));
+      change.add_int32(SchedSwitch::next_prio, e.next_prio);
+    }
+  });
+}
+
+void PacketBuffer::wakings(std::int32_t cpu, std::span<const WakingEvent> events) {
+  packet([&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<FtraceEventBundle> bundle{packet, TracePacket::ftrace_events};
+    bundle.add_uint32(FtraceEventBundle::cpu, static_cast<std::uint32_t>(cpu));
+    for (const auto& e : events) {
+      pbf_builder<FtraceEvent> event{bundle, FtraceEventBundle::event};
+      event.add_uint64(FtraceEvent::timestamp, static_cast<std::uint64_t>(e.time));
+      event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.waker_tid));
+      pbf_builder<SchedWaking> waking{event, FtraceEvent::sched_waking};
+      waking.add_string(SchedWaking::comm, e.comm.data(), e.comm.size());
+      waking.add_int32(SchedWaking::pid, static_cast<std::int32_t>(e.tid));
+      waking.add_int32(SchedWaking::prio, e.prio);
+      waking.add_int32(SchedWaking::success, 1);
+      if (e.target_cpu) waking.add_int32(SchedWaking::target_cpu, *e.target_cpu);
+    }
+  });
 }
 
 }  // namespace cie::viewer_export::perfetto

@@ -2,6 +2,7 @@
 // Perfetto is told is its BOOTTIME (see viewer_export/README.md, "Perfetto").
 #pragma once
 
+#include "notes.hpp"
 #include "perfetto_fields.hpp"
 
 #include <cstdint>
@@ -14,29 +15,7 @@
 
 namespace cie::viewer_export::perfetto {
 
-// Names of annotations, interned in this order.
-enum class Note : std::uint8_t {
-  seq,
-  release_source,
-  response_time_ns,
-  response_time_lower_ns,
-  response_time_upper_ns,
-  start_latency_ns,
-  missed,
-  status,
-  state,
-  cpu_start,
-  cpu_end,
-  execution_ns,
-  preempted_ns,
-  blocked_ns,
-  wake_delay_ns,
-  publisher_id,
-  writer_gid,
-  source_timestamp_realtime_ns
-};
-
-enum class Category : std::uint8_t { callback = 1, wait, publish };
+enum class Category : std::uint8_t { callback = 1, wait, publish, enforcement };
 
 // What is shown of a slice when it is selected.
 class Annotations {
@@ -44,12 +23,6 @@ class Annotations {
   void add(Note note, std::int64_t value);
   void add(Note note, std::uint64_t value);
   void add(Note note, std::string_view value);
-  template <typename T>
-  void add_time(Note note, const std::optional<T>& time) {
-    if (time) {
-      add(note, time->ns);
-    }
-  }
   const std::string& bytes() const noexcept { return bytes_; }
 
  private:
@@ -73,17 +46,34 @@ struct SwitchEvent {
   std::string_view next_comm;
 };
 
+struct WakingEvent {
+  std::int64_t time = 0;
+  std::int64_t waker_tid = 0;
+  std::int64_t tid = 0;
+  std::string_view comm;
+  std::int32_t prio = 0;
+  std::optional<std::int32_t> target_cpu;
+};
+
 class PacketBuffer {
  public:
+  // Which machine the packets from here on are of; 0, at first, is the one that Perfetto calls the
+  // default. Equal pids of different machines are different processes.
+  void set_machine(std::uint32_t machine) noexcept { machine_ = machine; }
+
   // The clocks at one moment and the kernel whose task states are used. First in a file.
   void preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns);
-  // What later slices name by number: names[i] is name_iid i + 1. After the preamble, before
-  // slices.
+  // What later slices of this machine name by number: names[i] is name_iid i + 1. After the
+  // preamble, before slices.
   void interned(std::int64_t time, std::span<const std::string> names);
   void process(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::string_view name);
   void thread(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::int64_t tid,
               std::string_view name);
+  // `parent` 0: none.
   void track(std::uint64_t uuid, std::uint64_t parent, std::string_view name);
+  // Never merged with another one of its name.
+  void counter_track(std::uint64_t uuid, std::uint64_t parent, std::string_view name,
+                     CounterUnit unit);
 
   // `flow`: the arrow that ends here; 0 for none.
   void slice_begin(std::int64_t time, const Slice& slice, const Annotations& notes,
@@ -91,16 +81,28 @@ class PacketBuffer {
   void slice_end(std::int64_t time, std::uint64_t track);
   // `flows`: arrows that leave from here.
   void instant(std::int64_t time, const Slice& slice, const Annotations& notes,
-               const std::vector<std::uint64_t>& flows);
+               std::span<const std::uint64_t> flows);
+  // An instant whose name is not interned.
+  void named_instant(std::int64_t time, std::uint64_t track, Category category,
+                     std::string_view name, const Annotations& notes);
+  void count(std::int64_t time, std::uint64_t track, std::int64_t value);
   void switches(std::int32_t cpu, std::span<const SwitchEvent> events);
+  void wakings(std::int32_t cpu, std::span<const WakingEvent> events);
 
   std::string_view bytes() const noexcept { return bytes_; }
   void clear() noexcept { bytes_.clear(); }
 
  private:
-  protozero::pbf_builder<Trace> trace() { return protozero::pbf_builder<Trace>{bytes_}; }
+  // Appends a packet; `fill` adds to it.
+  template <typename Fill>
+  void packet(const Fill& fill);
+  template <typename Fill>
+  void packet_at(std::int64_t time, const Fill& fill);
+  // A packet of a track event, encoded in `event`.
+  void event_packet(std::int64_t time, const std::string& event);
 
   std::string bytes_;
+  std::uint32_t machine_ = 0;
 };
 
 }  // namespace cie::viewer_export::perfetto

@@ -20,45 +20,50 @@ bool is_kernel_id(std::int64_t id) {
 }  // namespace
 
 void Tracks::describe(PacketBuffer& packets, const analysis::Report& report, std::int64_t time) {
-  std::map<Thread, std::string> names;
+  std::map<ThreadKey, std::string> names;
   for (const auto& thread : report.threads) {
-    names[{thread.pid, thread.tid}] = valid_utf8(thread.name);
-    see(thread.pid, thread.tid);
+    const ThreadKey key{.host = thread.host_number, .pid = thread.pid, .tid = thread.tid};
+    names[key] = valid_utf8(thread.name);
+    see(key);
   }
   for (const auto& process : report.processes) {
     if (is_kernel_id(process.pid)) {
-      packets.process(time, ++last_uuid_, process.pid, valid_utf8(process.name));
+      auto& uuid = processes_[{process.host_number, process.pid}];
+      uuid = new_uuid();
+      packets.set_machine(process.host_number);
+      packets.process(time, uuid, process.pid, valid_utf8(process.name));
     }
   }
   for (auto& [thread, tracks] : threads_) {
-    const auto [pid, tid] = thread;
-    tracks.uuid = ++last_uuid_;
-    if (is_kernel_id(pid) && is_kernel_id(tid)) {
-      packets.thread(time, tracks.uuid, pid, tid, names[thread]);
+    tracks.uuid = new_uuid();
+    packets.set_machine(thread.host);
+    if (is_kernel_id(thread.pid) && is_kernel_id(thread.tid)) {
+      packets.thread(time, tracks.uuid, thread.pid, thread.tid, names[thread]);
     } else {
-      packets.track(tracks.uuid, 0, fmt::format("pid {} tid {} {}", pid, tid, names[thread]));
+      packets.track(tracks.uuid, 0,
+                    fmt::format("pid {} tid {} {}", thread.pid, thread.tid, names[thread]));
     }
   }
 }
 
-std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, const Thread& thread,
-                                                    std::int64_t start,
-                                                    std::optional<std::int64_t> end) {
-  constexpr auto kNever = std::numeric_limits<std::int64_t>::max();
-  auto& tracks = threads_[thread];
-  auto& around = tracks.open_ends;
-  while (!around.empty() && around.back() <= start) {
-    around.pop_back();
-  }
-  const auto own_end = end.value_or(kNever);
-  if (!around.empty() && around.back() < own_end) {
-    return lane(packets, tracks.overlaps, tracks.uuid, "overlapping instances", start, own_end);
-  }
-  around.push_back(own_end);
-  return tracks.uuid;
+std::uint64_t Tracks::process_track(std::uint32_t host, std::int64_t pid) const {
+  const auto found = processes_.find({host, pid});
+  return found == processes_.end() ? 0 : found->second;
 }
 
-std::optional<std::uint64_t> Tracks::wait_track(PacketBuffer& packets, const Thread& thread,
+std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, const ThreadKey& thread,
+                                                    std::int64_t start,
+                                                    std::optional<std::int64_t> end) {
+  auto& tracks = threads_[thread];
+  if (tracks.open.enter(start, end, {})) {
+    return tracks.uuid;
+  }
+  constexpr auto kNever = std::numeric_limits<std::int64_t>::max();
+  return lane(packets, tracks.overlaps, tracks.uuid, "overlapping instances", start,
+              end.value_or(kNever));
+}
+
+std::optional<std::uint64_t> Tracks::wait_track(PacketBuffer& packets, const ThreadKey& thread,
                                                 std::int64_t begin, std::int64_t end) {
   auto& tracks = threads_[thread];
   return lane(packets, tracks.waits, tracks.uuid, "release to start", begin, end);
@@ -76,9 +81,9 @@ std::optional<std::uint64_t> Tracks::lane(PacketBuffer& packets, std::vector<Lan
   if (lanes.size() >= kMostLanes) {
     return std::nullopt;
   }
-  lanes.push_back({++last_uuid_, end});
-  packets.track(last_uuid_, parent, name);
-  return last_uuid_;
+  lanes.push_back({new_uuid(), end});
+  packets.track(lanes.back().uuid, parent, name);
+  return lanes.back().uuid;
 }
 
 }  // namespace cie::viewer_export::perfetto

@@ -4,32 +4,34 @@
 
 #include <cie/analysis/report.hpp>
 
+#include "nesting.hpp"
 #include "perfetto_packets.hpp"
+#include "recorded_run.hpp"
 
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace cie::viewer_export::perfetto {
 
 class Tracks {
  public:
-  using Thread = std::pair<std::int64_t, std::int64_t>;  // pid, tid
-
-  void see(std::int64_t pid, std::int64_t tid) { threads_[{pid, tid}]; }
-  // Describes all processes and threads seen, with the report's names, in order of pid and tid.
+  void see(const ThreadKey& thread) { threads_[thread]; }
+  // Describes all processes and threads seen, with the report's names, in order of host, pid, tid.
   void describe(PacketBuffer& packets, const analysis::Report& report, std::int64_t time);
 
-  std::uint64_t thread_track(std::int64_t pid, std::int64_t tid) {
-    return threads_[{pid, tid}].uuid;
-  }
+  std::uint64_t thread_track(const ThreadKey& thread) { return threads_[thread].uuid; }
+  // 0: the process has none.
+  std::uint64_t process_track(std::uint32_t host, std::int64_t pid) const;
+  std::uint64_t new_uuid() noexcept { return ++last_uuid_; }
   // The track for an instance. Ask in order of start, outer before inner; `end` empty: open.
-  std::optional<std::uint64_t> instance_track(PacketBuffer& packets, const Thread& thread,
+  std::optional<std::uint64_t> instance_track(PacketBuffer& packets, const ThreadKey& thread,
                                               std::int64_t start, std::optional<std::int64_t> end);
   // A track for a wait that ends at `end`. Ask in order of end. Empty: too many overlap.
-  std::optional<std::uint64_t> wait_track(PacketBuffer& packets, const Thread& thread,
+  std::optional<std::uint64_t> wait_track(PacketBuffer& packets, const ThreadKey& thread,
                                           std::int64_t begin, std::int64_t end);
 
  private:
@@ -39,7 +41,7 @@ class Tracks {
   };
   struct ThreadTracks {
     std::uint64_t uuid = 0;
-    std::vector<std::int64_t> open_ends;  // of the slices around the next one, outermost first
+    Nesting<std::monostate> open;
     std::vector<Lane> overlaps;
     std::vector<Lane> waits;
   };
@@ -48,7 +50,8 @@ class Tracks {
                                     std::uint64_t parent, std::string_view name, std::int64_t begin,
                                     std::int64_t end);
 
-  std::map<Thread, ThreadTracks> threads_;
+  std::map<std::pair<std::uint32_t, std::int64_t>, std::uint64_t> processes_;  // host, pid
+  std::map<ThreadKey, ThreadTracks> threads_;
   std::uint64_t last_uuid_ = 0;
 };
 

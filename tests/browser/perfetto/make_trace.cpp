@@ -15,13 +15,16 @@ int main(int argc, char** argv) {
   viewer_export::PerfettoExport perfetto({.records_in_memory = 2});
   test::feed_application(perfetto);
   viewer_export::OutputFile file(argv[1]);
-  auto report = test::application_report();
-  report.trace.clock_offset_ns = 1'700'000'000'000'000'000;
-  const auto counts = perfetto.write(file.stream(), report);
+  auto analyzed = test::application_result();
+  analyzed.report.trace.clock_offset_ns = 1'700'000'000'000'000'000;
+  const auto counts = perfetto.write(file.stream(), analyzed);
   file.commit();
   std::cout << "{\"callback_slices\": " << counts.callback_slices << ", \"waits\": " << counts.waits
             << ", \"publications\": " << counts.publications << ", \"flows\": " << counts.flows
             << ", \"backward_flows\": " << counts.backward_flows
-            << ", \"sched_slices\": " << counts.sched_slices << ", \"skipped\": " << counts.skipped
+            << ", \"sched_slices\": " << counts.sched_slices << ", \"wakings\": " << counts.wakings
+            << ", \"response_values\": " << counts.response_values
+            << ", \"queue_changes\": " << counts.queue_changes
+            << ", \"violations\": " << counts.violations << ", \"skipped\": " << counts.skipped
             << "}\n";
 }

@@ -4,17 +4,20 @@
 Arguments: structure|trace_processor CIE MAKE_TRACE EXAMPLES. Exit code 77: skipped, with the reason.
 """
 import collections
-import csv
 import json
+import math
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
+import uuid
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import trace_processor  # noqa: E402
+from example_truth import Truth, output_of  # noqa: E402
 
 CHECK, CIE, MAKE_TRACE, EXAMPLES = sys.argv[1:5]
 
@@ -23,38 +26,12 @@ TRACK = "/track@Subscription(/points)"
 DRIVE = "/drive@Subscription(/points)"
 
 
-def output_of(*command, **options):
-    return subprocess.run(command, stdin=options.pop("stdin", subprocess.DEVNULL), stdout=subprocess.PIPE, check=True,
-                          timeout=120, **options).stdout.decode()
-
-
 def example(name):
     return os.path.join(EXAMPLES, name, "trace")
 
 
-class Truth:
-    """What an example trace holds, from babeltrace2's text and the contract's instances.csv."""
-
-    def __init__(self, name):
-        with open(os.path.join(EXAMPLES, name, "instances.csv"), encoding="utf-8", newline="") as file:
-            self.instances = list(csv.DictReader(file))
-        self.waits = [row for row in self.instances if row["release_ns"] and row["release_ns"] < row["start_ns"]]
-        text = output_of("babeltrace2", "--clock-seconds", example(name))
-        writers = dict(re.findall(r"cie:publisher_init: .*publisher_id = (\d+), .*writer_gid = (\d+)", text))
-        published = collections.Counter()
-        for publisher, stamp in re.findall(r"cie:publish: .*publisher_id = (\d+), .*realtime_ns = (\d+)", text):
-            published[writers[publisher], stamp] += 1
-        taken = re.findall(r"cie:callback_start: .*realtime_ns = (\d+), writer_gid = (\d+)", text)
-        self.publications = sum(published.values())
-        self.flows = sum(1 for stamp, gid in taken if published[gid, stamp])
-        self.running = []  # (cpu, tid, duration) of every slice that began and ended in the trace
-        on_cpu = {}
-        for seconds, ns, cpu, prev, nxt in re.findall(
-                r"^\[(\d+)\.(\d+)\].*sched_switch: \{ cpu_id = (\d+) \}.*prev_tid = (\d+).*next_tid = (\d+)", text, re.M):
-            time = int(seconds) * 10**9 + int(ns)
-            if prev != "0" and on_cpu.get(cpu, ("", 0))[0] == prev and time > on_cpu[cpu][1]:
-                self.running.append((int(cpu), int(prev), time - on_cpu[cpu][1]))
-            on_cpu[cpu] = (nxt, time)
+def truth_of(name):
+    return Truth(os.path.join(EXAMPLES, name))
 
 
 class Files(unittest.TestCase):
@@ -82,16 +59,28 @@ class Structure(Files):
             text = output_of("protoc", "--decode_raw", stdin=file)
         return re.split(r"^1 \{\n", text, flags=re.M)[1:]
 
+    @staticmethod
+    def violations(name):
+        verdicts = json.loads(subprocess.run([CIE, "verify", example(name), "-f", "json"], stdout=subprocess.PIPE,
+                                             timeout=60, check=False).stdout)
+        return sum(len(subject["evidence"]) for rule in verdicts["rules"] for subject in rule["subjects"]
+                   if subject["verdict"] == "FAIL")
+
     def test_the_examples(self):
         for name in ("isolated_ok", "multi_threaded_fails"):
-            truth = Truth(name)
+            truth = truth_of(name)
             self.assertGreater(truth.flows, 20)
             packets = self.packets(self.exported(name))
             self.assertRegex(packets[0], r"\n  6 \{", "the clock snapshot comes first")
             events = [packet for packet in packets if re.search(r"^  11 \{", packet, re.M)]
             kinds = collections.Counter(re.search(r"^    9: (\d)$", event, re.M).group(1) for event in events)
             drawn = len(truth.instances) + len(truth.waits)
-            self.assertEqual(kinds, {"1": drawn, "2": drawn, "3": truth.publications})
+            violations = self.violations(name)
+            self.assertEqual(any("Enforcement" in packet for packet in packets), violations > 0)
+            responses = sum(row["release_source"] == "exact" and row["end_ns"] != "" for row in truth.instances)
+            self.assertEqual({kind: kinds[kind] for kind in "123"},
+                             {"1": drawn, "2": drawn, "3": truth.publications + violations})
+            self.assertGreater(kinds["4"], responses, "response times and queue depths")
             leaving = sum(len(re.findall(r"^    47: ", event, re.M)) for event in events)
             ending = sum(len(re.findall(r"^    48: ", event, re.M)) for event in events)
             self.assertEqual((leaving, ending), (truth.flows, truth.flows))
@@ -118,6 +107,18 @@ class TraceProcessor(Files):
                        " where tid between 11 and 14 order by tid",
             "sched": "select ts, dur, cpu, tid, end_state from sched join thread using(utid)"
                      " where tid != 0 order by ts",
+            "states": "select ts, state, w.tid from thread_state s join thread t using(utid)"
+                      " left join thread w on s.waker_utid = w.utid where t.tid = 12 order by ts",
+            "counters": "select t.name, th.tid, c.ts, c.value from counter c join counter_track t on c.track_id = t.id"
+                        " left join thread_counter_track tt on tt.id = t.id left join thread th on tt.utid = th.utid"
+                        " order by t.name, c.ts",
+            "units": "select distinct substr(name, 1, 11), unit from counter_track order by 1",
+            "violations": "select s.ts, s.name, t.name, extract_arg(arg_set_id, 'debug.rule'),"
+                          " extract_arg(arg_set_id, 'debug.subject'), extract_arg(arg_set_id, 'debug.demands'),"
+                          " extract_arg(arg_set_id, 'debug.found'), extract_arg(arg_set_id, 'debug.evidence'),"
+                          " extract_arg(arg_set_id, 'debug.tid'), extract_arg(arg_set_id, 'debug.suppression')"
+                          " from slice s join track t on s.track_id = t.id where category = 'enforcement'"
+                          " order by s.ts, 5 desc",
             "wall": "select clock_value from clock_snapshot where clock_name = 'REALTIME'",
         })
         self.assertEqual(answer["alarms"], [])
@@ -136,17 +137,93 @@ class TraceProcessor(Files):
             [13, "drive", 4001, "demo"], [14, "pool", 4001, "demo"]])
         # 0x100 is "preempted", and the flags above it do not hide a state (0x402 is D).
         self.assertEqual(answer["sched"], [[1050, 450, 1, 11, "R+"], [1500, 500, 1, 12, "S"], [2050, 250, 1, 11, "D"]])
+        # Woken by thread 11, it waits for the CPU; before that and after 2000 it sleeps.
+        self.assertEqual(answer["states"][:2], [[1420, "R", 11], [1500, "Running", None]])
+        self.assertEqual(answer["states"][2][:2], [2000, "S"])
+        # Response time at each end; messages between arrival and start.
+        response = {TIMER: {1400: 400, 2300: 300}, TRACK: {2600: 1150, 2900: 750, 3200: 200, 3360: 60},
+                    DRIVE: {2700: 1240, 3400: 600, 3600: 700}}
+        queue = {TRACK: {1450: 1, 1500: 0, 2150: 1, 2600: 0, 3000: 1, 3100: 0, 3300: 1, 3350: 0},
+                 DRIVE: {1460: 1, 1600: 0}}
+        drawn = collections.defaultdict(dict)
+        for name, _, time, value in answer["counters"]:
+            drawn[name][time] = value
+        self.assertEqual(drawn, {**{"response time " + name: values for name, values in response.items()},
+                                 **{"queue depth " + name: values for name, values in queue.items()}})
+        self.assertEqual(answer["units"], [["queue depth", "count"], ["response ti", "ns"]])
+        late = "callback " + TRACK
+        known = "callback " + DRIVE
+        found = "response time 1150 > 1000 \x1b[31m\ufffd"
+        demands = answer["violations"][0][5]
+        self.assertIn(demands, " ".join(output_of(CIE, "verify", "--explain", "R3").split()))
+        self.assertTrue(demands)
+        self.assertEqual(answer["violations"], [
+            [900, "R3 deadline", "Enforcement", "R3", late, demands, "no time", "2 of 2", None, None],
+            [2600, "R3 deadline", "Enforcement", "R3", late, demands, found, "1 of 2", 12, None],
+            [2600, "R3 deadline", "Enforcement", "R3", known, demands, found, "1 of 1", 12,
+             "suppressed for ever (accepted.yaml:3): known"]])
         self.assertEqual(counts["callback_slices"], len(answer["slices"]))
+        self.assertEqual(counts["response_values"] + counts["queue_changes"], len(answer["counters"]))
+        self.assertEqual(counts["violations"], len(answer["violations"]))
         self.assertEqual(counts["waits"], len(answer["waits"]))
         self.assertEqual(counts["flows"], len(answer["flows"]))
 
     def test_the_examples_agree_with_the_analyzer(self):
-        for name in ("isolated_ok", "multi_threaded_fails"):
-            for options in ((), ("--gzip",)):
-                self.check_example(name, self.exported(name, *options))
+        self.check_example("isolated_ok", self.exported("isolated_ok", "--gzip"))
+        self.check_example("multi_threaded_fails", self.exported("multi_threaded_fails"))
+
+    def copy_of(self, name, host):
+        """The example as another host's recording: with a name and trace ids of its own."""
+        folder = os.path.join(self.folder.name, host)
+        shutil.copytree(example(name), folder, copy_function=shutil.copyfile)
+        for where, _, names in os.walk(folder):
+            if "metadata" not in names:
+                continue
+            with open(os.path.join(where, "metadata"), "rb") as file:
+                metadata = file.read()
+            old = uuid.UUID(re.search(rb'uuid = "([^"]*)"', metadata).group(1).decode())
+            new = uuid.uuid5(old, host)
+            for file_name in names:
+                path = os.path.join(where, file_name)
+                with open(path, "rb") as file:
+                    content = file.read().replace(old.bytes, new.bytes).replace(str(old).encode(), str(new).encode())
+                with open(path, "wb") as file:
+                    file.write(re.sub(rb'hostname = "[^"]*"', b'hostname = "' + host.encode() + b'"', content))
+        return folder
+
+    def test_hosts_with_the_same_pids_stay_apart(self):
+        traces = [self.copy_of("isolated_ok", host) for host in ("left", "right")]
+        path = os.path.join(self.folder.name, "hosts.pftrace")
+        output_of(CIE, "export", *traces, "--to", "perfetto", "-o", path)
+        truth = truth_of("isolated_ok")
+        report = json.loads(output_of(CIE, "report", *traces, "--format", "json"))
+        self.assertEqual(report["trace"]["hosts"], ["left", "right"])
+        answer = trace_processor.query(path, {
+            "alarms": self.ALARMS,
+            "slices": "select p.machine_id, p.pid, count(*) from slice s join thread_track tt on s.track_id = tt.id"
+                      " join thread t using(utid) join process p using(upid) where s.category = 'callback'"
+                      " group by 1, 2 order by 1, 2",
+            "running": "select t.machine_id, tid, dur from sched join thread t using(utid) where tid != 0",
+        })
+        self.assertEqual(answer["alarms"], [])
+        of_process = collections.Counter(int(row["pid"]) for row in truth.instances)
+        machines = sorted({row[0] for row in answer["slices"]}, key=str)
+        self.assertEqual(len(machines), 2)
+        for machine in machines:
+            self.assertEqual({pid: count for of, pid, count in answer["slices"] if of == machine}, of_process)
+            self.assertEqual(sorted((tid, dur) for of, tid, dur in answer["running"] if of == machine),
+                             sorted((tid, dur) for _, tid, dur in truth.running))
+
+    def check_quantiles(self, figure, values):
+        """Nearest rank of what is drawn; the report's own come from a histogram with bins of 1/128."""
+        values.sort()
+        self.assertEqual(figure["max"], values[-1])
+        for key, share in (("p50", 0.5), ("p99", 0.99)):
+            exact = values[math.ceil(share * len(values)) - 1]
+            self.assertLessEqual(abs(figure[key] - exact), exact / 128)
 
     def check_example(self, name, path):
-        truth = Truth(name)
+        truth = truth_of(name)
         report = json.loads(output_of(CIE, "report", example(name), "--format", "json"))
         answer = trace_processor.query(path, {
             "alarms": self.ALARMS,
@@ -162,6 +239,14 @@ class TraceProcessor(Files):
                         " where category = 'callback') group by name",
             "threads": "select p.pid, tid, t.name from thread t join process p using(upid)",
             "running": "select cpu, tid, dur from sched join thread using(utid) where tid != 0",
+            "states": "select count(*) from thread_state where state = 'Running' and utid != 0",
+            "wakers": "select count(*) from thread_state where waker_utid is not null",
+            "values": "select name, extract_arg(arg_set_id, 'debug.response_time_ns') from slice"
+                      " where category = 'callback'",
+            "curves": "select t.name, count(*), max(c.value) from counter c join counter_track t on c.track_id = t.id"
+                      " where t.name glob 'response time *' group by 1",
+            "violations": "select extract_arg(arg_set_id, 'debug.rule'), extract_arg(arg_set_id, 'debug.subject'), ts"
+                          " from slice where category = 'enforcement'",
         })
         self.assertEqual(answer["alarms"], [])
         self.assertEqual([[str(cell) for cell in row] for row in answer["instances"]],
@@ -175,6 +260,17 @@ class TraceProcessor(Files):
         figures = {callback["logical_id"]: callback["response_time_ns"] for callback in report["callbacks"]}
         for logical_id, *values in answer["response"]:
             self.assertEqual(values, [figures[logical_id][part] for part in ("count", "min", "max", "sum")])
+            self.check_quantiles(figures[logical_id], [value for name, value in answer["values"] if name == logical_id])
+        self.assertEqual({name: [count, most] for name, count, most in answer["curves"]},
+                         {"response time " + name: [figure["count"], figure["max"]] for name, figure in figures.items()})
+        verdicts = json.loads(subprocess.run([CIE, "verify", example(name), "-f", "json"], stdout=subprocess.PIPE,
+                                             timeout=60, check=False).stdout)
+        self.assertEqual(sorted(map(tuple, answer["violations"])),
+                         sorted((rule["id"], subject["subject"], evidence["time_ns"]) for rule in verdicts["rules"]
+                                for subject in rule["subjects"] if subject["verdict"] == "FAIL"
+                                for evidence in subject["evidence"]))
+        self.assertGreater(answer["wakers"][0][0], 20)
+        self.assertGreaterEqual(answer["states"][0][0], len(truth.running))
         names = {(pid, tid): name for pid, tid, name in answer["threads"]}
         for thread in report["threads"]:
             self.assertEqual(names[thread["pid"], thread["tid"]], thread["name"])

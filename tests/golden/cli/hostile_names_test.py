@@ -78,5 +78,32 @@ class HostileNames(unittest.TestCase):
         self.assertNotIn(EVIL, exported)
 
 
+    def export(self, viewer):
+        exported = self.cie("export", "--to", viewer)
+        self.assertNotIn(EVIL, exported)
+        for control in (b"\x1b", b"\x07", b"\r", b"\t"):  # in JSON they are escaped
+            self.assertNotIn(control, exported if viewer != "mcap" else b"")
+        return exported
+
+    def test_chrome_gives_it_back(self):
+        events = json.loads(self.export("chrome"))["traceEvents"]
+        self.assertEqual(sum(event["name"] == SEEN and event["ph"] == "X" for event in events), 7)
+
+    def test_speedscope_gives_it_back(self):
+        self.assertIn({"name": SEEN}, json.loads(self.export("speedscope"))["shared"]["frames"])
+
+    def test_otlp_gives_it_back(self):
+        lines = self.export("otlp").decode().split("\n")
+        self.assertEqual(lines.pop(), "")
+        spans = [span for line in lines for resource in json.loads(line)["resourceSpans"]
+                 for scope in resource["scopeSpans"] for span in scope["spans"]]
+        self.assertEqual(sum(span["name"] == SEEN for span in spans), 7)
+
+    def test_mcap_gets_valid_text(self):
+        exported = self.export("mcap")
+        self.assertIn(("/callbacks" + SEEN).encode(), exported, "the topic")
+        self.assertEqual(exported.count(json.dumps(SEEN, ensure_ascii=False).encode()), 7, "in each message")
+
+
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=1)

@@ -18,9 +18,9 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "browser"))
 import npm_package  # noqa: E402  pylint: disable=wrong-import-position
 from npm_package import Unavailable  # noqa: E402  pylint: disable=wrong-import-position
 
-DUCKDB = {"@duckdb/node-api@1.5.6-r.1": "64d5080af3c0144329f9cbdbff7bc867c9c1f9df57a7e7e2a8b13bc6ed2bc664",
-          "@duckdb/node-bindings@1.5.6-r.1": "9d1ebca9020dcd5680e2e38bd182f1a0e69e59f00d31dfc5afca2623b8a34ac3",
-          "@duckdb/node-bindings-linux-x64@1.5.6-r.1": "1b9f82478539bb9a1d1df44bd103121a12ae52142c07158dc52b97d2ec1d69ff"}
+DUCKDB = [("@duckdb/node-api@1.5.6-r.1", "64d5080af3c0144329f9cbdbff7bc867c9c1f9df57a7e7e2a8b13bc6ed2bc664"),
+          ("@duckdb/node-bindings@1.5.6-r.1", "9d1ebca9020dcd5680e2e38bd182f1a0e69e59f00d31dfc5afca2623b8a34ac3"),
+          ("@duckdb/node-bindings-linux-x64@1.5.6-r.1", "1b9f82478539bb9a1d1df44bd103121a12ae52142c07158dc52b97d2ec1d69ff")]
 CLICKHOUSE = shutil.which("clickhouse-server", path="/usr/sbin:/usr/bin:/usr/local/sbin:/usr/local/bin")
 
 
@@ -43,7 +43,7 @@ class DuckDb:
         if not modules.is_dir():
             npm_package.modules(DUCKDB, modules)
         self.process = subprocess.Popen(  # pylint: disable=consider-using-with
-            ["node", "--preserve-symlinks", pathlib.Path(__file__).with_name("duckdb.cjs"), modules], text=True, stdin=subprocess.PIPE,
+            ["node", pathlib.Path(__file__).with_name("duckdb.cjs"), modules], text=True, stdin=subprocess.PIPE,
             stdout=subprocess.PIPE)
         for table, source in sources.items():
             self.ask(f"CREATE VIEW {table} AS SELECT * FROM {source}")

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The cie program from outside: exit codes, messages, output files. Arguments: CIE EXAMPLES."""
+import gzip
 import json
 import os
 import pty
@@ -244,9 +245,19 @@ class Usage(Folder):
         self.assertIn("/a/plan@Timer(20000000)", texts)
 
     def test_not_available_yet(self):
-        self.assert_usage_error(("export", TRACE, "--to", "chrome"),
-                                "--to chrome is not available in this version; available: perfetto, dot, svg, sqlite, csv, jsonl, parquet")
         self.assert_usage_error(("live",), '"cie live" is not available in this version')
+
+    def test_viewers(self):
+        self.assert_usage_error(("export", TRACE, "--to", "chrom"), '--to does not know "chrom"; did you mean "chrome"? available: perfetto, chrome,'
+                                " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet")
+        self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is not for --to mcap, which readers seek in")
+        self.assert_usage_error(("export", TRACE, "--to", "csv", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
+        for viewer in ("chrome", "speedscope", "otlp"):
+            self.assertIn(viewer, cie("export", "--help").stdout.decode())
+            plain = cie("export", TRACE, "--to", viewer)
+            packed = cie("export", TRACE, "--to", viewer, "--gzip")
+            self.assertEqual((plain.returncode, packed.returncode), (0, 0), plain.stderr + packed.stderr)
+            self.assertEqual(gzip.decompress(packed.stdout), plain.stdout)
 
     def test_unknown_choices(self):
         self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
@@ -397,12 +408,13 @@ class Output(Folder):
     def test_an_old_file_survives_a_failure(self):
         self.write("out", b"old", 0o600)
         self.assertEqual(cie("report", self.path("none"), "-o", self.path("out")).returncode, 4)
-        limited = cie("export", TRACE, "--to", "perfetto", "-o", self.path("out"),
-                      preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
-        self.assertEqual(limited.returncode, 4)
-        self.assertRegex(limited.stderr, rb"^cie: cannot write [^\n]*: File too large\n$")
-        self.assertEqual(self.read("out"), b"old")
-        self.assertEqual(os.listdir(self.folder), ["out"])
+        for viewer in ("perfetto", "chrome", "speedscope", "otlp", "mcap"):
+            limited = cie("export", TRACE, "--to", viewer, "-o", self.path("out"),
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+            self.assertEqual(limited.returncode, 4)
+            self.assertRegex(limited.stderr, rb"^cie: cannot write [^\n]*: File too large\n$")
+            self.assertEqual(self.read("out"), b"old")
+            self.assertEqual(os.listdir(self.folder), ["out"])
         self.assertEqual(cie("report", TRACE, "-o", self.path("out")).returncode, 0)
         self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o600)
 

@@ -42,6 +42,8 @@ struct File {
   std::map<std::uint64_t, std::uint64_t> clocks;
   std::uint64_t primary_clock = 0;
   int switches = 0;
+  int wakings = 0;
+  std::set<std::uint64_t> machines;  // 0: not said
 };
 
 void read_descriptor(protozero::pbf_reader descriptor, File& file) {
@@ -129,6 +131,7 @@ File decode(const std::string& bytes) {
   while (trace.next(1)) {
     auto packet = trace.get_message();
     std::uint64_t time = 0;
+    std::uint64_t machine = 0;
     while (packet.next()) {
       const auto tag = static_cast<int>(packet.tag());
       if (std::set{1, 6, 11, 12, 45, 60}.contains(tag)) {
@@ -138,8 +141,12 @@ File decode(const std::string& bytes) {
         case 1: {
           auto bundle = packet.get_message();
           while (bundle.next(2)) {
-            ++file.switches;
-            bundle.skip();
+            auto event = bundle.get_message();
+            while (event.next()) {
+              file.switches += event.tag() == 4 ? 1 : 0;
+              file.wakings += event.tag() == 20 ? 1 : 0;
+              event.skip();
+            }
           }
           break;
         }
@@ -155,6 +162,9 @@ File decode(const std::string& bytes) {
         case 12:
           read_names(packet.get_message(), file);
           break;
+        case 98:
+          machine = packet.get_uint32();
+          break;
         case 60:
           read_descriptor(packet.get_message(), file);
           break;
@@ -162,6 +172,7 @@ File decode(const std::string& bytes) {
           packet.skip();
       }
     }
+    file.machines.insert(machine);
   }
   return file;
 }
@@ -171,9 +182,9 @@ std::string exported(const PerfettoOptions& options, PerfettoCounts* counts = nu
   PerfettoExport perfetto(options);
   test::feed_application(perfetto);
   std::ostringstream out;
-  auto report = test::application_report();
-  report.trace.clock_offset_ns = clock_offset_ns;
-  const auto result = perfetto.write(out, report);
+  auto analyzed = test::application_result();
+  analyzed.report.trace.clock_offset_ns = clock_offset_ns;
+  const auto result = perfetto.write(out, analyzed);
   if (counts != nullptr) {
     *counts = result;
   }
@@ -189,6 +200,12 @@ TEST(Perfetto, CountsWhatItDraws) {
   EXPECT_EQ(counts.flows, 3U);
   EXPECT_EQ(counts.backward_flows, 1U);
   EXPECT_EQ(counts.sched_slices, 3U);
+  EXPECT_EQ(counts.wakings, 2U) << "of the third nobody knows by whom";
+  EXPECT_EQ(counts.response_values, 9U) << "all but the open one";
+  // Of /track, released and started: up at 1 450, down at 1 500, 2 150 and 2 600, 3 000 and 3 100,
+  // 3 300 and 3 350. Of /drive, whose message one instance took: 1 460 and 1 600.
+  EXPECT_EQ(counts.queue_changes, 10U);
+  EXPECT_EQ(counts.violations, 3U);
   EXPECT_EQ(counts.skipped, 1U);
 }
 
@@ -221,7 +238,7 @@ TEST(Perfetto, EveryPairOfPublicationAndSubscriberHasAFlowOfItsOwn) {
   std::vector<std::vector<std::uint64_t>> leaving;
   std::map<std::uint64_t, std::uint64_t> arriving;  // flow id, time
   for (const auto& event : file.events) {
-    if (event.type == 3) {
+    if (event.type == 3 && event.name != 0) {  // the violations' names are not interned
       leaving.push_back(event.flows);
     }
     for (const auto flow : event.ending_flows) {
@@ -272,6 +289,28 @@ TEST(Perfetto, KernelSlicesBecomeSwitchesWithoutGaps) {
   // idle > 11 at 1 050, 11 > 12 at 1 500, 12 > idle at 2 000, idle > 11 at 2 050, 11 > idle at 2
   // 300.
   EXPECT_EQ(decode(exported({})).switches, 5);
+  EXPECT_EQ(decode(exported({})).wakings, 2);
+}
+
+TEST(Perfetto, GivesEachHostAMachineOfItsOwn) {
+  EXPECT_EQ(decode(exported({})).machines, (std::set<std::uint64_t>{0}));
+  PerfettoExport perfetto({});
+  for (const std::uint32_t host : {0U, 1U}) {
+    auto i = test::instance(test::kTimer, 11, 0, 10, 20, 30);
+    i.host = host;
+    i.callback = host;
+    perfetto.on_instance(i);
+  }
+  std::ostringstream out;
+  const auto counts = perfetto.write(out, {});
+  EXPECT_EQ(counts.callback_slices, 2U);
+  const auto file = decode(out.str());
+  EXPECT_EQ(file.machines, (std::set<std::uint64_t>{0, 1}));
+  std::set<std::uint64_t> tracks;
+  for (const auto& event : file.events) {
+    if (event.type == 1 && event.time == 20) tracks.insert(event.track);
+  }
+  EXPECT_EQ(tracks.size(), 2U) << "one pid and tid, two threads";
 }
 
 TEST(Perfetto, IsTheSameFromMemoryAndFromDisk) {

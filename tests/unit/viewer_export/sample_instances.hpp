@@ -2,18 +2,27 @@
 // queues a second sample; a pool thread overlaps; one instance never ends.
 #pragma once
 
+#include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/instance.hpp>
-#include <cie/analysis/report.hpp>
+
+#include <string>
+#include <string_view>
+#include <utility>
 
 namespace cie::test {
 
 inline constexpr std::int64_t kPid = 4001;
 inline constexpr std::uint64_t kWriter = 0xfedcba9876543210U;
 
+inline constexpr std::string_view kTimer = "/plan@Timer(20000000)";
+inline constexpr std::string_view kTrack = "/track@Subscription(/points)";
+inline constexpr std::string_view kDrive = "/drive@Subscription(/points)";
+
 inline analysis::Instance instance(std::string_view id, std::int64_t tid, std::uint64_t seq,
                                    std::int64_t release, std::int64_t start, std::int64_t end) {
   analysis::Instance i;
   i.logical_id = id;
+  i.callback = id == kTimer ? 0 : id == kTrack ? 1 : 2;
   i.pid = kPid;
   i.tid = tid;
   i.seq = seq;
@@ -48,10 +57,6 @@ inline analysis::Publication publication(std::int64_t time, std::int64_t tid, st
           .writer_gid = kWriter,
           .source_timestamp_realtime_ns = source_timestamp};
 }
-
-inline constexpr std::string_view kTimer = "/plan@Timer(20000000)";
-inline constexpr std::string_view kTrack = "/track@Subscription(/points)";
-inline constexpr std::string_view kDrive = "/drive@Subscription(/points)";
 
 // In order of completion, as the analysis tells it. Times in nanoseconds.
 inline void feed_application(analysis::Observer& observer) {
@@ -101,6 +106,12 @@ inline void feed_application(analysis::Observer& observer) {
                            .begin = {2'050},
                            .end = {2'300},
                            .end_state = 0x402});
+  // The timer's thread is woken by an interrupt, /track's by the timer's; of a third one nobody
+  // knows by whom.
+  observer.on_waking({.time = {1'020}, .tid = 11, .priority = 19, .cpu = 1, .waker_tid = 0});
+  observer.on_waking(
+      {.time = {1'420}, .tid = 12, .priority = 120, .cpu = 1, .waker_tid = 11, .target_cpu = 1});
+  observer.on_waking({.time = {1'430}, .tid = 13, .priority = 120, .cpu = 1});
 }
 
 inline analysis::Report application_report() {
@@ -121,6 +132,44 @@ inline analysis::Report application_report() {
   add(13, "drive");
   add(14, "pool");
   return report;
+}
+
+// One violation with two pieces of evidence, one of them without a time, and one that is accepted.
+inline analysis::AnalysisResult application_result() {
+  analysis::AnalysisResult result;
+  result.report = application_report();
+  const analysis::Evidence late{.event = "callback_end",
+                                .time = {2'600},
+                                .cpu = 1,
+                                .pid = kPid,
+                                .tid = 12,
+                                .note = "response time 1150 > 1000 \x1b[31m\xff"};
+  const analysis::Evidence timeless{
+      .event = "callback_init", .time = {0}, .cpu = {}, .pid = {}, .tid = {}, .note = "no time"};
+  analysis::SubjectVerdict violated{.subject = "callback " + std::string(kTrack),
+                                    .verdict = analysis::Verdict::fail,
+                                    .checked = 4,
+                                    .evidence = {late, timeless}};
+  auto accepted = violated;
+  accepted.subject = "callback " + std::string(kDrive);
+  accepted.evidence = {late};
+  accepted.suppression = analysis::Suppression{.rule = "R3",
+                                               .subject = "*",
+                                               .reason = "known",
+                                               .expires = "never",
+                                               .place = "accepted.yaml:3"};
+  auto undecided = violated;
+  undecided.verdict = analysis::Verdict::inconclusive;
+  result.verdicts.verdict = analysis::Verdict::fail;
+  result.verdicts.rules = {{.id = "R3",
+                            .name = "deadline",
+                            .verdict = analysis::Verdict::fail,
+                            .subjects = {violated, accepted}},
+                           {.id = "R4",
+                            .name = "budget",
+                            .verdict = analysis::Verdict::inconclusive,
+                            .subjects = {undecided}}};
+  return result;
 }
 
 }  // namespace cie::test

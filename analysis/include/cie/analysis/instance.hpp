@@ -48,6 +48,7 @@ struct Instance {
 
   std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none
   std::uint64_t writer_gid = 0;
+  std::uint32_t host = 0;  // as ProcessReport::host_number
 };
 
 // One message, as its publisher announced it just before it was written.
@@ -61,6 +62,7 @@ struct Publication {
   std::uint64_t seq = 0;
   std::uint64_t writer_gid = 0;  // 0 when the publisher was never announced
   std::int64_t source_timestamp_realtime_ns = 0;
+  std::uint32_t host = 0;
 };
 
 // A thread of a traced process stopped or began to run (kernel events only).
@@ -72,6 +74,20 @@ struct SchedSlice {
   Timestamp begin;
   Timestamp end;
   std::int64_t end_state = 0;  // prev_state as the kernel wrote it
+  std::uint32_t host = 0;
+};
+
+// A thread that waited was told to run (kernel events only): sched_waking, or sched_wakeup where
+// the former was not recorded.
+struct Waking {
+  Timestamp time;
+  std::int64_t tid = 0;
+  std::int32_t priority = 0;  // kernel scale
+  std::optional<std::int32_t> cpu{};
+  // What ran on that CPU then: the waker, or what its interrupt came upon; 0 is the idle thread.
+  std::optional<std::int64_t> waker_tid{};
+  std::optional<std::int32_t> target_cpu{};
+  std::uint32_t host = 0;
 };
 
 // Receives what happens in order of completion (an instance at its end), so starts are not sorted.
@@ -82,6 +98,7 @@ class Observer {
   virtual void on_instance(const Instance&) {}
   virtual void on_publication(const Publication&) {}
   virtual void on_sched_slice(const SchedSlice&) {}
+  virtual void on_waking(const Waking&) {}
 };
 
 }  // namespace cie::analysis

@@ -50,6 +50,7 @@ struct ProcessReport {
   std::string name;
   std::optional<std::string> executor;
   bool complete = false;
+  std::uint32_t host_number = 0;  // as observers are told it; not part of the JSON
 };
 
 struct CallbackThread {
@@ -93,6 +94,7 @@ struct CallbackReport {
   std::optional<Summary> blocked;
   std::optional<Summary> wake_delay;
   std::optional<Summary> wakeup_latency;
+  std::uint32_t host_number = 0;  // not part of the JSON
 };
 
 // Parameters last read back of a thread.
@@ -122,6 +124,7 @@ struct ThreadReport {
   std::vector<std::string> callbacks;  // logical ids that ran on it, sorted
   std::optional<ThreadSchedReport> sched;
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty without kernel events
+  std::uint32_t host_number = 0;        // not part of the JSON
 };
 
 struct HopReport {

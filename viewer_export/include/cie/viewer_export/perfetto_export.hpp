@@ -1,9 +1,9 @@
 // `cie export --to perfetto`: a trace that ui.perfetto.dev and trace_processor open.
 #pragma once
 
+#include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/instance.hpp>
 #include <cie/analysis/progress.hpp>
-#include <cie/analysis/report.hpp>
 
 #include <cstddef>
 #include <cstdint>
@@ -28,6 +28,10 @@ struct PerfettoCounts {
   std::uint64_t flows = 0;           // publish to callback
   std::uint64_t backward_flows = 0;  // received before published: clocks disagree; not drawn
   std::uint64_t sched_slices = 0;
+  std::uint64_t wakings = 0;
+  std::uint64_t response_values = 0;  // on the curves of response times
+  std::uint64_t queue_changes = 0;    // on the curves of queue depths
+  std::uint64_t violations = 0;       // pieces of evidence on the track "Enforcement"
   std::uint64_t skipped = 0;  // could not be drawn: times before zero, an end before its start
 };
 
@@ -44,12 +48,13 @@ class PerfettoExport final : public analysis::Observer {
   void on_instance(const analysis::Instance& instance) override;
   void on_publication(const analysis::Publication& publication) override;
   void on_sched_slice(const analysis::SchedSlice& slice) override;
+  void on_waking(const analysis::Waking& waking) override;
 
   // Where to count the instances written; borrowed, null: nowhere.
   void show_progress(analysis::Progress* progress);
-  // `report` gives processes and threads their names. Call it once, after the analysis has
-  // finished. Throws what the stream throws, and WriteError.
-  PerfettoCounts write(std::ostream& out, const analysis::Report& report);
+  // `result` gives processes and threads their names, and the violations. Call it once, after the
+  // analysis has finished. Throws what the stream throws, and WriteError.
+  PerfettoCounts write(std::ostream& out, const analysis::AnalysisResult& result);
 
  private:
   struct State;

@@ -1,0 +1,100 @@
+// What observers are told besides instances: who woke whom, and on which host.
+#include <cie/analysis/analyzer.hpp>
+
+#include "support/trace_text.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::analysis {
+namespace {
+
+struct Told : Observer {
+  void on_instance(const Instance& instance) override { instances.push_back(instance); }
+  void on_waking(const Waking& waking) override { wakings.push_back(waking); }
+  std::vector<Instance> instances;
+  std::vector<Waking> wakings;
+};
+
+// One CPU of a host, on which threads follow one another.
+class Kernel : public testing::Test {
+ protected:
+  Kernel() : analyzer_(AnalysisOptions{}, &told_) {}
+  void push(std::int64_t time, const EventBody& body, std::uint32_t stream = 0) {
+    analyzer_.consume(Event{
+        .head = {.time = {time}, .stream = StreamIndex{stream}, .cpu = 0, .pid = pid_, .tid = pid_},
+        .body = body});
+  }
+  void switch_to(std::int64_t time, std::int64_t prev, std::int64_t next) {
+    SchedSwitch event;
+    event.prev_tid = prev;
+    event.prev_state = 1;
+    event.next_tid = next;
+    push(time, event);
+  }
+
+  std::optional<std::int64_t> pid_;
+  Told told_;
+  Analyzer analyzer_;
+};
+
+TEST_F(Kernel, TellsWhoWokeWhom) {
+  push(0, StreamBegin{.domain = Domain::kernel, .host = "robot", .clock_uuid = {}, .path = {}});
+  push(1, SchedWaking{.tid = 7, .prio = 120, .target_cpu = {}});  // nobody knows yet what runs
+  switch_to(5, 0, 9);
+  push(6, SchedWaking{.tid = 8, .prio = 19, .target_cpu = 3});
+  push(7, SchedWakeup{.tid = 8, .prio = 19, .target_cpu = 3});  // the same wake-up
+  switch_to(8, 9, 0);
+  push(9, SchedWakeup{.tid = 9, .prio = 120, .target_cpu = {}});  // from an interrupt
+  analyzer_.finish();
+  ASSERT_EQ(told_.wakings.size(), 3U);
+  EXPECT_EQ(told_.wakings[0].waker_tid, std::nullopt);
+  EXPECT_EQ(told_.wakings[1].time.ns, 6);
+  EXPECT_EQ(told_.wakings[1].tid, 8);
+  EXPECT_EQ(told_.wakings[1].waker_tid, 9);
+  EXPECT_EQ(told_.wakings[1].priority, 19);
+  EXPECT_EQ(told_.wakings[1].target_cpu, 3);
+  EXPECT_EQ(told_.wakings[2].tid, 9);
+  EXPECT_EQ(told_.wakings[2].waker_tid, 0);
+}
+
+TEST_F(Kernel, TellsHostsApartWhoseProcessesHaveTheSamePid) {
+  pid_ = 4001;
+  for (const std::uint32_t stream : {0U, 1U}) {
+    push(0,
+         StreamBegin{.channel = stream,
+                     .host = stream == 0 ? "left" : "right",
+                     .clock_uuid = {},
+                     .path = {}},
+         stream);
+    push(0, PacketBegin{}, stream);
+  }
+  for (const std::uint32_t stream : {0U, 1U}) {
+    CallbackStart start;
+    start.callback = CallbackId{1};
+    push(10 + stream, start, stream);
+    push(20 + stream, CallbackEnd{.callback = CallbackId{1}, .seq = 0, .status = {}}, stream);
+  }
+  for (const std::uint32_t stream : {0U, 1U}) {
+    push(90, PacketEnd{}, stream);
+    push(90, StreamEnd{}, stream);
+  }
+  const auto report = analyzer_.finish().report;
+  std::map<std::uint32_t, std::string> hosts;
+  for (const auto& process : report.processes)
+    hosts[process.host_number] = process.host;
+  ASSERT_EQ(told_.instances.size(), 2U);
+  for (const auto& instance : told_.instances)
+    EXPECT_EQ(hosts.at(instance.host), instance.start.ns == 10 ? "left" : "right");
+  ASSERT_EQ(report.callbacks.size(), 2U);
+  EXPECT_NE(report.callbacks[0].host_number, report.callbacks[1].host_number);
+  ASSERT_EQ(report.threads.size(), 2U);
+  EXPECT_NE(report.threads[0].host_number, report.threads[1].host_number);
+}
+
+}  // namespace
+}  // namespace cie::analysis

@@ -1,0 +1,103 @@
+#include "export_viewers.hpp"
+
+#include <cie/viewer_export/perfetto_export.hpp>
+#include <cie/viewer_export/viewer_exports.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "gzip_stream.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+
+#include <cstdio>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+std::string_view advice_for(std::string_view viewer) {
+  if (viewer == "perfetto" || viewer == "chrome") return "Open it at https://ui.perfetto.dev\n";
+  if (viewer == "speedscope") return "Open it at https://www.speedscope.app\n";
+  if (viewer == "mcap") return "Open it in Foxglove, Lichtblick or PlotJuggler\n";
+  return "Feed it to an OpenTelemetry collector (otlpjsonfile receiver)\n";
+}
+
+void say_what_is_left_out(std::uint64_t backward, std::uint64_t unfinished, std::uint64_t skipped) {
+  if (backward > 0) {
+    fmt::print(stderr, "{} messages were taken before they were published: clocks disagree\n",
+               backward);
+  }
+  if (unfinished > 0) fmt::print(stderr, "{} instances never ended and are left out\n", unfinished);
+  if (skipped > 0) {
+    fmt::print(stderr, "{} items could not be drawn: their times make no sense\n", skipped);
+  }
+}
+
+void export_perfetto(const std::vector<std::filesystem::path>& traces,
+                     const analysis::AnalysisOptions& options, ProgressBar& bar,
+                     const ViewerRequest& request, viewer_export::OutputFile& output) {
+  viewer_export::PerfettoExport perfetto(
+      {.gzip = request.is_compressed, .spill_directory = spill_directory(request.target)});
+  const auto result = analyze_with_progress(traces, options, bar, &perfetto);
+  perfetto.show_progress(begin_writing(bar, output));
+  const auto counts = perfetto.write(output.stream(), result);
+  output.commit();
+  bar.end();
+  if (::isatty(STDERR_FILENO) == 0) return;
+  fmt::print(stderr,
+             "{}: {} callback slices, {} waits, {} publications, {} arrows, {} kernel slices, {} "
+             "violations\n",
+             request.target, counts.callback_slices, counts.waits, counts.publications,
+             counts.flows, counts.sched_slices, counts.violations);
+  say_what_is_left_out(counts.backward_flows, 0, counts.skipped);
+}
+
+void export_other(const std::vector<std::filesystem::path>& traces,
+                  const analysis::AnalysisOptions& options, ProgressBar& bar,
+                  const ViewerRequest& request, viewer_export::OutputFile& output) {
+  const auto viewer = viewer_export::make_viewer_export(
+      request.viewer, {.spill_directory = spill_directory(request.target)});
+  const auto result = analyze_with_progress(traces, options, bar, viewer.get());
+  viewer->show_progress(begin_writing(bar, output));
+  viewer_export::ViewerCounts counts;
+  if (request.is_compressed) {
+    viewer_export::GzipStream compressed(output.stream());
+    counts = viewer->write(compressed.stream(), result);
+    compressed.finish();
+    output.commit();
+  } else {
+    write_data(output, [&](std::ostream& out) { counts = viewer->write(out, result); });
+  }
+  bar.end();
+  if (::isatty(STDERR_FILENO) == 0) return;
+  fmt::print(stderr, "{}: {} instances, {} publications, {} messages from one to another\n",
+             request.target, counts.instances, counts.publications, counts.flows);
+  say_what_is_left_out(counts.backward_flows, counts.unfinished, counts.skipped);
+}
+
+}  // namespace
+
+int export_to_viewer(const std::vector<std::filesystem::path>& traces,
+                     const analysis::AnalysisOptions& options, ProgressBar& bar,
+                     const ViewerRequest& request) {
+  if (request.is_compressed && request.viewer == "mcap") {
+    throw UsageError("--gzip is not for --to mcap, which readers seek in");
+  }
+  auto output = open_output(request.target);
+  const bool is_binary =
+      request.viewer == "perfetto" || request.viewer == "mcap" || request.is_compressed;
+  if (is_binary && output.is_terminal()) {
+    throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
+  }
+  if (request.viewer == "perfetto") {
+    export_perfetto(traces, options, bar, request, output);
+  } else {
+    export_other(traces, options, bar, request, output);
+  }
+  if (::isatty(STDERR_FILENO) == 1) fmt::print(stderr, "{}", advice_for(request.viewer));
+  return ok;
+}
+
+}  // namespace cie::cli

@@ -1,0 +1,25 @@
+// `cie export --to perfetto|chrome|speedscope|otlp|mcap`: a recording for somebody's viewer.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+
+#include "progress_bar.hpp"
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace cie::cli {
+
+struct ViewerRequest {
+  std::string viewer;
+  std::string target;
+  bool is_compressed = false;
+};
+
+// Throws UnreadableTrace, WriteError, UsageError.
+int export_to_viewer(const std::vector<std::filesystem::path>& traces,
+                     const analysis::AnalysisOptions& options, ProgressBar& bar,
+                     const ViewerRequest& request);
+
+}  // namespace cie::cli
