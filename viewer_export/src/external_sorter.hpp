@@ -53,8 +53,8 @@ class ExternalSorter {
     if (!is_read_) begin_reading();
     if (runs_.empty()) {
       if (next_ < records_.size()) return &records_[next_];
-    } else if (first_ != nullptr) {
-      return &first_->record;
+    } else if (current_ != nullptr) {
+      return &current_->record;
     }
     runs_.clear();
     records_.clear();
@@ -67,16 +67,16 @@ class ExternalSorter {
       ++next_;
       return;
     }
-    const bool has_more = load(*first_);
+    Run& run = *current_;
     // What arrived in about the right order comes from one run for a long time.
-    if (has_more && (heap_.empty() || !is_later(first_, heap_.front()))) return;
-    if (has_more) {
-      heap_.push_back(first_);
+    if (load(run) && (heap_.empty() || !is_later(&run, heap_.front()))) return;
+    if (run.has_record) {
+      heap_.push_back(&run);
       std::push_heap(heap_.begin(), heap_.end(), is_later);
     } else {
-      first_->block = {};
+      run.block = {};
     }
-    choose_first();
+    take_first();
   }
 
  private:
@@ -94,6 +94,7 @@ class ExternalSorter {
     std::size_t next = 0;  // in it
     Codec codec{};
     Record record{};  // the first that is left
+    bool has_record = false;
   };
 
   void sort() { std::sort(records_.begin(), records_.end(), Less{}); }
@@ -122,7 +123,8 @@ class ExternalSorter {
 
   // Decodes the next record; false at the end of the run.
   bool load(Run& run) {
-    if (run.records == 0) return false;
+    run.has_record = run.records > 0;
+    if (!run.has_record) return false;
     if (run.block.size() - run.next < Codec::kMostBytes && run.offset < run.end) refill(run);
     const char* const at = run.block.data() + run.next;
     run.next += static_cast<std::size_t>(run.codec.decode(at, run.record) - at);
@@ -154,14 +156,15 @@ class ExternalSorter {
       if (load(run)) heap_.push_back(&run);
     }
     std::make_heap(heap_.begin(), heap_.end(), is_later);
-    choose_first();
+    take_first();
   }
 
-  void choose_first() {
-    first_ = nullptr;
+  // The run that has the first record of all, null if none has any.
+  void take_first() {
+    current_ = nullptr;
     if (heap_.empty()) return;
     std::pop_heap(heap_.begin(), heap_.end(), is_later);
-    first_ = heap_.back();
+    current_ = heap_.back();
     heap_.pop_back();
   }
 
@@ -175,8 +178,8 @@ class ExternalSorter {
   std::vector<Run> runs_;
   bool is_read_ = false;
   std::size_t next_ = 0;    // of records_, where all are in memory
-  Run* first_ = nullptr;    // has the first record that is left; null: none has
-  std::vector<Run*> heap_;  // the others that have some, the earliest record first
+  Run* current_ = nullptr;  // has the first record of all
+  std::vector<Run*> heap_;  // the others with records left, the earliest record first
 };
 
 }  // namespace cie::viewer_export

@@ -122,6 +122,13 @@ void write_data(std::ostream& out, const char* id, const std::string& json) {
       << "</script>\n";
 }
 
+// That of the spec, else what the callback declares itself: as rule R3 judges.
+Json deadline_json(const analysis::CallbackReport& callback, const SchedulingSpec* spec) {
+  const SpecEntry* entry = spec == nullptr ? nullptr : spec->find_callback(callback.logical_id);
+  if (entry != nullptr && entry->response_deadline_ns) return Json(*entry->response_deadline_ns);
+  return optional_json(callback.deadline_ns);
+}
+
 }  // namespace
 
 struct HtmlReport::State {
@@ -205,12 +212,9 @@ Json HtmlReport::State::facts_json(const analysis::AnalysisResult& result,
       preemptors.push_back(
           {{"tid", preemptor.tid}, {"name", preemptor.name}, {"ns", preemptor.time.ns}});
     }
-    const SpecEntry* entry = spec == nullptr ? nullptr : spec->find_callback(callback.logical_id);
-    facts["callbacks"].push_back(
-        {{"deadline_ns",
-          entry == nullptr ? Json(nullptr) : optional_json(entry->response_deadline_ns)},
-         {"responses", std::move(bins)},
-         {"preempted_by", std::move(preemptors)}});
+    facts["callbacks"].push_back({{"deadline_ns", deadline_json(callback, spec)},
+                                  {"responses", std::move(bins)},
+                                  {"preempted_by", std::move(preemptors)}});
   }
   return facts;
 }

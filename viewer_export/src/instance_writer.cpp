@@ -5,10 +5,13 @@
 #include "name_table.hpp"
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -18,26 +21,78 @@ namespace {
 using analysis::Instance;
 using analysis::ReleaseSource;
 
+// What of an instance may be unknown, by place in Row::numbers.
+enum Number : std::size_t {
+  kRelease,
+  kWakeup,
+  kEnd,
+  kCpuStart,
+  kCpuEnd,
+  kExecution,
+  kPreempted,
+  kBlocked,
+  kWaking,
+  kWakeDelay,
+  kNumbers
+};
+
+// An instance as it is sorted and spilled: small.
 struct Row {
-  Instance instance;       // its logical_id is a view and not kept
+  std::int64_t start = 0;
+  std::int64_t tid = 0;
+  std::int64_t pid = 0;
   std::uint32_t name = 0;  // of the logical id
+  std::uint32_t missed = 0;
+  std::uint64_t seq = 0;
+  std::uint32_t known = 0;  // a bit for each of `numbers`
+  ReleaseSource release_source{};
+  std::array<std::int64_t, kNumbers> numbers{};
+
+  template <typename T>
+  void keep(Number number, const std::optional<T>& value) {
+    if (!value) return;
+    known |= 1U << number;
+    if constexpr (std::is_integral_v<T>)
+      numbers.at(number) = *value;
+    else
+      numbers.at(number) = value->ns;
+  }
+  Cell cell(Number number) const {
+    return (known >> number & 1U) != 0 ? Cell(numbers.at(number)) : Cell();
+  }
 };
 
 // The contract's order, made total so that equal traces give equal files.
 struct ByStart {
   bool operator()(const Row& a, const Row& b) const {
     const auto key = [](const Row& row) {
-      return std::tuple(row.instance.start, row.instance.tid, row.instance.pid, row.name,
-                        row.instance.seq);
+      return std::tuple(row.start, row.tid, row.pid, row.name, row.seq);
     };
     return key(a) < key(b);
   }
 };
 
-// Without any sign of a release the start itself is the bound.
-Cell release(const Instance& instance) {
-  const bool is_start = instance.release_source == ReleaseSource::start;
-  return !instance.release && is_start ? Cell(instance.start.ns) : cell(instance.release);
+Row row_of(const Instance& i, std::uint32_t name) {
+  Row row{.start = i.start.ns,
+          .tid = i.tid,
+          .pid = i.pid,
+          .name = name,
+          .missed = i.missed,
+          .seq = i.seq,
+          .release_source = i.release_source};
+  // Without any sign of a release the start itself is the bound.
+  const bool is_start = i.release_source == ReleaseSource::start;
+  row.keep(kRelease, !i.release && is_start ? std::optional(i.start) : i.release);
+  row.keep(kWakeup, i.wakeup);
+  row.keep(kEnd, i.end);
+  row.keep(kCpuStart, i.cpu_start);
+  row.keep(kCpuEnd, i.cpu_end);
+  row.keep(kExecution, i.execution);
+  row.keep(kPreempted, i.preempted);
+  row.keep(kBlocked, i.blocked);
+  row.keep(kWaking, i.waking);
+  row.keep(kWakeDelay, i.wake_delay);
+  return row;
 }
 
 // The contract's columns, in its order.
@@ -59,24 +114,24 @@ constexpr std::array<Column, 17> kColumns{{{"logical_id", ColumnType::text},
                                            {"wake_delay_ns"},
                                            {"missed"}}};
 
-std::array<Cell, kColumns.size()> cells_of(const Instance& i, std::string_view logical_id) {
+std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logical_id) {
   return {logical_id.empty() ? Cell() : Cell(logical_id),  // never registered
-          i.pid,
-          i.tid,
-          i.seq,
-          release(i),
-          cell(i.wakeup),
-          i.start.ns,
-          cell(i.end),
-          cell(i.cpu_start),
-          cell(i.cpu_end),
-          cell(i.execution),
-          cell(i.preempted),
-          cell(i.blocked),
-          analysis::label(i.release_source),
-          cell(i.waking),
-          cell(i.wake_delay),
-          std::int64_t{i.missed}};
+          row.pid,
+          row.tid,
+          row.seq,
+          row.cell(kRelease),
+          row.cell(kWakeup),
+          row.start,
+          row.cell(kEnd),
+          row.cell(kCpuStart),
+          row.cell(kCpuEnd),
+          row.cell(kExecution),
+          row.cell(kPreempted),
+          row.cell(kBlocked),
+          analysis::label(row.release_source),
+          row.cell(kWaking),
+          row.cell(kWakeDelay),
+          std::int64_t{row.missed}};
 }
 
 }  // namespace
@@ -92,10 +147,7 @@ InstanceWriter::InstanceWriter(std::filesystem::path spill_directory, std::size_
 InstanceWriter::~InstanceWriter() = default;
 
 void InstanceWriter::on_instance(const Instance& instance) {
-  Row row{instance, state_->names.number(instance.logical_id, instance.callback)};
-  row.instance.logical_id = {};
-  row.instance.preempted_by = {};
-  state_->rows.add(row);
+  state_->rows.add(row_of(instance, state_->names.number(instance.logical_id, instance.callback)));
 }
 
 void InstanceWriter::show_progress(analysis::Progress* progress) { state_->progress = progress; }
@@ -112,7 +164,7 @@ void InstanceRows::drain(InstanceWriter& instances, TableWriter& table) {
   auto& state = *instances.state_;
   if (state.progress != nullptr) state.progress->total = state.rows.size();
   state.rows.drain([&](const Row& row) {
-    table.row(cells_of(row.instance, state.names.name(row.name)));
+    table.row(cells_of(row, state.names.name(row.name)));
     if (state.progress != nullptr) state.progress->add(1);
   });
 }

@@ -57,8 +57,9 @@ bool RecordedRun::add(const Instance& instance) {
   const auto earliest =
       instance.release ? std::min(*instance.release, instance.start) : instance.start;
   first_time_ = std::min(first_time_, std::max<std::int64_t>(earliest.ns, 0));
-  RecordedInstance record{
-      .instance = instance, .name = callbacks_.number(instance.logical_id), .index = next_index_++};
+  RecordedInstance record{.instance = instance,
+                          .name = callbacks_.number(instance.logical_id, instance.callback),
+                          .index = next_index_++};
   record.instance.logical_id = {};
   record.instance.preempted_by = {};
   instances_.add(record);

@@ -123,6 +123,7 @@ class RecordedRun {
   ExternalSorter<Delivery, ByTime> publications_;
   std::vector<bool> takes_seen_message_;  // by index of the instance
   std::vector<std::uint64_t> receivers_;  // of the publication that is told
+  analysis::Progress* progress_ = nullptr;
   std::uint64_t next_index_ = 0;
   std::int64_t first_time_ = std::numeric_limits<std::int64_t>::max();
   std::uint64_t skipped_ = 0;
@@ -132,6 +133,7 @@ class RecordedRun {
 
 template <typename OnInstance, typename OnPublication>
 void RecordedRun::replay(OnInstance on_instance, OnPublication on_publication) {
+  if (progress_ != nullptr) progress_->total = instances_.size();
   join_messages();
   if (progress_ != nullptr) progress_->total = instances_.size();
   RecordedPublication publication;

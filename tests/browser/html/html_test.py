@@ -182,8 +182,28 @@ class Contents(Page):
         worst = max((c for c in report["callbacks"] if c["response_time_ns"]), key=lambda c: c["response_time_ns"]["max"])
         short = " ".join(self.see("#short li"))
         self.assertIn("did not have a thread of their own", short)
-        self.assertIn("M2 one-callback-per-thread", short)
+        self.assertIn("Enforcement does not hold: 2 rules are violated: M2 one-callback-per-thread", short)
         self.assertIn("Slowest: " + worst["logical_id"], short)
+
+    def test_whom_a_run_waited_for_ran_on_its_thread_meanwhile(self):
+        trace = EXAMPLES / "multi_threaded_fails" / "trace"
+        self.page(trace)
+        told = self.browser.evaluate("""lanes.lanes.flatMap(l => [...Array(l.count).keys()].map(i =>
+            [l.logical_id, l.seq[i], waitedFor(l, i).map(([other, ns]) => [other.logical_id, ns])]))""")
+        runs = [{k: v if k in ("logical_id", "release_source") else int(v or -1) for k, v in row.items()}
+                for row in csv.DictReader(io.StringIO(cie("instances", trace)))]
+        waiting = 0
+        for logical_id, seq, others in told:
+            run = next(r for r in runs if (r["logical_id"], r["seq"]) == (logical_id, seq))
+            wanted = {}
+            for other in runs:
+                shared = min(other["end_ns"], run["start_ns"]) - max(other["start_ns"], run["release_ns"])
+                if other is not run and other["tid"] == run["tid"] and shared > 0:
+                    wanted[other["logical_id"]] = wanted.get(other["logical_id"], 0) + shared
+            self.assertEqual(dict(others), wanted)
+            self.assertEqual([ns for _, ns in others], sorted(wanted.values(), reverse=True))
+            waiting += bool(others)
+        self.assertGreater(waiting, 0)
 
     def test_the_graph_is_that_of_the_edges(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"
