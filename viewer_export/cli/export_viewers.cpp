@@ -8,7 +8,6 @@
 #include "gzip_stream.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
-#include "progress_bar.hpp"
 
 #include <cstdio>
 

@@ -115,7 +115,6 @@ class RecordedRun {
   // The next publication with all its receivers; false if there is none.
   bool take_publication(RecordedPublication& publication);
 
-  analysis::Progress* progress_ = nullptr;
   NameTable callbacks_;
   NameTable topics_;
   ExternalSorter<RecordedInstance, ByStart> instances_;
@@ -135,7 +134,6 @@ template <typename OnInstance, typename OnPublication>
 void RecordedRun::replay(OnInstance on_instance, OnPublication on_publication) {
   if (progress_ != nullptr) progress_->total = instances_.size();
   join_messages();
-  if (progress_ != nullptr) progress_->total = instances_.size();
   RecordedPublication publication;
   bool has_publication = take_publication(publication);
   const auto publish_until = [&](std::int64_t time) {

@@ -46,7 +46,7 @@ struct TraceSummary {
 
 struct ProcessReport {
   std::string host;
-  std::string boot_id;       // these two of run_begin, empty and 0 without; not part of the JSON
+  std::string boot_id{};       // these two of run_begin, empty and 0 without; not part of the JSON
   std::uint64_t pid_ns = 0;  // inode of its pid namespace
   bool has_ended = false;    // its run_end was seen; not part of the JSON
   std::int64_t pid = 0;
