@@ -46,7 +46,7 @@ struct TraceSummary {
 
 struct ProcessReport {
   std::string host;
-  std::string boot_id;       // these two of run_begin, empty and 0 without; not part of the JSON
+  std::string boot_id{};     // these two of run_begin, empty and 0 without; not part of the JSON
   std::uint64_t pid_ns = 0;  // inode of its pid namespace
   bool has_ended = false;    // its run_end was seen; not part of the JSON
   std::int64_t pid = 0;
@@ -70,7 +70,7 @@ struct Preemptor {
 
 struct CallbackReport {
   std::uint32_t index = 0;  // as Instance::callback; not part of the JSON
-  std::string host;         // not part of the JSON
+  std::string host{};       // not part of the JSON
   std::string logical_id;
   std::int64_t pid = 0;
   std::string node;
@@ -120,7 +120,7 @@ struct ThreadSchedReport {
 };
 
 struct ThreadReport {
-  std::string host;  // not part of the JSON
+  std::string host{};  // not part of the JSON
   std::int64_t pid = 0;
   std::int64_t tid = 0;
   std::string name;
