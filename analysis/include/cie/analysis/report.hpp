@@ -53,6 +53,7 @@ struct ProcessReport {
   std::string name;
   std::optional<std::string> executor;
   bool complete = false;
+  std::uint32_t host_number = 0;  // as observers are told it; not part of the JSON
 };
 
 struct CallbackThread {
@@ -98,6 +99,7 @@ struct CallbackReport {
   std::optional<Summary> blocked;
   std::optional<Summary> wake_delay;
   std::optional<Summary> wakeup_latency;
+  std::uint32_t host_number = 0;  // not part of the JSON
 };
 
 // Parameters last read back of a thread.
@@ -128,6 +130,31 @@ struct ThreadReport {
   std::vector<std::string> callbacks;  // logical ids that ran on it, sorted
   std::optional<ThreadSchedReport> sched;
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty without kernel events
+  std::uint32_t host_number = 0;        // not part of the JSON
+};
+
+// The true length of a time span between two hosts is what their clocks show plus something within
+// these bounds. An empty one: there is no such bound, because no message went that way.
+struct ClockError {
+  std::optional<Duration> least;
+  std::optional<Duration> most;
+
+  // Both bounds are there and contradict each other: the clocks did not keep one distance.
+  bool is_contradiction() const noexcept { return least && most && *least > *most; }
+};
+
+// Two hosts that exchanged messages. The estimate halves the fastest messages' round trip.
+struct HostClockReport {
+  std::string first;
+  std::string second;
+  std::uint64_t messages_there = 0;  // from the first to the second
+  std::uint64_t messages_back = 0;
+  std::optional<std::int64_t> fastest_there_ns{};  // as the clocks show
+  std::optional<std::int64_t> fastest_back_ns{};
+  // By how much the second's clock is ahead, and how far that may be wrong: empty unless messages
+  // went both ways; the error is negative if no constant difference explains them.
+  std::optional<std::int64_t> ahead_ns{};
+  std::optional<std::int64_t> error_ns{};
 };
 
 struct HopReport {
@@ -135,6 +162,7 @@ struct HopReport {
   std::optional<std::string> to;  // empty for the last hop
   Summary processing;             // P - a, or F - a for the last
   std::optional<Summary> communication;
+  std::optional<ClockError> clock_error{};  // of communication, between hosts
 };
 
 struct ChainReport {
@@ -145,6 +173,7 @@ struct ChainReport {
   std::optional<Summary> path_latency;
   std::optional<Summary> reaction_time;
   std::optional<Summary> data_age;
+  std::optional<ClockError> clock_error{};  // of the three, if it ends on another host
   std::vector<HopReport> hop_table;
 };
 
@@ -163,6 +192,7 @@ struct GraphEdge {
   std::string topic;
   std::uint64_t messages = 0;
   std::optional<Summary> communication;  // publish to release; empty: none was exact
+  std::optional<ClockError> clock_error{};
 };
 
 struct Report {
@@ -172,7 +202,8 @@ struct Report {
   std::vector<CallbackReport> callbacks;  // by pid, then creation order
   std::vector<ThreadReport> threads;      // by pid, then tid
   std::vector<ChainReport> chains;
-  std::vector<GraphEdge> edges;  // the callback graph, by `to`, then `from`
+  std::vector<HostClockReport> clocks;  // by first, then second: pairs that exchanged messages
+  std::vector<GraphEdge> edges;         // the callback graph, by `to`, then `from`
 };
 
 }  // namespace cie::analysis
