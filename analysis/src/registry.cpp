@@ -187,15 +187,19 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   auto of_process = head;
   if (!of_process.pid) of_process.pid = event.pid;
   auto index = *process_of(of_process);
-  if (const auto start = model_.processes[at(index)].start_ns;
-      start && *start != event.process_start_ns) {
+  const bool is_pid_own = event.pid == *of_process.pid;
+  const auto is_of = [&](const ProcessFacts& process) {
+    // Two that begin in one tick of the kernel's clock have the same start.
+    return process.start_ns == event.process_start_ns && process.pid_ns == event.pid_ns &&
+           process.is_pid_own == is_pid_own;
+  };
+  if (model_.processes[at(index)].start_ns && !is_of(model_.processes[at(index)])) {
     const auto former = index;
     index = new_process(host_of(head), *of_process.pid);
     auto& before = model_.processes[at(former)];
     auto& process = model_.processes[at(index)];
     process.first_seen = process.last_seen = ref(head);
-    if (!before.run_end &&
-        (!before.is_pid_own || event.pid != *of_process.pid || before.pid_ns != event.pid_ns)) {
+    if (!before.run_end && (!before.is_pid_own || !is_pid_own || before.pid_ns != event.pid_ns)) {
       before.shares_pid_since = process.shares_pid_since = ref(head);
     }
   }
@@ -213,7 +217,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.tool_version = event.tool_version;
   process.start_ns = event.process_start_ns;
   process.pid_ns = event.pid_ns;
-  process.is_pid_own = event.pid == *of_process.pid;
+  process.is_pid_own = is_pid_own;
   process.contract_version = event.contract_version;
   process.online_cpus = event.online_cpus;
 }

@@ -22,7 +22,7 @@ constexpr std::uint64_t kStateSubbufSize = 512UL * 1024;
 constexpr std::uint64_t kStateSubbufs = 4;
 // How often the consumer daemon looks for full sub-buffers. With a timer for that it is not woken
 // by whoever fills one: a thread that emits an event makes no system call, real-time or not.
-constexpr std::chrono::milliseconds kMostReadInterval{100};
+constexpr std::chrono::milliseconds kMostReadInterval{20};
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
 constexpr std::uint64_t kLiveFileSize = 8UL << 20;

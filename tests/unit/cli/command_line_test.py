@@ -93,30 +93,6 @@ class Help(unittest.TestCase):
             self.assertLessEqual(max(map(len, text.splitlines())), 100)
 
 
-class ManualPages(unittest.TestCase):
-    """A page names every option that the help names, and groff finds nothing wrong with it."""
-    folder = os.path.join(EXAMPLES, "..", "..", "..", "..", "viewer_export", "man")
-
-    def test_every_option_is_there(self):
-        pages = sorted(os.listdir(self.folder))
-        self.assertIn("cie-verify.1", pages)
-        for page in pages:
-            command = page[len("cie-"):-len(".1")]
-            options = set(re.findall(r"^ +(?:-\w,)?(--[\w-]+)", cie(command, "--help").stdout.decode(), re.M))
-            self.assertGreater(len(options), 4)
-            with open(os.path.join(self.folder, page), encoding="utf-8") as file:
-                text = file.read().replace("\\-", "-")
-            self.assertEqual([option for option in options if option not in text], [], page)
-
-    def test_groff_accepts_them(self):
-        if shutil.which("groff") is None:
-            self.skipTest("groff is not installed")
-        for page in os.listdir(self.folder):
-            done = subprocess.run(["groff", "-man", "-ww", "-Tutf8", os.path.join(self.folder, page)],
-                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-            self.assertEqual((done.returncode, done.stderr), (0, b""), page)
-
-
 class Doctor(Folder):
     def test_problems_decide_the_exit_code_and_come_with_advice(self):
         done = cie("doctor", "--root", self.folder, "-f", "json")

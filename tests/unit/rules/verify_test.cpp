@@ -61,7 +61,11 @@ TextTrace with_another_process(Change change) {
 TEST(Verify, ProvesNothingOfProcessesThatShareAPid) {
   const TextTrace traces[] = {
       with_another_process([](analysis::RunBegin& begin) { begin.pid_ns += 1; }),  // a container
-      with_another_process([](analysis::RunBegin& begin) { begin.pid += 1; })};    // a child
+      with_another_process([](analysis::RunBegin& begin) { begin.pid += 1; }),     // a child
+      with_another_process([](analysis::RunBegin& begin) {
+        begin.process_start_ns -= 1;  // both began in one tick of the kernel's clock
+        begin.pid_ns += 1;
+      })};
   for (const auto& trace : traces) {
     const Verified verified(trace);
     for (const auto& rule : verified.result.verdicts.rules) {
