@@ -107,7 +107,8 @@ class Orders(unittest.TestCase):
                      for task in Path(f"/proc/{running.process.pid}/task").iterdir())
             return sorted(names)
         with Running(app_file(component("kept"), component("moved"))) as running:
-            wait_for(lambda: {"cie-audit", "kept:50ms", "moved:50ms"} <= set(threads(running)))
+            named = {"cie-announce", "cie-audit", "cie-control", "kept:50ms", "moved:50ms"}  # by itself, each
+            wait_for(lambda: named <= set(threads(running)))
             before = threads(running)
             self.assertEqual(order("unload", "/moved")[0], ENDED_WELL)
             self.assertEqual([name for name in before if name != "moved:50ms"], threads(running))

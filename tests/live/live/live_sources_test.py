@@ -219,6 +219,14 @@ class Session(unittest.TestCase):
         program.until(lambda s: [c["total"]["instances"] for c in s["callbacks"] if c["logical_id"] == TIMER] == [20, 30])
 
 
+def read_process(pid, name):
+    """A file of /proc, empty once the process has gone."""
+    try:
+        return Path(f"/proc/{pid}/{name}").read_text("ascii")
+    except (FileNotFoundError, ProcessLookupError):
+        return ""
+
+
 class Burst(unittest.TestCase):
     def test_a_hot_source_is_bounded_and_its_losses_are_counted(self):
         instances = 400_000
@@ -228,14 +236,12 @@ class Burst(unittest.TestCase):
         last = None
         for line in program.process.stdout:
             last = json.loads(line)
-            children = Path(f"/proc/{program.process.pid}/task/{program.process.pid}/children").read_text("ascii")
-            for child in children.split():
-                if Path(f"/proc/{child}/comm").read_text("ascii").strip() == "cie":
+            for child in read_process(program.process.pid, f"task/{program.process.pid}/children").split():
+                if read_process(child, "comm").strip() == "cie":
                     feed = child
-            if feed is not None and Path(f"/proc/{feed}").exists():
-                peak = re.search(r"VmHWM:\s+(\d+) kB", Path(f"/proc/{feed}/status").read_text("ascii"))
-                if peak and last["events"] > 0:
-                    peaks.append(int(peak[1]))
+            peak = re.search(r"VmHWM:\s+(\d+) kB", read_process(feed, "status"))
+            if peak and last["events"] > 0:
+                peaks.append(int(peak[1]))
         err = program.process.stderr.read()
         emitted = int(re.search(r"^(\d+)$", err, re.MULTILINE)[1])
         self.assertEqual(emitted, 4 * instances)
