@@ -81,7 +81,7 @@ const histogram = (c, f) => {
     svg("text", {class: "soft", x: left - 6, y: y(most) + 4, "text-anchor": "end"}, count(most)), svg("text", {class: "soft", x: left - 6, y: H - bottom, "text-anchor": "end"}, "0"),
     svg("text", {class: "soft", x: W - right + 5, y: share(1) + 4}, "100\u202f%"), svg("text", {class: "soft", x: W - right + 5, y: H - bottom}, "0"),
     marks.map(([name, ns, anchor]) => { const at = Math.min(Math.max(x(Math.log10(Math.max(ns, 1))), left), W - right);
-      return [svg("line", {class: "axis", x1: at, x2: at, y1: top - 4, y2: H - bottom}), svg("text", {x: at, y: top - 6, "text-anchor": anchor}, name)]; }),
+      return [svg("line", {class: "axis", x1: at, x2: at, y1: top - 4, y2: H - bottom}), svg("text", {x: at + {end: -3, middle: 0, start: 3}[anchor], y: top - 6, "text-anchor": anchor}, name)]; }),
     deadline === null ? null : [svg("line", {class: "mark", x1: x(deadline), x2: x(deadline), y1: top, y2: H - bottom}), svg("text", {x: x(deadline) + 4, y: top + 12}, `deadline ${time(f.deadline_ns)}`)],
     svg("text", {class: "soft", x: (left + W - right) / 2, y: H - 3, "text-anchor": "middle"}, "response time (bars: runs, left; line: share of runs at most as long, right)"));
 };
