@@ -26,7 +26,7 @@ constexpr std::chrono::milliseconds kMostReadInterval{20};
 constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
 constexpr std::uint64_t kLiveFileSize = 8UL << 20;
-constexpr std::uint64_t kLiveFiles = 4;
+constexpr std::uint64_t kLiveFiles = 16;
 
 const std::vector<std::string>& state_events() {
   static const std::vector<std::string> names{"cie:run_begin",

@@ -246,7 +246,9 @@ class Burst(unittest.TestCase):
         emitted = int(re.search(r"^(\d+)$", err, re.MULTILINE)[1])
         self.assertEqual(emitted, 4 * instances)
         self.assertEqual(last["source"]["state"], "ended")
-        if last["lost_events"] is not None:
+        if "seq-gaps" in {defect["kind"] for defect in last["defects"]}:
+            pass  # a stream's first packets were gone before they were asked for: only numbers in events tell
+        elif last["lost_events"] is not None:
             state_events = last["events"] + last["lost_events"] - emitted
             self.assertTrue(0 <= state_events < 200, (last["events"], last["lost_events"], emitted))
         else:
