@@ -5,18 +5,20 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 
+#include <numeric>
 #include <string>
 
 namespace cie::test {
 
 inline analysis::Summary summary(std::int64_t min, std::int64_t max, std::uint64_t count) {
-  const auto sum = static_cast<std::int64_t>(count) * ((min + max) / 2);
+  const auto middle = std::midpoint(min, max);
+  const auto sum = static_cast<std::int64_t>(count) * middle;
   return {.count = count,
           .min = min,
           .max = max,
           .sum = sum,
           .mean = static_cast<double>(sum) / static_cast<double>(count),
-          .p50 = (min + max) / 2,
+          .p50 = middle,
           .p90 = max - 2,
           .p99 = max - 1,
           .p99_9 = max};
