@@ -14,6 +14,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fcntl.h>
@@ -286,12 +287,15 @@ TEST_P(KernelRecord, WhatAKilledRecorderLeavesIsReadableAndGoneWithTheNext) {
   Running recorder = sandbox_.start(
       recording({"--until-signal", "--ready", path("pid")}, {"--flush-interval", "50"}));
   const pid_t application = wait_until_ready();
+  // Whole packets: libbabeltrace2 reads nothing of a file whose last packet is cut, so no write may
+  // be under way. It takes microseconds, every 50 ms.
+  std::uintmax_t before = 0;
   const auto recorded = [&] {
     std::uintmax_t size = 0;
     for (const auto& entry : fs::directory_iterator(path("rec/kernel"))) {
       if (entry.path().filename() != "metadata") size += entry.file_size();
     }
-    return size > 0;
+    return size > 0 && size == std::exchange(before, size);
   };
   ASSERT_TRUE(eventually(recorded));
   const std::string own = '-' + std::to_string(recorder.pid()) + '-';
