@@ -48,8 +48,8 @@ struct ChainNode {
   std::optional<Timestamp> release;  // exact ones only
   bool is_in_window = true;          // began inside the window
 
-  // The message it took: writer and source timestamp; parent and published are resolved from them.
   HostIndex host{};
+  // The message it took: writer and source timestamp; parent and published are resolved from them.
   std::uint64_t writer_gid = 0;
   std::int64_t source_timestamp = 0;
   ChainNodeRef parent;

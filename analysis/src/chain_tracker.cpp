@@ -222,7 +222,6 @@ void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const Eve
     const auto& next = *nodes[i + 1];
     add(facts.processing[i], next.published - *nodes[i]->release);
     add(facts.communication[i], *next.release - *next.sent);
-    if (next.writer_host != next.host) facts.crosses[i] = HostPair{next.writer_host, next.host};
   }
   add(facts.processing.back(), end.time - *nodes.back()->release);
   facts.path_latency.add(latency);
@@ -241,6 +240,10 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   facts.processing.resize(nodes.size());
   facts.communication.resize(nodes.size() - 1);
   facts.crosses.resize(nodes.size() - 1);
+  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
+    const auto& next = *nodes[i + 1];
+    if (next.writer_host != next.host) facts.crosses[i] = HostPair{next.writer_host, next.host};
+  }
   const auto spans = spans_of(nodes);
   if (spans.is_exact && spans.to_last) {
     note_latency(facts, nodes, end);

@@ -160,6 +160,30 @@ TEST(ChainBounds, BetweenHostsAreNotProvenByMessagesOfOneDirection) {
   EXPECT_EQ(of_two_hosts("path_latency: 22", 0), Verdict::fail);  // whatever the clocks
 }
 
+TEST(ChainBounds, BetweenHostsNeedTheClocksForDataAgeEvenWithoutReleases) {
+  // plan reads at 10 and 30, fusion ends at 25 and 55: the value read at 10 is 45 old, shown as
+  // 345.
+  auto trace = trace_of(R"(
+    process robot pid=100
+    publisher out topic=/points
+    callback plan timer period=20
+    process desk pid=200
+    callback fusion subscription topic=/points
+    10 start plan release=none
+    12 publish out on=plan
+    13 end plan
+    15 start fusion release=none from=out:0
+    25 end fusion
+    30 start plan release=none
+    32 publish out on=plan
+    33 end plan
+    43 start fusion release=none from=out:1
+    55 end fusion)");
+  move_to_host(trace, 200, {.name = "desk", .monotonic = 7'000, .realtime = 300});
+  EXPECT_EQ(Verified(trace, chain("data_age: 100"))["Q2"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(trace, chain("data_age: 1000"))["Q2"], Verdict::inconclusive);
+}
+
 TEST(ChainBounds, AppliesNotToAChainThatNeverRanOrHasNoBound) {
   EXPECT_EQ(Verified(kQueue, chain("path_latency: 100"))["Q2"], Verdict::not_applicable);
   EXPECT_EQ(Verified(kChain, "chains:\n  - {name: c, callbacks: [plan, fusion]}")["Q2"],
