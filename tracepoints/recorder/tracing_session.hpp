@@ -87,7 +87,7 @@ class TracingSession {
     void operator()(lttng_handle* handle) const noexcept;
   };
   std::string name_;
-  bool is_snapshot_;
+  bool is_snapshot_ = false;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;
   bool is_live_ = false;
