@@ -109,22 +109,9 @@ TracingSession::TracingSession(const std::string& name, const Options& options)
   const Descriptor descriptor(is_snapshot_ ? lttng_session_descriptor_snapshot_create(name.c_str())
                                            : lttng_session_descriptor_local_create(
                                                  name.c_str(), options.directory.c_str()));
-  if (!descriptor) {
-    throw RecordError("cannot create a session in " + in_quotes(options.directory) +
-                      ": LTTng does not accept the path");
-  }
-  const lttng_error_code created = lttng_create_session_ext(descriptor.get());
-  if (created != LTTNG_OK) {
-    throw RecordError("cannot create a session in " + in_quotes(options.directory) + ": " +
-                      lttng_strerror(-created));
-  }
-  exists_ = true;
-  try {
-    set_up(options);
-  } catch (...) {
-    lttng_destroy_session_no_wait(name_.c_str());
-    throw;
-  }
+  const auto operation = "cannot create a session in " + in_quotes(options.directory);
+  if (!descriptor) throw RecordError(operation + ": LTTng does not accept the path");
+  create(descriptor.get(), operation, options);
 }
 
 TracingSession::TracingSession(const std::string& name, const Options& options,
@@ -134,14 +121,15 @@ TracingSession::TracingSession(const std::string& name, const Options& options,
   const Descriptor descriptor(lttng_session_descriptor_live_network_create(
       name.c_str(), destination.control_url.c_str(), destination.data_url.c_str(),
       static_cast<unsigned long long>(interval)));
-  if (!descriptor) {
-    throw RecordError("cannot create a live session that sends to " + destination.control_url);
-  }
-  const lttng_error_code created = lttng_create_session_ext(descriptor.get());
-  if (created != LTTNG_OK) {
-    throw RecordError("cannot create a live session that sends to " + destination.control_url +
-                      ": " + lttng_strerror(-created));
-  }
+  const auto operation = "cannot create a live session that sends to " + destination.control_url;
+  if (!descriptor) throw RecordError(operation);
+  create(descriptor.get(), operation, options);
+}
+
+void TracingSession::create(lttng_session_descriptor* descriptor, const std::string& operation,
+                            const Options& options) {
+  const lttng_error_code created = lttng_create_session_ext(descriptor);
+  if (created != LTTNG_OK) throw RecordError(operation + ": " + lttng_strerror(-created));
   exists_ = true;
   try {
     set_up(options);

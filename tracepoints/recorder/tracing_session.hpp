@@ -12,6 +12,7 @@
 #include <sys/types.h>
 
 struct lttng_handle;
+struct lttng_session_descriptor;
 
 namespace cie::record {
 
@@ -74,6 +75,9 @@ class TracingSession {
   std::vector<TracedProcess> traced_processes() const;
 
  private:
+  // `operation`: what could not be done, for errors.
+  void create(lttng_session_descriptor* descriptor, const std::string& operation,
+              const Options& options);
   void set_up(const Options& options);
   void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
                       std::chrono::milliseconds flush_interval);

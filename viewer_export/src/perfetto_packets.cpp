@@ -240,41 +240,43 @@ void PacketBuffer::count(std::int64_t time, std::uint64_t track, std::int64_t va
   event_packet(time, bytes);
 }
 
-void PacketBuffer::switches(std::int32_t cpu, std::span<const SwitchEvent> events) {
+template <typename Event, typename Fill>
+void PacketBuffer::ftrace_bundle(std::int32_t cpu, std::span<const Event> events,
+                                 const Fill& fill) {
   packet([&](pbf_builder<TracePacket>& packet) {
     pbf_builder<FtraceEventBundle> bundle{packet, TracePacket::ftrace_events};
     bundle.add_uint32(FtraceEventBundle::cpu, static_cast<std::uint32_t>(cpu));
     for (const auto& e : events) {
       pbf_builder<FtraceEvent> event{bundle, FtraceEventBundle::event};
       event.add_uint64(FtraceEvent::timestamp, static_cast<std::uint64_t>(e.time));
-      event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.prev_tid));
-      pbf_builder<SchedSwitch> change{event, FtraceEvent::sched_switch};
-      change.add_string(SchedSwitch::prev_comm, e.prev_comm.data(), e.prev_comm.size());
-      change.add_int32(SchedSwitch::prev_pid, static_cast<std::int32_t>(e.prev_tid));
-      change.add_int32(SchedSwitch::prev_prio, e.prev_prio);
-      change.add_int64(SchedSwitch::prev_state, e.prev_state);
-      change.add_string(SchedSwitch::next_comm, e.next_comm.data(), e.next_comm.size());
-      change.add_int32(SchedSwitch::next_pid, static_cast<std::int32_t>(e.next_tid));
-      change.add_int32(SchedSwitch::next_prio, e.next_prio);
+      fill(event, e);
     }
   });
 }
 
+void PacketBuffer::switches(std::int32_t cpu, std::span<const SwitchEvent> events) {
+  ftrace_bundle(cpu, events, [](pbf_builder<FtraceEvent>& event, const SwitchEvent& e) {
+    event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.prev_tid));
+    pbf_builder<SchedSwitch> change{event, FtraceEvent::sched_switch};
+    change.add_string(SchedSwitch::prev_comm, e.prev_comm.data(), e.prev_comm.size());
+    change.add_int32(SchedSwitch::prev_pid, static_cast<std::int32_t>(e.prev_tid));
+    change.add_int32(SchedSwitch::prev_prio, e.prev_prio);
+    change.add_int64(SchedSwitch::prev_state, e.prev_state);
+    change.add_string(SchedSwitch::next_comm, e.next_comm.data(), e.next_comm.size());
+    change.add_int32(SchedSwitch::next_pid, static_cast<std::int32_t>(e.next_tid));
+    change.add_int32(SchedSwitch::next_prio, e.next_prio);
+  });
+}
+
 void PacketBuffer::wakings(std::int32_t cpu, std::span<const WakingEvent> events) {
-  packet([&](pbf_builder<TracePacket>& packet) {
-    pbf_builder<FtraceEventBundle> bundle{packet, TracePacket::ftrace_events};
-    bundle.add_uint32(FtraceEventBundle::cpu, static_cast<std::uint32_t>(cpu));
-    for (const auto& e : events) {
-      pbf_builder<FtraceEvent> event{bundle, FtraceEventBundle::event};
-      event.add_uint64(FtraceEvent::timestamp, static_cast<std::uint64_t>(e.time));
-      event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.waker_tid));
-      pbf_builder<SchedWaking> waking{event, FtraceEvent::sched_waking};
-      waking.add_string(SchedWaking::comm, e.comm.data(), e.comm.size());
-      waking.add_int32(SchedWaking::pid, static_cast<std::int32_t>(e.tid));
-      waking.add_int32(SchedWaking::prio, e.prio);
-      waking.add_int32(SchedWaking::success, 1);
-      if (e.target_cpu) waking.add_int32(SchedWaking::target_cpu, *e.target_cpu);
-    }
+  ftrace_bundle(cpu, events, [](pbf_builder<FtraceEvent>& event, const WakingEvent& e) {
+    event.add_uint32(FtraceEvent::pid, static_cast<std::uint32_t>(e.waker_tid));
+    pbf_builder<SchedWaking> waking{event, FtraceEvent::sched_waking};
+    waking.add_string(SchedWaking::comm, e.comm.data(), e.comm.size());
+    waking.add_int32(SchedWaking::pid, static_cast<std::int32_t>(e.tid));
+    waking.add_int32(SchedWaking::prio, e.prio);
+    waking.add_int32(SchedWaking::success, 1);
+    if (e.target_cpu) waking.add_int32(SchedWaking::target_cpu, *e.target_cpu);
   });
 }
 

@@ -98,6 +98,9 @@ class PacketBuffer {
   void packet(const Fill& fill);
   template <typename Fill>
   void packet_at(std::int64_t time, const Fill& fill);
+  // A packet of kernel events; `fill` adds to each what is beside its time.
+  template <typename Event, typename Fill>
+  void ftrace_bundle(std::int32_t cpu, std::span<const Event> events, const Fill& fill);
   // A packet of a track event, encoded in `event`.
   void event_packet(std::int64_t time, const std::string& event);
 

@@ -1,18 +1,16 @@
 // cie_bench_export: what it costs to write one recording as a file of each format, beside reading
 // it.
 #include "child_cost.hpp"
+#include "support/temporary_directory.hpp"
 #include "synthetic_trace.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -84,29 +82,8 @@ class Table {
   Cost copying_;
 };
 
-// A directory that vanishes.
-class Scratch {
- public:
-  explicit Scratch(const fs::path& parent) {
-    std::string pattern = (parent / "cie-bench-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr)
-      throw std::system_error(errno, std::generic_category(), pattern);
-    path_ = pattern;
-  }
-  ~Scratch() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  Scratch(const Scratch&) = delete;
-  Scratch& operator=(const Scratch&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-void run_format(const Format& format, const std::string& cie, const Scratch& scratch,
-                double most_mib, const Table& table) {
+void run_format(const Format& format, const std::string& cie,
+                const cie::test::TemporaryDirectory& scratch, double most_mib, const Table& table) {
   const auto out = (scratch.path() / "out").string();
   std::vector<std::string> words{cie};
   words.insert(words.end(), format.words.begin(), format.words.end());
@@ -138,7 +115,7 @@ int run(int argc, char** argv) {
   app.add_option("--most-memory", most_mib, "Fail if a command takes more MiB");
   CLI11_PARSE(app, argc, argv);
 
-  const Scratch scratch(directory);
+  const cie::test::TemporaryDirectory scratch(directory);
   const auto trace = scratch.path() / "trace";
   write_trace(trace, {.events = kEventsPerInstance * instances, .streams = streams});
   const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();

@@ -1,14 +1,13 @@
 // cie_bench_readers: processor and elapsed time of reading one trace, by reader.
 #include "child_cost.hpp"
+#include "support/temporary_directory.hpp"
 #include "synthetic_trace.hpp"
 
-#include <cerrno>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
+#include <optional>
 #include <string>
-#include <system_error>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -42,14 +41,8 @@ int run(int argc, char** argv) {
   app.add_flag("--only-cie", without_babeltrace2, "Do not run babeltrace2");
   CLI11_PARSE(app, argc, argv);
 
-  const bool is_kept = !directory.empty();
-  if (!is_kept) {
-    std::string pattern = (fs::temp_directory_path() / "cie-bench-XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) {
-      throw std::system_error(errno, std::generic_category(), pattern);
-    }
-    directory = pattern;
-  }
+  std::optional<cie::test::TemporaryDirectory> scratch;
+  if (directory.empty()) directory = scratch.emplace().path();
   const auto events = write_trace(directory, size);
   const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();
   std::printf("%ju events, %u streams, packets of %u bytes\n\n",
@@ -80,7 +73,6 @@ int run(int argc, char** argv) {
         measure_program({cie, "report", "--format", "json", "--reader", "babeltrace2", directory}),
         events, reference);
   }
-  if (!is_kept) fs::remove_all(directory);
   return 0;
 }
 

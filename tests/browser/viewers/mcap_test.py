@@ -1,40 +1,25 @@
 #!/usr/bin/env python3
 """The MCAP file, read by @mcap/core. Arguments: CIE MAKE_EXPORT EXAMPLES."""
 import json
-import os
-import subprocess
 import unittest  # noqa: F401
 
 import jsonschema
 
-from viewer_case import FLOWS, INSTANCES, NAMES, OFFSET, ViewerCase, main, truth_of  # isort: skip
-import npm_package  # noqa: E402
+from viewer_case import FLOWS, INSTANCES, NAMES, OFFSET, NodeReaderCase, main, truth_of  # isort: skip
 
 PACKAGES = [("@mcap/core@2.2.2", "06807e4d853b40b90eafce720e939c2c9b0fbb266a41f439b818aa8ee1e63915"),
             ("@foxglove/crc@0.0.3", "b94e1c594df3d97823d22f272f1a030b168fafc9bc3228f7419e3ba09fb42a70"),
             ("heap-js@2.7.1", "8e9630d47d08f5c91890e27e0d66e6d1d3ff5241b4d2eded453a9b01f534f0c0"),
             ("tslib@2.8.1", "66f635d5eeabae44807534976913a102cf615b9a045368359c9f79ae6ee2119e")]
-READER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "read_mcap.mjs")
 
 
-def requirement():
-    for package in PACKAGES:
-        npm_package.assets(*package)
-
-
-class Mcap(ViewerCase):
+class Mcap(NodeReaderCase):
     format = "mcap"
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.modules = npm_package.modules(PACKAGES, os.path.join(cls.folder.name, "node_modules"))
+    packages = PACKAGES
+    reader = "read_mcap.mjs"
 
     def read(self, path):
-        result = subprocess.run(["node", READER, path], env={**os.environ, "NODE_PATH": self.modules}, timeout=120,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-        self.assertEqual(result.returncode, 0, result.stderr.decode())
-        file = json.loads(result.stdout)
+        file = self.read_by_node(path)
         schemas = {schema["id"]: json.loads(schema["data"]) for schema in file["schemas"]}
         schema_of = {channel["topic"]: schemas[channel["schema"]] for channel in file["channels"]}
         for number, message in enumerate(file["messages"]):
@@ -93,4 +78,4 @@ class Mcap(ViewerCase):
 
 
 if __name__ == "__main__":
-    main(Mcap, requirement)
+    main(Mcap, Mcap.requirement)

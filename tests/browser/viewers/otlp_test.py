@@ -1,13 +1,10 @@
 #!/usr/bin/env python3
 """The OTLP JSON lines, read with OpenTelemetry's message types. Arguments: CIE MAKE_EXPORT EXAMPLES."""
 import json
-import os
 import re
-import subprocess
 import unittest  # noqa: F401
 
-from viewer_case import FLOWS, INSTANCES, NAMES, OFFSET, ViewerCase, main, truth_of  # isort: skip
-import npm_package  # noqa: E402
+from viewer_case import FLOWS, INSTANCES, NAMES, OFFSET, NodeReaderCase, main, truth_of  # isort: skip
 
 # protobufjs's minimal build is one file without dependencies, under the name it is asked for.
 TRANSFORMER = ("@opentelemetry/otlp-transformer@0.57.2",
@@ -19,33 +16,21 @@ PROTOBUF = ("protobufjs@7.4.0", "6a459db68c1b79f3d33f07c93729d5f206135a19e8ec585
 LONG = ("long@5.2.3", "906bdaa4c78baa54881946559aace8eaec9639761e611832bd62e258da9c8c4a",
         {"package/umd/index.js": "index.js"})
 PACKAGES = [TRANSFORMER, PROTOBUF, LONG]
-READER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "read_otlp.cjs")
 INTERNAL, PRODUCER, CONSUMER = 1, 4, 5
-
-
-def requirement():
-    for package in PACKAGES:
-        npm_package.assets(*package)
 
 
 def attributes_of(span):
     return {one["key"]: next(iter(one["value"].values())) for one in span["attributes"]}
 
 
-class Otlp(ViewerCase):
+class Otlp(NodeReaderCase):
     format = "otlp"
-
-    @classmethod
-    def setUpClass(cls):
-        super().setUpClass()
-        cls.modules = npm_package.modules(PACKAGES, os.path.join(cls.folder.name, "node_modules"))
+    packages = PACKAGES
+    reader = "read_otlp.cjs"
 
     def read(self, path):
         """All spans, in order of start; what holds for every file is checked."""
-        result = subprocess.run(["node", READER, path], env={**os.environ, "NODE_PATH": self.modules}, timeout=120,
-                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
-        self.assertEqual(result.returncode, 0, result.stderr.decode())
-        lines = json.loads(result.stdout)["lines"]
+        lines = self.read_by_node(path)["lines"]
         spans = []
         for line in lines:
             for resource in line["resourceSpans"]:
@@ -126,4 +111,4 @@ class Otlp(ViewerCase):
 
 
 if __name__ == "__main__":
-    main(Otlp, requirement)
+    main(Otlp, Otlp.requirement)

@@ -1,12 +1,14 @@
 """What the tests of exports to viewers share: arguments CIE MAKE_EXPORT EXAMPLES."""
 import json
 import os
+import subprocess
 import sys
 import tempfile
 import unittest
 
 sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 from example_truth import Truth, output_of  # noqa: E402
+import npm_package  # noqa: E402
 from npm_package import Unavailable  # noqa: E402
 
 CIE, MAKE_EXPORT, EXAMPLES = sys.argv[1:4]
@@ -45,6 +47,30 @@ class ViewerCase(unittest.TestCase):
         path = os.path.join(self.folder.name, name)
         output_of(CIE, "export", os.path.join(EXAMPLES, name, "trace"), "--to", self.format, "-o", path, *options)
         return path
+
+
+class NodeReaderCase(ViewerCase):
+    """Of a format that `reader`, a script for Node.js, reads with `packages`: what npm_package.assets() takes, each."""
+    packages = []
+    reader = ""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.modules = npm_package.modules(cls.packages, os.path.join(cls.folder.name, "node_modules"))
+
+    @classmethod
+    def requirement(cls):
+        for package in cls.packages:
+            npm_package.assets(*package)
+
+    def read_by_node(self, path):
+        """What the reader prints of the file: JSON."""
+        script = os.path.join(os.path.dirname(os.path.abspath(__file__)), self.reader)
+        result = subprocess.run(["node", script, path], env={**os.environ, "NODE_PATH": self.modules}, timeout=120,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
+        self.assertEqual(result.returncode, 0, result.stderr.decode())
+        return json.loads(result.stdout)
 
 
 def truth_of(name):
