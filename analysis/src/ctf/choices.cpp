@@ -1,29 +1,9 @@
 #include "choices.hpp"
 
 #include "tokens.hpp"
-
-#include <algorithm>
-#include <limits>
-#include <optional>
-#include <utility>
+#include "type_limits.hpp"
 
 namespace cie::analysis::ctf {
-namespace {
-
-// Empty if no value of the tag is in the range.
-std::optional<std::pair<std::uint64_t, std::uint64_t>> possible(const Selection& selection,
-                                                                const Type& tag) {
-  using Wide = Selection::Wide;
-  const Wide least = tag.is_signed ? Wide{std::numeric_limits<std::int64_t>::min()} : Wide{0};
-  const Wide most = tag.is_signed ? Wide{std::numeric_limits<std::int64_t>::max()}
-                                  : Wide{std::numeric_limits<std::uint64_t>::max()};
-  const auto low = std::max(selection.low, least);
-  const auto high = std::min(selection.high, most);
-  if (low > high) return std::nullopt;
-  return std::pair(static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high));
-}
-
-}  // namespace
 
 void check_selectors(const std::vector<ScopeNames*>& tags) {
   const auto& first = *tags.front()->type;
@@ -40,7 +20,7 @@ void check_selectors(const std::vector<ScopeNames*>& tags) {
 void add_selections(Op& op, const Type& type, const Type& tag,
                     const std::vector<std::shared_ptr<const Sequence>>& bodies) {
   for (const auto& selection : type.selections) {
-    if (const auto range = possible(selection, tag)) {
+    if (const auto range = representable(selection.low, selection.high, tag.is_signed)) {
       op.choices.push_back({.low = range->first ^ op.bias,
                             .high = range->second ^ op.bias,
                             .body = bodies[selection.option]});

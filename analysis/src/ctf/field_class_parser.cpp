@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -97,15 +96,11 @@ void each_range(const Json& set, Take&& take) {
 void read_mappings(const Json& field_class, Type& type) {
   const auto* mappings = object_property(field_class, "mappings");
   if (mappings == nullptr) return;
-  const auto least = type.is_signed ? WideInteger{std::numeric_limits<std::int64_t>::min()} : 0;
-  const auto most = type.is_signed ? WideInteger{std::numeric_limits<std::int64_t>::max()}
-                                   : WideInteger{std::numeric_limits<std::uint64_t>::max()};
   for (const auto& [label, set] : mappings->items()) {
     each_range(set, [&, &name = label](WideInteger low, WideInteger high) {
-      if (high < least || low > most) return;
-      type.ranges.push_back({.label = name,
-                             .low = static_cast<std::uint64_t>(std::max(low, least)),
-                             .high = static_cast<std::uint64_t>(std::min(high, most))});
+      if (const auto range = representable(low, high, type.is_signed)) {
+        type.ranges.push_back({.label = name, .low = range->first, .high = range->second});
+      }
     });
   }
   if (type.kind == Type::Kind::integer) type.kind = Type::Kind::enumeration;

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
 
 namespace cie::analysis::ctf {
 
@@ -35,6 +38,21 @@ constexpr bool is_number(const Type& type) noexcept {
 // A number of known size.
 constexpr bool is_fixed_number(const Type& type) noexcept {
   return is_number(type) && type.kind != Type::Kind::leb128;
+}
+
+// What an integer with or without a sign can have of a range, both ends included, as its bits.
+// Empty if it can have none of it.
+inline std::optional<std::pair<std::uint64_t, std::uint64_t>> representable(Selection::Wide low,
+                                                                            Selection::Wide high,
+                                                                            bool is_signed) {
+  using Wide = Selection::Wide;
+  const Wide least = is_signed ? Wide{std::numeric_limits<std::int64_t>::min()} : Wide{0};
+  const Wide most = is_signed ? Wide{std::numeric_limits<std::int64_t>::max()}
+                              : Wide{std::numeric_limits<std::uint64_t>::max()};
+  low = std::max(low, least);
+  high = std::min(high, most);
+  if (low > high) return std::nullopt;
+  return std::pair(static_cast<std::uint64_t>(low), static_cast<std::uint64_t>(high));
 }
 
 }  // namespace cie::analysis::ctf
