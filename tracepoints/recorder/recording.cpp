@@ -85,11 +85,7 @@ Recording::Recording(Options options) {
     manifest_.begin = now();
     session_->start();
   } catch (...) {
-    flight_.reset();
-    kernel_.reset();
-    session_.reset();
-    daemon_.reset();
-    remove_directory();
+    abandon();
     throw;
   }
 }
@@ -162,7 +158,11 @@ void Recording::create_directory() {
   }
 }
 
-void Recording::remove_directory() noexcept {
+void Recording::abandon() noexcept {
+  flight_.reset();
+  kernel_.reset();
+  session_.reset();
+  daemon_.reset();
   std::error_code ignored;  // the reason for the removal is what the user is told
   if (is_directory_ours_) {
     fs::remove_all(manifest_.options.directory, ignored);
@@ -177,11 +177,7 @@ bool Recording::run() {
     try {
       run_command();
     } catch (const RecordError&) {  // the command could not be run: there is nothing to keep
-      flight_.reset();
-      kernel_.reset();
-      session_.reset();
-      daemon_.reset();
-      remove_directory();
+      abandon();
       throw;
     }
   }

@@ -40,7 +40,8 @@ class Recording {
   void serve_flight_recorder(bool is_asked);
   void tell(const SavedSnapshot& snapshot);
   void create_directory();
-  void remove_directory() noexcept;
+  // Of a recording that cannot be: ends the session and removes the directory.
+  void abandon() noexcept;
   void run_command();
   void wait_attached();
   void look_for_applications(Clock::time_point since, bool has_command);
