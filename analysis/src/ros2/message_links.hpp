@@ -26,6 +26,8 @@ struct Publication {
 class MessageLinks {
  public:
   std::shared_ptr<Publication> add(const std::string& topic, const Publication& publication);
+  // For a publisher that is announced: other writers have ids drawn by DDS.
+  std::uint64_t new_gid() noexcept { return kFirstGid + ++publishers_; }
   // A publisher of the topic was announced.
   void add_publisher(const std::string& topic, std::uint64_t gid);
 
@@ -39,12 +41,15 @@ class MessageLinks {
   Origin find_entry(const std::string& topic, std::int64_t entry) const;
 
  private:
+  static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
+
   struct Topic {
     std::deque<std::shared_ptr<Publication>> publications{};
     std::uint64_t sole_publisher = 0;
     std::size_t publishers = 0;
   };
   std::unordered_map<std::string, Topic> topics_;
+  std::uint64_t publishers_ = 0;
 };
 
 }  // namespace cie::analysis::ros2

@@ -1,0 +1,112 @@
+#include "descriptions.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace cie::analysis::ros2 {
+namespace {
+
+void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
+  auto& directory = process.directory;
+  const auto handle = p.number<Address>(0);
+  const auto enter_callback = [&](CallbackKind kind) {
+    directory.join_group(p.number<Address>(2), handle);
+    // The callback's own address is never spoken of again: those of its calls are.
+    directory.stand_for(kind, handle, handle);
+    directory.add_symbol(handle, p.text(3));
+  };
+  switch (event) {
+    case Ros2Event::agnocast_subscription:
+      directory.add_subscription(handle, p.number<Address>(1), p.text(4),
+                                 p.number<std::uint32_t>(5), false);
+      enter_callback(CallbackKind::subscription);
+      process.agnocast_subscriptions[p.number<std::uint64_t>(6)] = handle;
+      break;
+    case Ros2Event::agnocast_timer:
+      directory.add_timer(handle, p.number<std::uint64_t>(4), false);
+      directory.link_timer(handle, p.number<Address>(1));
+      enter_callback(CallbackKind::timer);
+      break;
+    case Ros2Event::agnocast_callable: {
+      const auto known = process.agnocast_subscriptions.find(p.number<std::uint64_t>(2));
+      if (known == process.agnocast_subscriptions.end()) break;
+      directory.stand_for(CallbackKind::subscription, handle, known->second);
+      process.agnocast_entries[handle] = p.number<std::int64_t>(1);
+      break;
+    }
+    case Ros2Event::agnocast_timer_callable:
+      directory.stand_for(CallbackKind::timer, handle, p.number<Address>(1));
+      break;
+    default:
+      break;
+  }
+}
+
+void enter_publisher(bool repeats, const Payload& p, Directory& directory, MessageLinks& links) {
+  const auto handle = p.number<Address>(0);
+  const auto topic = p.text(2);
+  const auto gid = links.new_gid();
+  directory.add_publisher(handle, p.number<Address>(1), topic, gid, repeats);
+  if (directory.publisher(handle).gid == gid) links.add_publisher(std::string(topic), gid);
+}
+
+}  // namespace
+
+void enter_description(Ros2Event event, bool repeats, const Payload& p, Process& process,
+                       MessageLinks& links) {
+  auto& directory = process.directory;
+  const auto first = p.number<Address>(0);
+  const auto second = p.number<Address>(1);
+  switch (event) {
+    case Ros2Event::node_init:
+      directory.add_node(first, p.text(1), p.text(2));
+      break;
+    case Ros2Event::publisher_init:
+      enter_publisher(repeats, p, directory, links);
+      break;
+    case Ros2Event::subscription_init:
+      directory.add_subscription(first, second, p.text(2), p.number<std::uint32_t>(3), repeats);
+      break;
+    case Ros2Event::subscription_object:
+      directory.add_object(first, second);
+      break;
+    case Ros2Event::subscription_callback:
+      directory.add_object_callback(first, second, repeats);
+      break;
+    case Ros2Event::service_init:
+      directory.add_service(first, second, p.text(2), repeats);
+      break;
+    case Ros2Event::service_callback:
+      directory.add_handle_callback(CallbackKind::service, first, second);
+      break;
+    case Ros2Event::timer_init:
+      directory.add_timer(first, p.number<std::uint64_t>(1), repeats);
+      break;
+    case Ros2Event::timer_callback:
+      directory.add_handle_callback(CallbackKind::timer, first, second);
+      break;
+    case Ros2Event::timer_node:
+      directory.link_timer(first, second);
+      break;
+    case Ros2Event::callback_symbol:
+      directory.add_symbol(first, p.text(1));
+      break;
+    case Ros2Event::group:
+      directory.add_group(first, p.text(1));
+      break;
+    case Ros2Event::group_member:
+      directory.join_group(first, second);
+      break;
+    case Ros2Event::buffer_of_object:
+      directory.link_buffer(first, second);
+      break;
+    case Ros2Event::object_of_subscription:
+      directory.link_object(first, second);
+      break;
+    default:
+      enter_agnocast(event, p, process);
+      break;
+  }
+}
+
+}  // namespace cie::analysis::ros2
