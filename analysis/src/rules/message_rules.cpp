@@ -40,7 +40,8 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
   }
   const bool has_totals = callback.fini || (is_attached && callback.releases > 0);
   if (!has_totals) {
-    judgement.doubt(evidence("callback_fini", callback.starts.last_at,
+    const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
+    judgement.doubt(evidence("callback_fini", last,
                              "the totals of lost and overwritten samples were not seen"));
   }
 }

@@ -3,6 +3,8 @@
 
 #include "ros2_text.hpp"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -52,6 +54,21 @@ TEST(Ros2Verdicts, NumbersThatTheRecordingDoesNotHaveAreNotContiguous) {
 TEST(Ros2Verdicts, SkippedPeriodsAreNotTold) {
   const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
   EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Verdicts, TotalsOfACallbackThatNeverRanAreMissingSinceItWasMade) {
+  const auto result = analyze_ros2(R"(
+    5 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    6 rcl_subscription_init subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1
+    7 rclcpp_subscription_init subscription_handle=0x20 subscription=0x40
+    8 rclcpp_subscription_callback_added subscription=0x40 callback=0x30
+    9 rcl_node_init node_handle=0x11 node_name=other namespace=/)");
+  const auto& rules = result.analysis.verdicts.rules;
+  const auto q1 = std::ranges::find(rules, "Q1", &analysis::RuleVerdict::id);
+  ASSERT_NE(q1, rules.end());
+  const auto& evidence = q1->subjects.at(0).evidence.at(0);
+  EXPECT_EQ(evidence.event, "callback_fini");
+  EXPECT_EQ(evidence.time.ns, 9);  // told when the recording ends
 }
 
 TEST(Ros2Verdicts, WhatIsMissingIsNamed) {
