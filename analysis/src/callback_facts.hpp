@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -188,6 +189,9 @@ struct ChainExtreme {
   EventRef last_end{};
 };
 
+// By message of a chain: from which host to which, if they are two.
+using HostRoute = std::vector<std::optional<HostPair>>;
+
 struct ChainFacts {
   std::string name{};
   bool specified = false;
@@ -201,9 +205,9 @@ struct ChainFacts {
   Statistics path_latency{};
   Statistics reaction_time{};
   Statistics data_age{};
-  std::vector<Statistics> processing{};            // one per hop
-  std::vector<Statistics> communication{};         // one fewer
-  std::vector<std::optional<HostPair>> crosses{};  // by message: hosts, if they are two
+  std::vector<Statistics> processing{};     // one per hop
+  std::vector<Statistics> communication{};  // one fewer
+  std::set<HostRoute> routes{};             // taken; one unless callbacks changed hosts
   std::optional<ChainExtreme> max_path_latency{};
   std::optional<ChainExtreme> max_reaction_time{};
   std::optional<ChainExtreme> max_data_age{};

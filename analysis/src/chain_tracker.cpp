@@ -17,6 +17,16 @@ void keep_larger(std::optional<ChainExtreme>& extreme, Duration value, const Eve
   extreme = ChainExtreme{.value = value, .first_start = start, .last_end = end};
 }
 
+HostRoute route_of(std::span<const ChainNode* const> nodes) {
+  HostRoute route;
+  for (const auto* next : nodes.subspan(1)) {
+    const bool is_same_host = next->writer_host == next->host;
+    route.push_back(is_same_host ? std::nullopt
+                                 : std::optional(HostPair{next->writer_host, next->host}));
+  }
+  return route;
+}
+
 }  // namespace
 
 ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
@@ -239,11 +249,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
                  [](const ChainNode* node) { return node->callback; });
   facts.processing.resize(nodes.size());
   facts.communication.resize(nodes.size() - 1);
-  facts.crosses.resize(nodes.size() - 1);
-  for (std::size_t i = 0; i + 1 < nodes.size(); ++i) {
-    const auto& next = *nodes[i + 1];
-    if (next.writer_host != next.host) facts.crosses[i] = HostPair{next.writer_host, next.host};
-  }
+  if (is_restarted) facts.routes.insert(route_of(nodes));
   const auto spans = spans_of(nodes);
   if (spans.is_exact && spans.to_last) {
     note_latency(facts, nodes, end);

@@ -11,6 +11,57 @@ const HostClockFacts* find(const Model& model, HostPair from_to) {
   return found == model.host_clocks.end() ? nullptr : &found->second;
 }
 
+// The way back takes off what the way there adds.
+std::optional<ClockError> error_along(const Model& model, const HostRoute& route) {
+  std::vector<HostPair> ways;
+  for (const auto& pair : route) {
+    if (!pair) continue;
+    const auto opposite = std::ranges::find(ways, HostPair{pair->second, pair->first});
+    if (opposite == ways.end()) {
+      ways.push_back(*pair);
+    } else {
+      ways.erase(opposite);
+    }
+  }
+  std::optional<ClockError> sum;
+  const auto add = [](std::optional<Duration>& to, const std::optional<Duration>& bound) {
+    to = to && bound ? std::optional(*to + *bound) : std::nullopt;
+  };
+  for (const auto& way : ways) {
+    const auto error = clock_error(model, way);
+    if (!sum) sum = ClockError{.least = Duration{}, .most = Duration{}};
+    add(sum->least, error.least);
+    add(sum->most, error.most);
+  }
+  return sum;
+}
+
+// What holds whichever of the two applies; a contradiction stays one.
+ClockError either(const ClockError& a, const ClockError& b) {
+  if (a.is_contradiction()) return a;
+  if (b.is_contradiction()) return b;
+  ClockError error;
+  if (a.least && b.least) error.least = std::min(*a.least, *b.least);
+  if (a.most && b.most) error.most = std::max(*a.most, *b.most);
+  return error;
+}
+
+// Routes without an error read their times on one clock.
+template <typename ErrorOf>
+std::optional<ClockError> of_any_route(const ChainFacts& chain, const ErrorOf& error_of) {
+  constexpr ClockError kNone{.least = Duration{}, .most = Duration{}};
+  std::optional<ClockError> error;
+  bool is_exact_on_some = false;
+  for (const auto& route : chain.routes) {
+    if (const auto of_route = error_of(route)) {
+      error = error ? either(*error, *of_route) : *of_route;
+    } else {
+      is_exact_on_some = true;
+    }
+  }
+  return error && is_exact_on_some ? either(*error, kNone) : error;
+}
+
 }  // namespace
 
 void HostClocks::apply(HostIndex host, const StreamBegin& event) {
@@ -53,28 +104,15 @@ ClockError clock_error(const Model& model, HostPair from_to) {
 }
 
 std::optional<ClockError> clock_error(const Model& model, const ChainFacts& chain) {
-  // The way back takes off what the way there adds.
-  std::vector<HostPair> ways;
-  for (const auto& pair : chain.crosses) {
-    if (!pair) continue;
-    const auto opposite = std::ranges::find(ways, HostPair{pair->second, pair->first});
-    if (opposite == ways.end()) {
-      ways.push_back(*pair);
-    } else {
-      ways.erase(opposite);
-    }
-  }
-  std::optional<ClockError> sum;
-  const auto add = [](std::optional<Duration>& to, const std::optional<Duration>& bound) {
-    to = to && bound ? std::optional(*to + *bound) : std::nullopt;
-  };
-  for (const auto& way : ways) {
-    const auto error = clock_error(model, way);
-    if (!sum) sum = ClockError{.least = Duration{}, .most = Duration{}};
-    add(sum->least, error.least);
-    add(sum->most, error.most);
-  }
-  return sum;
+  return of_any_route(chain,
+                      [&model](const HostRoute& route) { return error_along(model, route); });
+}
+
+std::optional<ClockError> clock_error(const Model& model, const ChainFacts& chain,
+                                      std::size_t message) {
+  return of_any_route(chain, [&](const HostRoute& route) {
+    return route[message] ? std::optional(clock_error(model, *route[message])) : std::nullopt;
+  });
 }
 
 }  // namespace cie::analysis

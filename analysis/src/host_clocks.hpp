@@ -8,6 +8,7 @@
 #include "by_index.hpp"
 #include "facts.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 
@@ -46,7 +47,11 @@ class HostClocks {
 // by how much the clocks differ (one difference for the whole recording; Cristian: Probabilistic
 // clock synchronization, 1989). Without a bound where no message went that way.
 ClockError clock_error(const Model& model, HostPair from_to);
-// The same of a chain, along all its messages. Empty: it ends on the host where it begins.
+// The same of a chain, along all its messages, whichever of its routes they took. Empty: it ends on
+// the host where it begins.
 std::optional<ClockError> clock_error(const Model& model, const ChainFacts& chain);
+// The same of one of its messages, by position. Empty: it stays on its host.
+std::optional<ClockError> clock_error(const Model& model, const ChainFacts& chain,
+                                      std::size_t message);
 
 }  // namespace cie::analysis

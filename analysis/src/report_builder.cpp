@@ -346,7 +346,7 @@ ChainReport report_of(const Model& model, const ChainFacts& facts) {
     if (i + 1 < facts.hops.size()) {
       hop.to = facts.hops[i + 1];
       hop.communication = facts.communication[i].summary();
-      if (const auto& pair = facts.crosses[i]) hop.clock_error = clock_error(model, *pair);
+      hop.clock_error = clock_error(model, facts, i);
     }
     report.hop_table.push_back(std::move(hop));
   }

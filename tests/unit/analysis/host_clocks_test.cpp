@@ -3,6 +3,7 @@
 
 #include "support/move_to_host.hpp"
 #include "support/trace_text.hpp"
+#include "support/verdicts.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -102,6 +103,49 @@ TEST(HostClocks, CancelOutOnTheWayThereAndBack) {
   EXPECT_EQ(chain.path_latency->max, 128 - 110);
   EXPECT_FALSE(chain.clock_error);
   EXPECT_EQ(chain.data_age->max, 128 - 10);  // of what plan read at 10
+}
+
+TEST(HostClocks, MatterToAChainThatOnlyOnceWentToAnotherHost) {
+  // `plan` is followed by `show` on the desk, then by one on its own host; `beat` answers the
+  // desk's.
+  const Verified verified(on_two_hosts(R"(
+  process robot pid=100
+  publisher out topic=/a
+  callback plan timer period=100
+  callback ack subscription topic=/b
+  process local pid=101 from=150
+  callback here subscription topic=/a id=show
+  process desk pid=200
+  publisher back topic=/b
+  callback there subscription topic=/a id=show
+  callback beat timer period=100
+  10 start plan release=10
+  11 publish out on=plan
+  12 end plan
+  15 start there release=14 from=out:0
+  17 end there
+  20 start beat release=20
+  21 publish back on=beat
+  22 end beat
+  27 start ack release=26 from=back:0
+  28 end ack
+  210 start plan release=210
+  211 publish out on=plan
+  212 end plan
+  215 start here release=214 from=out:1
+  217 end here)"),
+                          "chains:\n  - {name: c, callbacks: [plan, show]}");
+  ASSERT_EQ(verified.result.report.chains.size(), 1U);
+  const auto& chain = verified.result.report.chains.front();
+  EXPECT_EQ(chain.instances, 2U);
+  EXPECT_EQ(chain.path_latency->min, 217 - 210);
+  EXPECT_EQ(chain.path_latency->max, 17 - 10 + 300);
+  // The desk's may be wrong by -303 to -295, the other one's by nothing.
+  ASSERT_TRUE(chain.clock_error);
+  EXPECT_EQ(ns(chain.clock_error->least), -303);
+  EXPECT_EQ(ns(chain.clock_error->most), 0);
+  ASSERT_TRUE(chain.hop_table.front().clock_error);
+  EXPECT_EQ(ns(chain.hop_table.front().clock_error->most), 0);
 }
 
 TEST(HostClocks, AreNotBoundByMessagesOfOneDirection) {
