@@ -2,7 +2,12 @@
 
 #include "json.hpp"
 
+#include <concepts>
+#include <initializer_list>
+#include <optional>
 #include <stdexcept>
+#include <type_traits>
+#include <vector>
 
 namespace cie::live {
 namespace {
@@ -10,241 +15,246 @@ namespace {
 using analysis::Summary;
 using analysis::Verdict;
 using viewer_export::Json;
-using viewer_export::optional_json;
 
 constexpr const char* kSchema = "cie.live/1";
 
-template <typename Range, typename Convert>
-Json array_of(const Range& range, Convert convert) {
-  Json result = Json::array();
-  for (const auto& element : range)
-    result.push_back(convert(element));
-  return result;
+// Each type's fields are named once, in the order of the document: fields() shows them to a Writer
+// or a Reader, which calls it again for what has fields itself.
+template <typename T, typename Plain>
+concept Is = std::same_as<std::remove_const_t<T>, Plain>;
+
+void fields(auto& visit, Is<Summary> auto& s) {
+  visit("count", s.count);
+  visit("min", s.min);
+  visit("max", s.max);
+  visit("sum", s.sum);
+  visit("mean", s.mean);
+  visit("p50", s.p50);
+  visit("p90", s.p90);
+  visit("p99", s.p99);
+  visit("p99_9", s.p99_9);
+}
+
+void fields(auto& visit, Is<RecentInstance> auto& i) {
+  visit("seq", i.seq);
+  visit("tid", i.tid);
+  visit("cpu", i.cpu);
+  visit("start_ns", i.start_ns);
+  visit("end_ns", i.end_ns);
+  visit("response_ns", i.response_ns);
+  visit("exact", i.is_exact);
+  visit("late", i.is_late);
+  visit("missed", i.missed);
+  visit("execution_ns", i.execution_ns);
+}
+
+void fields(auto& visit, Is<CallbackView> auto& c) {
+  visit("index", c.index);
+  visit("host", c.host);
+  visit("pid", c.pid);
+  visit("logical_id", c.logical_id);
+  visit("kind", c.kind);
+  visit("tids", c.tids);
+  visit("isolated", c.is_isolated);
+  visit("ended", c.has_ended);
+  visit("deadline_ns", c.deadline_ns);
+  visit("exact", c.is_exact);
+  visit.object("window", [&c](auto& window) {
+    window("instances", c.instances);
+    window("late", c.late);
+    window("missed_releases", c.missed);
+    window("response_time_ns", c.response);
+  });
+  visit.object("total", [&c](auto& total) {
+    total("instances", c.total_instances);
+    total("late", c.total_late);
+    total("missed_releases", c.total_missed);
+    total("response_time_ns", c.total_response);
+    total("response_time_counts", c.counts);
+    total("response_time_sum_ns", c.response_sum_ns);
+  });
+  visit("last_response_ns", c.last_response_ns);
+  visit("last_end_ns", c.last_end_ns);
+  visit.recent("recent", c.recent);
+}
+
+void fields(auto& visit, Is<ThreadView> auto& t) {
+  visit("host", t.host);
+  visit("pid", t.pid);
+  visit("tid", t.tid);
+  visit("name", t.name);
+  visit("role", t.role);
+  visit("callbacks", t.callbacks);
+  visit("cpu_percent", t.cpu_percent);
+}
+
+void fields(auto& visit, Is<VerdictView> auto& v) {
+  visit("rule", v.rule);
+  visit("name", v.name);
+  visit("subject", v.subject);
+  visit("verdict", v.verdict);
+  visit("since_ns", v.since_ns);
+  visit("note", v.note);
+}
+
+void fields(auto& visit, Is<VerdictChange> auto& c) {
+  visit("time_ns", c.time_ns);
+  visit("rule", c.rule);
+  visit("name", c.name);
+  visit("subject", c.subject);
+  visit("from", c.from);
+  visit("to", c.to);
+  visit("note", c.note);
+}
+
+void fields(auto& visit, Is<DefectView> auto& d) {
+  visit("kind", d.kind);
+  visit("severity", d.severity);
+  visit("count", d.count);
+}
+
+void fields(auto& visit, Is<Snapshot> auto& s) {
+  visit("sequence", s.sequence);
+  visit.object("source", [&s](auto& source) {
+    source("url", s.source);
+    source("state", s.state);
+    source("message", s.message);
+  });
+  visit("time_ns", s.time_ns);
+  visit("realtime_ns", s.realtime_ns);
+  visit("window_ns", s.window_ns);
+  visit("events", s.events);
+  visit("events_per_second", s.events_per_second);
+  visit("delay_ns", s.delay_ns);
+  visit("lost_events", s.lost_events);
+  visit("lost_packets", s.lost_packets);
+  visit("defects", s.defects);
+  visit("callbacks", s.callbacks);
+  visit("threads", s.threads);
+  visit("verdict", s.verdict);
+  visit("verdicts", s.verdicts);
+  visit("verdicts_left_out", s.verdicts_left_out);
+  visit("changes", s.changes);
 }
 
 template <typename T>
-std::optional<T> optional_of(const Json& value) {
-  return value.is_null() ? std::nullopt : std::optional<T>(value.get<T>());
-}
+concept HasFields = requires(T& value, int visit) {
+  fields(visit, value);
+};
 
-template <typename T, typename Parse>
-std::vector<T> list_of(const Json& array, Parse parse) {
-  std::vector<T> result;
-  result.reserve(array.size());
-  for (const auto& element : array)
-    result.push_back(parse(element));
-  return result;
-}
+class Writer {
+ public:
+  Writer(Json& json, bool with_recent) : json_(json), with_recent_(with_recent) {}
 
-Json json_of(const std::optional<Summary>& s) {
-  if (!s) return nullptr;
-  return {{"count", s->count}, {"min", s->min},   {"max", s->max},
-          {"sum", s->sum},     {"mean", s->mean}, {"p50", s->p50},
-          {"p90", s->p90},     {"p99", s->p99},   {"p99_9", s->p99_9}};
-}
+  template <typename T>
+  void operator()(const char* name, const T& value) {
+    json_[name] = json_of(value);
+  }
+  template <typename Visit>
+  void object(const char* name, const Visit& visit) {
+    Writer inner(json_[name], with_recent_);
+    visit(inner);
+  }
+  void recent(const char* name, const std::vector<RecentInstance>& instances) {
+    if (with_recent_) (*this)(name, instances);
+  }
 
-std::optional<Summary> summary_of(const Json& json) {
-  if (json.is_null()) return std::nullopt;
-  return Summary{.count = json.at("count"),
-                 .min = json.at("min"),
-                 .max = json.at("max"),
-                 .sum = json.at("sum"),
-                 .mean = json.at("mean"),
-                 .p50 = json.at("p50"),
-                 .p90 = json.at("p90"),
-                 .p99 = json.at("p99"),
-                 .p99_9 = json.at("p99_9")};
-}
+ private:
+  template <typename T>
+  Json json_of(const T& value) const {
+    if constexpr (HasFields<const T>) {
+      Json json;
+      Writer inner(json, with_recent_);
+      fields(inner, value);
+      return json;
+    } else {
+      return value;
+    }
+  }
+  Json json_of(Verdict verdict) const { return analysis::label(verdict); }
+  Json json_of(SourceState state) const { return label(state); }
+  template <typename T>
+  Json json_of(const std::optional<T>& value) const {
+    return value ? json_of(*value) : Json(nullptr);
+  }
+  template <typename T>
+  Json json_of(const std::vector<T>& values) const {
+    Json json = Json::array();
+    for (const auto& value : values)
+      json.push_back(json_of(value));
+    return json;
+  }
 
-Verdict verdict_of(const Json& json) {
+  Json& json_;
+  bool with_recent_;
+};
+
+// One of `all` that is called so.
+template <typename Enum>
+Enum labelled(const Json& json, std::initializer_list<Enum> all) {
   const auto text = json.get<std::string>();
-  for (const auto verdict :
-       {Verdict::not_applicable, Verdict::pass, Verdict::inconclusive, Verdict::fail}) {
-    if (analysis::label(verdict) == text) return verdict;
+  for (const auto value : all) {
+    if (label(value) == text) return value;
   }
-  throw std::runtime_error("no verdict: " + text);
+  throw std::runtime_error("not a line of cie.live/1: what is " + text + '?');
 }
 
-SourceState state_of(const Json& json) {
-  const auto text = json.get<std::string>();
-  for (const auto state : {SourceState::waiting, SourceState::streaming, SourceState::silent,
-                           SourceState::lost, SourceState::ended}) {
-    if (label(state) == text) return state;
+class Reader {
+ public:
+  explicit Reader(const Json& json) : json_(json) {}
+
+  template <typename T>
+  void operator()(const char* name, T& value) {
+    read(json_.at(name), value);
   }
-  throw std::runtime_error("no state: " + text);
-}
-
-Json json_of(const RecentInstance& i) {
-  return {{"seq", i.seq},
-          {"tid", i.tid},
-          {"cpu", optional_json(i.cpu)},
-          {"start_ns", i.start_ns},
-          {"end_ns", i.end_ns},
-          {"response_ns", i.response_ns},
-          {"exact", i.is_exact},
-          {"late", i.is_late},
-          {"missed", i.missed},
-          {"execution_ns", optional_json(i.execution_ns)}};
-}
-
-RecentInstance recent_of(const Json& json) {
-  return {.seq = json.at("seq"),
-          .tid = json.at("tid"),
-          .cpu = optional_of<std::int32_t>(json.at("cpu")),
-          .start_ns = json.at("start_ns"),
-          .end_ns = json.at("end_ns"),
-          .response_ns = json.at("response_ns"),
-          .is_exact = json.at("exact"),
-          .is_late = json.at("late"),
-          .missed = json.at("missed"),
-          .execution_ns = optional_of<std::int64_t>(json.at("execution_ns"))};
-}
-
-Json json_of(const CallbackView& c, bool with_recent) {
-  Json json{{"index", c.index},
-            {"host", c.host},
-            {"pid", c.pid},
-            {"logical_id", c.logical_id},
-            {"kind", c.kind},
-            {"tids", c.tids},
-            {"isolated", c.is_isolated},
-            {"ended", c.has_ended},
-            {"deadline_ns", optional_json(c.deadline_ns)},
-            {"exact", c.is_exact},
-            {"window",
-             {{"instances", c.instances},
-              {"late", c.late},
-              {"missed_releases", c.missed},
-              {"response_time_ns", json_of(c.response)}}},
-            {"total",
-             {{"instances", c.total_instances},
-              {"late", c.total_late},
-              {"missed_releases", c.total_missed},
-              {"response_time_ns", json_of(c.total_response)},
-              {"response_time_counts", c.counts},
-              {"response_time_sum_ns", c.response_sum_ns}}},
-            {"last_response_ns", optional_json(c.last_response_ns)},
-            {"last_end_ns", optional_json(c.last_end_ns)}};
-  if (with_recent) {
-    json["recent"] = array_of(c.recent, [](const RecentInstance& i) { return json_of(i); });
+  template <typename Visit>
+  void object(const char* name, const Visit& visit) {
+    Reader inner(json_.at(name));
+    visit(inner);
   }
-  return json;
-}
-
-CallbackView callback_of(const Json& json) {
-  const auto& window = json.at("window");
-  const auto& total = json.at("total");
-  CallbackView view{.index = json.at("index"),
-                    .host = json.at("host"),
-                    .pid = json.at("pid"),
-                    .logical_id = json.at("logical_id"),
-                    .kind = json.at("kind"),
-                    .tids = json.at("tids"),
-                    .is_isolated = json.at("isolated"),
-                    .has_ended = json.at("ended"),
-                    .deadline_ns = optional_of<std::int64_t>(json.at("deadline_ns")),
-                    .instances = window.at("instances"),
-                    .late = window.at("late"),
-                    .missed = window.at("missed_releases"),
-                    .response = summary_of(window.at("response_time_ns")),
-                    .total_instances = total.at("instances"),
-                    .total_late = total.at("late"),
-                    .total_missed = total.at("missed_releases"),
-                    .total_response = summary_of(total.at("response_time_ns")),
-                    .is_exact = json.at("exact"),
-                    .counts = total.at("response_time_counts"),
-                    .response_sum_ns = total.at("response_time_sum_ns"),
-                    .last_response_ns = optional_of<std::int64_t>(json.at("last_response_ns")),
-                    .last_end_ns = optional_of<std::int64_t>(json.at("last_end_ns")),
-                    .recent = {}};
-  if (json.contains("recent")) {
-    view.recent = list_of<RecentInstance>(json.at("recent"), recent_of);
+  void recent(const char* name, std::vector<RecentInstance>& instances) {
+    if (json_.contains(name)) (*this)(name, instances);
   }
-  return view;
-}
 
-Json json_of(const ThreadView& t) {
-  return {{"host", t.host},
-          {"pid", t.pid},
-          {"tid", t.tid},
-          {"name", t.name},
-          {"role", t.role},
-          {"callbacks", array_of(t.callbacks, [](const auto& id) { return Json(id); })},
-          {"cpu_percent", optional_json(t.cpu_percent)}};
-}
+ private:
+  template <typename T>
+  static void read(const Json& json, T& value) {
+    if constexpr (HasFields<T>) {
+      Reader inner(json);
+      fields(inner, value);
+    } else {
+      json.get_to(value);
+    }
+  }
+  static void read(const Json& json, Verdict& verdict) {
+    verdict = labelled(
+        json, {Verdict::not_applicable, Verdict::pass, Verdict::inconclusive, Verdict::fail});
+  }
+  static void read(const Json& json, SourceState& state) {
+    state = labelled(json, {SourceState::waiting, SourceState::streaming, SourceState::silent,
+                            SourceState::lost, SourceState::ended});
+  }
+  template <typename T>
+  static void read(const Json& json, std::optional<T>& value) {
+    value.reset();
+    if (!json.is_null()) read(json, value.emplace());
+  }
+  template <typename T>
+  static void read(const Json& json, std::vector<T>& values) {
+    values.clear();
+    for (const auto& element : json)
+      read(element, values.emplace_back());
+  }
 
-ThreadView thread_of(const Json& json) {
-  return {.host = json.at("host"),
-          .pid = json.at("pid"),
-          .tid = json.at("tid"),
-          .name = json.at("name"),
-          .role = json.at("role"),
-          .callbacks = json.at("callbacks"),
-          .cpu_percent = optional_of<double>(json.at("cpu_percent"))};
-}
-
-Json json_of(const VerdictView& v) {
-  return {{"rule", v.rule},         {"name", v.name},
-          {"subject", v.subject},   {"verdict", analysis::label(v.verdict)},
-          {"since_ns", v.since_ns}, {"note", v.note}};
-}
-
-VerdictView verdict_view_of(const Json& json) {
-  return {.rule = json.at("rule"),
-          .name = json.at("name"),
-          .subject = json.at("subject"),
-          .verdict = verdict_of(json.at("verdict")),
-          .since_ns = json.at("since_ns"),
-          .note = json.at("note")};
-}
-
-Json json_of(const VerdictChange& c) {
-  return {{"time_ns", c.time_ns},
-          {"rule", c.rule},
-          {"name", c.name},
-          {"subject", c.subject},
-          {"from", analysis::label(c.from)},
-          {"to", analysis::label(c.to)},
-          {"note", c.note}};
-}
-
-VerdictChange change_of(const Json& json) {
-  return {.time_ns = json.at("time_ns"),
-          .rule = json.at("rule"),
-          .name = json.at("name"),
-          .subject = json.at("subject"),
-          .from = verdict_of(json.at("from")),
-          .to = verdict_of(json.at("to")),
-          .note = json.at("note")};
-}
-
-Json json_of(const DefectView& d) {
-  return {{"kind", d.kind}, {"severity", d.severity}, {"count", d.count}};
-}
+  const Json& json_;
+};
 
 }  // namespace
 
-std::string json_line(const Snapshot& s, bool with_recent) {
-  const Json json{
-      {"schema", kSchema},
-      {"sequence", s.sequence},
-      {"source", {{"url", s.source}, {"state", label(s.state)}, {"message", s.message}}},
-      {"time_ns", s.time_ns},
-      {"realtime_ns", s.realtime_ns},
-      {"window_ns", s.window_ns},
-      {"events", s.events},
-      {"events_per_second", s.events_per_second},
-      {"delay_ns", optional_json(s.delay_ns)},
-      {"lost_events", optional_json(s.lost_events)},
-      {"lost_packets", s.lost_packets},
-      {"defects", array_of(s.defects, [](const DefectView& d) { return json_of(d); })},
-      {"callbacks",
-       array_of(s.callbacks, [&](const CallbackView& c) { return json_of(c, with_recent); })},
-      {"threads", array_of(s.threads, [](const ThreadView& t) { return json_of(t); })},
-      {"verdict", analysis::label(s.verdict)},
-      {"verdicts", array_of(s.verdicts, [](const VerdictView& v) { return json_of(v); })},
-      {"verdicts_left_out", s.verdicts_left_out},
-      {"changes", array_of(s.changes, [](const VerdictChange& c) { return json_of(c); })}};
+std::string json_line(const Snapshot& snapshot, bool with_recent) {
+  Json json{{"schema", kSchema}};
+  Writer writer(json, with_recent);
+  fields(writer, snapshot);
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
@@ -252,31 +262,10 @@ Snapshot parse_snapshot(std::string_view line) {
   try {
     const auto json = Json::parse(line);
     if (json.at("schema") != kSchema) throw std::runtime_error("not a line of cie.live/1");
-    const auto& source = json.at("source");
-    return {.sequence = json.at("sequence"),
-            .state = state_of(source.at("state")),
-            .source = source.at("url"),
-            .message = source.at("message"),
-            .time_ns = json.at("time_ns"),
-            .realtime_ns = json.at("realtime_ns"),
-            .window_ns = json.at("window_ns"),
-            .events = json.at("events"),
-            .events_per_second = json.at("events_per_second"),
-            .delay_ns = optional_of<std::int64_t>(json.at("delay_ns")),
-            .lost_events = optional_of<std::uint64_t>(json.at("lost_events")),
-            .lost_packets = json.at("lost_packets"),
-            .verdict = verdict_of(json.at("verdict")),
-            .defects = list_of<DefectView>(json.at("defects"),
-                                           [](const Json& d) {
-                                             return DefectView{.kind = d.at("kind"),
-                                                               .severity = d.at("severity"),
-                                                               .count = d.at("count")};
-                                           }),
-            .callbacks = list_of<CallbackView>(json.at("callbacks"), callback_of),
-            .threads = list_of<ThreadView>(json.at("threads"), thread_of),
-            .verdicts = list_of<VerdictView>(json.at("verdicts"), verdict_view_of),
-            .verdicts_left_out = json.at("verdicts_left_out"),
-            .changes = list_of<VerdictChange>(json.at("changes"), change_of)};
+    Snapshot snapshot;
+    Reader reader(json);
+    fields(reader, snapshot);
+    return snapshot;
   } catch (const Json::exception& error) {
     throw std::runtime_error(std::string("not a line of cie.live/1: ") + error.what());
   }
