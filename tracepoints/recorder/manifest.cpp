@@ -3,6 +3,7 @@
 #include <cie/tracepoints/sha256.hpp>
 
 #include "error.hpp"
+#include "rotation.hpp"
 #include "version.hpp"
 
 #include <algorithm>
@@ -20,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kManifest = "manifest.json";
 
 std::int64_t now_ns(clockid_t clock) {
   timespec time{};
@@ -67,14 +70,26 @@ Json snapshot_of(const Manifest& manifest) {
   return {{"reason", manifest.snapshot->reason}, {"held_ns", manifest.snapshot->held.count()}};
 }
 
-Json files_of(const fs::path& directory, const fs::path& except) {
+std::vector<fs::path> all_files(const fs::path& directory) {
   std::vector<fs::path> paths;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory)) {
-    if (entry.is_regular_file() && entry.path() != except) {
+    if (entry.is_regular_file()) {
       paths.push_back(entry.path());
     }
   }
   std::ranges::sort(paths);
+  return paths;
+}
+
+std::vector<fs::path> manifests_of_chunks(const fs::path& directory) {
+  std::vector<fs::path> paths = chunks_in(directory);
+  for (fs::path& path : paths) {
+    path /= kManifest;
+  }
+  return paths;
+}
+
+Json files_of(const fs::path& directory, const std::vector<fs::path>& paths) {
   Json files = Json::array();
   for (const fs::path& path : paths) {
     files.push_back({{"path", path.lexically_relative(directory).string()},
@@ -96,7 +111,8 @@ std::string describe(const ExitStatus& exit) {
 
 void write_manifest(const Manifest& manifest) {
   const Options& options = manifest.options;
-  const fs::path path = options.directory / "manifest.json";
+  const fs::path path = options.directory / kManifest;
+  const bool is_divided = options.rotate && !manifest.chunk;
   Json channels = Json::array();
   for (const ChannelLoss& loss : manifest.losses) {
     channels.push_back({{"name", loss.name},
@@ -121,6 +137,7 @@ void write_manifest(const Manifest& manifest) {
       {"end",
        {{"monotonic_ns", manifest.end.monotonic_ns}, {"realtime_ns", manifest.end.realtime_ns}}},
       {"snapshot", snapshot_of(manifest)},
+      {"chunk", manifest.chunk ? Json(*manifest.chunk) : Json(nullptr)},
       {"kernel_events", manifest.kernel.has_value()},
       {"kernel", kernel_of(manifest)},
       {"session",
@@ -132,7 +149,8 @@ void write_manifest(const Manifest& manifest) {
       {"processes", processes},
       {"channels", channels},
       {"problems", manifest.problems},
-      {"files", files_of(options.directory, path)}};
+      {"files", files_of(options.directory, is_divided ? manifests_of_chunks(options.directory)
+                                                       : all_files(options.directory))}};
 
   const fs::path draft = options.directory / "manifest.json.part";
   std::ofstream file(draft, std::ios::binary);

@@ -37,11 +37,13 @@ struct Manifest {
   std::optional<KernelSummary> kernel;    // empty: no kernel events
   std::string no_kernel_because;          // empty: they were recorded, or not asked for
   std::optional<SnapshotFacts> snapshot;  // empty: everything from begin to end
+  std::optional<std::uint64_t> chunk;     // its number; empty: not divided, or the whole
   std::vector<std::string> problems;      // why the recording is not what was asked for
 };
 
-// Hashes every file of the recording and writes DIR/manifest.json, whole or not at all. Throws
-// RecordError, std::system_error or std::filesystem::filesystem_error.
+// Hashes every file of the recording (of one that is divided into chunks: their manifests, which
+// hash the rest) and writes DIR/manifest.json, whole or not at all. Throws RecordError,
+// std::system_error or std::filesystem::filesystem_error.
 void write_manifest(const Manifest& manifest);
 
 // "exited with status 3", "was killed by signal 9 (Killed)".

@@ -119,6 +119,42 @@ struct SnapshotArguments {
   }
 };
 
+// What --rotate and the option that goes with it say.
+struct RotateArguments {
+  double seconds = 0;
+  std::uint64_t most = 0;
+  CLI::Option* rotate = nullptr;
+  CLI::Option* keep = nullptr;
+
+  void add_to(CLI::App& app) {
+    rotate = app.add_option("--rotate", seconds,
+                            "Begin a chunk every SECONDS: DIR/chunk-000001, …, each a recording of "
+                            "its own that can be read and removed while the next one is written")
+                 ->type_name("SECONDS")
+                 ->check(CLI::Range(1.0, 1e6));
+    keep = app.add_option("--keep", most, "With --rotate: remove the oldest chunks beyond N")
+               ->type_name("N")
+               ->check(CLI::Range(1, 1'000'000));
+  }
+
+  void apply_to(Options& to) const {
+    if (rotate->count() == 0) {
+      if (keep->count() > 0) {
+        throw UsageError("--keep goes with --rotate");
+      }
+      return;
+    }
+    if (to.snapshot) {
+      throw UsageError("--rotate divides what is written, --snapshot writes nothing: choose one");
+    }
+    if (to.kernel == KernelChoice::yes) {
+      throw UsageError("--rotate records no kernel events: leave --kernel out");
+    }
+    to.kernel = KernelChoice::no;
+    to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
+  }
+};
+
 // CLI11 cannot know that a command follows.
 std::string help_of(const CLI::App& app) {
   const std::string generated = "Usage: cie record [OPTIONS]";
@@ -156,6 +192,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   std::string directory;
   bool is_attach = false;
   SnapshotArguments snapshot;
+  RotateArguments rotate;
   std::string live;
   std::string kernel = "auto";
   std::string daemon = "auto";
@@ -203,6 +240,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
   snapshot.add_to(app);
+  rotate.add_to(app);
   app.add_option("--live", live, "Not available in this version")->type_name("URL");
   // Of cie live, which starts this program: not for people.
   app.add_option("--live-socket", options.live_socket)->group("");
@@ -256,6 +294,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                          : kernel == "tracefs" ? KernelRoute::tracefs
                                                : KernelRoute::best;
   snapshot.apply_to(options, subbuf_size->count() + num_subbuf->count() > 0);
+  rotate.apply_to(options);
   if (daemon == "own" && is_attach) {
     throw UsageError("--daemon=own: running applications know the shared daemon only");
   }

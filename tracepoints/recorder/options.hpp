@@ -40,6 +40,12 @@ struct SnapshotOptions {
   std::chrono::milliseconds least_interval{10'000};  // between the one before and one unasked
 };
 
+// The recording is divided into chunks while it goes on.
+struct RotateOptions {
+  std::chrono::milliseconds interval{};
+  std::uint64_t most = 0;  // chunks kept; 0: all
+};
+
 struct Options {
   std::filesystem::path directory;   // absolute; holds the recording
   std::vector<std::string> command;  // empty: attach
@@ -56,6 +62,7 @@ struct Options {
   std::chrono::milliseconds flush_interval{1000};
   std::chrono::milliseconds registration_timeout{5000};
   std::optional<SnapshotOptions> snapshot;            // empty: everything is written
+  std::optional<RotateOptions> rotate;                // empty: one recording
   std::optional<std::chrono::milliseconds> duration;  // attach: until then; empty: until a signal
   int live_socket = -1;  // streams instead of recording, for who is at the other end: LiveStream
   std::chrono::milliseconds live_interval{200};  // how often what was traced is sent then

@@ -20,6 +20,7 @@ add_library(cie_recorder STATIC
   recorder/recording.cpp
   recorder/relay_daemon.cpp
   recorder/recording_messages.cpp
+  recorder/rotation.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp
   recorder/stream_check.cpp

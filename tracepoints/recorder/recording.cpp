@@ -84,6 +84,9 @@ Recording::Recording(Options options) {
     start_flight_recorder();
     manifest_.begin = now();
     session_->start();
+    if (manifest_.options.rotate) {
+      rotation_ = std::make_unique<Rotation>(manifest_.options, session_);
+    }
   } catch (...) {
     abandon();
     throw;
@@ -138,6 +141,18 @@ void Recording::serve_flight_recorder(bool is_asked) {
   }
 }
 
+void Recording::serve_rotation() {
+  if (!rotation_ || is_daemon_lost_) {
+    return;
+  }
+  try {
+    rotation_->poll(manifest_);
+  } catch (const std::exception& error) {
+    warn(error.what());
+    problem(error.what());
+  }
+}
+
 void Recording::create_directory() {
   const fs::path& directory = manifest_.options.directory;
   std::error_code error;
@@ -159,6 +174,7 @@ void Recording::create_directory() {
 }
 
 void Recording::abandon() noexcept {
+  rotation_.reset();
   flight_.reset();
   kernel_.reset();
   session_.reset();
@@ -203,6 +219,7 @@ void Recording::run_command() {
       command.kill(signal->number);
     }
     serve_flight_recorder(signal && signal->number == SIGUSR1);
+    serve_rotation();
     look_for_applications(began_, true);
     for (const TracedProcess& process : manifest_.processes) {
       if (!has_warned_of_others_ && !descends_from(process.pid, command.pid()) &&
@@ -241,6 +258,7 @@ void Recording::wait_attached() {
       return;
     }
     serve_flight_recorder(signal && signal->number == SIGUSR1);
+    serve_rotation();
     look_for_applications(began_, false);
     watch_health();
     show_progress();
@@ -307,7 +325,7 @@ void Recording::finish() {
   if (was_flight_recorder) {
     return;  // every snapshot has its own manifest
   }
-  attempt(manifest_.problems, [this] { check_files(); });
+  attempt(manifest_.problems, [this] { rotation_ ? end_rotation() : check_files(); });
   attempt(manifest_.problems, [this] { write_manifest(manifest_); });
 }
 
@@ -355,6 +373,18 @@ void Recording::end_session() {
   worker.detach();  // it has its share of the session, and ends with its connection or this process
 }
 
+void Recording::end_rotation() {
+  std::ranges::move(rotation_->finish(manifest_), std::back_inserter(manifest_.problems));
+  if (rotation_->sealed() == 0) {
+    note_nothing_recorded();
+  }
+}
+
+void Recording::note_nothing_recorded() {
+  problem("nothing was recorded: no application with events of " + manifest_.options.events[0] +
+          " registered with the session daemon");
+}
+
 void Recording::check_files() {
   const fs::path& directory = manifest_.options.directory;
   for (const fs::path& file : empty_metadata(directory)) {
@@ -373,8 +403,7 @@ void Recording::check_files() {
     }
   }
   if (packets_ == 0) {
-    problem("nothing was recorded: no application with events of " + manifest_.options.events[0] +
-            " registered with the session daemon");
+    note_nothing_recorded();
   }
 }
 

@@ -5,6 +5,7 @@
 #include "kernel_recording.hpp"
 #include "manifest.hpp"
 #include "options.hpp"
+#include "rotation.hpp"
 #include "session_daemon.hpp"
 #include "signals.hpp"
 #include "tracing_session.hpp"
@@ -38,6 +39,7 @@ class Recording {
   void state_snapshot_cost() const;
   void start_flight_recorder();
   void serve_flight_recorder(bool is_asked);
+  void serve_rotation();
   void tell(const SavedSnapshot& snapshot);
   void create_directory();
   // Of a recording that cannot be: ends the session and removes the directory.
@@ -50,6 +52,8 @@ class Recording {
   void end_session();
   void end_kernel();
   void drop_kernel(const std::string& reason);
+  void end_rotation();
+  void note_nothing_recorded();
   void check_files();
   std::string kernel_in_words() const;
   void print_summary() const;
@@ -64,6 +68,7 @@ class Recording {
   std::shared_ptr<TracingSession> session_;  // shared with a thread that waits for LTTng
   std::unique_ptr<KernelRecording> kernel_;  // null: no kernel events
   std::unique_ptr<FlightRecorder> flight_;   // null: everything is written
+  std::unique_ptr<Rotation> rotation_;       // null: not divided
   bool is_directory_ours_ = false;
   bool is_daemon_lost_ = false;
   bool has_warned_of_registration_ = false;

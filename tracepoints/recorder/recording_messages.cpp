@@ -111,6 +111,15 @@ void Recording::print_summary() const {
 
 std::string Recording::result_in_words() const {
   const fs::path& directory = manifest_.options.directory;
+  if (rotation_) {
+    std::string text =
+        "recorded " + std::to_string(rotation_->sealed()) + " chunks in " + quoted(directory);
+    if (rotation_->removed() > 0) {
+      text += ", of which the oldest " + std::to_string(rotation_->removed()) + " were removed";
+    }
+    return text + "\nnext: cie report " + quoted(directory) +
+           "   (or one chunk of it)\n      cie verify " + quoted(directory) + '\n';
+  }
   if (!manifest_.options.snapshot) {
     return "recorded " + quoted(directory) +
            " (user-space events; kernel events: " + kernel_in_words() + ")\nnext: cie report " +

@@ -42,6 +42,7 @@ StreamSummary check_stream(const fs::path& file) {
     }
     summary.lost_packets += packet.number > expected ? packet.number - expected : 0;
     expected = packet.number + 1;
+    summary.next_packet = expected;
     if (summary.packets == 0) {
       summary.begin = packet.begin;
     }

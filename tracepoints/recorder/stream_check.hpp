@@ -14,7 +14,8 @@ struct StreamSummary {
   std::uint64_t packets = 0;
   std::uint64_t content_bytes = 0;     // of events, headers included, padding not
   std::uint64_t discarded_events = 0;  // the tracer's count in the last packet
-  std::uint64_t lost_packets = 0;      // holes in the packet numbers
+  std::uint64_t lost_packets = 0;      // holes in the packet numbers, those before the first too
+  std::uint64_t next_packet = 0;       // the number that would have followed
   std::uint64_t begin = 0;             // of the first packet, on the trace's clock
   std::uint64_t end = 0;               // of the last one
   bool is_damaged = false;             // ends within a packet, or is no stream of LTTng-UST

@@ -6,12 +6,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <sys/types.h>
 
 struct lttng_handle;
+struct lttng_rotation_handle;
 struct lttng_session_descriptor;
 
 namespace cie::record {
@@ -34,6 +36,21 @@ struct ChannelLoss {
 struct LiveDestination {
   std::string control_url;  // tcp://HOST:PORT
   std::string data_url;
+};
+
+// A chunk that was ended and that LTTng is still writing out.
+class PendingChunk {
+ public:
+  explicit PendingChunk(lttng_rotation_handle* handle) noexcept : handle_(handle) {}
+  // Where it lies; empty while it is not complete. Throws RecordError when LTTng could not write
+  // it.
+  std::optional<std::filesystem::path> poll() const;
+
+ private:
+  struct Destroy {
+    void operator()(lttng_rotation_handle* handle) const noexcept;
+  };
+  std::unique_ptr<lttng_rotation_handle, Destroy> handle_;
 };
 
 // A process that carries tracepoints of the provider `cie`.
@@ -64,6 +81,9 @@ class TracingSession {
   void describe_again();
   // Writes what a snapshot session holds into a directory below `directory`.
   void save_snapshot(const std::filesystem::path& directory);
+  // Ends a chunk: what is emitted from now on belongs to the next one. Neither snapshot nor live
+  // sessions do that.
+  PendingChunk begin_chunk();
   // Stops and waits until the buffers are written out; false if that takes longer than a minute.
   bool stop();
   std::vector<ChannelLoss> losses() const;

@@ -55,7 +55,7 @@ class Service(unittest.TestCase):
             recorder = subprocess.run(
                 ["setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}",
                  f"--groups={grp.getgrnam(setting('SupplementaryGroups')).gr_gid}", "--no-new-privs",
-                 "--inh-caps=-all", "--bounding-set=-all", *command, "--duration", "1.5", "--kernel=no"],
+                 "--inh-caps=-all", "--bounding-set=-all", *command, "--duration", "3.5", "--rotate", "1", "--kernel=no"],
                 cwd=state, capture_output=True, text=True, timeout=60, check=False,
                 env={"PATH": os.environ["PATH"], "HOME": setting("WorkingDirectory")})
             application.send_signal(signal.SIGTERM)

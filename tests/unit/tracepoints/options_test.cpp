@@ -63,6 +63,15 @@ TEST(RecorderOptions, AddsEventsToItsOwn) {
             (std::vector<std::string>{"cie:*", "ros2:*"}));
 }
 
+TEST(RecorderOptions, DividesARecordingIntoChunks) {
+  EXPECT_FALSE(parse({"--", "a"}).rotate);
+  const Options options = parse({"--rotate", "2.5", "--keep", "7", "--", "a"});
+  EXPECT_EQ(options.rotate.value().interval, milliseconds(2500));
+  EXPECT_EQ(options.rotate.value().most, 7U);
+  EXPECT_EQ(options.kernel, KernelChoice::no);
+  EXPECT_EQ(parse({"--rotate", "60", "--attach"}).rotate.value().most, 0U);
+}
+
 TEST(RecorderOptions, RefusesWhatMakesNoSense) {
   const std::vector<std::vector<std::string>> cases{
       {},
@@ -80,6 +89,12 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"--kernel-buffer", "2g", "--", "a"},
       {"--snapshot", "--", "a"},
       {"--live", "tcp://x", "--", "a"},
+      {"--rotate", "0.5", "--", "a"},
+      {"--rotate", "--", "a"},
+      {"--rotate", "60", "--keep", "0", "--", "a"},
+      {"--rotate", "60", "--snapshot", "5", "--", "a"},
+      {"--rotate", "60", "--kernel=yes", "--", "a"},
+      {"--keep", "7", "--", "a"},
       {"--unknown", "--", "a"},
   };
   for (const auto& arguments : cases) {

@@ -1,0 +1,192 @@
+#!/usr/bin/env python3
+"""Recordings in chunks (`cie record --rotate`): each can be read alone, together they lack nothing.
+Arguments: PROGRAMS APPLICATION (traced_app)."""
+
+import hashlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from isolated_main import wait_for  # noqa: E402  pylint: disable=wrong-import-position
+
+PROGRAMS, APPLICATION = (Path(argument).resolve() for argument in sys.argv[1:3])
+CIE = PROGRAMS / "cie"
+# Rules that a busy machine violates, and what the application says at its end that it lost.
+OTHERS = {"R1", "R2", "R3", "Q1"}
+scratch: Path
+
+
+def run(*command):
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=60, check=False)
+
+
+def verdicts_of(trace):
+    return {rule["id"]: rule["verdict"] for rule in json.loads(run(CIE, "verify", trace, "-f", "json").stdout)["rules"]}
+
+
+def report_of(trace):
+    return json.loads(run(CIE, "report", trace, "-f", "json").stdout)
+
+
+def manifest_of(recording):
+    return json.loads((recording / "manifest.json").read_text())
+
+
+def starts_of(trace):
+    """Numbers of the timer's instances, by another reader."""
+    text = run("babeltrace2", trace).stdout
+    return [int(seq) for seq in re.findall(r"cie:callback_start: .*?\{ callback_id = 0, seq = (\d+)", text)]
+
+
+def chunks_of(directory):
+    return sorted(directory.glob("chunk-*"))
+
+
+def discarded_in(recording):
+    return sum(channel["discarded_events"] for channel in manifest_of(recording)["channels"])
+
+
+class Rotate(unittest.TestCase):
+    def record(self, name, *options, burst=0):
+        """A recorder with an application that runs until it is told to stop, and the recording's directory."""
+        directory = scratch / name
+        ready = scratch / f"{name}.ready"
+        recorder = subprocess.Popen(
+            [str(part) for part in (CIE, "record", "-o", directory, "--rotate", "1", *options, "--", APPLICATION,
+                                    "--until-signal", "--burst", burst, "--ready", ready)],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(recorder.stdout.close)
+        self.addCleanup(recorder.stderr.close)
+        self.addCleanup(recorder.wait)
+        self.addCleanup(recorder.kill)
+        wait_for(lambda: ready.exists() or recorder.poll() is not None, "the application runs")
+        self.application = int(ready.read_text())
+        return recorder, directory
+
+    def end(self, recorder, status=0):
+        """How many instances of the timer there were, and what the recorder said."""
+        os.kill(self.application, signal.SIGTERM)
+        output, said = recorder.communicate(timeout=60)
+        self.assertEqual(recorder.returncode, status, said)
+        return int(re.search(r"instances (\d+)", output)[1]), said
+
+    def check_sealed(self, recording):
+        for file in manifest_of(recording)["files"]:
+            content = (recording / file["path"]).read_bytes()
+            self.assertEqual(file["sha256"], hashlib.sha256(content).hexdigest())
+            self.assertEqual(file["size"], len(content))
+
+    def check_alone(self, chunk):
+        """The application violates M2: it runs two callbacks on one thread. Nothing else is taken for a violation,
+        and everything is known by its name, because each chunk begins with a description."""
+        verdicts = verdicts_of(chunk)
+        self.assertEqual({rule for rule, verdict in verdicts.items() if verdict == "FAIL"} - OTHERS, {"M2"})
+        for rule in ("T1", "T2", "T3", "T5", "E1", "E2", "E3"):
+            self.assertEqual(verdicts[rule], "PASS", rule)
+        self.assertEqual({callback["logical_id"] for callback in report_of(chunk)["callbacks"]},
+                         {"/test/node@Timer(1000000)", "/test/node@Subscription(/test/topic)"})
+
+    def test_chunks_can_be_read_alone_and_lack_nothing_together(self):
+        recorder, directory = self.record("chunks")
+        wait_for(lambda: len(chunks_of(directory)) >= 2, "two chunks while the recording goes on")
+        self.check_alone(chunks_of(directory)[1])
+        instances, said = self.end(recorder)
+        chunks = chunks_of(directory)
+        self.assertIn(f"recorded {len(chunks)} chunks in {directory}", said)
+        self.assertEqual([chunk.name for chunk in chunks], [f"chunk-{i + 1:06}" for i in range(len(chunks))])
+        self.assertEqual({path.name for path in directory.iterdir()}, {chunk.name for chunk in chunks} | {"manifest.json"})
+        for number, chunk in enumerate(chunks, 1):
+            self.check_alone(chunk)
+            self.check_sealed(chunk)
+            self.assertEqual(manifest_of(chunk)["chunk"], number)
+            self.assertEqual(manifest_of(chunk)["problems"], [])
+        for before, after in zip(chunks, chunks[1:]):
+            self.assertEqual(manifest_of(before)["end"], manifest_of(after)["begin"])
+        self.assertEqual([start for chunk in chunks for start in starts_of(chunk)], list(range(instances)))
+        self.check_sealed(directory)
+        self.assertEqual([file["path"] for file in manifest_of(directory)["files"]],
+                         [f"{chunk.name}/manifest.json" for chunk in chunks])
+        self.assertEqual(starts_of(directory), list(range(instances)))
+        self.assertEqual([callback["instances"] for callback in report_of(directory)["callbacks"]], [instances] * 2)
+        whole = verdicts_of(directory)
+        self.assertEqual({rule for rule, verdict in whole.items() if verdict == "FAIL"} - OTHERS, {"M2"})
+        self.assertEqual((whole["T3"], whole["T4"], whole["T5"]), ("PASS",) * 3)
+
+    def test_the_oldest_are_removed(self):
+        recorder, directory = self.record("kept", "--keep", "2")
+        wait_for(lambda: (directory / "chunk-000004").exists(), "four chunks")
+        instances, said = self.end(recorder)
+        chunks = chunks_of(directory)
+        self.assertEqual(len(chunks), 2)
+        last = int(chunks[1].name.removeprefix("chunk-"))
+        self.assertIn(f"recorded {last} chunks in {directory}, of which the oldest {last - 2} were removed", said)
+        self.check_sealed(directory)
+        starts = starts_of(directory)
+        self.assertEqual(starts, list(range(starts[0], instances)))
+        self.check_alone(directory)
+
+    def test_what_ends_before_its_first_chunk_is_one(self):
+        directory = scratch / "short"
+        done = run(CIE, "record", "-o", directory, "--rotate", "1000", "--", APPLICATION, "--instances", "50")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual([chunk.name for chunk in chunks_of(directory)], ["chunk-000001"])
+        self.assertEqual(starts_of(directory), list(range(50)))
+        self.check_sealed(directory)
+        self.check_sealed(directory / "chunk-000001")
+        self.assertEqual(verdicts_of(directory)["T4"], "PASS")
+
+    def test_losses_are_told_in_the_chunk_that_has_them(self):
+        # The burst, 100 kB of events per 1000 instances, overflows buffers of 8 KiB that are emptied every 20 ms.
+        recorder, directory = self.record("lossy", "--subbuf-size", "4k", "--num-subbuf", "2", burst=20_000)
+        wait_for(lambda: len(chunks_of(directory)) >= 3, "three chunks")
+        instances, said = self.end(recorder)
+        self.assertIn("LOST: channel \"events\" discarded", said)
+        discarded = [discarded_in(chunk) for chunk in chunks_of(directory)]
+        self.assertGreater(discarded[0], 0)
+        self.assertEqual(sum(discarded), discarded_in(directory))
+        # Five hot events in each instance, and a wake-up in those after the burst.
+        text = run("babeltrace2", directory).stdout
+        hot = re.findall(r"cie:(callback_\w+|publish|thread_wakeup): ", text)
+        recorded = sum(event in ("callback_start", "callback_end", "callback_release", "publish", "thread_wakeup")
+                       for event in hot)
+        clock = text.count("cie:clock_sync")
+        self.assertEqual(recorded + sum(discarded), 6 * instances + instances - 20_000, f"{clock} ticks of the clock")
+
+    def test_chunks_outlive_the_session_daemon(self):
+        recorder, directory = self.record("killed")
+        wait_for(lambda: len(chunks_of(directory)) >= 1, "a chunk")
+        daemon, = (int(child) for task in Path(f"/proc/{recorder.pid}/task").iterdir()
+                   for child in (task / "children").read_text().split()
+                   if Path(f"/proc/{child}/comm").read_text().strip() == "lttng-sessiond")
+        os.kill(daemon, signal.SIGKILL)
+        _, said = self.end(recorder, status=4)
+        self.assertIn("session daemon", said)
+        self.check_alone(directory / "chunk-000001")
+        self.check_sealed(directory / "chunk-000001")
+        self.check_sealed(directory)
+        self.assertIn("session daemon", manifest_of(directory)["problems"][0])
+        # What was being written stays, too, as far as it can be read.
+        instances = starts_of(directory)
+        self.assertEqual(instances, list(range(len(instances))))
+
+    def test_a_recording_of_nothing_is_none(self):
+        done = run(CIE, "record", "-o", scratch / "nothing", "--rotate", "1", "--", "sleep", "2.5")
+        self.assertEqual(done.returncode, 4)
+        self.assertIn("nothing was recorded", done.stderr)
+        self.assertEqual(chunks_of(scratch / "nothing"), [])
+
+
+def begin(directory):
+    global scratch  # pylint: disable=global-statement
+    scratch = directory
+
+
+if __name__ == "__main__":
+    isolated_main.main("rotate", sys.argv[3:], begin)

@@ -1,0 +1,71 @@
+// Divides a recording into chunks while it goes on: each a recording of its own that can be read,
+// copied and removed while the next one is written.
+#pragma once
+
+#include "manifest.hpp"
+#include "tracing_session.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <future>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// Chunks are DIR/chunk-000001, -000002, …; each appears when it is complete and has its manifest.
+// One thread calls; hashing has a thread of its own.
+class Rotation {
+ public:
+  // The session of these options, which have `rotate`.
+  Rotation(const Options& options, std::shared_ptr<TracingSession> session);
+
+  // Begins a chunk if one is due, and seals the one before when LTTng has written it out. Never
+  // waits. `about` is what a chunk's manifest says besides. Throws what went wrong since the last
+  // call; the next one may succeed.
+  void poll(const Manifest& about);
+  // Once, when the session has ended: seals what is left. Returns what is wrong with it.
+  std::vector<std::string> finish(const Manifest& about);
+
+  std::uint64_t sealed() const noexcept { return sealed_; }
+  std::uint64_t removed() const noexcept { return removed_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  // Where a stream stood at the end of the chunk before.
+  struct StreamEnd {
+    std::uint64_t next_packet = 0;
+    std::uint64_t discarded_events = 0;
+  };
+
+  void begin_chunk();
+  struct Sealed {
+    bool is_kept = false;  // there was something in it
+    std::string problem;   // why it is not what it should be; empty: it is
+  };
+  Sealed seal(const std::filesystem::path& chunk, Manifest manifest);
+  void describe_streams(Manifest& manifest);
+  void remove_old() noexcept;
+  void note_sealed();
+
+  RotateOptions options_;
+  std::filesystem::path directory_;
+  std::shared_ptr<TracingSession> session_;
+  Clock::time_point next_;
+  Instant chunk_begin_;
+  Instant chunk_end_;  // of the one that is being written out or sealed
+  std::optional<PendingChunk> pending_;
+  std::future<Sealed> sealing_;
+  std::map<std::string, StreamEnd> streams_;  // by path within a chunk; of the thread that seals
+  std::uint64_t sealed_ = 0;
+  std::uint64_t removed_ = 0;
+};
+
+// Directories of the chunks in a recording, oldest first.
+std::vector<std::filesystem::path> chunks_in(const std::filesystem::path& directory);
+
+}  // namespace cie::record
