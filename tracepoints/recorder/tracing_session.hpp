@@ -64,7 +64,8 @@ class TracingSession {
   void describe_again();
   // Writes what a snapshot session holds into a directory below `directory`.
   void save_snapshot(const std::filesystem::path& directory);
-  // Stops and waits until the buffers are written out; false if that takes longer than a minute.
+  // Stops and waits until the buffers are written out and everything that they discarded is
+  // counted; false if that takes longer than a minute.
   bool stop();
   std::vector<ChannelLoss> losses() const;
   // The verdict on what was written: LTTng tells here, not at stop(), that a disk was full or a
@@ -79,6 +80,10 @@ class TracingSession {
   void create(lttng_session_descriptor* descriptor, const std::string& operation,
               const Options& options);
   void set_up(const Options& options);
+  // Waits until the buffers are written out; false if that takes longer than a minute.
+  bool drain();
+  bool has_stream_that_ends_before(std::uint64_t time) const;
+  void close_packets_again();
   void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
                       std::chrono::milliseconds flush_interval);
   void add_contexts(const char* channel, const std::vector<int>& types);
@@ -91,6 +96,7 @@ class TracingSession {
     void operator()(lttng_handle* handle) const noexcept;
   };
   std::string name_;
+  std::filesystem::path directory_;  // of a recording; relay daemons have their own
   bool is_snapshot_ = false;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;

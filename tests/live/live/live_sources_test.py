@@ -3,6 +3,7 @@
 
 Counts come from what the traced applications say of themselves.
 """
+import fcntl
 import json
 import os
 import re
@@ -228,9 +229,12 @@ def read_process(pid, name):
 
 
 class Burst(unittest.TestCase):
-    def test_a_hot_source_is_bounded_and_its_losses_are_counted(self):
-        instances = 400_000
-        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--", support.BURST_APP, str(instances)])
+    def follow(self, instances, environment=None):
+        """Follows a burst. Returns its last snapshot, how many events were emitted, and peaks of the feed's memory in kB."""
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--", support.BURST_APP, str(instances)],
+                          env={**os.environ, **(environment or {})})
+        # The program waits for this one, so that what is looked at between lines is of that time.
+        fcntl.fcntl(program.process.stdout, fcntl.F_SETPIPE_SZ, 4096)
         feed = None
         peaks = []
         last = None
@@ -246,11 +250,18 @@ class Burst(unittest.TestCase):
         emitted = int(re.search(r"^(\d+)$", err, re.MULTILINE)[1])
         self.assertEqual(emitted, 4 * instances)
         self.assertEqual(last["source"]["state"], "ended")
+        return last, emitted, peaks
+
+    def assert_losses_are_counted(self, last, emitted):
+        state_events = last["events"] + last["lost_events"] - emitted
+        self.assertTrue(0 <= state_events < 200, (last["events"], last["lost_events"], emitted))
+
+    def test_a_hot_source_is_bounded_and_its_losses_are_counted(self):
+        last, emitted, peaks = self.follow(400_000)
         if "seq-gaps" in {defect["kind"] for defect in last["defects"]}:
             pass  # a stream's first packets were gone before they were asked for: only numbers in events tell
         elif last["lost_events"] is not None:
-            state_events = last["events"] + last["lost_events"] - emitted
-            self.assertTrue(0 <= state_events < 200, (last["events"], last["lost_events"], emitted))
+            self.assert_losses_are_counted(last, emitted)
         else:
             self.assertGreater(last["lost_packets"], 0)
         if last["events"] < emitted:
@@ -258,6 +269,12 @@ class Burst(unittest.TestCase):
         self.assertGreater(len(peaks), 2)
         self.assertLess(peaks[-1], 200_000, "kB")
         self.assertLess(peaks[-1] - peaks[len(peaks) // 2], 30_000, peaks)
+
+    def test_what_full_buffers_discard_at_last_is_counted(self):
+        last, emitted, _ = self.follow(200_000, {"LD_PRELOAD": support.LATE_CONSUMER})
+        self.assertEqual(last["lost_packets"], 0, "the relay daemon keeps more than this")
+        self.assertGreater(last["lost_events"], 0)
+        self.assert_losses_are_counted(last, emitted)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the tests of `cie live` share. Every test program takes the arguments CIE TRACED_APP BURST_APP."""
+"""What the tests of `cie live` share. Every test program takes the arguments CIE TRACED_APP BURST_APP LATE_CONSUMER."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position,unused-import
 
-CIE, TRACED_APP, BURST_APP = (os.path.abspath(path) for path in sys.argv[1:4])
+CIE, TRACED_APP, BURST_APP, LATE_CONSUMER = (os.path.abspath(path) for path in sys.argv[1:5])
 TIMER = "/test/node@Timer(1000000)"
 SUBSCRIPTION = "/test/node@Subscription(/test/topic)"
 scratch = Path(os.sep)  # set by main()
@@ -24,7 +24,7 @@ def main(name):
         global scratch  # pylint: disable=global-statement
         scratch = folder
         os.environ["TMPDIR"] = str(folder)  # other tests have left-overs of their own
-    isolated_main.main(name, sys.argv[4:], begin)
+    isolated_main.main(name, sys.argv[5:], begin)
 
 
 def app(*arguments):

@@ -2,8 +2,10 @@
 #include "sandbox.hpp"
 #include "trace_text.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
@@ -68,6 +70,10 @@ class Record : public ::testing::TestWithParam<User> {
         << " stays empty";
     usleep(1'000'000);
   }
+
+  // Records a burst with buffers that are too small for it: recorded + discarded = emitted.
+  // `before`: words in front of the command.
+  void expect_exact_counts_of_a_burst(const std::vector<std::string>& before);
 
   Sandbox sandbox_{GetParam()};
 };
@@ -184,12 +190,15 @@ TEST_P(Record, KeepsEverythingBeforeTheApplicationWasKilled) {
   EXPECT_EQ(starts, sequence(0, starts.size()));
 }
 
-TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) {
+void Record::expect_exact_counts_of_a_burst(const std::vector<std::string>& before) {
   constexpr std::int64_t kBurst = 20'000;
   constexpr std::int64_t kEventsPerInstance = 6;  // two starts, two ends, publish, release
-  const Finished result = sandbox_.run(
+  std::vector<std::string> command = before;
+  std::ranges::copy(
       recording("rec", {"--burst", std::to_string(kBurst), "--instances", "0"},
-                {"--subbuf-size", "4096", "--num-subbuf", "2", "--flush-interval", "100000"}));
+                {"--subbuf-size", "4096", "--num-subbuf", "2", "--flush-interval", "100000"}),
+      std::back_inserter(command));
+  const Finished result = sandbox_.run(command);
   ASSERT_EQ(result.status, 0) << result.err;
 
   const TextTrace trace = read_trace(path("rec"));
@@ -212,6 +221,14 @@ TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) {
                                     std::to_string(discarded) + " events"));
   expect_all_state(trace, "start");  // the burst cost none of it
   EXPECT_EQ(trace.events.back().name, "run_end");
+}
+
+TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) { expect_exact_counts_of_a_burst({}); }
+
+// The buffers are full when the application ends and when the session stops, so what they discarded
+// at last stands in no packet that is closed then.
+TEST_P(Record, CountsExactlyWhatIsDiscardedAheadOfALateConsumerDaemon) {
+  expect_exact_counts_of_a_burst({"env", "LD_PRELOAD=" CIE_LATE_CONSUMER});
 }
 
 // Rule T3: no announcement may promise a start that came before it.
