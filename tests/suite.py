@@ -102,8 +102,8 @@ def run(tree, results, options):
         print(f"\n== run again, alone: {len(again)} of {len(failures)} failed tests", flush=True)
         is_content, failed_twice = ctest(
             tree, second, ["-j", "1", "-I", ",".join(["0,0,0", *(failure.number for failure in again)])])
-    twice = {failure.name for failure in failed_twice}
-    passed_late = [failure for failure in again if failure.name not in twice]
+    twice = {failure.number for failure in failed_twice}
+    passed_late = [failure for failure in again if failure.number not in twice]
     failed = [failure for failure in failures if failure not in again] + failed_twice
     wrong_skips = sum(skipped.check(file) for file in (first, second) if file.exists())
     show(passed_late, "failed at first")
