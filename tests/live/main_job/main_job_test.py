@@ -67,12 +67,10 @@ class Demo(unittest.TestCase):
         # Somebody else's traced application, which no recording below may contain.
         with subprocess.Popen([str(c) for c in demo("single", "--domain", "78", seconds=60)],
                               stdout=subprocess.DEVNULL) as stranger:
-            for seconds in (2, 10, 50):  # a busy machine may need longer to run every callback
-                cls.isolated, cls.said = record(f"isolated_{seconds}",
-                                                command=demo("isolated", "--spec", cls.spec, seconds=seconds))
-                report = json.loads(cie("report", cls.isolated, "--format", "json").stdout)
-                if all(callback["instances"] > 0 for callback in report["callbacks"]):
-                    break
+            cls.isolated, cls.said = isolated_main.with_time_enough(
+                lambda seconds: record(f"isolated_{seconds}", command=demo("isolated", "--spec", cls.spec, seconds=seconds)),
+                lambda recorded: all(callback["instances"] > 0 for callback in json.loads(
+                    cie("report", recorded[0], "--format", "json").stdout)["callbacks"]), (2, 10, 50))
             stranger.terminate()
         cls.multi, _ = record("multi", command=demo("multi", "--threads", "3"))
 

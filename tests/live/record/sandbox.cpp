@@ -55,6 +55,8 @@ Running::~Running() {
 
 void Running::signal(int number) const { kill(pid_, number); }
 
+std::string Running::err() const { return read_file(output_.string() + ".err"); }
+
 Finished Running::wait() {
   int status = 0;
   waitpid(pid_, &status, 0);

@@ -35,6 +35,8 @@ class Running {
   pid_t pid() const noexcept { return pid_; }
   void signal(int number) const;
   Finished wait();
+  // What it has written to standard error so far.
+  std::string err() const;
 
  private:
   pid_t pid_;
@@ -66,7 +68,7 @@ class Sandbox {
 
 // Polls every 10 ms; false if `condition` does not come true in time.
 template <typename Condition>
-bool eventually(Condition condition, std::chrono::seconds patience = std::chrono::seconds(20));
+bool eventually(Condition condition, std::chrono::seconds patience = std::chrono::seconds(60));
 
 std::string read_file(const std::filesystem::path& file);
 
