@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <iterator>
 #include <set>
 #include <string>
@@ -55,20 +56,25 @@ class Record : public ::testing::TestWithParam<User> {
     return static_cast<pid_t>(std::stoi(read_file(path(file))));
   }
 
-  // Until a second after the first state events reached the disk.
+  // Until everything that describes the application and 20 of its instances are on the disk, which
+  // takes a short --flush-interval.
   void wait_until_recorded(const std::string& name) const {
     EXPECT_TRUE(eventually([&] {
-      for (const auto& entry : fs::recursive_directory_iterator(path(""))) {
-        const std::string file = entry.path().lexically_relative(path(name)).string();
-        if (file.starts_with("ust/") && file.find("/state_") != std::string::npos &&
-            entry.is_regular_file() && entry.file_size() > 0) {
-          return true;
-        }
-      }
-      return false;
+      if (!fs::exists(path(name) / "ust")) return false;
+      const TextTrace trace = read_trace(path(name));
+      // An application that runs already tells the parameters of its threads, too.
+      const bool is_sched_due = has_all({"run_begin"}, trace) &&
+                                trace.all("run_begin").front().label("moment") == "announce";
+      return has_all({"run_begin", "node_init", "group_init", "callback_init", "publisher_init",
+                      "thread_init", is_sched_due ? "thread_sched" : "thread_init", "clock_sync"},
+                     trace) &&
+             trace.all("callback_init").size() >= 2 && trace.all("callback_end").size() >= 40;
     })) << name
         << " stays empty";
-    usleep(1'000'000);
+  }
+
+  static bool has_all(const std::vector<const char*>& names, const TextTrace& trace) {
+    return std::ranges::all_of(names, [&](const char* name) { return !trace.all(name).empty(); });
   }
 
   // Records a burst with buffers that are too small for it: recorded + discarded = emitted.
@@ -171,10 +177,9 @@ TEST_P(Record, EmitsTheEndWhenTheApplicationCallsExitWithEverythingAlive) {
 }
 
 TEST_P(Record, KeepsEverythingBeforeTheApplicationWasKilled) {
-  Running recorder =
-      sandbox_.start(recording("rec", {"--until-signal", "--ready", path("pid").string()}));
+  Running recorder = sandbox_.start(
+      recording("rec", {"--until-signal", "--ready", path("pid").string(), "--ready-after", "20"}));
   const pid_t application = wait_until_ready("pid");
-  usleep(300'000);
   kill(application, SIGKILL);
   const Finished result = recorder.wait();
   ASSERT_EQ(result.status, 0) << result.err;
@@ -279,6 +284,26 @@ TEST_P(Record, AttachesTwiceAndEachRecordingIsComplete) {
   }
 }
 
+// The program that a recorder starts finds that somebody else was quicker, says so, and ends.
+TEST_P(Record, AttachesToASessionDaemonThatSomebodyElseStartsMeanwhile) {
+  const std::string others = path("others_pid");
+  std::ofstream(path("sessiond")) << "#!/bin/sh\n"
+                                     "lttng-sessiond --no-kernel >/dev/null 2>&1 &\n"
+                                     "echo $! > "
+                                  << others
+                                  << "\n"
+                                     "until lttng --no-sessiond list >/dev/null 2>&1; do :; done\n"
+                                     "exec lttng-sessiond \"$@\"\n";
+  fs::permissions(path("sessiond"), fs::perms::all);
+  const Finished result = sandbox_.run({"env", "LTTNG_SESSIOND_PATH=" + path("sessiond").string(),
+                                        CIE_RECORD, "-o", "rec", "--attach", "--duration", "0.1"});
+  const auto daemon = static_cast<pid_t>(std::stoi(read_file(others)));
+  EXPECT_EQ(kill(daemon, 0), 0) << "it is not the recorder's to stop";
+  kill(daemon, SIGTERM);
+  EXPECT_TRUE(eventually([&] { return kill(daemon, 0) != 0; }));
+  EXPECT_THAT(result.err, HasSubstr("nothing was recorded")) << "nobody was there";
+}
+
 TEST_P(Record, AttachesForTheTimeItIsGiven) {
   Running application = sandbox_.start({CIE_TRACED_APP, "--until-signal", "--ready", path("pid")});
   wait_until_ready("pid");
@@ -326,7 +351,7 @@ TEST_P(Record, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
   Running recorder = sandbox_.start(recording(
       "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
   const pid_t application = wait_until_ready("pid");
-  usleep(700'000);
+  wait_until_recorded("rec");
   const Finished daemons =
       sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
   ASSERT_FALSE(daemons.out.empty());
@@ -336,7 +361,8 @@ TEST_P(Record, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
   ASSERT_FALSE(consumers.out.empty());
   kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
   kill(daemon, SIGKILL);
-  usleep(1'500'000);
+  const std::string message = "the session daemon ended: nothing more is recorded";
+  EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
   kill(application, SIGTERM);
   const Finished result = recorder.wait();
   EXPECT_EQ(result.status, 4);
@@ -388,7 +414,7 @@ TEST_P(Record, NeverOverwrites) {
 
 TEST_P(Record, FailsWhenNothingRegistered) {
   const Finished result = sandbox_.run(
-      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "0.6"});
+      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "1.5"});
   EXPECT_EQ(result.status, 4);
   EXPECT_THAT(result.err, HasSubstr("no traced application has registered yet"));
   EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));
