@@ -22,7 +22,7 @@ def isolate():
 
 def wait_for(condition, what):
     """What a busy machine does late is waited for; AssertionError with `what` if it never comes."""
-    bound = time.monotonic() + 60
+    bound = time.monotonic() + 90
     while not condition():
         if time.monotonic() > bound:
             raise AssertionError(f"never: {what}")

@@ -24,7 +24,7 @@ TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 
 def every_callback_ran(trace):
     done = subprocess.run([harness.options.programs / "cie", "report", trace, "--format", "json"], capture_output=True,
-                          text=True, timeout=90, check=True)
+                          text=True, timeout=200, check=True)
     return all(callback["instances"] > 0 for callback in json.loads(done.stdout)["callbacks"])
 
 
@@ -83,7 +83,7 @@ class Example(unittest.TestCase):
 
     def cie(self, *arguments):
         return subprocess.run([harness.options.programs / "cie", *arguments], capture_output=True, text=True,
-                              timeout=90, check=False)
+                              timeout=200, check=False)
 
 
 class Orders(unittest.TestCase):
@@ -264,7 +264,7 @@ class Mapping(unittest.TestCase):
 
     def cie(self, *arguments):
         return subprocess.run([harness.options.programs / "cie", *arguments], capture_output=True, text=True,
-                              timeout=90, check=False)
+                              timeout=200, check=False)
 
     def assert_mapping_passes(self, rules):
         self.assertEqual({name: rules[name]["verdict"]
@@ -291,7 +291,7 @@ class Mapping(unittest.TestCase):
                 time.sleep(0.2)
                 self.assertEqual(order("unload", "/added", pid=pid)[::2], (ENDED_WELL, ""))
             os.kill(pid, signal.SIGTERM)
-            recorder.wait(timeout=60)
+            recorder.wait(timeout=200)
         finally:
             recorder.kill()
             recorder.wait()

@@ -31,7 +31,7 @@ HOT = re.compile(r"cie:callback_(?:start|end): .*vpid = (\d+), vtid = (\d+) .*ca
 
 
 def cie(*arguments, **kwargs):
-    return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True, timeout=120,
+    return subprocess.run([options.programs / "cie", *arguments], capture_output=True, text=True, timeout=200,
                           check=False, **kwargs)
 
 
@@ -80,7 +80,7 @@ class Recording:
 
     def recorded(self):
         """Hot events by another reader than ours: (vpid, vtid, callback, seq)."""
-        text = subprocess.run(["babeltrace2", self.directory], capture_output=True, text=True, timeout=120,
+        text = subprocess.run(["babeltrace2", self.directory], capture_output=True, text=True, timeout=200,
                               check=False).stdout
         return [tuple(map(int, match)) for match in HOT.findall(text)]
 
@@ -160,7 +160,7 @@ class Faults(unittest.TestCase):
         wait_for(lambda: not Path(f"/proc/{daemon}").exists(), "the daemon ends with its recorder")
         with contextlib.suppress(ProcessLookupError):  # it may end with the recorder, too
             os.kill(application, signal.SIGTERM)
-        recording.recorder.communicate(timeout=60)
+        recording.recorder.communicate(timeout=200)
         self.assert_is_a_whole_beginning(recording)
 
     def test_a_full_disk(self):
@@ -315,7 +315,7 @@ class Faults(unittest.TestCase):
 
     def step(self, recording):
         """By how many nanoseconds the wall clock stepped, as far as is recorded."""
-        text = subprocess.run(["babeltrace2", recording.directory], capture_output=True, text=True, timeout=120,
+        text = subprocess.run(["babeltrace2", recording.directory], capture_output=True, text=True, timeout=200,
                               check=False).stdout
         said = [int(real) - int(monotonic) for monotonic, real in
                 re.findall(r"cie:clock_sync: .*monotonic_ns = (\d+), realtime_ns = (\d+)", text)]

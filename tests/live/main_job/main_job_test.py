@@ -28,7 +28,7 @@ PROCESSES = 2
 
 
 def run(command, **kwargs):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=120,
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200,
                           check=False, **kwargs)
 
 
@@ -291,7 +291,7 @@ class Trouble(unittest.TestCase):
             isolated_main.wait_for(lambda: pid_file.exists() and pid_file.read_text().strip(), "the application's start")
             isolated_main.wait_for(lambda: instances() > 50, "its first instances")
             os.kill(int(pid_file.read_text()), signal.SIGKILL)
-            _, err = recorder.communicate(timeout=60)
+            _, err = recorder.communicate(timeout=200)
             self.assertEqual(recorder.returncode, 0, err)
         report = json.loads(cie("report", directory, "--format", "json").stdout)
         self.assertGreater(sum(c["instances"] for c in report["callbacks"]), 50)

@@ -20,7 +20,7 @@ INSTANCES = 100
 
 
 def run(command):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=100,
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200,
                           check=False)
 
 

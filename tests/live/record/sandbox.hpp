@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iosfwd>
 #include <string>
@@ -69,6 +70,9 @@ class Sandbox {
 // Polls every 10 ms; false if `condition` does not come true in time.
 template <typename Condition>
 bool eventually(Condition condition, std::chrono::seconds patience = std::chrono::seconds(60));
+
+// How often the threads of a process have gone to sleep; of those of a name, if one is given.
+std::int64_t sleeps_of(pid_t process, const std::string& name = "");
 
 std::string read_file(const std::filesystem::path& file);
 

@@ -37,7 +37,7 @@ class Service(unittest.TestCase):
     def least_instances(self, state):
         """Of the two callbacks, in the only recording; 0 while there is none."""
         done = subprocess.run([options.programs / "cie", "report", *state.iterdir(), "-f", "json"], capture_output=True,
-                              text=True, timeout=60, check=False)
+                              text=True, timeout=200, check=False)
         callbacks = json.loads(done.stdout)["callbacks"] if done.returncode == 0 else []
         return min(callback["instances"] for callback in callbacks) if len(callbacks) == 2 else 0
 
@@ -64,13 +64,13 @@ class Service(unittest.TestCase):
             self.addCleanup(recorder.kill)
             wait_for(lambda: self.least_instances(state) > 20, "instances of both callbacks")
             recorder.send_signal(signal.SIGINT)
-            said = recorder.communicate(timeout=60)
+            said = recorder.communicate(timeout=200)
             application.send_signal(signal.SIGTERM)
-            application.communicate(timeout=60)
+            application.communicate(timeout=200)
         self.assertEqual(recorder.returncode, 0, said)
         recording, = state.iterdir()
         done = subprocess.run([options.programs / "cie", "verify", recording, "-f", "json", "--only",
-                               "T1,T2,T3,T5"], capture_output=True, text=True, timeout=60, check=False)
+                               "T1,T2,T3,T5"], capture_output=True, text=True, timeout=200, check=False)
         self.assertEqual(json.loads(done.stdout)["verdict"], "PASS", done.stdout)
         self.assertGreater(self.least_instances(state), 20)
 

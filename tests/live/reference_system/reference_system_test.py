@@ -45,7 +45,7 @@ LISTENS_TO = {
 
 
 def run(*command):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=120,
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200,
                           check=False)
 
 

@@ -109,7 +109,7 @@ def ros2_events(trace):
 
 
 def run(*command, **keywords):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=100, check=False,
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200, check=False,
                           **keywords)
 
 
@@ -288,7 +288,7 @@ class Processes(unittest.TestCase):
             isolated_main.wait_for(lambda: described(scratch / name).keys() >= wanted.keys(), name)  # pylint: disable=cell-var-from-loop
             time.sleep(0.4)  # in which nothing is described again
             recorder.send_signal(signal.SIGINT)
-            said = recorder.communicate(timeout=60)[1]
+            said = recorder.communicate(timeout=200)[1]
             self.assertEqual(recorder.returncode, 0, said)
             self.assertEqual(described(scratch / name), wanted, name)
 

@@ -23,7 +23,7 @@ REQUEST = "example_interfaces::srv::dds_::AddTwoInts_Request_"
 RESPONSE = "example_interfaces::srv::dds_::AddTwoInts_Response_"
 CLIENT = "clientid=1.10.2b.0.0.1.c1.0.0.0.0.0.0.0.1.3;"
 LITTLE, BIG = bytes([0, 1, 0, 0]), bytes([0, 0, 0, 0])
-BOUND = 30  # seconds: "never", not "late"
+BOUND = 90  # seconds: "never", not "late"
 
 
 class Process:

@@ -9,7 +9,6 @@
 #include <set>
 #include <sstream>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -85,16 +84,7 @@ class Announcement : public ::testing::Test {
 
   // How often the application's threads of a name have gone to sleep.
   std::int64_t sleeps(const std::string& name) const {
-    std::int64_t sum = 0;
-    const fs::path tasks =
-        fs::path("/proc") / std::to_string(std::stoi(read_file(path("pid")))) / "task";
-    for (const fs::directory_entry& task : fs::directory_iterator(tasks)) {
-      if (read_file(task.path() / "comm") != name.substr(0, 15) + '\n') continue;
-      const std::string status = read_file(task.path() / "status");
-      constexpr std::string_view kField = "\nvoluntary_ctxt_switches:";
-      sum += std::stoll(status.substr(status.find(kField) + kField.size()));
-    }
-    return sum;
+    return sleeps_of(static_cast<pid_t>(std::stoi(read_file(path("pid")))), name);
   }
 
   // The contract: complete within a second, on a machine with time for it. The thread that
@@ -155,7 +145,7 @@ TEST_F(Announcement, SurvivesInASnapshotLongAfterTheHotEventsOfThatTimeAreGone) 
   lttng({"start", "flight"});
   wait_until_announced();
   // An instance sleeps once: so many turn the 8 KiB of "hot" of every CPU over many times.
-  const std::int64_t enough = 1000 * sysconf(_SC_NPROCESSORS_CONF);
+  const std::int64_t enough = 1000 * sysconf(_SC_NPROCESSORS_ONLN);
   const std::int64_t before = sleeps("live_traced_app");
   ASSERT_TRUE(eventually([&] { return sleeps("live_traced_app") > before + enough; }));
   lttng({"snapshot", "record", "-s", "flight"});
