@@ -33,19 +33,37 @@ std::string thread_name(std::uint32_t tid) {
   return name;
 }
 
+namespace {
+
+// Runs, or would if it had a CPU: a thread that has not come to its first instructions does.
+bool is_runnable(std::uint32_t tid) {
+  std::ifstream file{"/proc/self/task/" + std::to_string(tid) + "/stat"};
+  std::string line;
+  std::getline(file, line);
+  const std::size_t name_end = line.rfind(") ");
+  return name_end != std::string::npos && line.compare(name_end + 2, 1, "R") == 0;
+}
+
+}  // namespace
+
 std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
     const std::set<std::uint32_t>& before) {
   using namespace std::chrono_literals;
-  constexpr int kAttempts = 50;
+  using std::chrono::steady_clock;
+  const auto begin = steady_clock::now();
   const std::string own = thread_name(current_tid());
   std::vector<std::pair<std::uint32_t, std::string>> found;
-  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+  const auto may_name_itself = [&](const auto& thread) {
+    const auto waited = steady_clock::now() - begin;
+    return thread.second == own && (waited < 50ms || (waited < 10s && is_runnable(thread.first)));
+  };
+  while (true) {
     found.clear();
     for (const std::uint32_t tid : thread_ids()) {
       if (!before.contains(tid)) found.emplace_back(tid, thread_name(tid));
     }
     std::erase_if(found, [](const auto& thread) { return thread.second.empty(); });
-    if (std::ranges::none_of(found, [&own](const auto& t) { return t.second == own; })) break;
+    if (std::ranges::none_of(found, may_name_itself)) break;
     std::this_thread::sleep_for(1ms);
   }
   return found;

@@ -14,8 +14,9 @@ std::set<std::uint32_t> thread_ids();
 // The name (comm) of a thread of this process; empty when it is gone.
 std::string thread_name(std::uint32_t tid);
 
-// The threads that are not in `before`. A new thread names itself after it started; this waits
-// briefly for those that still carry the caller's name.
+// The threads that are not in `before`. A new thread names itself when it comes to run; this waits
+// for those that still carry the caller's name: ten seconds for who lacks a CPU, and briefly for
+// who sleeps under that name.
 std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
     const std::set<std::uint32_t>& before);
 

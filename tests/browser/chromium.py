@@ -68,7 +68,7 @@ class Chromium:
         text, self.buffer = self.buffer.split(b"\0", 1)
         return json.loads(text)
 
-    def call(self, method, timeout=60, **parameters):
+    def call(self, method, timeout=200, **parameters):
         self.number += 1
         message = {"id": self.number, "method": method, "params": parameters}
         if self.session:
@@ -85,7 +85,7 @@ class Chromium:
                 return answer["result"]
             self.events.append(answer)
 
-    def evaluate(self, script, timeout=60):
+    def evaluate(self, script, timeout=200):
         """The value of a JavaScript expression; a promise is waited for."""
         result = self.call("Runtime.evaluate", timeout=timeout, expression=script, returnByValue=True,
                            awaitPromise=True)
@@ -93,7 +93,7 @@ class Chromium:
             raise AssertionError(result["exceptionDetails"].get("exception", {}).get("description", script))
         return result["result"].get("value")
 
-    def open(self, url, timeout=60):
+    def open(self, url, timeout=200):
         """Opens a page and waits until it says that it is ready (data-ready on its root). Seconds it took."""
         begin = time.monotonic()
         self.call("Page.navigate", url=url)

@@ -8,7 +8,7 @@ import subprocess
 
 def output_of(*command, **options):
     return subprocess.run(command, stdin=options.pop("stdin", subprocess.DEVNULL), stdout=subprocess.PIPE, check=True,
-                          timeout=120, **options).stdout.decode()
+                          timeout=200, **options).stdout.decode()
 
 
 class Truth:

@@ -22,7 +22,7 @@ def _archive(package: str, sha256: str, folder: str) -> pathlib.Path:
     if shutil.which("npm") is None:
         raise Unavailable("npm is not installed and the package is not cached")
     try:
-        subprocess.run(["npm", "pack", "--silent", package], cwd=folder, check=True, timeout=120,
+        subprocess.run(["npm", "pack", "--silent", package], cwd=folder, check=True, timeout=200,
                        stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     except (subprocess.CalledProcessError, subprocess.TimeoutExpired) as error:
         raise Unavailable(f"npm could not fetch {package} (no network?)") from error

@@ -1,6 +1,7 @@
 """How a live test in Python runs: with a session daemon of its own, and in a folder of its own."""
 
 import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -21,11 +22,40 @@ def isolate():
 
 def wait_for(condition, what):
     """What a busy machine does late is waited for; AssertionError with `what` if it never comes."""
-    bound = time.monotonic() + 60
+    bound = time.monotonic() + 90
     while not condition():
         if time.monotonic() > bound:
             raise AssertionError(f"never: {what}")
         time.sleep(0.02)
+
+
+def session_daemon(test):
+    """A session daemon, as somebody else would start it, until the end of the test."""
+    daemon = subprocess.Popen(["lttng-sessiond", "--no-kernel"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    test.addCleanup(end, daemon)
+    wait_for(lambda: subprocess.run(["lttng", "--no-sessiond", "list"], capture_output=True, check=False).returncode == 0,
+             "the session daemon listens")
+    return daemon
+
+
+def end(process):
+    """Ends a process that this one started, one way or the other."""
+    process.terminate()
+    try:
+        process.wait(60)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+def with_time_enough(attempt, is_enough, seconds):
+    """The result of `attempt(s)` for the first s of `seconds` with which it is enough, or for the last one:
+    what does its work in a second may need ten on a busy machine."""
+    for length in seconds:
+        result = attempt(length)
+        if is_enough(result):
+            break
+    return result
 
 
 def main(name, arguments, begin, records=True):

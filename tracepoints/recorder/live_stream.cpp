@@ -25,7 +25,7 @@ using std::chrono::steady_clock;
 
 constexpr milliseconds kTick{100};
 constexpr seconds kStartPatience{30};
-constexpr seconds kEndPatience{10};
+constexpr std::chrono::minutes kEndPatience{10};
 constexpr seconds kLookInterval{1};
 
 std::string host_name() {
@@ -142,6 +142,7 @@ void LiveStream::finish() {
   }
   session_->destroy();
   // The reader is told that the session ended once it has read all, and closes its end then.
+  // However slow it is: without the relay daemon it would miss the rest.
   const auto deadline = steady_clock::now() + kEndPatience;
   while (listen(kTick) && steady_clock::now() < deadline) {
   }

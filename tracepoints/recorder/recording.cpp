@@ -296,6 +296,7 @@ void Recording::watch_health() {
   }
   if (!daemon_->is_alive()) {
     is_daemon_lost_ = true;
+    warn("the session daemon ended: nothing more is recorded");
     problem("the session daemon ended during the recording: what was not yet written is lost");
     return;
   }

@@ -23,8 +23,9 @@ namespace fs = std::filesystem;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr seconds kStartPatience{15};
-constexpr seconds kStopPatience{15};
+constexpr seconds kStartPatience{60};
+constexpr seconds kOthersStartPatience{10};
+constexpr seconds kStopPatience{30};
 constexpr std::chrono::milliseconds kPollInterval{20};
 
 // Where the shared daemon of this user keeps its sockets. LTTng 2.13 gives root no choice.
@@ -191,7 +192,7 @@ void SessionDaemon::find_or_start_shared() {
     const fs::path log_file = directory / "cie-record-sessiond.log";
     fs::remove(log_file, error);
     start(log_file, false);
-    const std::string pid = std::to_string(process_->pid()) + '\n';
+    const std::string pid = process_ ? std::to_string(process_->pid()) + '\n' : std::string();
     if (ftruncate(lock_.get(), 0) != 0 ||
         pwrite(lock_.get(), pid.data(), pid.size(), 0) != static_cast<ssize_t>(pid.size())) {
       throw system_error("cannot write " + in_quotes(lock_file), errno);
@@ -213,12 +214,24 @@ void SessionDaemon::start(const fs::path& log_file, bool is_own) {
     throw RecordError(std::string(error.what()) +
                       " (the session daemon of LTTng: install lttng-tools)");
   }
-  const auto deadline = steady_clock::now() + kStartPatience;
-  while (lttng_session_daemon_alive() != 1) {
-    if (process_->poll() || steady_clock::now() > deadline) {
+  auto deadline = steady_clock::now() + kStartPatience;
+  bool has_ended = false;
+  while (true) {
+    // One that finds another, which somebody else started meanwhile, ends by itself.
+    if (!has_ended && process_->poll()) {
+      has_ended = true;
+      deadline = steady_clock::now() + (is_own ? seconds{0} : kOthersStartPatience);
+    }
+    if (lttng_session_daemon_alive() == 1) {
+      break;
+    }
+    if (steady_clock::now() > deadline) {
       throw RecordError("the session daemon of LTTng did not start: " + tail_of(log_file));
     }
     std::this_thread::sleep_for(kPollInterval);
+  }
+  if (has_ended) {
+    process_.reset();
   }
 }
 

@@ -1,7 +1,9 @@
 #include "tracing_session.hpp"
 
 #include "error.hpp"
+#include "manifest.hpp"
 #include "processes.hpp"
+#include "stream_check.hpp"
 
 #include <algorithm>
 #include <chrono>
@@ -105,7 +107,7 @@ void TracingSession::HandleDeleter::operator()(lttng_handle* handle) const noexc
 }
 
 TracingSession::TracingSession(const std::string& name, const Options& options)
-    : name_(name), is_snapshot_(options.snapshot.has_value()) {
+    : name_(name), directory_(options.directory), is_snapshot_(options.snapshot.has_value()) {
   const Descriptor descriptor(is_snapshot_ ? lttng_session_descriptor_snapshot_create(name.c_str())
                                            : lttng_session_descriptor_local_create(
                                                  name.c_str(), options.directory.c_str()));
@@ -320,7 +322,19 @@ PendingChunk TracingSession::begin_chunk() {
 void TracingSession::start() { check(lttng_start_tracing(name_.c_str()), "start recording"); }
 
 bool TracingSession::stop() {
+  const auto begin = static_cast<std::uint64_t>(now().monotonic_ns);
   check(lttng_stop_tracing_no_wait(name_.c_str()), "stop recording");
+  if (!drain()) {
+    return false;
+  }
+  if (is_snapshot_ || !(is_live_ || has_stream_that_ends_before(begin))) {
+    return true;
+  }
+  close_packets_again();
+  return drain();
+}
+
+bool TracingSession::drain() {
   const auto deadline = std::chrono::steady_clock::now() + kDrainPatience;
   while (true) {
     const int pending = lttng_data_pending(name_.c_str());
@@ -333,6 +347,29 @@ bool TracingSession::stop() {
     }
     std::this_thread::sleep_for(kDrainPoll);
   }
+}
+
+// LTTng counts what a buffer discarded in the packet that is closed next. A stop closes one in
+// every buffer but those that are full, because the consumer daemon is late: what these discarded
+// at last would be counted nowhere.
+bool TracingSession::has_stream_that_ends_before(std::uint64_t time) const {
+  const std::filesystem::path traces = directory_ / "ust";
+  if (!std::filesystem::exists(traces)) {
+    return false;
+  }
+  const std::vector<StreamSummary> streams = check_streams(traces);
+  return std::ranges::any_of(streams,
+                             [time](const StreamSummary& stream) { return stream.end < time; });
+}
+
+// Now that all buffers are empty. Without channels nobody is recorded meanwhile.
+void TracingSession::close_packets_again() {
+  for (const ChannelLoss& channel : losses()) {
+    check(lttng_disable_channel(handle_.get(), channel.name.c_str()),
+          "disable the channel " + in_quotes(channel.name));
+  }
+  start();
+  check(lttng_stop_tracing_no_wait(name_.c_str()), "stop recording");
 }
 
 namespace {

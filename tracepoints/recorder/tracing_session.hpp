@@ -84,7 +84,8 @@ class TracingSession {
   // Ends a chunk: what is emitted from now on belongs to the next one. Neither snapshot nor live
   // sessions do that.
   PendingChunk begin_chunk();
-  // Stops and waits until the buffers are written out; false if that takes longer than a minute.
+  // Stops and waits until the buffers are written out and everything that they discarded is
+  // counted; false if that takes longer than a minute.
   bool stop();
   std::vector<ChannelLoss> losses() const;
   // The verdict on what was written: LTTng tells here, not at stop(), that a disk was full or a
@@ -99,6 +100,10 @@ class TracingSession {
   void create(lttng_session_descriptor* descriptor, const std::string& operation,
               const Options& options);
   void set_up(const Options& options);
+  // Waits until the buffers are written out; false if that takes longer than a minute.
+  bool drain();
+  bool has_stream_that_ends_before(std::uint64_t time) const;
+  void close_packets_again();
   void enable_channel(const char* name, std::uint64_t subbuf_size, std::uint64_t num_subbuf,
                       std::chrono::milliseconds flush_interval);
   void add_contexts(const char* channel, const std::vector<int>& types);
@@ -111,6 +116,7 @@ class TracingSession {
     void operator()(lttng_handle* handle) const noexcept;
   };
   std::string name_;
+  std::filesystem::path directory_;  // of a recording; relay daemons have their own
   bool is_snapshot_ = false;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;

@@ -35,7 +35,7 @@ using std::chrono::steady_clock;
 constexpr milliseconds kLongestWait{200};
 constexpr milliseconds kSilence{3000};
 // How long a command may take to end, and its last events to come.
-constexpr std::chrono::seconds kEndPatience{30};
+constexpr std::chrono::seconds kEndPatience{60};
 
 // The session that `name` stands for: a URL of one, of a relay daemon with one, or a name there.
 std::string session_url(const std::string& name) {

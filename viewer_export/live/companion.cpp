@@ -22,8 +22,8 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr seconds kUrlPatience{40};
-constexpr seconds kEndPatience{20};
+constexpr seconds kUrlPatience{60};
+constexpr seconds kEndPatience{60};
 constexpr milliseconds kPollInterval{10};
 constexpr std::size_t kMaxPrinted = 16384;
 

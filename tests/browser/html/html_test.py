@@ -44,7 +44,7 @@ NAMELESS = """[...document.querySelectorAll("svg[role=img], canvas, input, butto
 
 def cie(*arguments, code=0):
     done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=60, check=False)
+                          stderr=subprocess.PIPE, timeout=200, check=False)
     assert (done.returncode, done.stderr) == (code, b""), done.stderr
     return done.stdout.decode()
 

@@ -62,7 +62,7 @@ class Structure(Files):
     @staticmethod
     def violations(name):
         verdicts = json.loads(subprocess.run([CIE, "verify", example(name), "-f", "json"], stdout=subprocess.PIPE,
-                                             timeout=60, check=False).stdout)
+                                             timeout=200, check=False).stdout)
         return sum(len(subject["evidence"]) for rule in verdicts["rules"] for subject in rule["subjects"]
                    if subject["verdict"] == "FAIL")
 
@@ -264,7 +264,7 @@ class TraceProcessor(Files):
         self.assertEqual({name: [count, most] for name, count, most in answer["curves"]},
                          {"response time " + name: [figure["count"], figure["max"]] for name, figure in figures.items()})
         verdicts = json.loads(subprocess.run([CIE, "verify", example(name), "-f", "json"], stdout=subprocess.PIPE,
-                                             timeout=60, check=False).stdout)
+                                             timeout=200, check=False).stdout)
         self.assertEqual(sorted(map(tuple, answer["violations"])),
                          sorted((rule["id"], subject["subject"], evidence["time_ns"]) for rule in verdicts["rules"]
                                 for subject in rule["subjects"] if subject["verdict"] == "FAIL"

@@ -23,7 +23,7 @@ def assets() -> pathlib.Path:
 def query(trace: str, queries: dict) -> dict:
     """Runs each SQL text; gives lists of rows under the same names."""
     result = subprocess.run(["node", str(DRIVER), str(assets()), trace], input=json.dumps(queries).encode(),
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=120, check=False)
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=200, check=False)
     if result.returncode != 0:
         raise AssertionError(result.stderr.decode(errors="replace"))
     return json.loads(result.stdout)

@@ -67,7 +67,7 @@ class NodeReaderCase(ViewerCase):
     def read_by_node(self, path):
         """What the reader prints of the file: JSON."""
         script = os.path.join(os.path.dirname(os.path.abspath(__file__)), self.reader)
-        result = subprocess.run(["node", script, path], env={**os.environ, "NODE_PATH": self.modules}, timeout=120,
+        result = subprocess.run(["node", script, path], env={**os.environ, "NODE_PATH": self.modules}, timeout=200,
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False)
         self.assertEqual(result.returncode, 0, result.stderr.decode())
         return json.loads(result.stdout)

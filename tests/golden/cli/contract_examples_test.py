@@ -15,7 +15,7 @@ EXAMPLES = os.path.abspath(sys.argv[2])
 
 def cie(*arguments):
     return subprocess.run([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=60, check=False)
+                          stderr=subprocess.PIPE, timeout=200, check=False)
 
 
 def read(*names):
@@ -101,7 +101,7 @@ class Example:
         self.assertEqual(len(commands), len(witnesses))
         for command, evidence in zip(commands, witnesses):
             shown = subprocess.run(shlex.split(command), stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=True,
-                                   timeout=60).stdout.decode()
+                                   timeout=200).stdout.decode()
             for item in evidence:
                 self.assertRegex(shown, rf"cie:{item['event']}: .*vpid = {item['pid']}, vtid = {item['tid']} ")
 

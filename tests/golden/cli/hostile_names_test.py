@@ -44,7 +44,7 @@ class HostileNames(unittest.TestCase):
 
     def cie(self, command, *arguments, code=0):
         result = subprocess.run([CIE, command, self.trace, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                stderr=subprocess.PIPE, timeout=60, check=False)
+                                stderr=subprocess.PIPE, timeout=200, check=False)
         self.assertEqual((result.returncode, result.stderr), (code, b""))
         return result.stdout
 

@@ -21,7 +21,7 @@ TRACES = (EXAMPLE, GOLDEN / "contract/examples/multi_threaded_fails/trace",
 
 
 def cie(*arguments, folder=None):
-    done = subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=60,
+    done = subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=200,
                           check=False, cwd=folder)
     return done.returncode, done.stdout, done.stderr
 

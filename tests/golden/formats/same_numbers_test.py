@@ -27,7 +27,7 @@ UNITS = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9}
 
 def cie(*arguments, codes=(0,)):
     done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=60, check=False)
+                          stderr=subprocess.PIPE, timeout=200, check=False)
     assert done.returncode in codes, (arguments, done.returncode, done.stderr)
     return done.stdout.decode()
 

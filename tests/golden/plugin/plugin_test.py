@@ -16,14 +16,14 @@ MULTI = f"{EXAMPLES}/multi_threaded_fails/trace"
 
 def babeltrace2(*arguments, expect=0):
     done = subprocess.run(["babeltrace2", f"--plugin-path={PLUGINS}", *arguments],
-                          capture_output=True, text=True, timeout=60)
+                          capture_output=True, text=True, timeout=200)
     assert done.returncode == expect, (arguments, done.returncode, done.stderr)
     return done.stdout if expect == 0 else done.stderr
 
 
 def cie(*arguments):
     return subprocess.run([CIE, *arguments], capture_output=True, text=True, check=True,
-                          timeout=60).stdout
+                          timeout=200).stdout
 
 
 def report_of(text):

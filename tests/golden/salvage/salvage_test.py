@@ -14,7 +14,7 @@ RECORDING = pathlib.Path(__file__).resolve().parent / "recording"
 
 
 def cie(*arguments):
-    done = subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=60,
+    done = subprocess.run([CIE, *map(str, arguments)], capture_output=True, text=True, timeout=200,
                           check=False)
     return done.returncode, done.stdout, done.stderr
 

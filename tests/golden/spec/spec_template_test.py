@@ -16,7 +16,7 @@ APPLIED = ("policy", "priority", "nice", "affinity")
 
 def cie(*arguments):
     return subprocess.run([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+                          stderr=subprocess.PIPE, text=True, timeout=200, check=False)
 
 
 def entries(text):

@@ -59,7 +59,7 @@ class DuckDb:
     def close(self) -> None:
         self.process.stdin.close()
         self.process.stdout.close()
-        assert self.process.wait(timeout=20) == 0
+        assert self.process.wait(timeout=200) == 0
 
 
 SERVER = """<yandex>
@@ -97,7 +97,7 @@ class ClickHouse:
             self.process = subprocess.Popen(  # pylint: disable=consider-using-with
                 [CLICKHOUSE, f"--config-file={folder}/config.xml"], cwd=folder, stdin=subprocess.DEVNULL,
                 stdout=output, stderr=output)
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 200
         while not self._is_up():
             if self.process.poll() is not None or time.monotonic() > deadline:
                 self.close()
@@ -113,7 +113,7 @@ class ClickHouse:
 
     def _post(self, query: str, body: bytes = b"") -> bytes:
         try:
-            with urllib.request.urlopen(self.url + "?" + urllib.parse.urlencode({"query": query}), body, timeout=20) as answer:
+            with urllib.request.urlopen(self.url + "?" + urllib.parse.urlencode({"query": query}), body, timeout=200) as answer:
                 return answer.read()
         except urllib.error.HTTPError as error:
             raise AssertionError((query, error.read().decode())) from error
@@ -134,7 +134,7 @@ class ClickHouse:
     def close(self) -> None:
         self.process.terminate()
         try:
-            self.process.wait(timeout=20)
+            self.process.wait(timeout=200)
         except subprocess.TimeoutExpired:
             self.process.kill()
             self.process.wait()

@@ -22,7 +22,7 @@ TABLES = ("instances", "callbacks", "callback_threads", "threads", "processes", 
 
 
 def cie(*arguments):
-    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=60,
+    done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200,
                           check=True)
     return done.stdout
 

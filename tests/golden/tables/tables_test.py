@@ -31,7 +31,7 @@ READ_PARQUET = Path(__file__).with_name("read_parquet.mjs")
 
 def cie(*arguments, code=0):
     done = subprocess.run([CIE, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.PIPE, timeout=60, check=False)
+                          stderr=subprocess.PIPE, timeout=200, check=False)
     assert done.returncode == code, (arguments, done.returncode, done.stderr)
     return done.stderr.decode() if code else done.stdout.decode()
 
@@ -68,7 +68,7 @@ class Tables(unittest.TestCase):
             library = npm_package.assets(*HYPARQUET)
         except npm_package.Unavailable as reason:
             self.skipTest(f"not possible here: {reason}")
-        done = subprocess.run(["node", READ_PARQUET, library, path], stdout=subprocess.PIPE, check=True, timeout=60)
+        done = subprocess.run(["node", READ_PARQUET, library, path], stdout=subprocess.PIPE, check=True, timeout=200)
         return json.loads(done.stdout)
 
     def same(self, columns, expected, rows, table):
@@ -122,7 +122,7 @@ class Tables(unittest.TestCase):
     def test_parquet_of_several_row_groups_and_every_type(self):
         count = 250_001
         path = self.folder / "many.parquet"
-        subprocess.run([MAKE_TABLE, str(count), path], check=True, timeout=60)
+        subprocess.run([MAKE_TABLE, str(count), path], check=True, timeout=200)
         found = self.parquet(path)
         self.assertEqual(found["groups"], 3)
         self.assertEqual(len(found["rows"]), count)
@@ -164,7 +164,7 @@ class Tables(unittest.TestCase):
 
     def test_verdicts_are_the_verifiers(self):
         for trace, code in zip(TRACES, (0, 1)):
-            done = subprocess.run([CIE, "verify", str(trace), "--format", "json"], stdout=subprocess.PIPE, check=False, timeout=60)
+            done = subprocess.run([CIE, "verify", str(trace), "--format", "json"], stdout=subprocess.PIPE, check=False, timeout=200)
             self.assertEqual(done.returncode, code)
             wanted = collections.Counter((rule["id"], subject["subject"], subject["verdict"])
                                          for rule in json.loads(done.stdout)["rules"] for subject in rule["subjects"])

@@ -38,7 +38,7 @@ class Event:
 
 def events_of(name):
     text = subprocess.run(["babeltrace2", "--clock-cycles", "--no-delta", os.path.join(EXAMPLES, name, "trace", "ust")],
-                          stdout=subprocess.PIPE, check=True, timeout=60).stdout.decode()
+                          stdout=subprocess.PIPE, check=True, timeout=200).stdout.decode()
     return [Event(line) for line in text.splitlines()]
 
 

@@ -29,7 +29,7 @@ def app_file(*components, head=""):
 
 def wait_for(condition):
     """What a busy machine does late is waited for; what never comes fails at the assertion."""
-    bound = time.monotonic() + 20
+    bound = time.monotonic() + 90
     while not condition() and time.monotonic() < bound:
         time.sleep(0.01)
 
@@ -55,7 +55,7 @@ class Running:
 
     def end(self, signal_number=signal.SIGTERM):
         self.process.send_signal(signal_number)
-        out, _ = self.process.communicate(timeout=30)
+        out, _ = self.process.communicate(timeout=200)
         return self.process.returncode, out
 
     def text(self):
@@ -71,7 +71,7 @@ def run_and_end(file, *arguments, seconds=0.3):
 
 def run_to_its_end(file, *arguments):
     done = subprocess.run([options.programs / "cie-run", file, *arguments], capture_output=True,
-                          text=True, timeout=60, check=False)
+                          text=True, timeout=200, check=False)
     return done.returncode, done.stderr
 
 
@@ -79,7 +79,7 @@ def order(*words, pid=None):
     """Exit code, standard output and error of `cie-run --control WORDS`."""
     choice = ["--pid", str(pid)] if pid else []
     done = subprocess.run([options.programs / "cie-run", *choice, "--control", *words],
-                          capture_output=True, text=True, timeout=60, check=False)
+                          capture_output=True, text=True, timeout=200, check=False)
     return done.returncode, done.stdout, done.stderr
 
 

@@ -95,7 +95,7 @@ class Recorded:
     def end(self):
         if self.recorder.poll() is None and self.pid:
             os.kill(self.pid, signal.SIGTERM)
-        self.recorder.wait(timeout=60)
+        self.recorder.wait(timeout=200)
 
     def threads(self):
         """Thread ids by name."""
@@ -122,7 +122,7 @@ def second_opinion(directory, spec):
 
 def verify(directory, spec):
     done = subprocess.run([options.programs / "cie", "verify", directory, "--spec", spec,
-                           "--format", "json"], capture_output=True, text=True, timeout=60,
+                           "--format", "json"], capture_output=True, text=True, timeout=200,
                           check=False)
     rules = {rule["id"]: rule for rule in json.loads(done.stdout)["rules"]}
     others = second_opinion(directory, spec)
@@ -159,7 +159,7 @@ class Enforcement(unittest.TestCase):
     def read_events(self, directory):
         """Read-backs and first starts by another reader than ours: (event, tid, fields) in order."""
         done = subprocess.run(["babeltrace2", "--fields=all", directory], capture_output=True,
-                              text=True, timeout=60, check=True)
+                              text=True, timeout=200, check=True)
         events = []
         for line in done.stdout.splitlines():
             found = re.search(r"cie:(thread_sched|callback_start|callback_init): (.*)", line)
@@ -209,7 +209,7 @@ class Enforcement(unittest.TestCase):
         entries = all_policies()
         spec = write_spec(scratch / "refused.yaml", entries)
         done = subprocess.run([*without_sys_nice(), options.app, spec, scratch / "refused.pid"],
-                              capture_output=True, text=True, timeout=60, check=False)
+                              capture_output=True, text=True, timeout=200, check=False)
         self.assertEqual(done.returncode, REFUSED, done.stderr)
         self.assertEqual(re.findall(r"ran (\d+) (\d+)", done.stdout), [("0", "0")] * PAIRS)
         lines = spec.read_text().splitlines()
@@ -285,7 +285,7 @@ class Enforcement(unittest.TestCase):
             wait_for(lambda: said.read_text().count("the former spec stays in force") == 2,
                      "both keep what they have")
             demo.terminate()
-            self.assertEqual(demo.wait(timeout=30), ENDED_WELL)
+            self.assertEqual(demo.wait(timeout=200), ENDED_WELL)
 
     def test_who_changes_a_thread_from_outside_is_found(self):
         with Recorded("outside", unprivileged(), audit_ms=50) as app:

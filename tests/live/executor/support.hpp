@@ -29,7 +29,7 @@ inline Context::Options private_options() {
 }
 
 // Waits for `is_true` with a generous bound: a failure means "never", not "late".
-inline bool eventually(const std::function<bool()>& is_true, std::chrono::seconds bound = 20s) {
+inline bool eventually(const std::function<bool()>& is_true, std::chrono::seconds bound = 50s) {
   const auto end = std::chrono::steady_clock::now() + bound;
   while (!is_true()) {
     if (std::chrono::steady_clock::now() > end) return false;

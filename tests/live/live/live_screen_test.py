@@ -14,7 +14,7 @@ import unittest
 from pathlib import Path
 
 import support
-from support import CIE, SUBSCRIPTION, app, wait_for
+from support import CIE, PATIENCE, SUBSCRIPTION, app, wait_for
 
 LEAVE = b"\x1b[?1049l"  # back to the normal screen
 
@@ -62,7 +62,7 @@ class Terminal:
 
     def wait(self):
         """The exit status; what it writes is read meanwhile."""
-        end = time.monotonic() + 30
+        end = time.monotonic() + PATIENCE
         while self.process.poll() is None:
             self.read()
             if time.monotonic() > end:

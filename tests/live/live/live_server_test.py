@@ -21,7 +21,7 @@ from chromium import Chromium, Unavailable  # noqa: E402  pylint: disable=wrong-
 
 
 def get(port, path, **headers):
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=support.PATIENCE)
     try:
         connection.request("GET", path, headers=headers)
         answer = connection.getresponse()
@@ -45,7 +45,7 @@ class Served(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         cls.program.send_signal(signal.SIGTERM)
-        out, err = cls.program.communicate(timeout=30)
+        out, err = cls.program.communicate(timeout=support.PATIENCE)
         assert cls.program.returncode == 0, err
         assert out == "", "only what serves was asked for"
 
@@ -138,9 +138,9 @@ class Served(unittest.TestCase):
             url = f"http://127.0.0.1:{self.port}/"
             browser.open(url)
             names = "[...document.querySelectorAll('#callbacks tbody td:first-child')].map(cell => cell.textContent)"
-            self.assertEqual(set(browser.evaluate(names)), {TIMER, SUBSCRIPTION})
-            self.assertEqual(browser.evaluate("document.getElementById('verdict').textContent"), "FAIL")
-            self.assertIn("M2", browser.evaluate("document.getElementById('violations').textContent"))
+            wait_for(lambda: set(browser.evaluate(names)) == {TIMER, SUBSCRIPTION}, "the callbacks")
+            wait_for(lambda: browser.evaluate("document.getElementById('verdict').textContent") == "FAIL", "the verdict")
+            wait_for(lambda: "M2" in browser.evaluate("document.getElementById('violations').textContent"), "the violation")
             events = "parseInt(document.getElementById('facts').textContent)"
             before = browser.evaluate(events)
             wait_for(lambda: browser.evaluate(events) > before, "the next snapshot")
@@ -155,7 +155,7 @@ class Served(unittest.TestCase):
             rows = "document.querySelectorAll('#detail tbody tr').length"
             wait_for(lambda: browser.evaluate(rows) > 10, "instances")
             late = "document.querySelectorAll('#detail td.bad').length"
-            self.assertGreater(browser.evaluate(late), 10)
+            wait_for(lambda: browser.evaluate(late) > 10, "late ones")
             ours = {url + name for name in ("", "live.css", "live.js", "events")}
             self.assertLessEqual({r for r in browser.requests() if not r.startswith("data:")}, ours)
             self.assertEqual(browser.troubles(), [])
@@ -171,7 +171,7 @@ class Served(unittest.TestCase):
             self.assertLessEqual(browser.evaluate("document.documentElement.scrollWidth"), 400)
 
     def test_events_come_as_lines_of_the_schema(self):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=support.PATIENCE)
         self.addCleanup(connection.close)
         connection.request("GET", "/events")
         answer = connection.getresponse()
@@ -208,7 +208,7 @@ class Served(unittest.TestCase):
     def test_readers_that_do_not_read_hold_nothing_up(self):
         idle = []
         for _ in range(20):  # more than may follow at once
-            connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+            connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=support.PATIENCE)
             self.addCleanup(connection.close)
             connection.request("GET", "/events")
             idle.append(connection)

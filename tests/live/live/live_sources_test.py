@@ -3,16 +3,20 @@
 
 Counts come from what the traced applications say of themselves.
 """
+import fcntl
 import json
 import os
 import re
 import signal
+import statistics
 import subprocess
 import unittest
 from pathlib import Path
 
 import support
-from support import CIE, SUBSCRIPTION, TIMER, Relay, Running, app, callback, live, wait_for
+from support import CIE, PATIENCE, SUBSCRIPTION, TIMER, Relay, Running, app, callback, live, wait_for
+
+MOST_RECENT = 32  # instances that a line shows of a callback
 
 
 def lines_of(done):
@@ -50,13 +54,18 @@ class Command(unittest.TestCase):
         timer = callback(lines[-1], TIMER)
         self.assertEqual(timer["deadline_ns"], 1000000)
         self.assertEqual(timer["total"]["late"], 100, "each takes a millisecond and a half")
-        seen = [i for line in lines for c in line["callbacks"] if c["logical_id"] == TIMER for i in c["recent"]]
-        self.assertEqual([i["seq"] for i in seen], list(range(100)))
-        for instance in seen:
-            self.assertEqual(instance["late"], instance["response_ns"] > 1000000)
+        before = 0
+        for shown in filter(None, (callback(line, TIMER) for line in lines)):
+            after = shown["total"]["instances"]
+            self.assertEqual([i["seq"] for i in shown["recent"]], list(range(max(before, after - MOST_RECENT), after)))
+            before = after
+            for instance in shown["recent"]:
+                self.assertEqual(instance["late"], instance["response_ns"] > 1000000)
+        self.assertEqual(before, 100)
         busy = [t["cpu_percent"] for line in lines for t in line["threads"] if t["cpu_percent"] is not None]
         self.assertGreater(max(busy), 5, "1.5 ms of about 7")
-        self.assertTrue(all(0 <= percent < 150 for percent in busy), busy)
+        self.assertGreaterEqual(min(busy), 0)
+        self.assertLess(statistics.median(busy), 110, "of one CPU; one value is off where this program waited for a CPU itself")
 
     def test_lines_have_the_fields_that_the_documentation_names(self):
         text = (Path(__file__).resolve().parents[3] / "viewer_export" / "live" / "README.md").read_text("utf-8")
@@ -97,7 +106,7 @@ class Command(unittest.TestCase):
                                          *app("--until-signal", "--period-us", 1000)])
                 program.until(lambda s: callback(s, TIMER))
                 program.process.send_signal(number)
-                out, err = program.process.communicate(timeout=30)
+                out, err = program.process.communicate(timeout=PATIENCE)
                 self.assertEqual(program.process.returncode, 0, err)
                 last = json.loads(out.splitlines()[-1])
                 self.assertEqual(last["source"]["state"], "ended")
@@ -114,7 +123,7 @@ class Command(unittest.TestCase):
                                  *app("--until-signal", "--period-us", 1000)])
         program.snapshot()
         program.process.stdout.close()
-        self.assertEqual(program.process.wait(30), 4)
+        self.assertEqual(program.process.wait(PATIENCE), 4)
         program.process.stdout = open(os.devnull, encoding="ascii")  # for the clean-up
 
 
@@ -130,11 +139,11 @@ class Attached(unittest.TestCase):
                               > callback(first, TIMER)["total"]["instances"])
         self.assertEqual(callback(later, SUBSCRIPTION)["pid"], running.process.pid)
         program.process.send_signal(signal.SIGINT)
-        _, err = program.process.communicate(timeout=30)
+        _, err = program.process.communicate(timeout=PATIENCE)
         self.assertEqual(program.process.returncode, 0, err)
         self.assertIsNone(running.process.poll(), "it goes on")
         running.process.send_signal(signal.SIGTERM)
-        self.assertEqual(running.process.wait(20), 0)
+        self.assertEqual(running.process.wait(PATIENCE), 0)
 
 
 class Session(unittest.TestCase):
@@ -158,7 +167,7 @@ class Session(unittest.TestCase):
         program = self.follow(url)
         program.snapshot()
         self.relay.command("destroy", "mine")
-        out, err = program.process.communicate(timeout=30)
+        out, err = program.process.communicate(timeout=PATIENCE)
         self.assertEqual(program.process.returncode, 0, err)
         self.assertEqual(json.loads(out.splitlines()[-1])["source"]["state"], "ended")
 
@@ -172,7 +181,7 @@ class Session(unittest.TestCase):
         wait_for(lambda: b"callback_start" in subprocess.run(
             ["babeltrace2", *support.traces(self.relay.folder)], capture_output=True, check=False).stdout, "the first packets")
         program = self.follow(url)
-        nameless = program.until(lambda s: s["callbacks"])
+        nameless = program.until(lambda s: len(s["callbacks"]) == 2)
         self.assertEqual({c["logical_id"] for c in nameless["callbacks"]}, {"?0", "?1"})
         self.relay.command("regenerate", "statedump", "--session", "mine")
         program.until(lambda s: callback(s, TIMER) and callback(s, SUBSCRIPTION))
@@ -199,7 +208,7 @@ class Session(unittest.TestCase):
         program.snapshot()
         self.relay.command("start")
         subprocess.run(app("--instances", 20, "--period-us", 1000), check=True, stdout=subprocess.DEVNULL)
-        program.until(lambda s: callback(s, TIMER))
+        program.until(lambda s: callback(s, TIMER) and callback(s, TIMER)["total"]["instances"] == 20)
         self.relay.relayd.send_signal(signal.SIGSTOP)
         silent = program.until(lambda s: s["source"]["state"] == "lost")
         self.assertEqual(silent["source"]["message"], "no answer from the relay daemon for 3 s")
@@ -228,9 +237,12 @@ def read_process(pid, name):
 
 
 class Burst(unittest.TestCase):
-    def test_a_hot_source_is_bounded_and_its_losses_are_counted(self):
-        instances = 400_000
-        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--", support.BURST_APP, str(instances)])
+    def follow(self, instances, environment=None):
+        """Follows a burst. Returns its last snapshot, how many events were emitted, and peaks of the feed's memory in kB."""
+        program = Running(self, [CIE, "live", "--json", "--interval", "0.2", "--", support.BURST_APP, str(instances)],
+                          env={**os.environ, **(environment or {})})
+        # The program waits for this one, so that what is looked at between lines is of that time.
+        fcntl.fcntl(program.process.stdout, fcntl.F_SETPIPE_SZ, 4096)
         feed = None
         peaks = []
         last = None
@@ -246,11 +258,18 @@ class Burst(unittest.TestCase):
         emitted = int(re.search(r"^(\d+)$", err, re.MULTILINE)[1])
         self.assertEqual(emitted, 4 * instances)
         self.assertEqual(last["source"]["state"], "ended")
+        return last, emitted, peaks
+
+    def assert_losses_are_counted(self, last, emitted):
+        state_events = last["events"] + last["lost_events"] - emitted
+        self.assertTrue(0 <= state_events < 200, (last["events"], last["lost_events"], emitted))
+
+    def test_a_hot_source_is_bounded_and_its_losses_are_counted(self):
+        last, emitted, peaks = self.follow(400_000)
         if "seq-gaps" in {defect["kind"] for defect in last["defects"]}:
             pass  # a stream's first packets were gone before they were asked for: only numbers in events tell
         elif last["lost_events"] is not None:
-            state_events = last["events"] + last["lost_events"] - emitted
-            self.assertTrue(0 <= state_events < 200, (last["events"], last["lost_events"], emitted))
+            self.assert_losses_are_counted(last, emitted)
         else:
             self.assertGreater(last["lost_packets"], 0)
         if last["events"] < emitted:
@@ -258,6 +277,12 @@ class Burst(unittest.TestCase):
         self.assertGreater(len(peaks), 2)
         self.assertLess(peaks[-1], 200_000, "kB")
         self.assertLess(peaks[-1] - peaks[len(peaks) // 2], 30_000, peaks)
+
+    def test_what_full_buffers_discard_at_last_is_counted(self):
+        last, emitted, _ = self.follow(200_000, {"LD_PRELOAD": support.LATE_CONSUMER})
+        self.assertEqual(last["lost_packets"], 0, "the relay daemon keeps more than this")
+        self.assertGreater(last["lost_events"], 0)
+        self.assert_losses_are_counted(last, emitted)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What the tests of `cie live` share. Every test program takes the arguments CIE TRACED_APP BURST_APP."""
+"""What the tests of `cie live` share. Every test program takes the arguments CIE TRACED_APP BURST_APP LATE_CONSUMER."""
 
 import json
 import os
@@ -13,9 +13,10 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position,unused-import
 
-CIE, TRACED_APP, BURST_APP = (os.path.abspath(path) for path in sys.argv[1:4])
+CIE, TRACED_APP, BURST_APP, LATE_CONSUMER = (os.path.abspath(path) for path in sys.argv[1:5])
 TIMER = "/test/node@Timer(1000000)"
 SUBSCRIPTION = "/test/node@Subscription(/test/topic)"
+PATIENCE = 90  # seconds, for what a busy machine does late
 scratch = Path(os.sep)  # set by main()
 
 
@@ -24,14 +25,14 @@ def main(name):
         global scratch  # pylint: disable=global-statement
         scratch = folder
         os.environ["TMPDIR"] = str(folder)  # other tests have left-overs of their own
-    isolated_main.main(name, sys.argv[4:], begin)
+    isolated_main.main(name, sys.argv[5:], begin)
 
 
 def app(*arguments):
     return [TRACED_APP, *map(str, arguments)]
 
 
-def wait_for(condition, what, seconds=30):
+def wait_for(condition, what, seconds=PATIENCE):
     """The first result of `condition` that is true."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
@@ -54,7 +55,7 @@ class Running:
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGTERM)
             try:
-                self.process.wait(15)
+                self.process.wait(PATIENCE)
             except subprocess.TimeoutExpired:
                 self.process.kill()
         self.process.wait()
@@ -68,7 +69,7 @@ class Running:
             raise AssertionError(f"no more snapshots: {self.process.stderr.read()}")
         return json.loads(line)
 
-    def until(self, condition, seconds=30):
+    def until(self, condition, seconds=PATIENCE):
         """The first snapshot for which the condition holds."""
         end = time.monotonic() + seconds
         while time.monotonic() < end:
@@ -78,7 +79,7 @@ class Running:
         raise AssertionError(f"no such snapshot within {seconds} s; the last: {snapshot}")
 
 
-def live(*arguments, timeout=60, **kwargs):
+def live(*arguments, timeout=PATIENCE, **kwargs):
     return subprocess.run([CIE, "live", *map(str, arguments)], stdin=subprocess.DEVNULL, capture_output=True, text=True,
                           timeout=timeout, check=False, **kwargs)
 
@@ -109,19 +110,10 @@ class Relay:
         self.control, self.data, self.port = free_ports(3)
         self.url = f"net://127.0.0.1:{self.port}"
         self.folder = scratch / f"relay-{self.port}"
-        self.sessiond = subprocess.Popen(["lttng-sessiond", "--no-kernel"], stdout=subprocess.DEVNULL,
-                                         stderr=subprocess.DEVNULL)
-        test.addCleanup(self._stop, self.sessiond)
+        self.sessiond = isolated_main.session_daemon(test)
         self.relayd = None
         self.start_relay()
-        test.addCleanup(lambda: self._stop(self.relayd))
-        wait_for(lambda: subprocess.run(["lttng", "--no-sessiond", "list"], capture_output=True, check=False)
-                 .returncode == 0, "session daemon")
-
-    @staticmethod
-    def _stop(process):
-        process.terminate()
-        process.wait()
+        test.addCleanup(lambda: isolated_main.end(self.relayd))
 
     def start_relay(self):
         self.relayd = subprocess.Popen(

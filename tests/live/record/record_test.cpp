@@ -2,8 +2,11 @@
 #include "sandbox.hpp"
 #include "trace_text.hpp"
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <set>
 #include <string>
 #include <vector>
@@ -53,21 +56,30 @@ class Record : public ::testing::TestWithParam<User> {
     return static_cast<pid_t>(std::stoi(read_file(path(file))));
   }
 
-  // Until a second after the first state events reached the disk.
+  // Until everything that describes the application and 20 of its instances are on the disk, which
+  // takes a short --flush-interval.
   void wait_until_recorded(const std::string& name) const {
     EXPECT_TRUE(eventually([&] {
-      for (const auto& entry : fs::recursive_directory_iterator(path(""))) {
-        const std::string file = entry.path().lexically_relative(path(name)).string();
-        if (file.starts_with("ust/") && file.find("/state_") != std::string::npos &&
-            entry.is_regular_file() && entry.file_size() > 0) {
-          return true;
-        }
-      }
-      return false;
+      if (!fs::exists(path(name) / "ust")) return false;
+      const TextTrace trace = read_trace(path(name));
+      // An application that runs already tells the parameters of its threads, too.
+      const bool is_sched_due = has_all({"run_begin"}, trace) &&
+                                trace.all("run_begin").front().label("moment") == "announce";
+      return has_all({"run_begin", "node_init", "group_init", "callback_init", "publisher_init",
+                      "thread_init", is_sched_due ? "thread_sched" : "thread_init", "clock_sync"},
+                     trace) &&
+             trace.all("callback_init").size() >= 2 && trace.all("callback_end").size() >= 40;
     })) << name
         << " stays empty";
-    usleep(1'000'000);
   }
+
+  static bool has_all(const std::vector<const char*>& names, const TextTrace& trace) {
+    return std::ranges::all_of(names, [&](const char* name) { return !trace.all(name).empty(); });
+  }
+
+  // Records a burst with buffers that are too small for it: recorded + discarded = emitted.
+  // `before`: words in front of the command.
+  void expect_exact_counts_of_a_burst(const std::vector<std::string>& before);
 
   Sandbox sandbox_{GetParam()};
 };
@@ -108,7 +120,6 @@ void expect_all_state(const TextTrace& trace, const std::string& moment) {
   EXPECT_EQ(trace.all("group_init").front().label("type"), "mutually_exclusive");
   EXPECT_EQ(trace.all("publisher_init").front().label("topic"), "/test/topic");
   EXPECT_EQ(trace.all("thread_init").front().label("role"), "pool");
-  EXPECT_FALSE(trace.all("clock_sync").empty());
 }
 
 TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
@@ -165,10 +176,11 @@ TEST_P(Record, EmitsTheEndWhenTheApplicationCallsExitWithEverythingAlive) {
 }
 
 TEST_P(Record, KeepsEverythingBeforeTheApplicationWasKilled) {
-  Running recorder =
-      sandbox_.start(recording("rec", {"--until-signal", "--ready", path("pid").string()}));
+  Running recorder = sandbox_.start(
+      recording("rec", {"--until-signal", "--ready", path("pid").string(), "--ready-after", "20"}));
   const pid_t application = wait_until_ready("pid");
-  usleep(300'000);
+  // The first time to wait after it told the clocks.
+  EXPECT_TRUE(eventually([&] { return sleeps_of(application, "cie-announce") >= 2; }));
   kill(application, SIGKILL);
   const Finished result = recorder.wait();
   ASSERT_EQ(result.status, 0) << result.err;
@@ -178,18 +190,22 @@ TEST_P(Record, KeepsEverythingBeforeTheApplicationWasKilled) {
   const TextTrace trace = read_trace(path("rec"));
   ASSERT_TRUE(trace.is_readable);
   expect_all_state(trace, "start");
+  EXPECT_FALSE(trace.all("clock_sync").empty());
   EXPECT_TRUE(trace.all("run_end").empty());
   const std::vector<std::int64_t> starts = starts_of(trace, 0);
   EXPECT_GE(starts.size(), 10U);
   EXPECT_EQ(starts, sequence(0, starts.size()));
 }
 
-TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) {
+void Record::expect_exact_counts_of_a_burst(const std::vector<std::string>& before) {
   constexpr std::int64_t kBurst = 20'000;
   constexpr std::int64_t kEventsPerInstance = 6;  // two starts, two ends, publish, release
-  const Finished result = sandbox_.run(
+  std::vector<std::string> command = before;
+  std::ranges::copy(
       recording("rec", {"--burst", std::to_string(kBurst), "--instances", "0"},
-                {"--subbuf-size", "4096", "--num-subbuf", "2", "--flush-interval", "100000"}));
+                {"--subbuf-size", "4096", "--num-subbuf", "2", "--flush-interval", "100000"}),
+      std::back_inserter(command));
+  const Finished result = sandbox_.run(command);
   ASSERT_EQ(result.status, 0) << result.err;
 
   const TextTrace trace = read_trace(path("rec"));
@@ -212,6 +228,14 @@ TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) {
                                     std::to_string(discarded) + " events"));
   expect_all_state(trace, "start");  // the burst cost none of it
   EXPECT_EQ(trace.events.back().name, "run_end");
+}
+
+TEST_P(Record, CountsExactlyWhatTinyBuffersDiscard) { expect_exact_counts_of_a_burst({}); }
+
+// The buffers are full when the application ends and when the session stops, so what they discarded
+// at last stands in no packet that is closed then.
+TEST_P(Record, CountsExactlyWhatIsDiscardedAheadOfALateConsumerDaemon) {
+  expect_exact_counts_of_a_burst({"env", "LD_PRELOAD=" CIE_LATE_CONSUMER});
 }
 
 // Rule T3: no announcement may promise a start that came before it.
@@ -262,6 +286,26 @@ TEST_P(Record, AttachesTwiceAndEachRecordingIsComplete) {
   }
 }
 
+// The program that a recorder starts finds that somebody else was quicker, says so, and ends.
+TEST_P(Record, AttachesToASessionDaemonThatSomebodyElseStartsMeanwhile) {
+  const std::string others = path("others_pid");
+  std::ofstream(path("sessiond")) << "#!/bin/sh\n"
+                                     "lttng-sessiond --no-kernel >/dev/null 2>&1 &\n"
+                                     "echo $! > "
+                                  << others
+                                  << "\n"
+                                     "until lttng --no-sessiond list >/dev/null 2>&1; do :; done\n"
+                                     "exec lttng-sessiond \"$@\"\n";
+  fs::permissions(path("sessiond"), fs::perms::all);
+  const Finished result = sandbox_.run({"env", "LTTNG_SESSIOND_PATH=" + path("sessiond").string(),
+                                        CIE_RECORD, "-o", "rec", "--attach", "--duration", "0.1"});
+  const auto daemon = static_cast<pid_t>(std::stoi(read_file(others)));
+  EXPECT_EQ(kill(daemon, 0), 0) << "it is not the recorder's to stop";
+  kill(daemon, SIGTERM);
+  EXPECT_TRUE(eventually([&] { return kill(daemon, 0) != 0; }));
+  EXPECT_THAT(result.err, HasSubstr("nothing was recorded")) << "nobody was there";
+}
+
 TEST_P(Record, AttachesForTheTimeItIsGiven) {
   Running application = sandbox_.start({CIE_TRACED_APP, "--until-signal", "--ready", path("pid")});
   wait_until_ready("pid");
@@ -309,7 +353,7 @@ TEST_P(Record, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
   Running recorder = sandbox_.start(recording(
       "rec", {"--until-signal", "--ready", path("pid").string()}, {"--flush-interval", "100"}));
   const pid_t application = wait_until_ready("pid");
-  usleep(700'000);
+  wait_until_recorded("rec");
   const Finished daemons =
       sandbox_.run({"pgrep", "-x", "lttng-sessiond", "-P", std::to_string(recorder.pid())});
   ASSERT_FALSE(daemons.out.empty());
@@ -319,7 +363,8 @@ TEST_P(Record, SaysWhenTheSessionDaemonDiedAndWhatWasWrittenCanBeRead) {
   ASSERT_FALSE(consumers.out.empty());
   kill(static_cast<pid_t>(std::stoi(consumers.out)), SIGKILL);
   kill(daemon, SIGKILL);
-  usleep(1'500'000);
+  const std::string message = "the session daemon ended: nothing more is recorded";
+  EXPECT_TRUE(eventually([&] { return recorder.err().find(message) != std::string::npos; }));
   kill(application, SIGTERM);
   const Finished result = recorder.wait();
   EXPECT_EQ(result.status, 4);
@@ -371,7 +416,7 @@ TEST_P(Record, NeverOverwrites) {
 
 TEST_P(Record, FailsWhenNothingRegistered) {
   const Finished result = sandbox_.run(
-      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "0.6"});
+      {CIE_RECORD, "-o", "rec", "--registration-timeout", "0.1", "--", "sleep", "1.5"});
   EXPECT_EQ(result.status, 4);
   EXPECT_THAT(result.err, HasSubstr("no traced application has registered yet"));
   EXPECT_THAT(result.err, HasSubstr("nothing was recorded"));

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <sstream>
+#include <string_view>
 #include <thread>
 
 #include <fcntl.h>
@@ -54,6 +55,8 @@ Running::~Running() {
 }
 
 void Running::signal(int number) const { kill(pid_, number); }
+
+std::string Running::err() const { return read_file(output_.string() + ".err"); }
 
 Finished Running::wait() {
   int status = 0;
@@ -119,6 +122,21 @@ Running Sandbox::start(const std::vector<std::string>& command) {
     _exit(127);
   }
   return Running(pid, output);
+}
+
+std::int64_t sleeps_of(pid_t process, const std::string& name) {
+  constexpr std::size_t kNameRoom = 15;
+  constexpr std::string_view kField = "\nvoluntary_ctxt_switches:";
+  std::int64_t sum = 0;
+  for (const auto& task :
+       fs::directory_iterator(fs::path("/proc") / std::to_string(process) / "task")) {
+    const bool is_meant =
+        name.empty() || read_file(task.path() / "comm") == name.substr(0, kNameRoom) + '\n';
+    const std::string status = read_file(task.path() / "status");
+    const std::size_t at = status.find(kField);
+    if (is_meant && at != std::string::npos) sum += std::stoll(status.substr(at + kField.size()));
+  }
+  return sum;
 }
 
 std::string read_file(const fs::path& file) {

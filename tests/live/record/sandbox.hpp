@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <iosfwd>
 #include <string>
@@ -35,6 +36,8 @@ class Running {
   pid_t pid() const noexcept { return pid_; }
   void signal(int number) const;
   Finished wait();
+  // What it has written to standard error so far.
+  std::string err() const;
 
  private:
   pid_t pid_;
@@ -66,7 +69,10 @@ class Sandbox {
 
 // Polls every 10 ms; false if `condition` does not come true in time.
 template <typename Condition>
-bool eventually(Condition condition, std::chrono::seconds patience = std::chrono::seconds(20));
+bool eventually(Condition condition, std::chrono::seconds patience = std::chrono::seconds(60));
+
+// How often the threads of a process have gone to sleep; of those of a name, if one is given.
+std::int64_t sleeps_of(pid_t process, const std::string& name = "");
 
 std::string read_file(const std::filesystem::path& file);
 

@@ -2,11 +2,12 @@
 // and a publisher, driven by the facade alone.
 //
 //   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort]
-//              [--burst N] [--status N] [--ready FILE] [--fork] [--deadline-us N [--late-every N]]
+//              [--burst N] [--status N] [--ready FILE [--ready-after N]] [--fork]
+//              [--deadline-us N [--late-every N]]
 //
 // --fork: a child destroys what it inherited and calls exit(). Writes FILE (its pid) once
-// everything is registered. --late-every: each N-th instance of the timer responds after three
-// times its deadline. Prints the totals it emitted on exit.
+// everything is registered, or after the burst and N instances. --late-every: each N-th instance of
+// the timer responds after three times its deadline. Prints the totals it emitted on exit.
 #include <cie/tracepoints/trace.hpp>
 
 #include <atomic>
@@ -41,6 +42,7 @@ struct Options {
   std::string leave_by = "return";
   int status = 0;
   std::string ready;
+  std::uint64_t ready_after = 0;
 };
 
 std::atomic<bool> is_asked_to_stop{false};
@@ -79,6 +81,8 @@ Options parse(int argc, char** argv) {
       options.status = std::stoi(value);
     } else if (name == "--ready") {
       options.ready = value;
+    } else if (name == "--ready-after") {
+      options.ready_after = std::stoull(value);
     } else {
       std::exit(64);
     }
@@ -141,12 +145,15 @@ void run_instance(Application& app, std::int64_t release_ns, std::uint64_t work_
   app.subscription.end(seq, cie::CallbackStatus::ok);
 }
 
+void tell_ready(const std::string& file) {
+  std::ofstream(file + ".tmp") << getpid() << '\n';
+  std::rename((file + ".tmp").c_str(), file.c_str());
+}
+
 void work(Application& app, const Options& options) {
   const trace::Thread thread(cie::ThreadRole::pool, cie::kNoCallback, cie::kNoGroup, "pool");
-  if (!options.ready.empty()) {
-    std::ofstream(options.ready + ".tmp") << getpid() << '\n';
-    std::rename((options.ready + ".tmp").c_str(), options.ready.c_str());
-  }
+  const bool is_telling = !options.ready.empty();
+  if (is_telling && options.ready_after == 0) tell_ready(options.ready);
   for (std::uint64_t i = 0; i < options.burst; ++i) {
     run_instance(app, now_ns());
   }
@@ -156,6 +163,7 @@ void work(Application& app, const Options& options) {
     const bool is_late = options.late_every != 0 && (i + 1) % options.late_every == 0;
     const auto late_by = static_cast<std::int64_t>(is_late ? 3 * options.deadline_us * 1000 : 0);
     run_instance(app, now_ns() - late_by, options.work_us);
+    if (is_telling && i + 1 == options.ready_after) tell_ready(options.ready);
     std::this_thread::sleep_for(std::chrono::microseconds(options.period_us));
   }
   if (options.work_us > 0) {

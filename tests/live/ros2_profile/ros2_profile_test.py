@@ -6,7 +6,9 @@ Arguments: PROGRAMS APP APP_OF_ROS2 (an application that has a provider `ros2` o
 import collections
 import json
 import os
+import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -64,6 +66,7 @@ LAYOUTS = {
 RUNS = {"timer": 5, "subscription": 7, "service": 3}
 UNSEEN_RUNS = 2 + 2  # of the client and the waitable, which ROS 2 does not trace
 PUBLISHED = 7
+DESCRIBING = ("_init", "_added", "_register", "_node")  # ends of names
 
 Event = collections.namedtuple("Event", "name time fields context layout")
 
@@ -106,7 +109,7 @@ def ros2_events(trace):
 
 
 def run(*command, **keywords):
-    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=100, check=False,
+    return subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=200, check=False,
                           **keywords)
 
 
@@ -114,6 +117,20 @@ def record(name, *arguments, **keywords):
     done = run(PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / name, *arguments, **keywords)
     assert done.returncode == 0, done.stderr
     return scratch / name
+
+
+def described(trace):
+    """How often each describing event is recorded, also while that goes on."""
+    text = run("babeltrace2", trace).stdout
+    return collections.Counter(name for name in re.findall(r"ros2:(\w+): ", text) if name.endswith(DESCRIBING))
+
+
+def announcers_sleeps(pid):
+    """How often the thread that announces has gone to sleep; it looks around whenever it wakes."""
+    for task in Path(f"/proc/{pid}/task").iterdir():
+        if (task / "comm").read_text() == "cie-announce\n":
+            return int(re.search(r"^voluntary_ctxt_switches:\s+(\d+)", (task / "status").read_text(), re.MULTILINE)[1])
+    raise AssertionError("no thread announces")
 
 
 def streams_of(trace, prefixes, name):
@@ -254,25 +271,26 @@ class Processes(unittest.TestCase):
     def test_each_recording_of_a_running_process_describes_it_once(self):
         ready = scratch / "ready"
         # Outlives the recordings: the application would need seconds to find another one.
-        daemon = subprocess.Popen(["lttng-sessiond", "--no-kernel"], stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL)
-        self.addCleanup(daemon.wait)
-        self.addCleanup(daemon.terminate)
+        isolated_main.session_daemon(self)
         app = subprocess.Popen([APP, ready], env=os.environ | {"CIE_TRACE_PROFILE": "ros2"})
         self.addCleanup(app.wait)
         self.addCleanup(app.kill)
-        deadline = time.monotonic() + 20
-        while not ready.exists() and time.monotonic() < deadline:
-            time.sleep(0.01)
+        isolated_main.wait_for(ready.exists, "the application")
+        wanted = {event: 3 if event == "rclcpp_callback_register" else 1 for event in LAYOUTS if event.endswith(DESCRIBING)}
         for name in ("first", "second"):
-            if name == "second":
-                time.sleep(1.1)  # in which the process sees that the first one ended
-            events = ros2_events(record(name, "--profile", "ros2", "--attach", "--duration", "0.4"))
-            described = collections.Counter(event.name for event in events
-                                            if event.name.endswith(("_init", "_added", "_register", "_node")))
-            wanted = {event: 3 if event == "rclcpp_callback_register" else 1 for event in LAYOUTS
-                      if event.endswith(("_init", "_added", "_register", "_node"))}
-            self.assertEqual(described, wanted, name)
+            if name == "second":  # the process sees first that the other one ended
+                before = announcers_sleeps(app.pid)
+                isolated_main.wait_for(lambda: announcers_sleeps(app.pid) >= before + 2, "a look around")  # pylint: disable=cell-var-from-loop
+            recorder = subprocess.Popen(
+                [PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / name, "--profile", "ros2", "--attach",
+                 "--flush-interval", "100"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+            self.addCleanup(recorder.kill)
+            isolated_main.wait_for(lambda: described(scratch / name).keys() >= wanted.keys(), name)  # pylint: disable=cell-var-from-loop
+            time.sleep(0.4)  # in which nothing is described again
+            recorder.send_signal(signal.SIGINT)
+            said = recorder.communicate(timeout=200)[1]
+            self.assertEqual(recorder.returncode, 0, said)
+            self.assertEqual(described(scratch / name), wanted, name)
 
     def test_without_the_profile_there_is_no_such_event(self):
         done = run(PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / "plain", "--event", "ros2:*", "--",

@@ -23,7 +23,7 @@ REQUEST = "example_interfaces::srv::dds_::AddTwoInts_Request_"
 RESPONSE = "example_interfaces::srv::dds_::AddTwoInts_Response_"
 CLIENT = "clientid=1.10.2b.0.0.1.c1.0.0.0.0.0.0.0.1.3;"
 LITTLE, BIG = bytes([0, 1, 0, 0]), bytes([0, 0, 0, 0])
-BOUND = 30  # seconds: "never", not "late"
+BOUND = 90  # seconds: "never", not "late"
 
 
 class Process:
@@ -251,15 +251,17 @@ class Endpoints(OnTheWire):
         self.tell("service add")
         self.peer.make("sub", "rr/lab/addReply", RESPONSE, user_data=CLIENT)
         self.peer.wait_for_json(seen="pub", topic="rr/lab/addReply")
-        waits = []
-        for seq in range(3):  # three clients, as far as the service can tell; a busy machine delays
+        waits = [BOUND]
+        for seq in range(12):  # so many clients, as far as the service can tell; a busy machine delays
+            # Half a second is what it waits for a reader that does not come.
+            if min(waits) < 0.45:
+                break
             self.peer.make("pub", "rq/lab/addRequest", REQUEST, user_data=CLIENT)
             time.sleep(0.3)  # both sides have discovered each other
             begin = time.monotonic()
             self.peer.write("rq/lab/addRequest", LITTLE + struct.pack("<Qqqq", 5, seq, 1, 1))
             self.peer.next_sample("rr/lab/addReply")
             waits.append(time.monotonic() - begin)
-        # Half a second is what it waits for a reader that does not come.
         self.assertLess(min(waits), 0.45)
 
     def test_a_client_calls_a_service_of_ros_2(self):

@@ -82,6 +82,19 @@ class Announcement : public ::testing::Test {
     application_.front().wait();
   }
 
+  // How often the application's threads of a name have gone to sleep.
+  std::int64_t sleeps(const std::string& name) const {
+    return sleeps_of(static_cast<pid_t>(std::stoi(read_file(path("pid")))), name);
+  }
+
+  // The contract: complete within a second, on a machine with time for it. The thread that
+  // announces looks around at least every second, and tells what is new before it sleeps again.
+  void wait_until_announced() const {
+    const std::int64_t before = sleeps("cie-announce");
+    usleep(1'000'000);
+    ASSERT_TRUE(eventually([&] { return sleeps("cie-announce") >= before + 2; }));
+  }
+
   static void expect_announced(const TextTrace& trace) {
     ASSERT_FALSE(trace.events.empty());
     std::set<std::string> missing = kStateEvents;
@@ -103,7 +116,7 @@ TEST_F(Announcement, FollowsEverySessionStartAlsoWhileAnotherIsActive) {
     create(session);
     enable_events(session);
     lttng({"start", session});
-    usleep(1'000'000);  // the contract: complete within a second
+    wait_until_announced();
   }
   lttng({"destroy", "--all"});
   stop_application();
@@ -117,9 +130,9 @@ TEST_F(Announcement, FollowsEventsEnabledInARunningSession) {
   start_application();
   create("late");
   lttng({"start", "late"});
-  usleep(300'000);
+  wait_until_announced();
   enable_events("late");
-  usleep(1'000'000);
+  wait_until_announced();
   lttng({"destroy", "late"});
   stop_application();
   expect_announced(read_trace(path("late")));
@@ -130,7 +143,11 @@ TEST_F(Announcement, SurvivesInASnapshotLongAfterTheHotEventsOfThatTimeAreGone) 
   create("flight", {"--snapshot"});
   enable_events("flight");
   lttng({"start", "flight"});
-  usleep(2'500'000);  // 1 000 instances a second turn the 8 KiB of "hot" over many times
+  wait_until_announced();
+  // An instance sleeps once: so many turn the 8 KiB of "hot" of every CPU over many times.
+  const std::int64_t enough = 1000 * sysconf(_SC_NPROCESSORS_ONLN);
+  const std::int64_t before = sleeps("live_traced_app");
+  ASSERT_TRUE(eventually([&] { return sleeps("live_traced_app") > before + enough; }));
   lttng({"snapshot", "record", "-s", "flight"});
   lttng({"destroy", "flight"});
   stop_application();
@@ -149,10 +166,10 @@ TEST_F(Announcement, IsRepeatedOnRequestInEveryChunkOfARotatedSession) {
   create("rotated");
   enable_events("rotated");
   lttng({"start", "rotated"});
-  usleep(500'000);
+  wait_until_announced();
   lttng({"rotate", "rotated"});
   lttng({"regenerate", "statedump", "-s", "rotated"});
-  usleep(500'000);
+  wait_until_announced();
   lttng({"rotate", "rotated"});
   lttng({"destroy", "rotated"});
   stop_application();

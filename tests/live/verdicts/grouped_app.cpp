@@ -21,7 +21,7 @@ int main() {
     cie::CallbackIsolatedExecutor executor;
     executor.add_node(node);
     const std::jthread ender([&executor] {
-      std::this_thread::sleep_for(1s);
+      std::this_thread::sleep_for(2s);
       executor.cancel();
     });
     executor.spin();

@@ -36,7 +36,7 @@ class View(unittest.TestCase):
         self.program.stderr.close()
 
     def ask(self, method, path, **headers):
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=200)
         self.addCleanup(connection.close)
         connection.request(method, path, headers=headers)
         answer = connection.getresponse()
@@ -51,7 +51,7 @@ class View(unittest.TestCase):
     def test_the_timeline_is_the_exported_file_and_for_perfettos_viewer(self):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "run.pftrace")
-            subprocess.run([CIE, "export", TRACE, "--to", "perfetto", "-o", path], check=True, timeout=60)
+            subprocess.run([CIE, "export", TRACE, "--to", "perfetto", "-o", path], check=True, timeout=200)
             wanted = Path(path).read_bytes()
         answer, body = self.ask("GET", "/trace.pftrace", Origin=VIEWER)
         self.assertEqual((answer.status, body), (200, wanted))
@@ -88,18 +88,18 @@ class View(unittest.TestCase):
 
     def test_a_taken_port_is_said_before_the_work(self):
         done = subprocess.run([CIE, "view", TRACE, "--port", str(self.port)], stdin=subprocess.DEVNULL,
-                              capture_output=True, text=True, timeout=60, check=False)
+                              capture_output=True, text=True, timeout=200, check=False)
         self.assertEqual(done.returncode, 4)
         self.assertIn(f"port {self.port} of 127.0.0.1 is taken", done.stderr)
 
     def test_signals_end_it(self):
         self.program.send_signal(signal.SIGINT)
-        self.assertEqual(self.program.wait(20), 0)
+        self.assertEqual(self.program.wait(200), 0)
 
     def test_a_port_is_a_number(self):
         for port in ("x", "65536", "-1", ""):
             done = subprocess.run([CIE, "view", TRACE, f"--port={port}"], stdin=subprocess.DEVNULL, capture_output=True,
-                                  text=True, timeout=60, check=False)
+                                  text=True, timeout=200, check=False)
             self.assertEqual(done.returncode, 2, port)
 
 

@@ -34,7 +34,7 @@ done
 def complete(*lines, folder="/"):
     """What bash offers at the end of each line, sorted; a completion that complains fails."""
     result = subprocess.run(["bash", "--norc", "-c", DRIVER, "driver", SCRIPT], input="".join(line + "\n" for line in lines),
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120, check=True, cwd=folder,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=200, check=True, cwd=folder,
                             env={**os.environ, "PATH": PROGRAMS.folder + ":" + os.environ["PATH"], "LC_ALL": "C.UTF-8"})
     assert result.stderr == "", result.stderr
     return [sorted(word for word in line.split("\x1f") if word) for line in result.stdout.splitlines()]

@@ -77,7 +77,7 @@ class Commands(unittest.TestCase):
                     for command, shown in steps(block):
                         with self.subTest(f"{os.path.basename(page)}: {command}"):
                             count += 1
-                            done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, text=True, timeout=60,
+                            done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, text=True, timeout=200,
                                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
                             difference = matches(shown, [line.rstrip() for line in done.stdout.splitlines()])
                             self.assertEqual(difference, "", done.stdout)

@@ -26,7 +26,7 @@ class Programs:
 
     def run(self, *words):
         return subprocess.run([os.path.join(self.folder, words[0]), *words[1:]], stdin=subprocess.DEVNULL,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=30, check=False, cwd="/",
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=200, check=False, cwd="/",
                               env={**os.environ, "PATH": self.folder + ":" + os.environ.get("PATH", "")})
 
     def commands(self):

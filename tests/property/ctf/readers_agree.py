@@ -357,7 +357,7 @@ def recording(layout, rng):
 
 def output(cie, reader, command, trace, folder=None):
     result = subprocess.run([cie, *command.split(), "--reader", reader, str(trace)], capture_output=True,
-                            timeout=60, check=False, cwd=folder)
+                            timeout=200, check=False, cwd=folder)
     return result.returncode, result.stdout, result.stderr
 
 

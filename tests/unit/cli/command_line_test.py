@@ -27,7 +27,7 @@ def cie(*arguments, **options):
     options.setdefault("stderr", subprocess.PIPE)
     options.setdefault("program", CIE)
     program = options.pop("program")
-    return subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, timeout=60, check=False, **options)
+    return subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, timeout=200, check=False, **options)
 
 
 def on_terminal(*arguments, environment=None):
@@ -48,7 +48,7 @@ def on_terminal(*arguments, environment=None):
     os.close(ours)
     errors = process.stderr.read()
     process.stderr.close()
-    return process.wait(timeout=60), shown, errors
+    return process.wait(timeout=200), shown, errors
 
 
 class Folder(unittest.TestCase):

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""tests/suite.py with suites of shell commands. Argument: the script."""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+SUITE = os.path.abspath(sys.argv[1])
+ONCE = 'test -e "$FLAG" || { touch "$FLAG"; echo "a_test.cpp:7: Failure"; echo "Expected: 1"; exit 1; }'
+
+
+class Suite(unittest.TestCase):
+    def run_suite(self, tests, *options):
+        """`tests`: name → shell command, where $FLAG is a file of its own. Returns the exit code, the output, the short text."""
+        folder = tempfile.TemporaryDirectory(prefix="cie-suite-")
+        self.addCleanup(folder.cleanup)
+        self.tree = Path(folder.name)
+        lines = []
+        for number, (name, command) in enumerate(tests.items()):
+            lines += [f"add_test([=[{name}]=] sh -c [=[echo ran >>'{self.tree}/runs-{name}'; {command}]=])",
+                      f"set_tests_properties([=[{name}]=] PROPERTIES TIMEOUT 20 ENVIRONMENT FLAG={self.tree}/flag-{number})"]
+        (self.tree / "CTestTestfile.cmake").write_text("\n".join(lines), "utf-8")
+        done = subprocess.run([sys.executable, SUITE, self.tree, self.tree / "tests", *options],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=50, check=False)
+        return done.returncode, done.stdout, (self.tree / "tests.txt").read_text("utf-8")
+
+    def runs(self, name):
+        return (self.tree / f"runs-{name}").read_text("ascii").count("ran")
+
+    def test_a_live_test_that_fails_once_passes_and_is_named(self):
+        name = "live.As.Counts(User)  # GetParam() = a [user]"
+        code, out, brief = self.run_suite({"unit.other": "true", name: ONCE, "live.other": "true"})
+        self.assertEqual(code, 0, out)
+        self.assertEqual([self.runs(test) for test in ("unit.other", name, "live.other")], [1, 2, 1], "nothing else runs again")
+        self.assertEqual(brief, f"passed only when run again: {name} (Failed)\n    a_test.cpp:7: Failure\n    Expected: 1\n")
+        self.assertTrue(out.endswith(brief), out)
+
+    def test_a_live_test_that_fails_twice_fails(self):
+        code, out, brief = self.run_suite({"live.a": "seq 200; echo 'AssertionError: 1 != 2 : seconds'; exit 1"})
+        self.assertEqual((code, self.runs("live.a")), (1, 2))
+        self.assertEqual(brief, "FAILED: live.a (Failed)\n    AssertionError: 1 != 2 : seconds\n")
+        shown = out[out.rindex("the end of its output"):]
+        self.assertIn("\n142\n", shown, "60 lines with the last")
+        self.assertNotIn("\n141\n", shown)
+
+    def test_other_kinds_never_run_again(self):
+        for name in ("unit.a", "golden.a", "property.a", "package.a"):
+            with self.subTest(name):
+                code, out, brief = self.run_suite({name: ONCE})
+                self.assertEqual((code, self.runs(name)), (1, 1), out)
+                self.assertIn(f"FAILED: {name} (Failed)", brief)
+
+    def test_what_crashed_or_a_sanitizer_reported_never_runs_again(self):
+        for end in ("kill -SEGV $$", "kill -ABRT $$", "echo 'WARNING: ThreadSanitizer: data race (pid=1)'; exit 66",
+                    "echo 'a.cpp:1:2: runtime error: signed integer overflow'; exit 1"):
+            with self.subTest(end):
+                code, out, brief = self.run_suite({"live.a": f'test -e "$FLAG" || {{ touch "$FLAG"; {end}; }}'})
+                self.assertEqual((code, self.runs("live.a")), (1, 1), out)
+                self.assertIn("FAILED: live.a", brief)
+
+    def test_many_failures_are_no_accident(self):
+        names = [f"live.{number}" for number in range(11)]
+        code, out, _ = self.run_suite({name: ONCE for name in names}, "-j", "2")
+        self.assertEqual((code, [self.runs(name) for name in names]), (1, [1] * 11), out)
+
+    def test_everything_passing_says_nothing_more(self):
+        code, out, brief = self.run_suite({"unit.a": "true", "live.b": "true"})
+        self.assertEqual((code, brief), (0, ""), out)
+
+    def test_no_tests_and_skips_without_a_reason_fail(self):
+        self.assertEqual(self.run_suite({"unit.a": "true"}, "-R", "nothing")[0], 1)
+        self.assertEqual(self.run_suite({"unit.b": "echo 'test_a (m.C.test_a) ... skipped \"no program\"'"})[0], 1)
+        self.assertEqual(self.run_suite({"unit.c": "echo 'test_a (m.C.test_a) ... skipped \"not possible here: no PMU\"'"})[0], 0)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=2)
