@@ -28,13 +28,6 @@ using perfetto::PacketBuffer;
 
 constexpr std::size_t kBlock = 1U << 18U;  // bytes encoded before they are written
 
-template <typename T>
-Annotations notes_of(const T& told) {
-  Annotations notes;
-  visit_notes(told, [&notes](Note note, const auto& value) { notes.add(note, value); });
-  return notes;
-}
-
 }  // namespace
 
 struct PerfettoExport::State {
@@ -52,6 +45,7 @@ struct PerfettoExport::State {
   perfetto::Counters counters;
   perfetto::SchedRecorder sched;
   PacketBuffer packets;
+  Annotations notes;  // of what is drawn
   PerfettoCounts counts;
 
   void write_packets(std::ostream& out, const analysis::AnalysisResult& result);
@@ -60,11 +54,22 @@ struct PerfettoExport::State {
   void draw(const RecordedPublication& record);
   void draw(const RecordedInstance& record);
   void draw_wait(const RecordedInstance& record);
+  // Puts them into `notes`.
+  template <typename T>
+  const Annotations& notes_of(const T& told);
+  perfetto::Drawing drawing() { return {packets, tracks, run.callbacks()}; }
   void flush(std::ostream& out) {
     out.write(packets.bytes().data(), static_cast<std::streamsize>(packets.bytes().size()));
     packets.clear();
   }
 };
+
+template <typename T>
+const Annotations& PerfettoExport::State::notes_of(const T& told) {
+  notes.clear();
+  visit_notes(told, [this](Note note, const auto& value) { notes.add(note, value); });
+  return notes;
+}
 
 std::int64_t PerfettoExport::State::begin_of(const analysis::Report& report) const {
   auto begin = std::min(run.first_time().value_or(first_sched), first_sched);
@@ -76,6 +81,8 @@ std::int64_t PerfettoExport::State::begin_of(const analysis::Report& report) con
 void PerfettoExport::State::write_preamble(const analysis::Report& report, std::int64_t begin) {
   for (const auto& process : report.processes)
     hosts.insert(process.host_number);
+  for (const auto& thread : run.threads().all())
+    hosts.insert(thread.host);
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < run.callbacks().size(); ++i) {
     names.push_back(valid_utf8(run.callbacks().name(i)));
@@ -87,7 +94,7 @@ void PerfettoExport::State::write_preamble(const analysis::Report& report, std::
     packets.set_machine(host);
     packets.preamble(begin, report.trace.clock_offset_ns);
   }
-  tracks.describe(packets, report, begin);
+  tracks.describe(packets, report, run.threads(), begin);
   for (const auto host : hosts) {
     packets.set_machine(host);
     packets.interned(begin, names);
@@ -103,7 +110,7 @@ void PerfettoExport::State::draw(const RecordedPublication& record) {
     ++arrow;  // 0 means none
   packets.set_machine(p.host);
   packets.instant(p.time.ns,
-                  {.track = tracks.thread_track(thread_of(p)),
+                  {.track = tracks.thread_track(record.thread),
                    .category = Category::publish,
                    .name_iid = run.callbacks().size() + record.topic + 1},
                   notes_of(p), arrows);
@@ -113,22 +120,23 @@ void PerfettoExport::State::draw(const RecordedPublication& record) {
 void PerfettoExport::State::draw(const RecordedInstance& record) {
   const auto& i = record.instance;
   const auto end = i.end ? std::optional(i.end->ns) : std::nullopt;
+  counters.draw_queue(drawing(), record);
   packets.set_machine(i.host);
-  const auto track = tracks.instance_track(packets, thread_of(i), i.start.ns, end);
+  const auto track = tracks.instance_track(packets, record.thread, i.start.ns, end);
   if (!track) {
     ++counts.skipped;
     return;
   }
   const perfetto::Slice slice{
       .track = *track, .category = Category::callback, .name_iid = std::uint64_t{record.name} + 1};
+  const auto response = counters.response(drawing(), record);
   packets.slice_begin(i.start.ns, slice, notes_of(i),
                       record.takes_seen_message ? record.index + 1 : 0);
-  if (end) {
-    packets.slice_end(*end, *track);  // an instance without an end is drawn to the end of the trace
+  if (end) {  // an instance without an end is drawn to the end of the trace
+    packets.slice_end(*end, *track, response);
   }
   ++counts.callback_slices;
   draw_wait(record);
-  counters.draw_response(packets, tracks, i);
 }
 
 void PerfettoExport::State::draw_wait(const RecordedInstance& record) {
@@ -136,14 +144,14 @@ void PerfettoExport::State::draw_wait(const RecordedInstance& record) {
   if (!i.release || i.release->ns < 0 || !(*i.release < i.start)) {
     return;
   }
-  const auto track = tracks.wait_track(packets, thread_of(i), i.release->ns, i.start.ns);
+  const auto track = tracks.wait_track(packets, record.thread, i.release->ns, i.start.ns);
   if (!track) {
     ++counts.skipped;
     return;
   }
-  Annotations notes;
+  notes.clear();
   notes.add(Note::seq, i.seq);
-  notes.add(Note::release_source, analysis::label(i.release_source));
+  notes.add(Note::release_source, i.release_source);
   const perfetto::Slice slice{
       .track = *track, .category = Category::wait, .name_iid = std::uint64_t{record.name} + 1};
   packets.slice_begin(i.release->ns, slice, notes);
@@ -157,17 +165,11 @@ PerfettoExport::~PerfettoExport() = default;
 
 void PerfettoExport::on_instance(const Instance& instance) {
   auto& s = *state_;
-  if (!s.run.add(instance)) return;
-  s.tracks.see(thread_of(instance));
-  s.hosts.insert(instance.host);
-  s.counters.see(instance, instance.logical_id);
+  if (s.run.add(instance)) s.counters.see(instance);
 }
 
 void PerfettoExport::on_publication(const Publication& publication) {
-  auto& s = *state_;
-  if (!s.run.add(publication)) return;
-  s.tracks.see(thread_of(publication));
-  s.hosts.insert(publication.host);
+  state_->run.add(publication);
 }
 
 void PerfettoExport::on_sched_slice(const analysis::SchedSlice& slice) {
@@ -210,7 +212,7 @@ void PerfettoExport::State::write_packets(std::ostream& out,
         draw(record);
         flush_full();
       });
-  counters.draw_queues(packets, tracks, flush_full);
+  counters.finish(drawing(), flush_full);
   flush(out);
   sched.finish(out);
   counts.response_values = counters.responses();
