@@ -1,5 +1,6 @@
 #include <cie/viewer_export/perfetto_export.hpp>
 
+#include "background_stream.hpp"
 #include "gzip_stream.hpp"
 #include "notes.hpp"
 #include "perfetto_counters.hpp"
@@ -49,6 +50,12 @@ struct PerfettoExport::State {
   PerfettoCounts counts;
 
   void write_packets(std::ostream& out, const analysis::AnalysisResult& result);
+  // While packets are encoded, those before them go to `out`.
+  void write_in_background(std::ostream& out, const analysis::AnalysisResult& result) {
+    BackgroundStream background(out);
+    write_packets(background.stream(), result);
+    background.finish();
+  }
   std::int64_t begin_of(const analysis::Report& report) const;
   void write_preamble(const analysis::Report& report, std::int64_t begin);
   void draw(const RecordedPublication& record);
@@ -229,10 +236,10 @@ void PerfettoExport::show_progress(analysis::Progress* progress) {
 PerfettoCounts PerfettoExport::write(std::ostream& out, const analysis::AnalysisResult& result) {
   if (state_->gzip) {
     GzipStream compressed(out);
-    state_->write_packets(compressed.stream(), result);
+    state_->write_in_background(compressed.stream(), result);
     compressed.finish();
   } else {
-    state_->write_packets(out, result);
+    state_->write_in_background(out, result);
   }
   return state_->counts;
 }

@@ -19,7 +19,7 @@ RecordedRun::RecordedRun(std::size_t records_in_memory,
     : records_in_memory_(records_in_memory),
       spill_directory_(spill_directory),
       instances_(records_in_memory, spill_directory),
-      publications_(records_in_memory, spill_directory),
+      publications_(std::make_unique<Publications>(records_in_memory, spill_directory)),
       deliveries_of_(records_in_memory, spill_directory),
       lone_takes_(records_in_memory, spill_directory) {}
 
@@ -80,7 +80,7 @@ bool RecordedRun::add(const Publication& publication) {
   kept.index = published_++;
   kept.topic = topics_.number(publication.topic, publication.publisher_id);
   kept.thread = threads_.number(thread_of(publication));
-  publications_.add(kept);
+  publications_->add(kept);
   if (publication.writer_gid != 0) {
     // A second publication of the same message (a damaged trace) has no receivers of its own.
     window_.add({publication.writer_gid, publication.source_timestamp_realtime_ns},
@@ -103,10 +103,10 @@ void RecordedRun::deliver(Published& publication, std::int64_t time, std::uint64
 void RecordedRun::join_the_rest() {
   if (lone_takes_.size() == 0) return;
   // The publications are read for this, and kept again for replay().
-  decltype(publications_) again(records_in_memory_, spill_directory_);
+  auto again = std::make_unique<Publications>(records_in_memory_, spill_directory_);
   auto& messages = lone_takes_;
-  publications_.drain([&](const KeptPublication& p) {
-    again.add(p);
+  publications_->drain([&](const KeptPublication& p) {
+    again->add(p);
     if (p.writer_gid != 0) {
       messages.add({.key = {p.writer_gid, p.source_timestamp}, .time = p.time, .index = p.index});
     }
@@ -125,7 +125,7 @@ void RecordedRun::join_the_rest() {
 }
 
 bool RecordedRun::take_publication(RecordedPublication& publication) {
-  const auto* const next = publications_.front();
+  const auto* const next = publications_->front();
   if (next == nullptr) return false;
   publication = next->restored(threads_);
   receivers_.clear();
@@ -135,7 +135,7 @@ bool RecordedRun::take_publication(RecordedPublication& publication) {
     receivers_.push_back(delivery->receiver);
     deliveries_of_.pop();
   }
-  publications_.pop();
+  publications_->pop();
   publication.receivers = receivers_;
   return true;
 }

@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -91,6 +92,8 @@ class RecordedRun {
     bool operator()(const Message& a, const Message& b) const;
   };
 
+  using Publications = ExternalSorter<KeptPublication, ByTime>;
+
   void deliver(Published& publication, std::int64_t time, std::uint64_t receiver);
   // Finds the publications of the messages whose takers did not find them.
   void join_the_rest();
@@ -103,7 +106,7 @@ class RecordedRun {
   NameTable topics_;
   ThreadTable threads_;
   ExternalSorter<KeptInstance, ByStart> instances_;
-  ExternalSorter<KeptPublication, ByTime> publications_;
+  std::unique_ptr<Publications> publications_;
   ExternalSorter<Delivery, ByPublication> deliveries_of_;
   MessageWindow<Published> window_;
   // Takes whose publication the window does not have: it was long ago, or is told later, or never.
