@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -17,19 +18,22 @@
 namespace cie::viewer_export {
 
 // Less must be a total order of what matters: records it calls equal may come in any order. Memory:
-// records_in_memory records, and while merging 32 KiB per run. Not thread-safe.
+// records_in_memory records, and while merging 32 KiB per run. A run is sorted and written by a
+// thread of its own while the next one is collected. To be used by one thread.
 template <typename Record, typename Less>
 class ExternalSorter {
   static_assert(std::is_trivially_copyable_v<Record>);
 
  public:
   ExternalSorter(std::size_t records_in_memory, std::filesystem::path directory)
-      : capacity_(std::max<std::size_t>(records_in_memory, 1)), spool_(std::move(directory)) {}
+      : capacity_(std::max<std::size_t>(records_in_memory / 2, 1)), spool_(std::move(directory)) {}
+  ExternalSorter(const ExternalSorter&) = delete;
+  ExternalSorter& operator=(const ExternalSorter&) = delete;
 
   // Records that were added and not drained.
   std::uint64_t size() const noexcept { return size_; }
 
-  // Throws WriteError when the disk is full.
+  // Throws WriteError when the disk is full, sooner or later.
   void add(const Record& record) {
     records_.push_back(record);
     ++size_;
@@ -97,28 +101,39 @@ class ExternalSorter {
     bool has_record = false;
   };
 
-  void sort() { std::sort(records_.begin(), records_.end(), Less{}); }
+  static void sort(std::vector<Record>& records) {
+    std::sort(records.begin(), records.end(), Less{});
+  }
 
+  // Has another thread write what was added.
   void spill() {
-    if (records_.empty()) {
-      return;
-    }
-    sort();
+    end_spill();
+    if (records_.empty()) return;
+    spilled_.clear();
+    std::swap(records_, spilled_);
+    spill_ = std::async(std::launch::async, [this] { write_run(spilled_); });
+  }
+  // Waits for it.
+  void end_spill() {
+    if (spill_.valid()) spill_.get();
+  }
+
+  void write_run(std::vector<Record>& records) {
+    sort(records);
     Codec codec;
     Run run;
     run.offset = spool_.size();
     encoded_.resize(kPiece + Codec::kMostBytes);
     std::size_t size = 0;
-    for (const auto& record : records_) {
+    for (const auto& record : records) {
       size =
           static_cast<std::size_t>(codec.encode(record, encoded_.data() + size) - encoded_.data());
       if (size >= kPiece) spool_.append({encoded_.data(), std::exchange(size, 0)});
     }
     spool_.append({encoded_.data(), size});
     run.end = spool_.size();
-    run.records = records_.size();
+    run.records = records.size();
     runs_.push_back(std::move(run));
-    records_.clear();
   }
 
   // Decodes the next record; false at the end of the run.
@@ -145,12 +160,15 @@ class ExternalSorter {
   void begin_reading() {
     is_read_ = true;
     next_ = 0;
+    end_spill();
     if (runs_.empty()) {
-      sort();
+      sort(records_);
       return;
     }
     spill();
+    end_spill();
     records_ = {};
+    spilled_ = {};
     encoded_ = {};
     for (auto& run : runs_) {
       if (load(run)) heap_.push_back(&run);
@@ -170,7 +188,7 @@ class ExternalSorter {
 
   static bool is_later(const Run* a, const Run* b) { return Less{}(b->record, a->record); }
 
-  std::size_t capacity_;
+  std::size_t capacity_;  // of a run
   std::uint64_t size_ = 0;
   std::vector<Record> records_;
   std::vector<char> encoded_;  // a piece of a run on its way to the disk
@@ -180,6 +198,9 @@ class ExternalSorter {
   std::size_t next_ = 0;    // of records_, where all are in memory
   Run* current_ = nullptr;  // has the first record of all
   std::vector<Run*> heap_;  // the others with records left, the earliest record first
+  // Until the spill has ended, encoded_, spool_ and runs_ are its own too.
+  std::vector<Record> spilled_;
+  std::future<void> spill_;  // last: it uses the rest, and waits
 };
 
 }  // namespace cie::viewer_export

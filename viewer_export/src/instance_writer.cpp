@@ -3,6 +3,7 @@
 #include "external_sorter.hpp"
 #include "instance_rows.hpp"
 #include "name_table.hpp"
+#include "optional_numbers.hpp"
 
 #include <array>
 #include <cstddef>
@@ -11,7 +12,6 @@
 #include <string>
 #include <string_view>
 #include <tuple>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -44,21 +44,11 @@ struct Row {
   std::uint32_t name = 0;  // of the logical id
   std::uint32_t missed = 0;
   std::uint64_t seq = 0;
-  std::uint32_t known = 0;  // a bit for each of `numbers`
   ReleaseSource release_source{};
-  std::array<std::int64_t, kNumbers> numbers{};
+  OptionalNumbers<Number, kNumbers> numbers{};
 
-  template <typename T>
-  void keep(Number number, const std::optional<T>& value) {
-    if (!value) return;
-    known |= 1U << number;
-    if constexpr (std::is_integral_v<T>)
-      numbers.at(number) = *value;
-    else
-      numbers.at(number) = value->ns;
-  }
   Cell cell(Number number) const {
-    return (known >> number & 1U) != 0 ? Cell(numbers.at(number)) : Cell();
+    return numbers.is_known(number) ? Cell(numbers.value(number)) : Cell();
   }
 };
 
@@ -82,16 +72,16 @@ Row row_of(const Instance& i, std::uint32_t name) {
           .release_source = i.release_source};
   // Without any sign of a release the start itself is the bound.
   const bool is_start = i.release_source == ReleaseSource::start;
-  row.keep(kRelease, !i.release && is_start ? std::optional(i.start) : i.release);
-  row.keep(kWakeup, i.wakeup);
-  row.keep(kEnd, i.end);
-  row.keep(kCpuStart, i.cpu_start);
-  row.keep(kCpuEnd, i.cpu_end);
-  row.keep(kExecution, i.execution);
-  row.keep(kPreempted, i.preempted);
-  row.keep(kBlocked, i.blocked);
-  row.keep(kWaking, i.waking);
-  row.keep(kWakeDelay, i.wake_delay);
+  row.numbers.keep(kRelease, !i.release && is_start ? std::optional(i.start) : i.release);
+  row.numbers.keep(kWakeup, i.wakeup);
+  row.numbers.keep(kEnd, i.end);
+  row.numbers.keep(kCpuStart, i.cpu_start);
+  row.numbers.keep(kCpuEnd, i.cpu_end);
+  row.numbers.keep(kExecution, i.execution);
+  row.numbers.keep(kPreempted, i.preempted);
+  row.numbers.keep(kBlocked, i.blocked);
+  row.numbers.keep(kWaking, i.waking);
+  row.numbers.keep(kWakeDelay, i.wake_delay);
   return row;
 }
 

@@ -50,8 +50,8 @@ auto appender(std::string& text) {
   return [&text](Note note, const auto& value) {
     const auto out = std::back_inserter(text);
     const auto* comma = text.empty() ? "" : ",";
-    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::string_view>) {
-      fmt::format_to(out, R"({}"{}":{})", comma, label(note), json_string(value));
+    if constexpr (std::is_enum_v<std::decay_t<decltype(value)>>) {
+      fmt::format_to(out, R"({}"{}":{})", comma, label(note), json_string(plain(value)));
     } else if (is_wide(note)) {
       fmt::format_to(out, R"({}"{}":"{}")", comma, label(note), value);
     } else {

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 namespace cie::viewer_export {
 
@@ -55,14 +56,14 @@ std::string_view label(analysis::InstanceState state) noexcept;
 Note response_note(analysis::ReleaseSource source) noexcept;
 
 // Calls visit(Note, value) for what is known; values are std::int64_t, std::uint64_t and
-// std::string_view.
+// enumerations that have a label().
 template <typename Visit>
 void visit_notes(const analysis::Instance& i, const Visit& visit) {
   const auto visit_time = [&visit](Note note, const std::optional<analysis::Duration>& time) {
     if (time) visit(note, time->ns);
   };
   visit(Note::seq, i.seq);
-  visit(Note::release_source, analysis::label(i.release_source));
+  visit(Note::release_source, i.release_source);
   if (i.end && i.release) {
     visit(response_note(i.release_source), (*i.end - *i.release).ns);
   }
@@ -70,8 +71,8 @@ void visit_notes(const analysis::Instance& i, const Visit& visit) {
     visit(Note::start_latency_ns, (i.start - *i.release).ns);
   }
   visit(Note::missed, std::uint64_t{i.missed});
-  visit(Note::status, std::string_view(cie::label(i.status)));
-  visit(Note::state, label(i.state));
+  visit(Note::status, i.status);
+  visit(Note::state, i.state);
   if (i.cpu_start) visit(Note::cpu_start, std::int64_t{*i.cpu_start});
   if (i.cpu_end) visit(Note::cpu_end, std::int64_t{*i.cpu_end});
   visit_time(Note::execution_ns, i.execution);
@@ -86,6 +87,16 @@ void visit_notes(const analysis::Publication& p, const Visit& visit) {
   visit(Note::publisher_id, std::uint64_t{p.publisher_id});
   visit(Note::writer_gid, p.writer_gid);
   visit(Note::source_timestamp_realtime_ns, p.source_timestamp_realtime_ns);
+}
+
+// A note's value as number or text.
+template <typename T>
+auto plain(const T& value) {
+  if constexpr (std::is_enum_v<T>) {
+    return std::string_view(label(value));
+  } else {
+    return value;
+  }
 }
 
 // Notes as members of a JSON object, without its braces. Those that do not fit into a double, as

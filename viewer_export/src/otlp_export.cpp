@@ -73,7 +73,7 @@ class Attributes {
 template <typename T>
 void add_notes(Attributes& attributes, const T& told) {
   visit_notes(told, [&attributes](Note note, const auto& value) {
-    attributes.add(fmt::format("cie.{}", label(note)), value);
+    attributes.add(fmt::format("cie.{}", label(note)), plain(value));
   });
 }
 

@@ -2,6 +2,7 @@
 
 #include "file_descriptor.hpp"
 #include "held_signals.hpp"
+#include "write_behind.hpp"
 
 #include <array>
 #include <cerrno>
@@ -42,7 +43,7 @@ class DescriptorBuffer final : public std::streambuf {
       return std::streambuf::xsputn(data, size);
     }
     drain();
-    write_all(descriptor_, {data, static_cast<std::size_t>(size)}, object_);
+    write({data, static_cast<std::size_t>(size)});
     return size;
   }
   int sync() override {
@@ -54,11 +55,16 @@ class DescriptorBuffer final : public std::streambuf {
   void drain() {
     const std::string_view pending{pbase(), static_cast<std::size_t>(pptr() - pbase())};
     setp(buffer_.data(), buffer_.data() + buffer_.size());  // a failed block is not tried again
-    write_all(descriptor_, pending, object_);
+    write(pending);
+  }
+  void write(std::string_view bytes) {
+    write_all(descriptor_, bytes, object_);
+    behind_.wrote(bytes.size());
   }
 
   int descriptor_;
   std::string object_;
+  WriteBehind behind_{descriptor_};
   std::array<char, 65536> buffer_{};
 };
 

@@ -9,15 +9,12 @@ namespace cie::viewer_export::perfetto {
 using analysis::Instance;
 using analysis::ReleaseSource;
 
-void Counters::see(const Instance& instance, std::string_view name) {
+void Counters::see(const Instance& instance) {
+  if (instance.callback >= callbacks_.size()) callbacks_.resize(instance.callback + 1);
+  auto& callback = callbacks_[instance.callback];
   const auto thread = thread_of(instance);
-  auto [at, is_new] = callbacks_.try_emplace(instance.callback);
-  auto& callback = at->second;
-  if (is_new) {
-    callback.thread = thread;
-    callback.name = names_.number(name);
-  }
-  if (callback.thread != thread) callback.has_one_thread = false;
+  if (!callback.first_thread) callback.first_thread = thread;
+  if (*callback.first_thread != thread) callback.has_one_thread = false;
   if (instance.writer_gid == 0) return;  // it took no message
   const bool is_exact = instance.release && instance.release_source == ReleaseSource::exact &&
                         instance.release->ns >= 0 && *instance.release <= instance.start;
@@ -25,59 +22,88 @@ void Counters::see(const Instance& instance, std::string_view name) {
     callback.is_queue_known = false;
     return;
   }
-  arrivals_.add({.callback = instance.callback, .change = 1, .time = instance.release->ns});
-  arrivals_.add({.callback = instance.callback, .change = -1, .time = instance.start.ns});
+  if (instance.release->ns < callback.last_release || instance.start.ns < callback.last_start) {
+    callback.is_in_order = false;
+  }
+  callback.last_release = instance.release->ns;
+  callback.last_start = instance.start.ns;
 }
 
-std::uint64_t Counters::track(PacketBuffer& packets, Tracks& tracks, const Callback& callback,
+Counters::Callback& Counters::callback_of(const RecordedInstance& record) {
+  auto& callback = callbacks_[record.instance.callback];
+  callback.name = record.name;
+  callback.thread = record.thread;
+  return callback;
+}
+
+std::uint64_t Counters::track(const Drawing& drawing, const Callback& callback,
                               std::string_view quantity, CounterUnit unit) {
-  const auto& thread = callback.thread;
-  const auto parent = callback.has_one_thread ? tracks.thread_track(thread)
-                                              : tracks.process_track(thread.host, thread.pid);
-  const auto uuid = tracks.new_uuid();
-  packets.counter_track(uuid, parent,
-                        std::string(quantity) + valid_utf8(names_.name(callback.name)), unit);
+  const auto& thread = *callback.first_thread;
+  const auto parent = callback.has_one_thread
+                          ? drawing.tracks.thread_track(callback.thread)
+                          : drawing.tracks.process_track(thread.host, thread.pid);
+  const auto uuid = drawing.tracks.new_uuid();
+  drawing.packets.set_machine(thread.host);
+  drawing.packets.counter_track(
+      uuid, parent, std::string(quantity) + valid_utf8(drawing.names.name(callback.name)), unit);
   return uuid;
 }
 
-void Counters::draw_response(PacketBuffer& packets, Tracks& tracks, const Instance& instance) {
-  if (!instance.end || !instance.release || instance.release_source != ReleaseSource::exact) return;
-  auto& callback = callbacks_.at(instance.callback);
-  packets.set_machine(callback.thread.host);
+std::optional<CounterValue> Counters::response(const Drawing& drawing,
+                                               const RecordedInstance& record) {
+  const auto& i = record.instance;
+  if (!i.end || !i.release || i.release_source != ReleaseSource::exact) return std::nullopt;
+  auto& callback = callback_of(record);
   if (callback.response_track == 0) {
-    callback.response_track =
-        track(packets, tracks, callback, "response time ", CounterUnit::time_ns);
+    callback.response_track = track(drawing, callback, "response time ", CounterUnit::time_ns);
   }
-  packets.count(instance.end->ns, callback.response_track, (*instance.end - *instance.release).ns);
   ++responses_;
+  return CounterValue{.track = callback.response_track, .value = (*i.end - *i.release).ns};
 }
 
-void Counters::draw_queues(PacketBuffer& packets, Tracks& tracks,
-                           const std::function<void()>& flush) {
-  Arrival last;  // the one before; what happens at one time is one change
-  std::int64_t depth = 0;
-  std::int64_t drawn_depth = 0;
-  const auto draw = [&] {
-    if (depth == drawn_depth) return;
-    auto& callback = callbacks_.at(last.callback);
-    if (!callback.is_queue_known) return;
-    packets.set_machine(callback.thread.host);
-    if (callback.queue_track == 0) {
-      callback.queue_track = track(packets, tracks, callback, "queue depth ", CounterUnit::count);
-    }
-    packets.count(last.time, callback.queue_track, depth);
-    ++queue_changes_;
-    drawn_depth = depth;
-    flush();
+void Counters::draw_queue(const Drawing& drawing, const RecordedInstance& record) {
+  const auto& i = record.instance;
+  if (i.writer_gid == 0) return;
+  auto& callback = callback_of(record);
+  if (!callback.is_queue_known) return;
+  const auto add_arrival = [&](std::int64_t time, std::int32_t by) {
+    arrivals_.add({.callback = i.callback, .change = by, .time = time});
   };
-  arrivals_.drain([&](const Arrival& arrival) {
-    const bool is_other = arrival.callback != last.callback;
-    if (is_other || arrival.time != last.time) draw();
-    if (is_other) depth = drawn_depth = 0;
-    depth += arrival.change;
-    last = arrival;
-  });
-  draw();
+  auto& starts = callback.starts;
+  if (!callback.is_in_order) {
+    add_arrival(i.release->ns, 1);
+    add_arrival(i.start.ns, -1);
+    return;
+  }
+  for (; !starts.empty() && starts.front() < i.release->ns; starts.pop_front())
+    change(drawing, callback, starts.front(), -1);
+  change(drawing, callback, i.release->ns, 1);
+  starts.push_back(i.start.ns);
+  if (starts.size() > most_waiting_) {  // what is still to come is sorted from here on
+    for (const auto start : starts)
+      add_arrival(start, -1);
+    starts.clear();
+    callback.is_in_order = false;
+  }
+}
+
+void Counters::change(const Drawing& drawing, Callback& callback, std::int64_t time,
+                      std::int64_t by) {
+  if (time != callback.changed_at) draw_depth(drawing, callback);
+  callback.depth += by;
+  callback.changed_at = time;
+}
+
+void Counters::draw_depth(const Drawing& drawing, Callback& callback) {
+  if (callback.depth == callback.drawn_depth) return;
+  if (callback.queue_track == 0) {
+    callback.queue_track = track(drawing, callback, "queue depth ", CounterUnit::count);
+  }
+  drawing.packets.set_machine(callback.first_thread->host);
+  drawing.packets.count(callback.changed_at,
+                        {.track = callback.queue_track, .value = callback.depth});
+  callback.drawn_depth = callback.depth;
+  ++queue_changes_;
 }
 
 }  // namespace cie::viewer_export::perfetto

@@ -5,32 +5,46 @@
 #include "name_table.hpp"
 #include "perfetto_packets.hpp"
 #include "perfetto_tracks.hpp"
-#include "recorded_run.hpp"
+#include "recorded_items.hpp"
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <filesystem>
-#include <functional>
+#include <optional>
 #include <string_view>
 #include <tuple>
-#include <unordered_map>
+#include <vector>
 
 namespace cie::viewer_export::perfetto {
 
+// What curves are drawn with. Borrowed.
+struct Drawing {
+  PacketBuffer& packets;
+  Tracks& tracks;
+  const NameTable& names;  // of logical ids
+};
+
 class Counters {
  public:
+  // Keeps `records_in_memory` arrivals that it has to sort, and as many messages per callback that
+  // wait.
   Counters(std::size_t records_in_memory, const std::filesystem::path& spill_directory)
-      : arrivals_(records_in_memory, spill_directory) {}
+      : most_waiting_(records_in_memory), arrivals_(records_in_memory, spill_directory) {}
 
-  // Throws WriteError.
-  // `name`: its logical id.
-  void see(const analysis::Instance& instance, std::string_view name);
+  // Every instance, in order of arrival.
+  void see(const analysis::Instance& instance);
 
-  // At its end, the response time of an instance whose release is exact. After all were seen.
-  void draw_response(PacketBuffer& packets, Tracks& tracks, const analysis::Instance& instance);
-  // The queues of all callbacks that took messages and whose releases are all exact: messages that
-  // have arrived and that no instance has taken yet, those left out that were overwritten.
-  // `flush` is called after every change.
-  void draw_queues(PacketBuffer& packets, Tracks& tracks, const std::function<void()>& flush);
+  // After all were seen, in order of start: the response time to be drawn at the instance's end, if
+  // its release is exact.
+  std::optional<CounterValue> response(const Drawing& drawing, const RecordedInstance& record);
+  // Likewise: the queue of a callback that takes messages and whose releases are all exact, that
+  // is, messages that have arrived and that no instance has taken yet, those left out that were
+  // overwritten. Throws WriteError.
+  void draw_queue(const Drawing& drawing, const RecordedInstance& record);
+  // Draws what is left. `flush` is called again and again.
+  template <typename Flush>
+  void finish(const Drawing& drawing, const Flush& flush);
 
   std::uint64_t responses() const noexcept { return responses_; }
   std::uint64_t queue_changes() const noexcept { return queue_changes_; }
@@ -38,12 +52,21 @@ class Counters {
  private:
   // One callback: where its curves belong, and what is known of it.
   struct Callback {
-    ThreadKey thread;  // the first that ran it
+    std::optional<ThreadKey> first_thread;  // that ran it
     bool has_one_thread = true;
     bool is_queue_known = true;
+    bool is_in_order = true;  // its messages are taken in the order in which they arrive
+    std::int64_t last_release = 0;
+    std::int64_t last_start = 0;
+    std::uint32_t name = 0;
+    std::uint32_t thread = 0;
     std::uint64_t response_track = 0;
     std::uint64_t queue_track = 0;
-    std::uint32_t name = 0;
+    // The queue, and when what has changed since it was drawn did so.
+    std::int64_t depth = 0;
+    std::int64_t drawn_depth = 0;
+    std::int64_t changed_at = 0;
+    std::deque<std::int64_t> starts;  // when messages that have arrived are taken
   };
   // A message arrived (1) or was taken (-1).
   struct Arrival {
@@ -58,14 +81,33 @@ class Counters {
   };
 
   // A new one, of the callback's thread if it has but one, else of its process.
-  std::uint64_t track(PacketBuffer& packets, Tracks& tracks, const Callback& callback,
-                      std::string_view quantity, CounterUnit unit);
+  static std::uint64_t track(const Drawing& drawing, const Callback& callback,
+                             std::string_view quantity, CounterUnit unit);
+  Callback& callback_of(const RecordedInstance& record);
+  // In order of time; what happens at one time is one change.
+  void change(const Drawing& drawing, Callback& callback, std::int64_t time, std::int64_t by);
+  void draw_depth(const Drawing& drawing, Callback& callback);
 
-  std::unordered_map<std::uint32_t, Callback> callbacks_;  // by Instance::callback
-  NameTable names_;
-  ExternalSorter<Arrival, ByCallback> arrivals_;
+  std::size_t most_waiting_;
+  std::vector<Callback> callbacks_;               // by Instance::callback
+  ExternalSorter<Arrival, ByCallback> arrivals_;  // of callbacks that are not in order
   std::uint64_t responses_ = 0;
   std::uint64_t queue_changes_ = 0;
 };
+
+template <typename Flush>
+void Counters::finish(const Drawing& drawing, const Flush& flush) {
+  arrivals_.drain([&](const Arrival& arrival) {
+    change(drawing, callbacks_[arrival.callback], arrival.time, arrival.change);
+    flush();
+  });
+  for (auto& callback : callbacks_) {
+    for (const auto start : callback.starts)
+      change(drawing, callback, start, -1);
+    callback.starts.clear();
+    draw_depth(drawing, callback);
+    flush();
+  }
+}
 
 }  // namespace cie::viewer_export::perfetto

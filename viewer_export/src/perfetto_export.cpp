@@ -1,5 +1,6 @@
 #include <cie/viewer_export/perfetto_export.hpp>
 
+#include "background_stream.hpp"
 #include "gzip_stream.hpp"
 #include "notes.hpp"
 #include "perfetto_counters.hpp"
@@ -28,13 +29,6 @@ using perfetto::PacketBuffer;
 
 constexpr std::size_t kBlock = 1U << 18U;  // bytes encoded before they are written
 
-template <typename T>
-Annotations notes_of(const T& told) {
-  Annotations notes;
-  visit_notes(told, [&notes](Note note, const auto& value) { notes.add(note, value); });
-  return notes;
-}
-
 }  // namespace
 
 struct PerfettoExport::State {
@@ -52,19 +46,37 @@ struct PerfettoExport::State {
   perfetto::Counters counters;
   perfetto::SchedRecorder sched;
   PacketBuffer packets;
+  Annotations notes;  // of what is drawn
   PerfettoCounts counts;
 
   void write_packets(std::ostream& out, const analysis::AnalysisResult& result);
+  // While packets are encoded, those before them go to `out`.
+  void write_in_background(std::ostream& out, const analysis::AnalysisResult& result) {
+    BackgroundStream background(out);
+    write_packets(background.stream(), result);
+    background.finish();
+  }
   std::int64_t begin_of(const analysis::Report& report) const;
   void write_preamble(const analysis::Report& report, std::int64_t begin);
   void draw(const RecordedPublication& record);
   void draw(const RecordedInstance& record);
   void draw_wait(const RecordedInstance& record);
+  // Puts them into `notes`.
+  template <typename T>
+  const Annotations& notes_of(const T& told);
+  perfetto::Drawing drawing() { return {packets, tracks, run.callbacks()}; }
   void flush(std::ostream& out) {
     out.write(packets.bytes().data(), static_cast<std::streamsize>(packets.bytes().size()));
     packets.clear();
   }
 };
+
+template <typename T>
+const Annotations& PerfettoExport::State::notes_of(const T& told) {
+  notes.clear();
+  visit_notes(told, [this](Note note, const auto& value) { notes.add(note, value); });
+  return notes;
+}
 
 std::int64_t PerfettoExport::State::begin_of(const analysis::Report& report) const {
   auto begin = std::min(run.first_time().value_or(first_sched), first_sched);
@@ -76,6 +88,8 @@ std::int64_t PerfettoExport::State::begin_of(const analysis::Report& report) con
 void PerfettoExport::State::write_preamble(const analysis::Report& report, std::int64_t begin) {
   for (const auto& process : report.processes)
     hosts.insert(process.host_number);
+  for (const auto& thread : run.threads().all())
+    hosts.insert(thread.host);
   std::vector<std::string> names;
   for (std::uint32_t i = 0; i < run.callbacks().size(); ++i) {
     names.push_back(valid_utf8(run.callbacks().name(i)));
@@ -87,7 +101,7 @@ void PerfettoExport::State::write_preamble(const analysis::Report& report, std::
     packets.set_machine(host);
     packets.preamble(begin, report.trace.clock_offset_ns);
   }
-  tracks.describe(packets, report, begin);
+  tracks.describe(packets, report, run.threads(), begin);
   for (const auto host : hosts) {
     packets.set_machine(host);
     packets.interned(begin, names);
@@ -103,7 +117,7 @@ void PerfettoExport::State::draw(const RecordedPublication& record) {
     ++arrow;  // 0 means none
   packets.set_machine(p.host);
   packets.instant(p.time.ns,
-                  {.track = tracks.thread_track(thread_of(p)),
+                  {.track = tracks.thread_track(record.thread),
                    .category = Category::publish,
                    .name_iid = run.callbacks().size() + record.topic + 1},
                   notes_of(p), arrows);
@@ -113,22 +127,23 @@ void PerfettoExport::State::draw(const RecordedPublication& record) {
 void PerfettoExport::State::draw(const RecordedInstance& record) {
   const auto& i = record.instance;
   const auto end = i.end ? std::optional(i.end->ns) : std::nullopt;
+  counters.draw_queue(drawing(), record);
   packets.set_machine(i.host);
-  const auto track = tracks.instance_track(packets, thread_of(i), i.start.ns, end);
+  const auto track = tracks.instance_track(packets, record.thread, i.start.ns, end);
   if (!track) {
     ++counts.skipped;
     return;
   }
   const perfetto::Slice slice{
       .track = *track, .category = Category::callback, .name_iid = std::uint64_t{record.name} + 1};
+  const auto response = counters.response(drawing(), record);
   packets.slice_begin(i.start.ns, slice, notes_of(i),
                       record.takes_seen_message ? record.index + 1 : 0);
-  if (end) {
-    packets.slice_end(*end, *track);  // an instance without an end is drawn to the end of the trace
+  if (end) {  // an instance without an end is drawn to the end of the trace
+    packets.slice_end(*end, *track, response);
   }
   ++counts.callback_slices;
   draw_wait(record);
-  counters.draw_response(packets, tracks, i);
 }
 
 void PerfettoExport::State::draw_wait(const RecordedInstance& record) {
@@ -136,14 +151,14 @@ void PerfettoExport::State::draw_wait(const RecordedInstance& record) {
   if (!i.release || i.release->ns < 0 || !(*i.release < i.start)) {
     return;
   }
-  const auto track = tracks.wait_track(packets, thread_of(i), i.release->ns, i.start.ns);
+  const auto track = tracks.wait_track(packets, record.thread, i.release->ns, i.start.ns);
   if (!track) {
     ++counts.skipped;
     return;
   }
-  Annotations notes;
+  notes.clear();
   notes.add(Note::seq, i.seq);
-  notes.add(Note::release_source, analysis::label(i.release_source));
+  notes.add(Note::release_source, i.release_source);
   const perfetto::Slice slice{
       .track = *track, .category = Category::wait, .name_iid = std::uint64_t{record.name} + 1};
   packets.slice_begin(i.release->ns, slice, notes);
@@ -157,17 +172,11 @@ PerfettoExport::~PerfettoExport() = default;
 
 void PerfettoExport::on_instance(const Instance& instance) {
   auto& s = *state_;
-  if (!s.run.add(instance)) return;
-  s.tracks.see(thread_of(instance));
-  s.hosts.insert(instance.host);
-  s.counters.see(instance, instance.logical_id);
+  if (s.run.add(instance)) s.counters.see(instance);
 }
 
 void PerfettoExport::on_publication(const Publication& publication) {
-  auto& s = *state_;
-  if (!s.run.add(publication)) return;
-  s.tracks.see(thread_of(publication));
-  s.hosts.insert(publication.host);
+  state_->run.add(publication);
 }
 
 void PerfettoExport::on_sched_slice(const analysis::SchedSlice& slice) {
@@ -210,7 +219,7 @@ void PerfettoExport::State::write_packets(std::ostream& out,
         draw(record);
         flush_full();
       });
-  counters.draw_queues(packets, tracks, flush_full);
+  counters.finish(drawing(), flush_full);
   flush(out);
   sched.finish(out);
   counts.response_values = counters.responses();
@@ -227,10 +236,10 @@ void PerfettoExport::show_progress(analysis::Progress* progress) {
 PerfettoCounts PerfettoExport::write(std::ostream& out, const analysis::AnalysisResult& result) {
   if (state_->gzip) {
     GzipStream compressed(out);
-    state_->write_packets(compressed.stream(), result);
+    state_->write_in_background(compressed.stream(), result);
     compressed.finish();
   } else {
-    state_->write_packets(out, result);
+    state_->write_in_background(out, result);
   }
   return state_->counts;
 }

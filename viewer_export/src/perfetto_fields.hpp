@@ -45,8 +45,10 @@ enum class TrackEvent : pbf_tag_type {
   type = 9,
   name_iid = 10,
   track_uuid = 11,
+  extra_counter_values = 12,
   name = 23,
   counter_value = 30,
+  extra_counter_track_uuids = 31,
   flow_ids = 47,
   terminating_flow_ids = 48
 };
@@ -54,12 +56,14 @@ enum class DebugAnnotation : pbf_tag_type {
   name_iid = 1,
   uint_value = 3,
   int_value = 4,
-  string_value = 6
+  string_value = 6,
+  string_value_iid = 17
 };
 enum class InternedData : pbf_tag_type {
   event_categories = 1,
   event_names = 2,
-  debug_annotation_names = 3
+  debug_annotation_names = 3,
+  debug_annotation_string_values = 29
 };
 enum class Interned : pbf_tag_type { iid = 1, name = 2 };
 enum class FtraceEventBundle : pbf_tag_type { cpu = 1, event = 2 };

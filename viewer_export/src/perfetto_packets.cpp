@@ -14,8 +14,6 @@ constexpr std::uint32_t kFirstSequence = 1;
 constexpr std::array<std::string_view, 4> kCategoryNames{"callback", "wait", "publish",
                                                          "enforcement"};
 
-std::uint64_t iid_of(Note note) { return static_cast<std::uint64_t>(note) + 1; }
-
 void add_timestamp(pbf_builder<TracePacket>& packet, std::int64_t time) {
   packet.add_uint64(TracePacket::timestamp, static_cast<std::uint64_t>(time));
 }
@@ -38,11 +36,6 @@ void add_interned(pbf_builder<InternedData>& data, InternedData field, std::uint
   entry.add_string(Interned::name, name.data(), name.size());
 }
 
-void add_event(pbf_builder<TrackEvent>& event, EventType type, std::uint64_t track) {
-  event.add_enum(TrackEvent::type, static_cast<std::int32_t>(type));
-  event.add_uint64(TrackEvent::track_uuid, track);
-}
-
 void add_track(pbf_builder<TrackDescriptor>& descriptor, std::uint64_t uuid, std::uint64_t parent,
                std::string_view name) {
   descriptor.add_uint64(TrackDescriptor::uuid, uuid);
@@ -52,50 +45,33 @@ void add_track(pbf_builder<TrackDescriptor>& descriptor, std::uint64_t uuid, std
   descriptor.add_string(TrackDescriptor::name, name.data(), name.size());
 }
 
-std::string encoded_event(EventType type, const Slice& slice, const Annotations& notes) {
-  std::string bytes;
-  pbf_builder<TrackEvent> event{bytes};
-  add_event(event, type, slice.track);
-  event.add_uint64(TrackEvent::name_iid, slice.name_iid);
-  event.add_uint64(TrackEvent::category_iids, static_cast<std::uint64_t>(slice.category));
-  return bytes + notes.bytes();
+template <typename Enum>
+void add_words(pbf_builder<InternedData>& data) {
+  for (std::uint64_t i = 0; i < Words<Enum>::kCount; ++i) {
+    add_interned(data, InternedData::debug_annotation_string_values, Words<Enum>::kFirst + i,
+                 label(static_cast<Enum>(i)));
+  }
 }
 
-// `add_value` adds the value's field to the annotation.
-template <typename AddValue>
-void add_note(std::string& bytes, Note note, const AddValue& add_value) {
-  std::string annotation;
-  pbf_builder<DebugAnnotation> builder{annotation};
-  builder.add_uint64(DebugAnnotation::name_iid, iid_of(note));
-  add_value(builder);
-  pbf_builder<TrackEvent> event{bytes};
-  event.add_message(TrackEvent::debug_annotations, annotation);
+// The fields of a TrackEvent that say what it is of.
+constexpr std::size_t kMostOfSlice = 2 * FieldWriter::kMostNumber;
+void write_slice(FieldWriter& out, const Slice& slice) {
+  out.number<TrackEvent::name_iid>(slice.name_iid);
+  out.number<TrackEvent::category_iids>(static_cast<std::uint64_t>(slice.category));
 }
 
 }  // namespace
 
-void Annotations::add(Note note, std::int64_t value) {
-  add_note(bytes_, note,
-           [value](auto& builder) { builder.add_int64(DebugAnnotation::int_value, value); });
-}
-
-void Annotations::add(Note note, std::uint64_t value) {
-  add_note(bytes_, note,
-           [value](auto& builder) { builder.add_uint64(DebugAnnotation::uint_value, value); });
-}
-
-void Annotations::add(Note note, std::string_view value) {
-  add_note(bytes_, note, [value](auto& builder) {
-    builder.add_string(DebugAnnotation::string_value, value.data(), value.size());
-  });
-}
-
 template <typename Fill>
 void PacketBuffer::packet(const Fill& fill) {
-  pbf_builder<Trace> file{bytes_};
-  pbf_builder<TracePacket> packet{file, Trace::packet};
-  if (machine_ != 0) packet.add_uint32(TracePacket::machine_id, machine_);
-  fill(packet);
+  packet_.clear();
+  {
+    pbf_builder<Trace> file{packet_};
+    pbf_builder<TracePacket> packet{file, Trace::packet};
+    if (machine_ != 0) packet.add_uint32(TracePacket::machine_id, machine_);
+    fill(packet);
+  }
+  bytes_.append(packet_);
 }
 
 template <typename Fill>
@@ -106,11 +82,24 @@ void PacketBuffer::packet_at(std::int64_t time, const Fill& fill) {
   });
 }
 
-void PacketBuffer::event_packet(std::int64_t time, const std::string& event) {
-  packet_at(time, [&](pbf_builder<TracePacket>& packet) {
-    add_sequence(packet, machine_, SequenceFlag::needs_incremental_state);
-    packet.add_message(TracePacket::track_event, event);
+template <typename Fill>
+void PacketBuffer::event(std::int64_t time, EventType type, std::uint64_t track, std::size_t size,
+                         const Fill& fill) {
+  constexpr auto kMostOfPacket = 8 * FieldWriter::kMostNumber;  // what is below but for `fill`
+  FieldWriter out(bytes_.room(kMostOfPacket + size));
+  out.message<Trace::packet>([&] {
+    if (machine_ != 0) out.number<TracePacket::machine_id>(machine_);
+    out.number<TracePacket::timestamp>(static_cast<std::uint64_t>(time));
+    out.number<TracePacket::trusted_packet_sequence_id>(kFirstSequence + machine_);
+    out.number<TracePacket::sequence_flags>(
+        static_cast<std::uint64_t>(SequenceFlag::needs_incremental_state));
+    out.message<TracePacket::track_event>([&] {
+      out.number<TrackEvent::type>(static_cast<std::uint64_t>(type));
+      out.number<TrackEvent::track_uuid>(track);
+      fill(out);
+    });
   });
+  bytes_.end_at(out.at());
 }
 
 void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns) {
@@ -147,6 +136,9 @@ void PacketBuffer::interned(std::int64_t time, std::span<const std::string> name
       const auto note = static_cast<Note>(i);
       add_interned(data, InternedData::debug_annotation_names, iid_of(note), label(note));
     }
+    add_words<analysis::ReleaseSource>(data);
+    add_words<CallbackStatus>(data);
+    add_words<analysis::InstanceState>(data);
     for (std::size_t i = 0; i < names.size(); ++i) {
       add_interned(data, InternedData::event_names, i + 1, names[i]);
     }
@@ -199,45 +191,48 @@ void PacketBuffer::counter_track(std::uint64_t uuid, std::uint64_t parent, std::
 
 void PacketBuffer::slice_begin(std::int64_t time, const Slice& slice, const Annotations& notes,
                                std::uint64_t flow) {
-  auto event = encoded_event(EventType::slice_begin, slice, notes);
-  if (flow != 0) {
-    pbf_builder<TrackEvent>{event}.add_fixed64(TrackEvent::terminating_flow_ids, flow);
-  }
-  event_packet(time, event);
+  const auto size = kMostOfSlice + notes.bytes().size() + FieldWriter::kFixed64;
+  event(time, EventType::slice_begin, slice.track, size, [&](FieldWriter& out) {
+    write_slice(out, slice);
+    out.raw(notes.bytes());
+    if (flow != 0) out.fixed64<TrackEvent::terminating_flow_ids>(flow);
+  });
 }
 
-void PacketBuffer::slice_end(std::int64_t time, std::uint64_t track) {
-  std::string bytes;
-  pbf_builder<TrackEvent> event{bytes};
-  add_event(event, EventType::slice_end, track);
-  event_packet(time, bytes);
+void PacketBuffer::slice_end(std::int64_t time, std::uint64_t track,
+                             const std::optional<CounterValue>& counter) {
+  event(time, EventType::slice_end, track, 2 * FieldWriter::kMostNumber, [&](FieldWriter& out) {
+    if (!counter) return;
+    out.number<TrackEvent::extra_counter_track_uuids>(counter->track);
+    out.number<TrackEvent::extra_counter_values>(static_cast<std::uint64_t>(counter->value));
+  });
 }
 
 void PacketBuffer::instant(std::int64_t time, const Slice& slice, const Annotations& notes,
                            std::span<const std::uint64_t> flows) {
-  auto event = encoded_event(EventType::instant, slice, notes);
-  for (const auto flow : flows) {
-    pbf_builder<TrackEvent>{event}.add_fixed64(TrackEvent::flow_ids, flow);
-  }
-  event_packet(time, event);
+  const auto size = kMostOfSlice + notes.bytes().size() + flows.size() * FieldWriter::kFixed64;
+  event(time, EventType::instant, slice.track, size, [&](FieldWriter& out) {
+    write_slice(out, slice);
+    out.raw(notes.bytes());
+    for (const auto flow : flows)
+      out.fixed64<TrackEvent::flow_ids>(flow);
+  });
 }
 
 void PacketBuffer::named_instant(std::int64_t time, std::uint64_t track, Category category,
                                  std::string_view name, const Annotations& notes) {
-  std::string bytes;
-  pbf_builder<TrackEvent> event{bytes};
-  add_event(event, EventType::instant, track);
-  event.add_string(TrackEvent::name, name.data(), name.size());
-  event.add_uint64(TrackEvent::category_iids, static_cast<std::uint64_t>(category));
-  event_packet(time, bytes + notes.bytes());
+  const auto size = kMostOfSlice + name.size() + notes.bytes().size();
+  event(time, EventType::instant, track, size, [&](FieldWriter& out) {
+    out.text<TrackEvent::name>(name);
+    out.number<TrackEvent::category_iids>(static_cast<std::uint64_t>(category));
+    out.raw(notes.bytes());
+  });
 }
 
-void PacketBuffer::count(std::int64_t time, std::uint64_t track, std::int64_t value) {
-  std::string bytes;
-  pbf_builder<TrackEvent> event{bytes};
-  add_event(event, EventType::counter, track);
-  event.add_int64(TrackEvent::counter_value, value);
-  event_packet(time, bytes);
+void PacketBuffer::count(std::int64_t time, const CounterValue& counter) {
+  event(time, EventType::counter, counter.track, FieldWriter::kMostNumber, [&](FieldWriter& out) {
+    out.number<TrackEvent::counter_value>(static_cast<std::uint64_t>(counter.value));
+  });
 }
 
 template <typename Event, typename Fill>

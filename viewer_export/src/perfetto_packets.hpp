@@ -2,7 +2,8 @@
 // Perfetto is told is its BOOTTIME (see viewer_export/README.md, "Perfetto").
 #pragma once
 
-#include "notes.hpp"
+#include "field_writer.hpp"
+#include "perfetto_annotations.hpp"
 #include "perfetto_fields.hpp"
 
 #include <cstdint>
@@ -17,22 +18,16 @@ namespace cie::viewer_export::perfetto {
 
 enum class Category : std::uint8_t { callback = 1, wait, publish, enforcement };
 
-// What is shown of a slice when it is selected.
-class Annotations {
- public:
-  void add(Note note, std::int64_t value);
-  void add(Note note, std::uint64_t value);
-  void add(Note note, std::string_view value);
-  const std::string& bytes() const noexcept { return bytes_; }
-
- private:
-  std::string bytes_;  // encoded as fields of a TrackEvent
-};
-
 struct Slice {
   std::uint64_t track = 0;
   Category category{};
   std::uint64_t name_iid = 0;
+};
+
+// A value on a curve.
+struct CounterValue {
+  std::uint64_t track = 0;
+  std::int64_t value = 0;
 };
 
 struct SwitchEvent {
@@ -78,18 +73,20 @@ class PacketBuffer {
   // `flow`: the arrow that ends here; 0 for none.
   void slice_begin(std::int64_t time, const Slice& slice, const Annotations& notes,
                    std::uint64_t flow = 0);
-  void slice_end(std::int64_t time, std::uint64_t track);
+  // `counter`: what also changes then.
+  void slice_end(std::int64_t time, std::uint64_t track,
+                 const std::optional<CounterValue>& counter = {});
   // `flows`: arrows that leave from here.
   void instant(std::int64_t time, const Slice& slice, const Annotations& notes,
                std::span<const std::uint64_t> flows);
   // An instant whose name is not interned.
   void named_instant(std::int64_t time, std::uint64_t track, Category category,
                      std::string_view name, const Annotations& notes);
-  void count(std::int64_t time, std::uint64_t track, std::int64_t value);
+  void count(std::int64_t time, const CounterValue& counter);
   void switches(std::int32_t cpu, std::span<const SwitchEvent> events);
   void wakings(std::int32_t cpu, std::span<const WakingEvent> events);
 
-  std::string_view bytes() const noexcept { return bytes_; }
+  std::string_view bytes() const noexcept { return bytes_.view(); }
   void clear() noexcept { bytes_.clear(); }
 
  private:
@@ -101,10 +98,13 @@ class PacketBuffer {
   // A packet of kernel events; `fill` adds to each what is beside its time.
   template <typename Event, typename Fill>
   void ftrace_bundle(std::int32_t cpu, std::span<const Event> events, const Fill& fill);
-  // A packet of a track event, encoded in `event`.
-  void event_packet(std::int64_t time, const std::string& event);
+  // Appends a packet of a track event; `fill` writes at most `size` bytes of its fields.
+  template <typename Fill>
+  void event(std::int64_t time, EventType type, std::uint64_t track, std::size_t size,
+             const Fill& fill);
 
-  std::string bytes_;
+  EncodedBytes bytes_;
+  std::string packet_;  // one of those that are few
   std::uint32_t machine_ = 0;
 };
 

@@ -19,12 +19,15 @@ bool is_kernel_id(std::int64_t id) {
 
 }  // namespace
 
-void Tracks::describe(PacketBuffer& packets, const analysis::Report& report, std::int64_t time) {
+void Tracks::describe(PacketBuffer& packets, const analysis::Report& report,
+                      const ThreadTable& threads, std::int64_t time) {
+  for (const auto& thread : threads.all())
+    by_number_.push_back(&threads_[thread]);
   std::map<ThreadKey, std::string> names;
   for (const auto& thread : report.threads) {
     const ThreadKey key{.host = thread.host_number, .pid = thread.pid, .tid = thread.tid};
     names[key] = valid_utf8(thread.name);
-    see(key);
+    threads_[key];
   }
   for (const auto& process : report.processes) {
     if (is_kernel_id(process.pid)) {
@@ -51,10 +54,10 @@ std::uint64_t Tracks::process_track(std::uint32_t host, std::int64_t pid) const 
   return found == processes_.end() ? 0 : found->second;
 }
 
-std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, const ThreadKey& thread,
+std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, std::uint32_t thread,
                                                     std::int64_t start,
                                                     std::optional<std::int64_t> end) {
-  auto& tracks = threads_[thread];
+  auto& tracks = of(thread);
   if (tracks.open.enter(start, end, {})) {
     return tracks.uuid;
   }
@@ -63,9 +66,9 @@ std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, const
               end.value_or(kNever));
 }
 
-std::optional<std::uint64_t> Tracks::wait_track(PacketBuffer& packets, const ThreadKey& thread,
+std::optional<std::uint64_t> Tracks::wait_track(PacketBuffer& packets, std::uint32_t thread,
                                                 std::int64_t begin, std::int64_t end) {
-  auto& tracks = threads_[thread];
+  auto& tracks = of(thread);
   return lane(packets, tracks.waits, tracks.uuid, "release to start", begin, end);
 }
 

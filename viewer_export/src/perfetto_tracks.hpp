@@ -6,7 +6,7 @@
 
 #include "nesting.hpp"
 #include "perfetto_packets.hpp"
-#include "recorded_run.hpp"
+#include "thread_table.hpp"
 
 #include <cstdint>
 #include <map>
@@ -19,19 +19,20 @@ namespace cie::viewer_export::perfetto {
 
 class Tracks {
  public:
-  void see(const ThreadKey& thread) { threads_[thread]; }
-  // Describes all processes and threads seen, with the report's names, in order of host, pid, tid.
-  void describe(PacketBuffer& packets, const analysis::Report& report, std::int64_t time);
+  // Describes all processes and threads, those of the table and of the report, with the report's
+  // names, in order of host, pid, tid. Below, a thread is its number in that table.
+  void describe(PacketBuffer& packets, const analysis::Report& report, const ThreadTable& threads,
+                std::int64_t time);
 
-  std::uint64_t thread_track(const ThreadKey& thread) { return threads_[thread].uuid; }
+  std::uint64_t thread_track(std::uint32_t thread) const { return of(thread).uuid; }
   // 0: the process has none.
   std::uint64_t process_track(std::uint32_t host, std::int64_t pid) const;
   std::uint64_t new_uuid() noexcept { return ++last_uuid_; }
   // The track for an instance. Ask in order of start, outer before inner; `end` empty: open.
-  std::optional<std::uint64_t> instance_track(PacketBuffer& packets, const ThreadKey& thread,
+  std::optional<std::uint64_t> instance_track(PacketBuffer& packets, std::uint32_t thread,
                                               std::int64_t start, std::optional<std::int64_t> end);
   // A track for a wait that ends at `end`. Ask in order of end. Empty: too many overlap.
-  std::optional<std::uint64_t> wait_track(PacketBuffer& packets, const ThreadKey& thread,
+  std::optional<std::uint64_t> wait_track(PacketBuffer& packets, std::uint32_t thread,
                                           std::int64_t begin, std::int64_t end);
 
  private:
@@ -46,12 +47,14 @@ class Tracks {
     std::vector<Lane> waits;
   };
 
+  ThreadTracks& of(std::uint32_t thread) const { return *by_number_.at(thread); }
   std::optional<std::uint64_t> lane(PacketBuffer& packets, std::vector<Lane>& lanes,
                                     std::uint64_t parent, std::string_view name, std::int64_t begin,
                                     std::int64_t end);
 
   std::map<std::pair<std::uint32_t, std::int64_t>, std::uint64_t> processes_;  // host, pid
   std::map<ThreadKey, ThreadTracks> threads_;
+  std::vector<ThreadTracks*> by_number_;
   std::uint64_t last_uuid_ = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "recorded_run.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::viewer_export {
 namespace {
@@ -8,41 +9,36 @@ namespace {
 using analysis::Instance;
 using analysis::Publication;
 
-constexpr std::size_t kMostReceivers = 4096;  // of one publication
+constexpr std::uint32_t kMostReceivers = 4096;  // of one publication
 constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
 
-bool RecordedRun::ByStart::operator()(const RecordedInstance& a, const RecordedInstance& b) const {
-  const auto key = [](const RecordedInstance& r) {
-    const auto& i = r.instance;
+RecordedRun::RecordedRun(std::size_t records_in_memory,
+                         const std::filesystem::path& spill_directory)
+    : records_in_memory_(records_in_memory),
+      spill_directory_(spill_directory),
+      instances_(records_in_memory, spill_directory),
+      publications_(std::make_unique<Publications>(records_in_memory, spill_directory)),
+      deliveries_of_(records_in_memory, spill_directory),
+      lone_takes_(records_in_memory, spill_directory) {}
+
+bool RecordedRun::ByStart::operator()(const KeptInstance& a, const KeptInstance& b) const {
+  if (a.start != b.start) return a.start < b.start;
+  const auto key = [](const KeptInstance& i) {
+    const bool is_ended = i.numbers.is_known(KeptInstance::end);
     // The index last: what is equal until there keeps the order in which it came.
-    return std::tuple(i.start, -(i.end ? i.end->ns : kNever), i.host, i.pid, i.tid, r.name, i.seq,
-                      r.index);
+    return std::tuple(is_ended ? -i.numbers.value(KeptInstance::end) : -kNever, i.thread, i.name,
+                      i.seq, i.index);
   };
   return key(a) < key(b);
 }
 
 bool RecordedRun::ByMessage::operator()(const Message& a, const Message& b) const {
   const auto key = [](const Message& m) {
-    return std::tuple(m.writer_gid, m.source_timestamp, m.is_take, m.time, m.instance,
-                      m.publication.host, m.publication.pid, m.publication.tid, m.publication.seq);
+    return std::tuple(m.key.writer_gid, m.key.source_timestamp, m.is_take, m.time, m.index);
   };
   return key(a) < key(b);
-}
-
-bool RecordedRun::ByTime::operator()(const Delivery& a, const Delivery& b) const {
-  const auto key = [](const Delivery& d) {
-    const auto& p = d.publication;
-    return std::tuple(p.time, p.host, p.pid, p.tid, p.publisher_id, p.seq, p.writer_gid,
-                      p.source_timestamp_realtime_ns, d.is_delivered, d.receiver);
-  };
-  return key(a) < key(b);
-}
-
-bool RecordedRun::is_same_message(const Message& a, const Message& b) {
-  return a.writer_gid == b.writer_gid && a.source_timestamp == b.source_timestamp &&
-         a.writer_gid != 0;
 }
 
 std::optional<std::int64_t> RecordedRun::first_time() const noexcept {
@@ -57,18 +53,19 @@ bool RecordedRun::add(const Instance& instance) {
   const auto earliest =
       instance.release ? std::min(*instance.release, instance.start) : instance.start;
   first_time_ = std::min(first_time_, std::max<std::int64_t>(earliest.ns, 0));
-  RecordedInstance record{.instance = instance,
-                          .name = callbacks_.number(instance.logical_id, instance.callback),
-                          .index = next_index_++};
-  record.instance.logical_id = {};
-  record.instance.preempted_by = {};
-  instances_.add(record);
-  if (instance.writer_gid != 0) {
-    messages_.add({.writer_gid = instance.writer_gid,
-                   .source_timestamp = instance.source_timestamp_realtime_ns,
-                   .is_take = true,
-                   .time = instance.start.ns,
-                   .instance = record.index});
+  auto kept = KeptInstance::of(instance);
+  kept.index = takes_seen_message_.size();
+  kept.name = callbacks_.number(instance.logical_id, instance.callback);
+  kept.thread = threads_.number(thread_of(instance));
+  instances_.add(kept);
+  takes_seen_message_.push_back(false);
+  if (instance.writer_gid == 0) return true;  // it took no message
+  const MessageKey message{instance.writer_gid, instance.source_timestamp_realtime_ns};
+  if (auto* const publication = window_.find(message); publication != nullptr) {
+    deliver(*publication, instance.start.ns, kept.index);
+  } else {
+    lone_takes_.add(
+        {.key = message, .is_take = true, .time = instance.start.ns, .index = kept.index});
   }
   return true;
 }
@@ -79,55 +76,66 @@ bool RecordedRun::add(const Publication& publication) {
     return false;
   }
   first_time_ = std::min(first_time_, publication.time.ns);
-  Message record{.writer_gid = publication.writer_gid,
-                 .source_timestamp = publication.source_timestamp_realtime_ns,
-                 .time = publication.time.ns,
-                 .publication = publication,
-                 .topic = topics_.number(publication.topic)};
-  record.publication.topic = {};
-  messages_.add(record);
+  auto kept = KeptPublication::of(publication);
+  kept.index = published_++;
+  kept.topic = topics_.number(publication.topic, publication.publisher_id);
+  kept.thread = threads_.number(thread_of(publication));
+  publications_->add(kept);
+  if (publication.writer_gid != 0) {
+    // A second publication of the same message (a damaged trace) has no receivers of its own.
+    window_.add({publication.writer_gid, publication.source_timestamp_realtime_ns},
+                {.time = publication.time.ns, .index = kept.index});
+  }
   return true;
 }
 
-void RecordedRun::join_messages() {
-  takes_seen_message_.resize(next_index_);
-  Message publication;
-  bool has_publication = false;
-  std::size_t receivers = 0;
-  messages_.drain([&](const Message& record) {
-    if (!record.is_take) {
-      publications_.add({.publication = record.publication, .topic = record.topic});
-      // A second publication of the same message (a damaged trace) has no receivers of its own.
-      if (has_publication && is_same_message(publication, record)) return;
-      publication = record;
-      has_publication = true;
-      receivers = 0;
-    } else if (has_publication && is_same_message(publication, record)) {
-      if (record.time < publication.time) {
-        ++backward_deliveries_;
-      } else if (receivers++ < kMostReceivers) {
-        publications_.add({.publication = publication.publication,
-                           .topic = publication.topic,
-                           .is_delivered = true,
-                           .receiver = record.instance});
-        takes_seen_message_[record.instance] = true;
-        ++deliveries_;
-      }
+void RecordedRun::deliver(Published& publication, std::int64_t time, std::uint64_t receiver) {
+  if (time < publication.time) {
+    ++backward_deliveries_;
+  } else if (publication.receivers++ < kMostReceivers) {
+    deliveries_of_.add(
+        {.time = publication.time, .publication = publication.index, .receiver = receiver});
+    takes_seen_message_[receiver] = true;
+    ++deliveries_;
+  }
+}
+
+void RecordedRun::join_the_rest() {
+  if (lone_takes_.size() == 0) return;
+  // The publications are read for this, and kept again for replay().
+  auto again = std::make_unique<Publications>(records_in_memory_, spill_directory_);
+  auto& messages = lone_takes_;
+  publications_->drain([&](const KeptPublication& p) {
+    again->add(p);
+    if (p.writer_gid != 0) {
+      messages.add({.key = {p.writer_gid, p.source_timestamp}, .time = p.time, .index = p.index});
+    }
+  });
+  publications_ = std::move(again);
+  MessageKey key;
+  Published publication;
+  messages.drain([&](const Message& record) {
+    if (record.is_take) {
+      if (record.key == key) deliver(publication, record.time, record.index);
+    } else if (record.key != key) {
+      key = record.key;
+      publication = {.time = record.time, .index = record.index};
     }
   });
 }
 
 bool RecordedRun::take_publication(RecordedPublication& publication) {
-  const auto* next = publications_.front();
+  const auto* const next = publications_->front();
   if (next == nullptr) return false;
-  publication = {.publication = next->publication, .topic = next->topic, .receivers = {}};
+  publication = next->restored(threads_);
   receivers_.clear();
-  publications_.pop();
-  for (next = publications_.front(); next != nullptr && next->is_delivered;
-       next = publications_.front()) {
-    receivers_.push_back(next->receiver);
-    publications_.pop();
+  for (const auto* delivery = deliveries_of_.front();
+       delivery != nullptr && delivery->publication == next->index;
+       delivery = deliveries_of_.front()) {
+    receivers_.push_back(delivery->receiver);
+    deliveries_of_.pop();
   }
+  publications_->pop();
   publication.receivers = receivers_;
   return true;
 }

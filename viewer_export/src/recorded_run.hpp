@@ -6,55 +6,28 @@
 #include <cie/analysis/progress.hpp>
 
 #include "external_sorter.hpp"
+#include "message_window.hpp"
 #include "name_table.hpp"
+#include "recorded_items.hpp"
+#include "thread_table.hpp"
 
-#include <compare>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 namespace cie::viewer_export {
-
-// A thread as viewers know it. Incarnations that followed one another under one tid share it.
-struct ThreadKey {
-  std::uint32_t host = 0;
-  std::int64_t pid = 0;
-  std::int64_t tid = 0;
-  // NOLINTNEXTLINE(modernize-use-nullptr): see time.hpp
-  friend auto operator<=>(const ThreadKey&, const ThreadKey&) = default;
-};
-
-template <typename T>
-ThreadKey thread_of(const T& told) {
-  return {told.host, told.pid, told.tid};
-}
-
-struct RecordedInstance {
-  analysis::Instance instance;  // without its views: the name stands below
-  std::uint32_t name = 0;       // of the logical id, in RecordedRun::callbacks()
-  std::uint64_t index = 0;      // in order of arrival
-  // One whose publication is told before it, or, if its time is the same, right after it.
-  bool takes_seen_message = false;
-};
-
-struct RecordedPublication {
-  analysis::Publication publication;         // without its view
-  std::uint32_t topic = 0;                   // in RecordedRun::topics()
-  std::span<const std::uint64_t> receivers;  // index of each instance that took the message
-};
 
 // Memory is bounded but for one bit per instance and the names. Not thread-safe.
 class RecordedRun {
  public:
   // `records_in_memory` of each kind; the rest goes to temporary files in `spill_directory`.
-  RecordedRun(std::size_t records_in_memory, const std::filesystem::path& spill_directory)
-      : instances_(records_in_memory, spill_directory),
-        messages_(records_in_memory, spill_directory),
-        publications_(records_in_memory, spill_directory) {}
+  RecordedRun(std::size_t records_in_memory, const std::filesystem::path& spill_directory);
 
   // False: its times make no sense (before zero, an end before its start); counted in skipped().
   // Throws WriteError when temporary files cannot be written.
@@ -71,6 +44,7 @@ class RecordedRun {
 
   const NameTable& callbacks() const noexcept { return callbacks_; }
   const NameTable& topics() const noexcept { return topics_; }
+  const ThreadTable& threads() const noexcept { return threads_; }
   // The earliest of all times; empty if there is none.
   std::optional<std::int64_t> first_time() const noexcept;
   std::uint64_t skipped() const noexcept { return skipped_; }
@@ -80,51 +54,68 @@ class RecordedRun {
   std::uint64_t backward_deliveries() const noexcept { return backward_deliveries_; }
 
  private:
-  static constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
-
-  struct ByStart {
-    bool operator()(const RecordedInstance& a, const RecordedInstance& b) const;
+  // A publication to those who look for it.
+  struct Published {
+    std::int64_t time = 0;
+    std::uint64_t index = 0;
+    std::uint32_t receivers = 0;
   };
   // A message published, or taken by an instance.
   struct Message {
-    std::uint64_t writer_gid = 0;
-    std::int64_t source_timestamp = 0;
+    MessageKey key;
     bool is_take = false;
     std::int64_t time = 0;
-    std::uint64_t instance = 0;           // take: index of the instance
-    analysis::Publication publication{};  // else; its topic is a view and not kept
-    std::uint32_t topic = 0;
+    std::uint64_t index = 0;  // of the publication or the instance
+  };
+  // A publication with one who took it.
+  struct Delivery {
+    std::int64_t time = 0;          // of the publication
+    std::uint64_t publication = 0;  // its index
+    std::uint64_t receiver = 0;
+  };
+  struct ByStart {
+    bool operator()(const KeptInstance& a, const KeptInstance& b) const;
+  };
+  struct ByTime {
+    bool operator()(const KeptPublication& a, const KeptPublication& b) const {
+      return std::tuple(a.time, a.index) < std::tuple(b.time, b.index);
+    }
+  };
+  struct ByPublication {
+    bool operator()(const Delivery& a, const Delivery& b) const {
+      return std::tuple(a.time, a.publication, a.receiver) <
+             std::tuple(b.time, b.publication, b.receiver);
+    }
   };
   // The publication of a message before those who took it.
   struct ByMessage {
     bool operator()(const Message& a, const Message& b) const;
   };
-  // A publication, once for itself (receiver kNobody) and then for each receiver.
-  struct Delivery {
-    analysis::Publication publication;
-    std::uint32_t topic = 0;
-    bool is_delivered = false;
-    std::uint64_t receiver = 0;
-  };
-  struct ByTime {
-    bool operator()(const Delivery& a, const Delivery& b) const;
-  };
-  static bool is_same_message(const Message& a, const Message& b);
 
-  void join_messages();
+  using Publications = ExternalSorter<KeptPublication, ByTime>;
+
+  void deliver(Published& publication, std::int64_t time, std::uint64_t receiver);
+  // Finds the publications of the messages whose takers did not find them.
+  void join_the_rest();
   // The next publication with all its receivers; false if there is none.
   bool take_publication(RecordedPublication& publication);
 
+  std::size_t records_in_memory_;
+  std::filesystem::path spill_directory_;
   NameTable callbacks_;
   NameTable topics_;
-  ExternalSorter<RecordedInstance, ByStart> instances_;
-  ExternalSorter<Message, ByMessage> messages_;
-  ExternalSorter<Delivery, ByTime> publications_;
+  ThreadTable threads_;
+  ExternalSorter<KeptInstance, ByStart> instances_;
+  std::unique_ptr<Publications> publications_;
+  ExternalSorter<Delivery, ByPublication> deliveries_of_;
+  MessageWindow<Published> window_;
+  // Takes whose publication the window does not have: it was long ago, or is told later, or never.
+  ExternalSorter<Message, ByMessage> lone_takes_;
   std::vector<bool> takes_seen_message_;  // by index of the instance
   std::vector<std::uint64_t> receivers_;  // of the publication that is told
   analysis::Progress* progress_ = nullptr;
-  std::uint64_t next_index_ = 0;
   std::int64_t first_time_ = std::numeric_limits<std::int64_t>::max();
+  std::uint64_t published_ = 0;
   std::uint64_t skipped_ = 0;
   std::uint64_t deliveries_ = 0;
   std::uint64_t backward_deliveries_ = 0;
@@ -133,7 +124,7 @@ class RecordedRun {
 template <typename OnInstance, typename OnPublication>
 void RecordedRun::replay(OnInstance on_instance, OnPublication on_publication) {
   if (progress_ != nullptr) progress_->total = instances_.size();
-  join_messages();
+  join_the_rest();
   RecordedPublication publication;
   bool has_publication = take_publication(publication);
   const auto publish_until = [&](std::int64_t time) {
@@ -142,8 +133,9 @@ void RecordedRun::replay(OnInstance on_instance, OnPublication on_publication) {
       has_publication = take_publication(publication);
     }
   };
-  instances_.drain([&](RecordedInstance record) {
-    publish_until(record.instance.start.ns);
+  instances_.drain([&](const KeptInstance& kept) {
+    publish_until(kept.start);
+    auto record = kept.restored(threads_);
     record.takes_seen_message = takes_seen_message_[record.index];
     on_instance(record);
     if (progress_ != nullptr) progress_->add(1);

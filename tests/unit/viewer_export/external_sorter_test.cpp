@@ -32,15 +32,15 @@ TEST(ExternalSorter, SortsInMemoryAndOnDiskAlike) {
   for (std::uint64_t i = 0; i < kCount; ++i) {
     expected[i] = i;
   }
-  EXPECT_EQ(sorted(kCount + 1, kCount), expected) << "all in memory";
-  EXPECT_EQ(sorted(kCount, kCount), expected) << "one run";
-  EXPECT_EQ(sorted(17, kCount), expected) << "589 runs";
+  EXPECT_EQ(sorted(2 * kCount + 2, kCount), expected) << "all in memory";
+  EXPECT_EQ(sorted(2 * kCount, kCount), expected) << "one run";
+  EXPECT_EQ(sorted(17, kCount), expected) << "1250 runs";
   EXPECT_EQ(sorted(1, 100), std::vector(expected.begin(), expected.begin() + 100));
 }
 
 TEST(ExternalSorter, MergesRunsLongerThanOneBlock) {
   constexpr std::uint64_t kCount = 20'000;  // two runs of 80 kB, read in blocks of 32 kB
-  const auto result = sorted(kCount / 2, kCount);
+  const auto result = sorted(kCount, kCount);
   ASSERT_EQ(result.size(), kCount);
   for (std::uint64_t i = 0; i < kCount; ++i) {
     ASSERT_EQ(result[i], i);
@@ -53,6 +53,7 @@ TEST(ExternalSorter, NamesTheDirectoryItCannotUse) {
   ExternalSorter<std::uint64_t, Less> sorter(1, "/nonexistent/directory");
   try {
     sorter.add(1);
+    sorter.add(2);
     FAIL() << "spilled into a directory that does not exist";
   } catch (const WriteError& error) {
     EXPECT_NE(std::string(error.what()).find("/nonexistent/directory"), std::string::npos);

@@ -25,9 +25,12 @@ using testing::UnorderedElementsAre;
 
 struct TrackEvent {
   std::uint64_t time = 0;
-  std::int64_t type = 0;  // 1 begin, 2 end, 3 instant
+  std::int64_t type = 0;  // 1 begin, 2 end, 3 instant, 4 counter
   std::uint64_t track = 0;
   std::uint64_t name = 0;
+  std::int64_t value = 0;        // of a curve
+  std::uint64_t more_track = 0;  // a curve that changes with it, and how
+  std::int64_t more_value = 0;
   std::vector<std::uint64_t> flows;
   std::vector<std::uint64_t> ending_flows;
 };
@@ -39,6 +42,7 @@ struct File {
   std::map<std::uint64_t, std::string> thread_names;   // tid
   std::map<std::uint64_t, std::string> process_names;  // pid
   std::map<std::uint64_t, std::string> names;          // interned
+  std::map<std::uint64_t, std::string> tracks;         // by uuid, where they have a name
   std::map<std::uint64_t, std::uint64_t> clocks;
   std::uint64_t primary_clock = 0;
   int switches = 0;
@@ -47,7 +51,11 @@ struct File {
 };
 
 void read_descriptor(protozero::pbf_reader descriptor, File& file) {
+  std::uint64_t uuid = 0;
   while (descriptor.next()) {
+    if (descriptor.tag() == 1) uuid = descriptor.get_uint64();
+    if (descriptor.tag() == 2) file.tracks[uuid] = descriptor.get_string();
+    if (descriptor.tag() < 3) continue;
     if (descriptor.tag() != 3 && descriptor.tag() != 4) {
       descriptor.skip();
       continue;
@@ -96,6 +104,15 @@ TrackEvent read_event(protozero::pbf_reader message, std::uint64_t time) {
         break;
       case 11:
         event.track = message.get_uint64();
+        break;
+      case 12:
+        event.more_value = message.get_int64();
+        break;
+      case 30:
+        event.value = message.get_int64();
+        break;
+      case 31:
+        event.more_track = message.get_uint64();
         break;
       case 47:
         event.flows.push_back(message.get_fixed64());
@@ -359,6 +376,78 @@ TEST(Perfetto, SurvivesHostileValues) {
   const auto file = decode(out.str());
   EXPECT_EQ(file.names.at(1), "bad \xEF\xBF\xBD name");
   EXPECT_TRUE(file.thread_names.empty()) << "none of these is a thread of Linux";
+}
+
+// What is drawn of the curve "queue depth" of /drive.
+std::map<std::int64_t, std::int64_t> queue_of_drive(const std::vector<analysis::Instance>& taken,
+                                                    std::size_t records_in_memory) {
+  PerfettoExport perfetto({.records_in_memory = records_in_memory});
+  for (const auto& i : taken)
+    perfetto.on_instance(i);
+  std::ostringstream out;
+  const auto counts = perfetto.write(out, {});
+  const auto file = decode(out.str());
+  std::map<std::int64_t, std::int64_t> curve;
+  for (const auto& event : file.events) {
+    if (event.type != 4) continue;
+    EXPECT_EQ(file.tracks.at(event.track), "queue depth " + std::string(test::kDrive));
+    EXPECT_TRUE(curve.emplace(static_cast<std::int64_t>(event.time), event.value).second);
+  }
+  EXPECT_EQ(curve.size(), counts.queue_changes);
+  return curve;
+}
+
+// The same by counting at every time at which a message arrives or is taken.
+std::map<std::int64_t, std::int64_t> counted_queue(const std::vector<analysis::Instance>& taken) {
+  std::map<std::int64_t, std::int64_t> changes;
+  for (const auto& i : taken) {
+    ++changes[i.release->ns];
+    --changes[i.start.ns];
+  }
+  std::map<std::int64_t, std::int64_t> curve;
+  std::int64_t depth = 0;
+  for (const auto& [time, change] : changes) {
+    depth += change;
+    if (change != 0) curve[time] = depth;
+  }
+  return curve;
+}
+
+TEST(Perfetto, DrawsQueuesOfAnyDepthAndOrder) {
+  const auto take = [](std::int64_t tid, std::int64_t release, std::int64_t start,
+                       std::int64_t end) {
+    return test::taking(test::instance(test::kDrive, tid, 0, release, start, end), release);
+  };
+  std::vector<analysis::Instance> in_order;
+  std::vector<analysis::Instance> crossing;  // two threads; the later message is taken first
+  std::vector<analysis::Instance> pile;      // all arrive before the first is taken
+  for (std::int64_t k = 0; k < 50; ++k) {
+    // Queues of up to four, emptied now and then, the first of them taken as the fifth one arrives.
+    const auto start = 500 * (k / 5) + 400 + 10 * (k % 5);
+    in_order.push_back(take(13, 100 * k, start, start + 5));
+    crossing.push_back(take(13, 100 * k + 50, 100 * k + 60, 100 * k + 70));
+    crossing.push_back(take(14, 100 * k + 20, 100 * k + 65, 100 * k + 75));
+    pile.push_back(take(13, k, 1'000 + 10 * k, 1'005 + 10 * k));
+  }
+  for (const auto& taken : {in_order, crossing, pile}) {
+    const auto expected = counted_queue(taken);
+    ASSERT_GT(expected.size(), 20U);
+    for (const std::size_t in_memory : {1U, 3U, 1'000U})
+      EXPECT_EQ(queue_of_drive(taken, in_memory), expected) << in_memory;
+  }
+}
+
+TEST(Perfetto, DrawsTheResponseTimeWhereTheInstanceEnds) {
+  const auto file = decode(exported({}));
+  std::map<std::uint64_t, std::int64_t> track_responses;
+  for (const auto& event : file.events) {
+    if (event.type != 2 || event.more_track == 0) continue;
+    if (file.tracks.at(event.more_track) == "response time " + std::string(test::kTrack)) {
+      track_responses[event.time] = event.more_value;
+    }
+  }
+  EXPECT_EQ(track_responses, (std::map<std::uint64_t, std::int64_t>{
+                                 {2'600, 1'150}, {2'900, 750}, {3'200, 200}, {3'360, 60}}));
 }
 
 TEST(Perfetto, LimitsTheTracksOfAPileOfWaits) {

@@ -66,6 +66,70 @@ TEST(RecordedRun, TellsEverythingInOrderOfTimeWithMessagesJoined) {
   }
 }
 
+// Which of the publications at 1, 2, 3, … some instance took, by `run`.
+std::vector<std::int64_t> taken_publications(RecordedRun& run) {
+  std::vector<std::int64_t> taken;
+  run.replay([](const RecordedInstance&) {},
+             [&](const RecordedPublication& r) {
+               if (!r.receivers.empty()) taken.push_back(r.publication.time.ns);
+             });
+  return taken;
+}
+
+TEST(RecordedRun, JoinsMessagesThatWereTakenLongAfterTheyWerePublished) {
+  RecordedRun run(1'000, {});
+  constexpr std::int64_t kMany = 200'000;  // more than are looked up on the way
+  for (std::int64_t k = 1; k <= kMany; ++k)
+    run.add(test::publication(k, 11, static_cast<std::uint64_t>(k), k));
+  const auto take = [&](std::int64_t message) {
+    const auto start = kMany + 10 * message;
+    run.add(test::taking(test::instance(test::kTrack, 12, 0, -1, start, start + 5), message));
+  };
+  take(7);
+  take(kMany);
+  take(7);
+  take(kMany + 1);  // nobody published it
+  EXPECT_THAT(taken_publications(run), ElementsAre(7, kMany));
+  EXPECT_EQ(run.deliveries(), 3U);
+}
+
+TEST(RecordedRun, JoinsMessagesWhosePublicationIsToldLater) {
+  RecordedRun run(1, {});
+  run.add(test::taking(test::instance(test::kTrack, 12, 0, -1, 500, 600), 1));
+  run.add(test::taking(test::instance(test::kTrack, 12, 1, -1, 700, 800), 2));
+  run.add(test::publication(400, 11, 0, 1));
+  run.add(test::publication(900, 11, 1, 2));  // after it was taken
+  EXPECT_THAT(taken_publications(run), ElementsAre(400));
+  EXPECT_EQ(run.deliveries(), 1U);
+  EXPECT_EQ(run.backward_deliveries(), 1U);
+}
+
+TEST(RecordedRun, GivesTheReceiversOfAMessagePublishedTwiceToTheFirst) {
+  for (const bool is_told_late : {false, true}) {
+    RecordedRun run(1, {});
+    const auto take = [&] {
+      run.add(test::taking(test::instance(test::kTrack, 12, 0, -1, 500, 600), 1));
+    };
+    if (!is_told_late) run.add(test::publication(300, 11, 0, 1));
+    if (!is_told_late) run.add(test::publication(400, 11, 1, 1));
+    take();
+    if (is_told_late) run.add(test::publication(300, 11, 0, 1));
+    if (is_told_late) run.add(test::publication(400, 11, 1, 1));
+    EXPECT_THAT(taken_publications(run), ElementsAre(300));
+  }
+}
+
+TEST(ThreadTable, KnowsThreadsByNumber) {
+  ThreadTable table;
+  // Equal but for the host, and tids that fall together.
+  const std::vector<ThreadKey> threads{{0, 1, 2}, {1, 1, 2}, {0, 1, 2 + 1'024}, {0, -1, -1}};
+  for (int round = 0; round < 2; ++round) {
+    for (std::uint32_t i = 0; i < threads.size(); ++i)
+      EXPECT_EQ(table.number(threads[i]), i);
+  }
+  EXPECT_EQ(table.all(), threads);
+}
+
 TEST(RecordedRun, IsEmptyWithoutAnything) {
   RecordedRun run(1, {});
   EXPECT_TRUE(replayed(run).empty());
