@@ -44,8 +44,8 @@ class FlightRecorder {
   // Saves if a deadline was missed, a moment later, so that what follows it is there too. `about`
   // is what the snapshot's manifest says besides. Throws RecordError.
   std::optional<SavedSnapshot> poll(const Manifest& about);
-  // On command, whatever the limits are.
-  SavedSnapshot save(const std::string& reason, const Manifest& about);
+  // Because it was asked for (ask_to_save(), SIGUSR1), whatever the limits are.
+  SavedSnapshot save_on_command(const Manifest& about);
   // Unasked, unless the limits forbid it.
   std::optional<SavedSnapshot> save_unasked(const std::string& reason, const Manifest& about);
 
@@ -61,6 +61,7 @@ class FlightRecorder {
   };
 
   bool may_save_unasked() const;
+  SavedSnapshot save(const std::string& reason, const Manifest& about);
 
   SnapshotOptions options_;
   std::filesystem::path directory_;
@@ -74,8 +75,10 @@ class FlightRecorder {
   std::uint64_t left_out_ = 0;
 };
 
-// Has the recorder that keeps snapshots in `directory` save one, and returns where it is. Throws
-// RecordError if there is none, or it does not do it within half a minute.
-std::filesystem::path ask_to_save(const std::filesystem::path& directory);
+// Has the recorder that keeps snapshots in `directory` save one, and returns where it is. `reason`
+// is for its manifest; empty: none. Throws RecordError if there is no recorder, or it does not do
+// it within half a minute.
+std::filesystem::path ask_to_save(const std::filesystem::path& directory,
+                                  const std::string& reason);
 
 }  // namespace cie::record

@@ -136,7 +136,7 @@ void Recording::serve_flight_recorder(bool is_asked) {
   }
   try {
     if (is_asked) {
-      tell(flight_->save("on command", manifest_));
+      tell(flight_->save_on_command(manifest_));
     }
     if (const auto saved = flight_->poll(manifest_)) {
       tell(*saved);

@@ -94,17 +94,23 @@ class Flight(unittest.TestCase):
         report = json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)
         # Readers' window ends with the first channel to end, a moment earlier.
         self.assertAlmostEqual(report["trace"]["end_ns"] - report["trace"]["begin_ns"], held, delta=20_000_000)
+        # Whoever asks may say why; control characters do not reach the terminal.
+        saved = run(CIE, "record", "--save", directory, "--reason", "the brake, \x1b[1m late\nsecond line")
+        self.assertEqual(saved.returncode, 0, saved.stderr)
+        self.assertEqual(manifest_of(directory / "snapshot-002")["snapshot"]["reason"],
+                         "on command: the brake, ?[1m late")
         # A signal does the same, and the next one has the next number.
         recorder.send_signal(signal.SIGUSR1)
-        self.wait_for(directory / "snapshot-002")
-        self.check_complete(directory / "snapshot-002")
-        self.assertGreater(starts_of(directory / "snapshot-002")[-1], starts[-1])
+        self.wait_for(directory / "snapshot-003")
+        self.check_complete(directory / "snapshot-003")
+        self.assertEqual(manifest_of(directory / "snapshot-003")["snapshot"]["reason"], "on command")
+        self.assertGreater(starts_of(directory / "snapshot-003")[-1], starts[-1])
         os.kill(int((scratch / "ready").read_text()), signal.SIGTERM)
         text = self.end(recorder)
         self.assertRegex(text, r"keeping the last 5 s in memory: \d+ MiB per CPU, \d+ MiB in all")
         self.assertIn("the buffers are too small for 5", text)
-        self.assertIn("saved 2 snapshots", text)
-        self.assertEqual(sorted(path.name for path in directory.iterdir()), ["snapshot-001", "snapshot-002"])
+        self.assertIn("saved 3 snapshots", text)
+        self.assertEqual(sorted(path.name for path in directory.iterdir()), ["snapshot-001", "snapshot-002", "snapshot-003"])
 
     def test_a_missed_deadline_is_saved_as_often_as_the_limits_allow(self):
         late = 100
@@ -151,6 +157,8 @@ class Flight(unittest.TestCase):
         for status, wanted, arguments in (
                 (4, "nobody keeps snapshots", ["--save", scratch]),
                 (2, "--save DIR stands alone", ["--save", scratch, "--", "true"]),
+                (2, "--save DIR stands alone", ["--save", scratch, "--snapshot", "5"]),
+                (2, "--reason goes with --save", ["--reason", "why", "--", "true"]),
                 (2, "--event-rate goes with --snapshot", ["--event-rate", "5", "--", "true"]),
                 (2, "keeps no kernel events", ["--snapshot", "5", "--kernel", "yes", "--", "true"]),
                 (2, "do not fit into memory", ["--snapshot", "3600", "--event-rate", "100000000", "--", "true"]),
