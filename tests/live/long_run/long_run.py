@@ -156,8 +156,7 @@ class LongRun:
             counts = Counts.of(chunk)
             self.recorded.add(counts)
             manifest = json.loads((chunk / "manifest.json").read_text())
-            self.log.add("chunk", name=chunk.name, events=counts.total(),
-                         starts=counts.by_kind["callback_start"], size=usage_of(chunk),
+            self.log.add("chunk", name=chunk.name, events=counts.total(), size=usage_of(chunk),
                          discarded=discarded_in(manifest), problems=manifest["problems"], verdicts=self.verdicts(chunk))
 
     def save(self):
