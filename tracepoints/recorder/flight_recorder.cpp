@@ -133,16 +133,21 @@ SnapshotCost snapshot_cost(const Options& options) {
 }
 
 FlightRecorder::FlightRecorder(const Options& options, std::shared_ptr<TracingSession> session,
-                               const std::string& name)
+                               std::unique_ptr<KernelSnapshots> kernel, const std::string& name)
     : options_(options.snapshot.value()),
       directory_(options.directory),
       session_(std::move(session)),
+      kernel_(std::move(kernel)),
       lock_(take_lock(directory_)),
       deadlines_(name) {}
 
 FlightRecorder::~FlightRecorder() {
   std::error_code ignored;
   fs::remove(directory_ / kLockFile, ignored);
+}
+
+void FlightRecorder::start_reading() {
+  if (kernel_) kernel_->start_reading();
 }
 
 std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
@@ -194,6 +199,9 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& ab
       throw RecordError("the snapshot is empty: nothing was recorded so far");
     }
     manifest.options.directory = inside->path();
+    if (kernel_) {
+      manifest.kernel = kernel_->save(manifest.options.directory);
+    }
     manifest.end = now();
     const SavedSnapshot saved{.directory = numbered(directory_, saved_ + 1),
                               .reason = reason,

@@ -3,6 +3,7 @@
 
 #include "deadline_watch.hpp"
 #include "file_descriptor.hpp"
+#include "kernel_snapshots.hpp"
 #include "manifest.hpp"
 #include "tracing_session.hpp"
 
@@ -34,13 +35,17 @@ struct SavedSnapshot {
 // Snapshots are DIR/snapshot-001, -002, …; each appears when it is complete.
 class FlightRecorder {
  public:
-  // DIR exists; whoever asks `cie record --save DIR` finds this process by it. Throws RecordError.
+  // DIR exists; whoever asks `cie record --save DIR` finds this process by it. `kernel` is null
+  // where no kernel events are kept. Throws RecordError.
   FlightRecorder(const Options& options, std::shared_ptr<TracingSession> session,
-                 const std::string& name);
+                 std::unique_ptr<KernelSnapshots> kernel, const std::string& name);
   ~FlightRecorder();
   FlightRecorder(const FlightRecorder&) = delete;
   FlightRecorder& operator=(const FlightRecorder&) = delete;
 
+  // Starts the thread that reads kernel events. Apart from the constructor, so that a command can
+  // be started in between, from a process of one thread.
+  void start_reading();
   // Saves if a deadline was missed, a moment later, so that what follows it is there too. `about`
   // is what the snapshot's manifest says besides. Throws RecordError.
   std::optional<SavedSnapshot> poll(const Manifest& about);
@@ -66,6 +71,7 @@ class FlightRecorder {
   SnapshotOptions options_;
   std::filesystem::path directory_;
   std::shared_ptr<TracingSession> session_;
+  std::unique_ptr<KernelSnapshots> kernel_;
   FileDescriptor lock_;
   DeadlineWatch deadlines_;
   std::optional<Due> due_;

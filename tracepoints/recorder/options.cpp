@@ -123,10 +123,9 @@ struct SnapshotArguments {
       }
       return;
     }
-    if (to.kernel == KernelChoice::yes) {
-      throw UsageError("--snapshot keeps no kernel events: leave --kernel out");
+    if (to.kernel == KernelChoice::automatic) {
+      to.kernel = KernelChoice::no;  // their cost must be asked for
     }
-    to.kernel = KernelChoice::no;
     options.length = milliseconds_of(seconds);
     options.least_interval = milliseconds_of(least_interval);
     to.snapshot = options;

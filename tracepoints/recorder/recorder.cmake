@@ -10,8 +10,12 @@ add_library(cie_recorder STATIC
   recorder/deadline_watch.cpp
   recorder/error.cpp
   recorder/flight_recorder.cpp
+  recorder/kernel_clock.cpp
   recorder/kernel_events.cpp
+  recorder/kernel_reader.cpp
   recorder/kernel_recording.cpp
+  recorder/kernel_ring.cpp
+  recorder/kernel_snapshots.cpp
   recorder/kernel_source.cpp
   recorder/live_stream.cpp
   recorder/manifest.cpp
@@ -24,6 +28,7 @@ add_library(cie_recorder STATIC
   recorder/session_daemon.cpp
   recorder/signals.cpp
   recorder/stream_check.cpp
+  recorder/switch_check.cpp
   recorder/tracefs.cpp
   recorder/tracefs_source.cpp
   recorder/tracing_session.cpp)

@@ -65,6 +65,19 @@ bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
 }
 
+// Null: they are not asked for.
+std::unique_ptr<KernelSnapshots> kernel_snapshots_of(const Options& options) {
+  if (options.kernel != KernelChoice::yes) {
+    return nullptr;
+  }
+  try {
+    return std::make_unique<KernelSnapshots>(
+        open_kernel_source(options.kernel_route, options.kernel_buffer_size), options);
+  } catch (const RecordError& error) {
+    throw RecordError(std::string("--kernel=yes: ") + error.what());
+  }
+}
+
 std::string new_session_name(const Options& options) {
   const std::string kind = options.snapshot ? std::string(kSnapshotSession) : "cie-record";
   return kind + '-' + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
@@ -103,7 +116,7 @@ Recording::~Recording() = default;
 // Before the first user event, so that no instance begins without its thread's record.
 void Recording::start_kernel() {
   const Options& options = manifest_.options;
-  if (options.kernel == KernelChoice::no) {
+  if (options.kernel == KernelChoice::no || options.snapshot) {
     return;
   }
   try {
@@ -121,7 +134,8 @@ void Recording::start_kernel() {
 
 void Recording::start_flight_recorder() {
   if (manifest_.options.snapshot) {
-    flight_ = std::make_unique<FlightRecorder>(manifest_.options, session_, manifest_.session);
+    flight_ = std::make_unique<FlightRecorder>(
+        manifest_.options, session_, kernel_snapshots_of(manifest_.options), manifest_.session);
   }
 }
 
@@ -215,9 +229,7 @@ void Recording::run_command() {
     child_options.environment.emplace_back(kProfileVariable, kRos2Profile);
   }
   ChildProcess command(manifest_.options.command, child_options);
-  if (kernel_) {
-    kernel_->start_reading();
-  }
+  start_reading();
   while (!command.poll()) {
     const auto signal = signals_.wait(kTick);
     if (signal && is_interrupt(signal->number) && !signal->is_from_terminal) {
@@ -250,10 +262,17 @@ void Recording::run_command() {
   }
 }
 
-void Recording::wait_attached() {
+void Recording::start_reading() {
   if (kernel_) {
     kernel_->start_reading();
   }
+  if (flight_) {
+    flight_->start_reading();
+  }
+}
+
+void Recording::wait_attached() {
+  start_reading();
   const auto& duration = manifest_.options.duration;
   while (!is_daemon_lost_ && !(duration && Clock::now() - began_ >= *duration)) {
     const auto left =
