@@ -20,8 +20,10 @@ add_library(cie_recorder STATIC
   recorder/live_stream.cpp
   recorder/manifest.cpp
   recorder/options.cpp
+  recorder/pending_chunk.cpp
   recorder/processes.cpp
   recorder/recording.cpp
+  recorder/recording_always_on.cpp
   recorder/relay_daemon.cpp
   recorder/recording_messages.cpp
   recorder/rotation.cpp

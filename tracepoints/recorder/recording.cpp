@@ -65,19 +65,6 @@ bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
 }
 
-// Null: they are not asked for.
-std::unique_ptr<KernelSnapshots> kernel_snapshots_of(const Options& options) {
-  if (options.kernel != KernelChoice::yes) {
-    return nullptr;
-  }
-  try {
-    return std::make_unique<KernelSnapshots>(
-        open_kernel_source(options.kernel_route, options.kernel_buffer_size), options);
-  } catch (const RecordError& error) {
-    throw RecordError(std::string("--kernel=yes: ") + error.what());
-  }
-}
-
 std::string new_session_name(const Options& options) {
   const std::string kind = options.snapshot ? std::string(kSnapshotSession) : "cie-record";
   return kind + '-' + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
@@ -129,46 +116,6 @@ void Recording::start_kernel() {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
     drop_kernel(error.what());
-  }
-}
-
-void Recording::start_flight_recorder() {
-  if (manifest_.options.snapshot) {
-    flight_ = std::make_unique<FlightRecorder>(
-        manifest_.options, session_, kernel_snapshots_of(manifest_.options), manifest_.session);
-  }
-}
-
-void Recording::serve_flight_recorder(bool is_asked) {
-  if (is_asked && !flight_) {
-    warn(
-        "SIGUSR1 has a snapshot saved; this recorder, started without --snapshot, keeps "
-        "everything");
-  }
-  if (!flight_ || is_daemon_lost_) {
-    return;
-  }
-  try {
-    if (is_asked) {
-      tell(flight_->save_on_command(manifest_));
-    }
-    if (const auto saved = flight_->poll(manifest_)) {
-      tell(*saved);
-    }
-  } catch (const std::exception& error) {
-    warn(error.what());  // the next one may succeed
-  }
-}
-
-void Recording::serve_rotation() {
-  if (!rotation_ || is_daemon_lost_) {
-    return;
-  }
-  try {
-    rotation_->poll(manifest_);
-  } catch (const std::exception& error) {
-    warn(error.what());
-    problem(error.what());
   }
 }
 
@@ -395,13 +342,6 @@ void Recording::end_session() {
           " s (is the disk full?)");
   daemon_->abandon();
   worker.detach();  // it has its share of the session, and ends with its connection or this process
-}
-
-void Recording::end_rotation() {
-  std::ranges::move(rotation_->finish(manifest_), std::back_inserter(manifest_.problems));
-  if (rotation_->sealed() == 0) {
-    note_nothing_recorded();
-  }
 }
 
 void Recording::note_nothing_recorded() {
