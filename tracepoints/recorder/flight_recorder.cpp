@@ -24,6 +24,8 @@ namespace fs = std::filesystem;
 using std::chrono::milliseconds;
 
 constexpr const char* kLockFile = "recorder.pid";
+constexpr const char* kReasonFile = ".reason";
+constexpr std::size_t kLongestReason = 500;
 constexpr const char* kSharedMemory = "/dev/shm";
 // Between an event that has something saved and the saving.
 constexpr milliseconds kAftermath{250};
@@ -86,6 +88,32 @@ FileDescriptor take_lock(const fs::path& directory) {
   return file;
 }
 
+// Whoever asks says why in a file that is there when the signal comes.
+void leave_reason(const fs::path& directory, const std::string& reason) {
+  std::error_code error;
+  fs::remove(directory / kReasonFile, error);  // of somebody whose signal did not come
+  if (reason.empty()) {
+    return;
+  }
+  const fs::path draft = directory / (std::string(kReasonFile) + std::to_string(getpid()));
+  if (!(std::ofstream(draft) << reason << std::flush)) {
+    throw RecordError("cannot write " + in_quotes(draft));
+  }
+  fs::rename(draft, directory / kReasonFile);
+}
+
+// One printable line, and not a long one.
+std::string take_reason(const fs::path& directory) {
+  std::string reason;
+  std::getline(std::ifstream(directory / kReasonFile), reason);
+  std::error_code ignored;
+  fs::remove(directory / kReasonFile, ignored);
+  reason.resize(std::min(reason.size(), kLongestReason));
+  std::ranges::replace_if(
+      reason, [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+  return reason;
+}
+
 }  // namespace
 
 SnapshotCost snapshot_cost(const Options& options) {
@@ -105,16 +133,21 @@ SnapshotCost snapshot_cost(const Options& options) {
 }
 
 FlightRecorder::FlightRecorder(const Options& options, std::shared_ptr<TracingSession> session,
-                               const std::string& name)
+                               std::unique_ptr<KernelSnapshots> kernel, const std::string& name)
     : options_(options.snapshot.value()),
       directory_(options.directory),
       session_(std::move(session)),
+      kernel_(std::move(kernel)),
       lock_(take_lock(directory_)),
       deadlines_(name) {}
 
 FlightRecorder::~FlightRecorder() {
   std::error_code ignored;
   fs::remove(directory_ / kLockFile, ignored);
+}
+
+void FlightRecorder::start_reading() {
+  if (kernel_) kernel_->start_reading();
 }
 
 std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
@@ -146,6 +179,11 @@ std::optional<SavedSnapshot> FlightRecorder::save_unasked(const std::string& rea
   return save(reason, about);
 }
 
+SavedSnapshot FlightRecorder::save_on_command(const Manifest& about) {
+  const std::string why = take_reason(directory_);
+  return save(why.empty() ? "on command" : "on command: " + why, about);
+}
+
 SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& about) {
   last_ = Clock::now();
   session_->describe_again();
@@ -161,6 +199,9 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& ab
       throw RecordError("the snapshot is empty: nothing was recorded so far");
     }
     manifest.options.directory = inside->path();
+    if (kernel_) {
+      manifest.kernel = kernel_->save(manifest.options.directory);
+    }
     manifest.end = now();
     const SavedSnapshot saved{.directory = numbered(directory_, saved_ + 1),
                               .reason = reason,
@@ -178,7 +219,7 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& ab
   }
 }
 
-fs::path ask_to_save(const fs::path& directory) {
+fs::path ask_to_save(const fs::path& directory, const std::string& reason) {
   const auto nobody = [&directory](const std::string& why) {
     return RecordError("nobody keeps snapshots in " + in_quotes(directory) + ": " + why);
   };
@@ -189,6 +230,7 @@ fs::path ask_to_save(const fs::path& directory) {
   if (flock(lock.get(), LOCK_SH | LOCK_NB) == 0) {
     throw nobody("the recorder that did was killed");
   }
+  leave_reason(directory, reason);
   pid_t pid = 0;
   std::ifstream(directory / kLockFile) >> pid;
   const std::uint64_t before = last_number(directory);

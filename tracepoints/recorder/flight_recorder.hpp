@@ -3,6 +3,7 @@
 
 #include "deadline_watch.hpp"
 #include "file_descriptor.hpp"
+#include "kernel_snapshots.hpp"
 #include "manifest.hpp"
 #include "tracing_session.hpp"
 
@@ -34,18 +35,22 @@ struct SavedSnapshot {
 // Snapshots are DIR/snapshot-001, -002, …; each appears when it is complete.
 class FlightRecorder {
  public:
-  // DIR exists; whoever asks `cie record --save DIR` finds this process by it. Throws RecordError.
+  // DIR exists; whoever asks `cie record --save DIR` finds this process by it. `kernel` is null
+  // where no kernel events are kept. Throws RecordError.
   FlightRecorder(const Options& options, std::shared_ptr<TracingSession> session,
-                 const std::string& name);
+                 std::unique_ptr<KernelSnapshots> kernel, const std::string& name);
   ~FlightRecorder();
   FlightRecorder(const FlightRecorder&) = delete;
   FlightRecorder& operator=(const FlightRecorder&) = delete;
 
+  // Starts the thread that reads kernel events. Apart from the constructor, so that a command can
+  // be started in between, from a process of one thread.
+  void start_reading();
   // Saves if a deadline was missed, a moment later, so that what follows it is there too. `about`
   // is what the snapshot's manifest says besides. Throws RecordError.
   std::optional<SavedSnapshot> poll(const Manifest& about);
-  // On command, whatever the limits are.
-  SavedSnapshot save(const std::string& reason, const Manifest& about);
+  // Because it was asked for (ask_to_save(), SIGUSR1), whatever the limits are.
+  SavedSnapshot save_on_command(const Manifest& about);
   // Unasked, unless the limits forbid it.
   std::optional<SavedSnapshot> save_unasked(const std::string& reason, const Manifest& about);
 
@@ -61,10 +66,12 @@ class FlightRecorder {
   };
 
   bool may_save_unasked() const;
+  SavedSnapshot save(const std::string& reason, const Manifest& about);
 
   SnapshotOptions options_;
   std::filesystem::path directory_;
   std::shared_ptr<TracingSession> session_;
+  std::unique_ptr<KernelSnapshots> kernel_;
   FileDescriptor lock_;
   DeadlineWatch deadlines_;
   std::optional<Due> due_;
@@ -74,8 +81,10 @@ class FlightRecorder {
   std::uint64_t left_out_ = 0;
 };
 
-// Has the recorder that keeps snapshots in `directory` save one, and returns where it is. Throws
-// RecordError if there is none, or it does not do it within half a minute.
-std::filesystem::path ask_to_save(const std::filesystem::path& directory);
+// Has the recorder that keeps snapshots in `directory` save one, and returns where it is. `reason`
+// is for its manifest; empty: none. Throws RecordError if there is no recorder, or it does not do
+// it within half a minute.
+std::filesystem::path ask_to_save(const std::filesystem::path& directory,
+                                  const std::string& reason);
 
 }  // namespace cie::record

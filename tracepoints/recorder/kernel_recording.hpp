@@ -2,15 +2,15 @@
 #pragma once
 
 #include "ctf_stream.hpp"
-#include "file_descriptor.hpp"
+#include "kernel_reader.hpp"
 #include "kernel_source.hpp"
+#include "switch_check.hpp"
 
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
 namespace cie::record {
@@ -32,14 +32,12 @@ class KernelRecording {
   // RecordError; leaves nothing behind then.
   KernelRecording(std::filesystem::path directory, std::unique_ptr<KernelSource> source,
                   std::chrono::milliseconds flush_interval);
-  // Switches everything off; what was not written is lost if finish() was not called.
-  ~KernelRecording();
   KernelRecording(const KernelRecording&) = delete;
   KernelRecording& operator=(const KernelRecording&) = delete;
 
   // Starts the thread that empties the buffers. Apart from the constructor, so that a command can
   // be started in between, from a process of one thread.
-  void start_reading();
+  void start_reading() { reader_->start(); }
 
   // Takes over the clock of the user-space trace below `recording` once its metadata is there.
   void adopt_clock(const std::filesystem::path& recording);
@@ -55,29 +53,22 @@ class KernelRecording {
     explicit Cpu(CtfStream stream) : stream_(std::move(stream)) {}
     void on_event(std::uint64_t time, std::string_view event) override;
     void on_loss(std::uint64_t time, std::uint64_t total) override;
+    void on_drained() override { stream_.flush(); }
     CtfStream& stream() noexcept { return stream_; }
-    std::uint64_t untold_switches() const noexcept { return untold_switches_; }
+    std::uint64_t untold_switches() const noexcept { return check_.untold(); }
 
    private:
     CtfStream stream_;
-    std::int32_t running_ = -1;  // next_tid of the last switch; -1: not known
-    std::uint64_t untold_switches_ = 0;
+    SwitchCheck check_;
   };
 
-  void write_metadata() const;
-  void read_loop();
-  void stop_reading();
-
   std::filesystem::path directory_;
-  std::chrono::milliseconds flush_interval_;
   std::unique_ptr<KernelSource> source_;
   TraceUuid uuid_;
   TraceClock clock_;
   bool has_clock_of_user_space_ = false;
   std::vector<Cpu> cpus_;  // as the source lists them
-  FileDescriptor stop_;    // an eventfd
-  std::string failure_;    // of the thread; read after it ended
-  std::thread thread_;
+  std::unique_ptr<KernelReader> reader_;
 };
 
 }  // namespace cie::record

@@ -17,6 +17,8 @@ class KernelEventSink {
   virtual void on_event(std::uint64_t time, std::string_view event) = 0;
   // Events between the last one and `time` were lost: `total` on this CPU so far.
   virtual void on_loss(std::uint64_t time, std::uint64_t total) = 0;
+  // The buffer is empty for the moment.
+  virtual void on_drained() {}
 };
 
 // A buffer for each CPU, in the kernel. One thread at a time.

@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
     cie::record::ParsedCommandLine parsed =
         cie::record::parse_command_line(arguments, geteuid() == 0);
     if (parsed.save) {
-      std::printf("%s\n", cie::record::ask_to_save(*parsed.save).c_str());
+      std::printf("%s\n", cie::record::ask_to_save(*parsed.save, parsed.save_reason).c_str());
       return 0;
     }
     if (!parsed.options) {

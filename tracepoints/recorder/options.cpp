@@ -65,7 +65,10 @@ struct SnapshotArguments {
   double least_interval = 10;
   SnapshotOptions options;
   std::string save;
+  std::string reason;
   CLI::Option* snapshot = nullptr;
+  CLI::Option* asking = nullptr;
+  CLI::Option* giving_reason = nullptr;
   std::vector<CLI::Option*> needing_it;
 
   void add_to(CLI::App& app) {
@@ -91,9 +94,23 @@ struct SnapshotArguments {
             ->type_name("SECONDS")
             ->check(CLI::Range(0.0, 1e6))
             ->capture_default_str()};
-    app.add_option("--save", save,
-                   "Have the recorder that keeps snapshots in DIR save one now, and print where")
-        ->type_name("DIR");
+    asking = app.add_option(
+                    "--save", save,
+                    "Have the recorder that keeps snapshots in DIR save one now, and print where")
+                 ->type_name("DIR");
+    giving_reason =
+        app.add_option("--reason", reason, "With --save: why, for the snapshot's manifest")
+            ->type_name("TEXT");
+  }
+
+  // Throws UsageError if anything but --save and --reason was given.
+  void require_alone(const CLI::App& app, bool has_command) const {
+    const bool is_alone = std::ranges::all_of(app.get_options(), [this](const CLI::Option* option) {
+      return option->count() == 0 || option == asking || option == giving_reason;
+    });
+    if (has_command || !is_alone) {
+      throw UsageError("--save DIR stands alone: a recorder runs already");
+    }
   }
 
   // Whether buffers were asked for by size decides that they are not chosen by time.
@@ -106,10 +123,9 @@ struct SnapshotArguments {
       }
       return;
     }
-    if (to.kernel == KernelChoice::yes) {
-      throw UsageError("--snapshot keeps no kernel events: leave --kernel out");
+    if (to.kernel == KernelChoice::automatic) {
+      to.kernel = KernelChoice::no;  // their cost must be asked for
     }
-    to.kernel = KernelChoice::no;
     options.length = milliseconds_of(seconds);
     options.least_interval = milliseconds_of(least_interval);
     to.snapshot = options;
@@ -163,7 +179,7 @@ std::string help_of(const CLI::App& app) {
     help.replace(at, generated.size(),
                  "Usage: cie record [OPTIONS] -- CMD [ARG...]\n"
                  "       cie record [OPTIONS] --attach\n"
-                 "       cie record --save DIR");
+                 "       cie record --save DIR [--reason TEXT]");
   }
   return help;
 }
@@ -265,10 +281,14 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
 
   refuse_what_is_missing(live);
   if (!snapshot.save.empty()) {
-    if (arguments.size() > 2) {
-      throw UsageError("--save DIR stands alone: a recorder runs already");
-    }
-    return {.options = std::nullopt, .save = std::filesystem::absolute(snapshot.save), .text = {}};
+    snapshot.require_alone(app, !options.command.empty());
+    return {.options = std::nullopt,
+            .save = std::filesystem::absolute(snapshot.save),
+            .save_reason = snapshot.reason,
+            .text = {}};
+  }
+  if (!snapshot.reason.empty()) {
+    throw UsageError("--reason goes with --save");
   }
   if (is_attach && !options.command.empty()) {
     throw UsageError("--attach records what runs already: it takes no command");

@@ -75,6 +75,7 @@ struct Options {
 struct ParsedCommandLine {
   std::optional<Options> options;
   std::optional<std::filesystem::path> save;
+  std::string save_reason{};  // empty: none was given
   std::string text;
 };
 

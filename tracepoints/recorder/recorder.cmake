@@ -10,20 +10,27 @@ add_library(cie_recorder STATIC
   recorder/deadline_watch.cpp
   recorder/error.cpp
   recorder/flight_recorder.cpp
+  recorder/kernel_clock.cpp
   recorder/kernel_events.cpp
+  recorder/kernel_reader.cpp
   recorder/kernel_recording.cpp
+  recorder/kernel_ring.cpp
+  recorder/kernel_snapshots.cpp
   recorder/kernel_source.cpp
   recorder/live_stream.cpp
   recorder/manifest.cpp
   recorder/options.cpp
+  recorder/pending_chunk.cpp
   recorder/processes.cpp
   recorder/recording.cpp
+  recorder/recording_always_on.cpp
   recorder/relay_daemon.cpp
   recorder/recording_messages.cpp
   recorder/rotation.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp
   recorder/stream_check.cpp
+  recorder/switch_check.cpp
   recorder/tracefs.cpp
   recorder/tracefs_source.cpp
   recorder/tracing_session.cpp)

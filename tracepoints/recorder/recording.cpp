@@ -98,7 +98,7 @@ Recording::~Recording() = default;
 // Before the first user event, so that no instance begins without its thread's record.
 void Recording::start_kernel() {
   const Options& options = manifest_.options;
-  if (options.kernel == KernelChoice::no) {
+  if (options.kernel == KernelChoice::no || options.snapshot) {
     return;
   }
   try {
@@ -111,45 +111,6 @@ void Recording::start_kernel() {
       throw RecordError(std::string("--kernel=yes: ") + error.what());
     }
     drop_kernel(error.what());
-  }
-}
-
-void Recording::start_flight_recorder() {
-  if (manifest_.options.snapshot) {
-    flight_ = std::make_unique<FlightRecorder>(manifest_.options, session_, manifest_.session);
-  }
-}
-
-void Recording::serve_flight_recorder(bool is_asked) {
-  if (is_asked && !flight_) {
-    warn(
-        "SIGUSR1 has a snapshot saved; this recorder, started without --snapshot, keeps "
-        "everything");
-  }
-  if (!flight_ || is_daemon_lost_) {
-    return;
-  }
-  try {
-    if (is_asked) {
-      tell(flight_->save("on command", manifest_));
-    }
-    if (const auto saved = flight_->poll(manifest_)) {
-      tell(*saved);
-    }
-  } catch (const std::exception& error) {
-    warn(error.what());  // the next one may succeed
-  }
-}
-
-void Recording::serve_rotation() {
-  if (!rotation_ || is_daemon_lost_) {
-    return;
-  }
-  try {
-    rotation_->poll(manifest_);
-  } catch (const std::exception& error) {
-    warn(error.what());
-    problem(error.what());
   }
 }
 
@@ -210,9 +171,7 @@ void Recording::run_command() {
     child_options.environment.emplace_back(kProfileVariable, kRos2Profile);
   }
   ChildProcess command(manifest_.options.command, child_options);
-  if (kernel_) {
-    kernel_->start_reading();
-  }
+  start_reading();
   while (!command.poll()) {
     const auto signal = signals_.wait(kTick);
     if (signal && is_interrupt(signal->number) && !signal->is_from_terminal) {
@@ -245,10 +204,17 @@ void Recording::run_command() {
   }
 }
 
-void Recording::wait_attached() {
+void Recording::start_reading() {
   if (kernel_) {
     kernel_->start_reading();
   }
+  if (flight_) {
+    flight_->start_reading();
+  }
+}
+
+void Recording::wait_attached() {
+  start_reading();
   const auto& duration = manifest_.options.duration;
   while (!is_daemon_lost_ && !(duration && Clock::now() - began_ >= *duration)) {
     const auto left =
@@ -372,13 +338,6 @@ void Recording::end_session() {
           " s (is the disk full?)");
   daemon_->abandon();
   worker.detach();  // it has its share of the session, and ends with its connection or this process
-}
-
-void Recording::end_rotation() {
-  std::ranges::move(rotation_->finish(manifest_), std::back_inserter(manifest_.problems));
-  if (rotation_->sealed() == 0) {
-    note_nothing_recorded();
-  }
 }
 
 void Recording::note_nothing_recorded() {

@@ -36,6 +36,7 @@ class Recording {
   using Clock = std::chrono::steady_clock;
 
   void start_kernel();
+  void start_reading();
   void state_snapshot_cost() const;
   void start_flight_recorder();
   void serve_flight_recorder(bool is_asked);

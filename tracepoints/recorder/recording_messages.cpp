@@ -1,5 +1,6 @@
 // What a recording tells its user, on standard error.
 #include "error.hpp"
+#include "kernel_snapshots.hpp"
 #include "recording.hpp"
 
 #include <algorithm>
@@ -53,6 +54,10 @@ void Recording::state_snapshot_cost() const {
                std::chrono::duration<double>(options.snapshot->length).count(),
                in_mib(cost.bytes_per_cpu).c_str(), in_mib(cost.bytes).c_str());
   std::fprintf(stderr, ", enough for %.0f events per second on each CPU\n", cost.event_rate);
+  if (options.kernel == KernelChoice::yes) {
+    std::fprintf(stderr, "kernel events besides: up to %s per CPU\n",
+                 in_mib(KernelSnapshots::most_bytes_per_cpu(options)).c_str());
+  }
   std::fprintf(stderr, "to save them: cie record --save %s\n", quoted(options.directory).c_str());
 }
 

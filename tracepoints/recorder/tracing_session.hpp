@@ -2,18 +2,17 @@
 #pragma once
 
 #include "options.hpp"
+#include "pending_chunk.hpp"
 
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <sys/types.h>
 
 struct lttng_handle;
-struct lttng_rotation_handle;
 struct lttng_session_descriptor;
 
 namespace cie::record {
@@ -36,21 +35,6 @@ struct ChannelLoss {
 struct LiveDestination {
   std::string control_url;  // tcp://HOST:PORT
   std::string data_url;
-};
-
-// A chunk that was ended and that LTTng is still writing out.
-class PendingChunk {
- public:
-  explicit PendingChunk(lttng_rotation_handle* handle) noexcept : handle_(handle) {}
-  // Where it lies; empty while it is not complete. Throws RecordError when LTTng could not write
-  // it.
-  std::optional<std::filesystem::path> poll() const;
-
- private:
-  struct Destroy {
-    void operator()(lttng_rotation_handle* handle) const noexcept;
-  };
-  std::unique_ptr<lttng_rotation_handle, Destroy> handle_;
 };
 
 // A process that carries tracepoints of the provider `cie`.

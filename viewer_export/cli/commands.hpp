@@ -22,6 +22,10 @@ int view_command(const Arguments& arguments);
 int analyze_command(const Arguments& arguments);
 int doctor_command(const Arguments& arguments);
 
+// Path of `cie-run` or `cie-record`: beside this program, or in PATH. Throws std::runtime_error
+// when it is not installed.
+std::string program_path(const std::string& name);
+
 // Replaces this process by `cie-run` or `cie-record`, found beside this program or in PATH. Returns
 // only by throwing std::runtime_error when it is not installed.
 [[noreturn]] void start_program(const std::string& name, const Arguments& arguments);

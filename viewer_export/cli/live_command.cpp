@@ -6,10 +6,12 @@
 #include "companion.hpp"
 #include "exit_code.hpp"
 #include "feed.hpp"
+#include "flight_saver.hpp"
 #include "history.hpp"
 #include "inputs.hpp"
 #include "live_options.hpp"
 #include "live_views.hpp"
+#include "save_trigger.hpp"
 #include "snapshot_json.hpp"
 
 #include <algorithm>
@@ -17,7 +19,9 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -87,7 +91,9 @@ class SignalDescriptor {
 // One run of the command, once its options are known.
 class Live {
  public:
-  Live(const LiveOptions& options, const SchedulingSpec* spec) : options_(options) {
+  Live(const LiveOptions& options, const SchedulingSpec* spec)
+      : options_(options), trigger_(options.save_limits, spec) {
+    if (!options.flight_directory.empty()) saver_.emplace(options.flight_directory);
     if (options.target.empty()) {
       companion_ = std::make_unique<Companion>(
           [&options](int socket) {
@@ -118,6 +124,7 @@ class Live {
       if (companion_) companion_->receive();
       take_snapshots();
       look_for_silence();
+      serve_flight_recorder();
       if (!views_->update()) end();
       if (is_ending_ && steady_clock::now() > end_deadline_) break;
     }
@@ -173,6 +180,7 @@ class Live {
       silence_ = milliseconds{0};
       history_.add(live::parse_snapshot(*line));
       ++snapshots_;
+      if (saver_) trigger_.see(history_.latest());
       views_->show();
       if (options_.count != 0 && snapshots_ >= options_.count) end();
       if (is_done_) return;
@@ -205,8 +213,40 @@ class Live {
     views_->show();
   }
 
+  void serve_flight_recorder() {
+    if (!saver_) return;
+    if (const auto outcome = saver_->poll()) tell(*outcome);
+    if (saver_->is_busy()) return;
+    if (const auto reason = trigger_.take(steady_clock::now(), false)) saver_->ask(*reason);
+  }
+
+  // What was seen last is worth a snapshot as well.
+  void end_flight_recorder() {
+    if (!saver_) return;
+    if (const auto outcome = saver_->wait()) tell(*outcome);
+    if (const auto reason = trigger_.take(steady_clock::now(), true)) {
+      saver_->ask(*reason);
+      if (const auto outcome = saver_->wait()) tell(*outcome);
+    }
+    if (trigger_.left_out() > 0) {
+      tell(fmt::format("--max-snapshots forbade it to save {} times more", trigger_.left_out()));
+    }
+    for (const auto& text : untold_)
+      fmt::print(stderr, "cie live: {}\n", text);
+  }
+
+  // On standard error; of a full screen, at its end.
+  void tell(const std::string& text) {
+    if (options_.view == LiveOptions::View::screen) {
+      untold_.push_back(text);
+    } else {
+      fmt::print(stderr, "cie live: {}\n", text);
+    }
+  }
+
   int finish() {
     views_.reset();
+    end_flight_recorder();
     feed_.reset();
     std::string printed;
     if (companion_) {
@@ -234,6 +274,9 @@ class Live {
   std::unique_ptr<Feed> feed_;
   std::optional<SignalDescriptor> signals_;
   std::unique_ptr<LiveViews> views_;
+  std::optional<FlightSaver> saver_;  // empty: no flight recorder
+  live::SaveTrigger trigger_;
+  std::vector<std::string> untold_;
   steady_clock::time_point heard_ = steady_clock::now();  // of the process that reads
   milliseconds silence_{0};
   std::uint64_t snapshots_ = 0;

@@ -65,6 +65,29 @@ void parse_listen(const std::string& text, LiveOptions& options) {
   options.listen_port = port;
 }
 
+// The limits of --save-snapshot; empty: not given.
+void parse_saving(const std::string& most, const std::string& least_interval,
+                  LiveOptions& options) {
+  if (options.flight_directory.empty()) {
+    if (!most.empty()) throw UsageError("--max-snapshots goes with --save-snapshot");
+    if (!least_interval.empty()) throw UsageError("--min-interval goes with --save-snapshot");
+    return;
+  }
+  if (!options.command.empty()) {
+    throw UsageError(
+        "--save-snapshot: a command that cie live starts is traced by nobody else; start it by\n"
+        "itself, and have cie record --attach --snapshot and cie live both attach to it");
+  }
+  if (!most.empty()) {
+    options.save_limits.most =
+        static_cast<std::uint64_t>(number_of("--max-snapshots", most, 1, 1e9));
+  }
+  if (!least_interval.empty()) {
+    const auto seconds = number_of("--min-interval", least_interval, 0, 1e6);
+    options.save_limits.least_interval = std::chrono::milliseconds(std::lround(seconds * 1000));
+  }
+}
+
 LiveOptions::View view_of(bool is_batch, bool is_json, bool is_listening) {
   if (is_batch && is_json) throw UsageError("--batch or --json, not both");
   if (is_json) return LiveOptions::View::json;
@@ -89,6 +112,8 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   std::string count;
   std::string sort(label(options.sort));
   std::string listen;
+  std::string most;
+  std::string least_interval;
   bool is_batch = false;
   bool is_json = false;
   CommandLine line({"cie live [URL | SESSION] [OPTIONS] [-- CMD [ARG...]]", kDescription, kFooter});
@@ -107,6 +132,12 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
               "Only callbacks whose name, host or pid contains TEXT");
   line.option("--listen", "[ADDRESS:]PORT", listen,
               "Serve a web page and /metrics there (default address: 127.0.0.1)");
+  line.option("--save-snapshot", "DIR", options.flight_directory,
+              "When a rule is violated or a deadline of the spec missed, have\n"
+              "the recorder that keeps snapshots in DIR save one");
+  line.option("--max-snapshots", "N", most, "With --save-snapshot: how many at most (default: 10)");
+  line.option("--min-interval", "SECONDS", least_interval,
+              "With --save-snapshot: least time between two (default: 10)");
   if (!line.parse(own)) return std::nullopt;
 
   if (!options.target.empty() && !options.command.empty()) {
@@ -121,6 +152,7 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   check_choice("--sort", sort, {"p99", "p50", "max", "rate", "late", "missed", "name"});
   options.sort = *key;
   if (!listen.empty()) parse_listen(listen, options);
+  parse_saving(most, least_interval, options);
   options.view = view_of(is_batch, is_json, !listen.empty());
   if (options.with_instances && !is_json) throw UsageError("--instances goes with --json");
   return options;

@@ -3,6 +3,7 @@
 
 #include "choice.hpp"
 #include "commands.hpp"
+#include "save_trigger.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -25,6 +26,8 @@ struct LiveOptions {
   std::string filter;
   std::string listen_address;  // empty: no server
   int listen_port = 0;
+  std::string flight_directory;  // of a recorder that keeps snapshots; empty: none
+  live::SaveLimits save_limits;
 };
 
 // Empty when help was asked for and printed. Throws UsageError.

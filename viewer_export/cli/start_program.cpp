@@ -37,26 +37,28 @@ std::vector<fs::path> search_path() {
 
 }  // namespace
 
-void start_program(const std::string& name, const Arguments& arguments) {
+std::string program_path(const std::string& name) {
   const auto directories = search_path();
   for (const auto& directory : directories) {
     const auto program = directory / name;
-    if (::access(program.c_str(), X_OK) != 0 || fs::is_directory(program)) {
-      continue;
-    }
-    std::vector<char*> argv{const_cast<char*>(program.c_str())};
-    for (const auto& argument : arguments) {
-      argv.push_back(const_cast<char*>(argument.c_str()));
-    }
-    argv.push_back(nullptr);
-    ::execv(program.c_str(), argv.data());
-    throw std::runtime_error("cannot start \"" + program.string() +
-                             "\": " + std::generic_category().message(errno));
+    if (::access(program.c_str(), X_OK) == 0 && !fs::is_directory(program)) return program;
   }
   const auto beside = directories.empty() ? std::string("?") : directories.front().string();
   throw std::runtime_error("\"" + name + "\" is not installed: it is neither in \"" + beside +
                            "\" nor in PATH. It belongs to the part of cie that runs on the robot "
                            "(CMake option CIE_BUILD_ROBOT)");
+}
+
+void start_program(const std::string& name, const Arguments& arguments) {
+  const auto program = program_path(name);
+  std::vector<char*> argv{const_cast<char*>(program.c_str())};
+  for (const auto& argument : arguments) {
+    argv.push_back(const_cast<char*>(argument.c_str()));
+  }
+  argv.push_back(nullptr);
+  ::execv(program.c_str(), argv.data());
+  throw std::runtime_error("cannot start \"" + program +
+                           "\": " + std::generic_category().message(errno));
 }
 
 }  // namespace cie::cli

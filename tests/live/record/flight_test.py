@@ -116,17 +116,23 @@ class Flight(unittest.TestCase):
         self.assertEqual(held, end - begin)
         begin, end = window_of(snapshot, "*_[0-9]*")
         self.assertEqual((report["trace"]["begin_ns"], report["trace"]["end_ns"]), (begin, end))
+        # Whoever asks may say why; control characters do not reach the terminal.
+        saved = run(CIE, "record", "--save", directory, "--reason", "the brake, \x1b[1m late\nsecond line")
+        self.assertEqual(saved.returncode, 0, saved.stderr)
+        self.assertEqual(manifest_of(directory / "snapshot-002")["snapshot"]["reason"],
+                         "on command: the brake, ?[1m late")
         # A signal does the same, and the next one has the next number.
         recorder.send_signal(signal.SIGUSR1)
-        self.wait_for(directory / "snapshot-002")
-        self.check_complete(directory / "snapshot-002")
-        self.assertGreater(starts_of(directory / "snapshot-002")[-1], starts[-1])
+        self.wait_for(directory / "snapshot-003")
+        self.check_complete(directory / "snapshot-003")
+        self.assertEqual(manifest_of(directory / "snapshot-003")["snapshot"]["reason"], "on command")
+        self.assertGreater(starts_of(directory / "snapshot-003")[-1], starts[-1])
         os.kill(int((scratch / "ready").read_text()), signal.SIGTERM)
         text = self.end(recorder)
         self.assertRegex(text, r"keeping the last 5 s in memory: \d+ MiB per CPU, \d+ MiB in all")
         self.assertIn("the buffers are too small for 5", text)
-        self.assertIn("saved 2 snapshots", text)
-        self.assertEqual(sorted(path.name for path in directory.iterdir()), ["snapshot-001", "snapshot-002"])
+        self.assertIn("saved 3 snapshots", text)
+        self.assertEqual(sorted(path.name for path in directory.iterdir()), ["snapshot-001", "snapshot-002", "snapshot-003"])
 
     def test_a_missed_deadline_is_saved_as_often_as_the_limits_allow(self):
         late = 100
@@ -169,12 +175,50 @@ class Flight(unittest.TestCase):
         self.assertIn("saved 0 snapshots", self.end(recorder))
         self.assertEqual(list(directory.iterdir()), [])
 
+    def test_kernel_events_are_saved_beside(self):
+        ready = scratch / "kernel_ready"
+        recorder, directory = self.record("kernel", ["--kernel", "yes"],
+                                          ["--until-signal", "--work-us", "2000", "--ready", str(ready)])
+        deadline = time.monotonic() + PATIENCE
+        while not ready.exists() and recorder.poll() is None:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
+        if recorder.poll() is not None:
+            said = self.end(recorder, 4)
+            self.assertIn("--kernel=yes: ", said)
+            self.skipTest(f"not possible here: {said}")
+        time.sleep(1)
+        for number in (1, 2):  # what one snapshot took is there for the next one, too
+            saved = run(CIE, "record", "--save", directory)
+            self.assertEqual(saved.returncode, 0, saved.stderr)
+            self.check_kernel(directory / f"snapshot-00{number}")
+        os.kill(int(ready.read_text()), signal.SIGTERM)
+        self.assertRegex(self.end(recorder), r"kernel events besides: up to \d+ MiB per CPU")
+
+    def check_kernel(self, snapshot):
+        manifest = manifest_of(snapshot)
+        self.assertTrue(manifest["kernel_events"])
+        # By another reader, which takes both for one trace.
+        text = run("babeltrace2", "--clock-seconds", snapshot).stdout.splitlines()
+        switches = [i for i, line in enumerate(text) if " sched_switch: " in line]
+        instances = [i for i, line in enumerate(text) if " cie:callback_start: " in line]
+        self.assertGreater(len(switches), 100)
+        self.assertEqual(sum(": { cpu_id" in line and " sched_" in line for line in text), manifest["kernel"]["events"])
+        self.assertLess(instances[len(instances) // 2], switches[-1], "they are of the same time")
+        self.assertGreater(instances[-1], switches[len(switches) // 2])
+        timer, = (callback for callback in json.loads(run(CIE, "report", snapshot, "-f", "json").stdout)["callbacks"]
+                  if callback["kind"] == "timer")
+        # Each instance works for 2 ms of its thread's processor time. Some kernels do not tell every switch.
+        self.assertGreater(timer["execution_time_ns"]["count"], 20)
+        self.assertGreaterEqual(timer["execution_time_ns"]["min"], 2_000_000)
+
     def test_what_cannot_be_is_refused(self):
         for status, wanted, arguments in (
                 (4, "nobody keeps snapshots", ["--save", scratch]),
                 (2, "--save DIR stands alone", ["--save", scratch, "--", "true"]),
+                (2, "--save DIR stands alone", ["--save", scratch, "--snapshot", "5"]),
+                (2, "--reason goes with --save", ["--reason", "why", "--", "true"]),
                 (2, "--event-rate goes with --snapshot", ["--event-rate", "5", "--", "true"]),
-                (2, "keeps no kernel events", ["--snapshot", "5", "--kernel", "yes", "--", "true"]),
                 (2, "do not fit into memory", ["--snapshot", "3600", "--event-rate", "100000000", "--", "true"]),
                 (4, "/dev/shm has", ["--snapshot", "3600", "--subbuf-size", "256g", "-o", scratch / "much", "--",
                                      "true"])):

@@ -103,7 +103,8 @@ class Rotate(unittest.TestCase):
         self.assertEqual([chunk.name for chunk in chunks], [f"chunk-{i + 1:06}" for i in range(len(chunks))])
         self.assertEqual({path.name for path in directory.iterdir()}, {chunk.name for chunk in chunks} | {"manifest.json"})
         for number, chunk in enumerate(chunks, 1):
-            self.check_alone(chunk)
+            if chunk != chunks[-1]:  # which may have begun when the application had no time left to describe itself
+                self.check_alone(chunk)
             self.check_sealed(chunk)
             self.assertEqual(manifest_of(chunk)["chunk"], number)
             self.assertEqual(manifest_of(chunk)["problems"], [])

@@ -58,6 +58,12 @@ TEST(RecorderOptions, RecordsTheKernelIfPossible) {
   EXPECT_EQ(parse({"--kernel-buffer=16m", "--", "a"}).kernel_buffer_size, 16U << 20);
 }
 
+TEST(RecorderOptions, KeepsTheKernelsEventsInMemoryOnlyIfAskedTo) {
+  EXPECT_EQ(parse({"--snapshot", "5", "--", "a"}).kernel, KernelChoice::no);
+  EXPECT_EQ(parse({"--snapshot", "5", "--kernel=yes", "--", "a"}).kernel, KernelChoice::yes);
+  EXPECT_EQ(parse({"--snapshot", "5", "--kernel=no", "--", "a"}).kernel, KernelChoice::no);
+}
+
 TEST(RecorderOptions, AddsEventsToItsOwn) {
   EXPECT_EQ(parse({"--event", "ros2:*", "--", "a"}).events,
             (std::vector<std::string>{"cie:*", "ros2:*"}));

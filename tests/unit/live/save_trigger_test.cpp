@@ -1,0 +1,125 @@
+#include "save_trigger.hpp"
+
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::live {
+namespace {
+
+using analysis::Verdict;
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr SaveTrigger::Clock::time_point kStart{};
+
+Snapshot with_change(const std::string& rule, const std::string& subject,
+                     Verdict to = Verdict::fail) {
+  Snapshot snapshot;
+  snapshot.changes.push_back({.time_ns = 1,
+                              .rule = rule,
+                              .name = "a-rule",
+                              .subject = subject,
+                              .from = Verdict::pass,
+                              .to = to,
+                              .note = ""});
+  return snapshot;
+}
+
+Snapshot with_late(const std::string& logical_id, std::uint64_t late) {
+  Snapshot snapshot;
+  snapshot.callbacks.resize(1);
+  snapshot.callbacks[0].logical_id = logical_id;
+  snapshot.callbacks[0].index = 4;
+  snapshot.callbacks[0].total_late = late;
+  return snapshot;
+}
+
+SchedulingSpec spec_with_a_deadline() {
+  return SchedulingSpec::parse(
+      "callback_groups:\n"
+      "  - id: /plan@Timer(1)\n"
+      "    response_deadline: 5000000\n"
+      "  - id: /drive@Timer(2)\n",
+      "spec.yaml");
+}
+
+TEST(SaveTrigger, TellsAViolationOnce) {
+  SaveTrigger trigger({}, nullptr);
+  EXPECT_FALSE(trigger.take(kStart, false));
+  trigger.see(with_change("M2", "thread 7"));
+  EXPECT_EQ(trigger.take(kStart, false), "M2 a-rule: thread 7");
+  EXPECT_FALSE(trigger.take(kStart, false)) << "it was taken";
+  trigger.see(with_change("M2", "thread 7", Verdict::pass));
+  trigger.see(with_change("M2", "thread 7"));
+  EXPECT_FALSE(trigger.take(kStart + seconds(3600), false)) << "it was told before";
+  trigger.see(with_change("M2", "thread 8"));
+  EXPECT_EQ(trigger.take(kStart + seconds(3600), false), "M2 a-rule: thread 8");
+}
+
+TEST(SaveTrigger, WhatIsNoViolationIsNoReason) {
+  SaveTrigger trigger({}, nullptr);
+  trigger.see(with_change("M2", "thread 7", Verdict::inconclusive));
+  trigger.see(with_change("M2", "thread 7", Verdict::pass));
+  EXPECT_FALSE(trigger.take(kStart, false));
+}
+
+TEST(SaveTrigger, WhatComesTooEarlyIsToldTogetherLater) {
+  SaveTrigger trigger({.most = 10, .least_interval = milliseconds(2000)}, nullptr);
+  trigger.see(with_change("M2", "thread 1"));
+  EXPECT_TRUE(trigger.take(kStart, false));
+  trigger.see(with_change("M2", "thread 2"));
+  trigger.see(with_change("M3", "callback 3"));
+  trigger.see(with_change("S1", "thread 4"));
+  EXPECT_FALSE(trigger.take(kStart + milliseconds(1999), false));
+  EXPECT_EQ(trigger.take(kStart + milliseconds(2000), false),
+            "M2 a-rule: thread 2; also M3; also S1");
+}
+
+TEST(SaveTrigger, AtTheEndNothingIsTooEarly) {
+  SaveTrigger trigger({.most = 10, .least_interval = seconds(1000)}, nullptr);
+  trigger.see(with_change("M2", "thread 1"));
+  EXPECT_TRUE(trigger.take(kStart, false));
+  trigger.see(with_change("M2", "thread 2"));
+  EXPECT_TRUE(trigger.take(kStart, true));
+}
+
+TEST(SaveTrigger, BeyondTheMostReasonsAreOnlyCounted) {
+  SaveTrigger trigger({.most = 2, .least_interval = milliseconds(0)}, nullptr);
+  for (int i = 0; i < 5; ++i) {
+    trigger.see(with_change("M2", "thread " + std::to_string(i)));
+    EXPECT_EQ(trigger.take(kStart, false).has_value(), i < 2) << i;
+  }
+  EXPECT_EQ(trigger.left_out(), 3U);
+}
+
+TEST(SaveTrigger, EachMissOfADeadlineOfTheSpecIsAReason) {
+  const auto spec = spec_with_a_deadline();
+  SaveTrigger trigger({.most = 10, .least_interval = milliseconds(0)}, &spec);
+  trigger.see(with_late("/plan@Timer(1)", 0));
+  EXPECT_FALSE(trigger.take(kStart, false));
+  trigger.see(with_late("/plan@Timer(1)", 1));
+  EXPECT_EQ(trigger.take(kStart, false),
+            "/plan@Timer(1) missed its deadline of 5.000 ms, 1 times so far");
+  trigger.see(with_late("/plan@Timer(1)", 1));
+  EXPECT_FALSE(trigger.take(kStart, false)) << "no new one";
+  trigger.see(with_late("/plan@Timer(1)", 3));
+  EXPECT_EQ(trigger.take(kStart, false),
+            "/plan@Timer(1) missed its deadline of 5.000 ms, 3 times so far");
+  trigger.see(with_change("R3", "callback /plan@Timer(1)"));
+  EXPECT_FALSE(trigger.take(kStart, false)) << "the same, as a verdict";
+}
+
+TEST(SaveTrigger, DeadlinesThatTheApplicationDeclaresAreTheFlightRecordersOwn) {
+  const auto spec = spec_with_a_deadline();
+  SaveTrigger trigger({.most = 10, .least_interval = milliseconds(0)}, &spec);
+  trigger.see(with_late("/drive@Timer(2)", 1));
+  trigger.see(with_late("/unknown@Timer(3)", 1));
+  EXPECT_FALSE(trigger.take(kStart, false));
+  SaveTrigger without_spec({}, nullptr);
+  without_spec.see(with_late("/plan@Timer(1)", 1));
+  EXPECT_FALSE(without_spec.take(kStart, false));
+}
+
+}  // namespace
+}  // namespace cie::live

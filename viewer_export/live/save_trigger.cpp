@@ -1,0 +1,64 @@
+#include "save_trigger.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::live {
+namespace {
+
+// Response times within the deadline: see_deadlines() tells each miss, not only the first.
+constexpr const char* kDeadlineRule = "R3";
+// Subjects may come and go for ever.
+constexpr std::size_t kMostTold = 10'000;
+
+}  // namespace
+
+void SaveTrigger::see(const Snapshot& snapshot) {
+  see_violations(snapshot);
+  see_deadlines(snapshot);
+}
+
+void SaveTrigger::see_violations(const Snapshot& snapshot) {
+  for (const auto& change : snapshot.changes) {
+    if (change.to != analysis::Verdict::fail || change.rule == kDeadlineRule) continue;
+    if (told_.size() >= kMostTold || !told_.emplace(change.rule, change.subject).second) continue;
+    add(change.rule, fmt::format("{} {}: {}", change.rule, change.name, change.subject));
+  }
+}
+
+void SaveTrigger::see_deadlines(const Snapshot& snapshot) {
+  if (spec_ == nullptr) return;
+  for (const auto& callback : snapshot.callbacks) {
+    const auto* entry = spec_->find_callback(callback.logical_id);
+    if (entry == nullptr || !entry->response_deadline_ns) continue;
+    const auto before = std::exchange(late_[callback.index], callback.total_late);
+    if (callback.total_late <= before) continue;
+    add("a deadline",
+        fmt::format("{} missed its deadline of {:.3f} ms, {} times so far", callback.logical_id,
+                    static_cast<double>(*entry->response_deadline_ns) * 1e-6, callback.total_late));
+  }
+}
+
+void SaveTrigger::add(const std::string& kind, std::string reason) {
+  if (taken_ >= limits_.most) {
+    ++left_out_;
+  } else if (reason_.empty()) {
+    reason_ = std::move(reason);
+  } else {
+    others_.insert(kind);
+  }
+}
+
+std::optional<std::string> SaveTrigger::take(Clock::time_point now, bool is_end) {
+  const bool is_early = last_ && now - *last_ < limits_.least_interval && !is_end;
+  if (reason_.empty() || is_early) return std::nullopt;
+  last_ = now;
+  ++taken_;
+  auto reason = std::exchange(reason_, {});
+  for (const auto& kind : std::exchange(others_, {}))
+    reason += "; also " + kind;
+  return reason;
+}
+
+}  // namespace cie::live
