@@ -162,7 +162,7 @@ class ClickHouse:
     def _post(self, query: str, body: bytes = b"", database: str = "default") -> bytes:
         parameters = urllib.parse.urlencode({"query": query, "database": database})
         try:
-            with urllib.request.urlopen(f"{self.url}?{parameters}", body, timeout=60) as answer:
+            with urllib.request.urlopen(f"{self.url}?{parameters}", body, timeout=300) as answer:
                 return answer.read()
         except urllib.error.HTTPError as error:
             raise Refused(error.read().decode(errors="replace"), query) from error

@@ -64,7 +64,8 @@ TEST(Statistics, BucketsOfShardsAddUpToThoseOfTheWhole) {
     std::vector<std::int64_t> values(200 + static_cast<std::size_t>(shard));
     for (auto& each : values)
       each = value(random);
-    for (const auto& bucket : of(values).summary(true)->buckets)
+    const auto summary = *of(values).summary(true);
+    for (const auto& bucket : summary.buckets)
       added[bucket.value] += bucket.count;
     all.insert(all.end(), values.begin(), values.end());
   }
