@@ -341,7 +341,7 @@ struct Analyzer::Pipeline {
     if (cut && model.begin && model.end) {
       result.verdicts.window = TimeWindow{.from = *model.begin, .to = *model.end};
     }
-    result.report = build_report(model, result.verdicts);
+    result.report = build_report(model, result.verdicts, options.keep_buckets);
     return result;
   }
 

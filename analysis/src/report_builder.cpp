@@ -4,6 +4,7 @@
 
 #include "host_clocks.hpp"
 #include "subjects.hpp"
+#include "wall_clock.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -153,24 +154,13 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   return defects;
 }
 
-std::optional<std::int64_t> clock_offset_of(const Model& model) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  std::optional<std::int64_t> offset;
-  for (const auto& stream : model.streams) {
-    if (stream.clock_offset_ns == 0) return std::nullopt;
-    if (!offset) offset = stream.clock_offset_ns;
-    const auto difference = detail::wrapping_sub(stream.clock_offset_ns, *offset);
-    if (difference > kSecond || difference < -kSecond) return std::nullopt;
-  }
-  return offset;
-}
-
 TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   TraceSummary trace;
   trace.paths = model.paths;
   trace.begin = model.begin;
   trace.end = model.end;
-  trace.clock_offset_ns = clock_offset_of(model);
+  trace.clock_offset_ns = clock_offset_ns(model);
+  trace.begin_realtime_ns = begin_realtime_ns(model);
   trace.events = model.events.total;
   trace.streams = model.streams.size();
   for (const auto& host : model.hosts)
@@ -204,7 +194,7 @@ std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   return source;
 }
 
-CallbackReport report_of(const Model& model, CallbackIndex index) {
+CallbackReport report_of(const Model& model, CallbackIndex index, bool keep_buckets) {
   const auto& facts = model.callbacks[at(index)];
   CallbackReport report;
   report.index = static_cast<std::uint32_t>(index);
@@ -233,23 +223,23 @@ CallbackReport report_of(const Model& model, CallbackIndex index) {
   if (facts.kind == CallbackKind::timer && facts.is_accounted)
     report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
-  report.response_time = facts.response_time.summary();
-  report.response_time_lower = facts.response_time_lower.summary();
-  report.response_time_upper = facts.response_time_upper.summary();
-  report.start_latency = facts.start_latency.summary();
-  report.duration = facts.duration.summary();
-  report.inter_arrival = facts.inter_arrival.summary();
-  report.execution_time = facts.execution_time.summary();
-  report.preempted = facts.preempted.summary();
+  report.response_time = facts.response_time.summary(keep_buckets);
+  report.response_time_lower = facts.response_time_lower.summary(keep_buckets);
+  report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
+  report.start_latency = facts.start_latency.summary(keep_buckets);
+  report.duration = facts.duration.summary(keep_buckets);
+  report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
+  report.execution_time = facts.execution_time.summary(keep_buckets);
+  report.preempted = facts.preempted.summary(keep_buckets);
   for (const auto& [tid, preemptor] : facts.preempted_by)
     report.preempted_by.push_back(preemptor);
   std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
   if (report.preempted_by.size() > kMaxPreemptorsShown) {
     report.preempted_by.resize(kMaxPreemptorsShown);
   }
-  report.blocked = facts.blocked.summary();
-  report.wake_delay = facts.wake_delay.summary();
-  report.wakeup_latency = facts.wakeup_latency.summary();
+  report.blocked = facts.blocked.summary(keep_buckets);
+  report.wake_delay = facts.wake_delay.summary(keep_buckets);
+  report.wakeup_latency = facts.wakeup_latency.summary(keep_buckets);
   return report;
 }
 
@@ -383,7 +373,7 @@ std::string_view label(ReleaseSource source) noexcept {
   return {};
 }
 
-Report build_report(const Model& model, const VerdictReport& verdicts) {
+Report build_report(const Model& model, const VerdictReport& verdicts, bool keep_buckets) {
   Report report;
   report.trace = summary_of(model, verdicts);
   report.defects = defects_of(model);
@@ -412,7 +402,7 @@ Report build_report(const Model& model, const VerdictReport& verdicts) {
                    });
 
   for (const auto index : callbacks_in_order(model)) {
-    report.callbacks.push_back(report_of(model, index));
+    report.callbacks.push_back(report_of(model, index, keep_buckets));
   }
   for (const auto& thread : model.threads) {
     if (thread.announced || !thread.ran.empty()) {

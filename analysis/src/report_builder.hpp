@@ -8,6 +8,7 @@
 
 namespace cie::analysis {
 
-Report build_report(const Model& model, const VerdictReport& verdicts);
+// `keep_buckets`: see AnalysisOptions.
+Report build_report(const Model& model, const VerdictReport& verdicts, bool keep_buckets);
 
 }  // namespace cie::analysis

@@ -91,6 +91,18 @@ std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
   return 0;
 }
 
+std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
+  std::vector<HistogramBucket> all;
+  const auto add = [&all](std::uint64_t value, std::uint64_t count) {
+    if (count > 0) all.push_back({.value = static_cast<std::int64_t>(value), .count = count});
+  };
+  for (std::size_t i = negative_.size(); i-- > 0;)
+    add(0 - value_of(i), negative_[i]);
+  for (std::size_t i = 0; i < positive_.size(); ++i)
+    add(value_of(i), positive_[i]);
+  return all;
+}
+
 void Statistics::settle() const {
   if (waiting_count_ == 0) return;
   if (histogram_.count() == 0) min_ = max_ = waiting_.front();
@@ -125,7 +137,7 @@ std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   return std::clamp(histogram_.quantile(rank, count()), min_, max_);
 }
 
-std::optional<Summary> Statistics::summary() const {
+std::optional<Summary> Statistics::summary(bool with_buckets) const {
   settle();
   if (count() == 0) return std::nullopt;
   const auto quantile = [this](std::uint64_t numerator, std::uint64_t denominator) {
@@ -139,7 +151,8 @@ std::optional<Summary> Statistics::summary() const {
                  .p50 = quantile(50, 100),
                  .p90 = quantile(90, 100),
                  .p99 = quantile(99, 100),
-                 .p99_9 = quantile(999, 1000)};
+                 .p99_9 = quantile(999, 1000),
+                 .buckets = with_buckets ? histogram_.buckets() : std::vector<HistogramBucket>{}};
 }
 
 }  // namespace cie::analysis

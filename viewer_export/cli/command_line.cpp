@@ -96,6 +96,12 @@ void CommandLine::option(const std::string& names, const std::string& type, std:
   app_->add_option(names, value, help)->type_name(type);
 }
 
+void CommandLine::option(const std::string& names, const std::string& type,
+                         std::vector<std::string>& values, const std::string& help) {
+  // One value each: what follows may be a TRACE.
+  app_->add_option(names, values, help)->type_name(type)->allow_extra_args(false);
+}
+
 void CommandLine::flag(const std::string& name, bool& value, const std::string& help) {
   app_->add_flag(name, value, help);
 }

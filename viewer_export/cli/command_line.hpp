@@ -43,6 +43,9 @@ class CommandLine {
   // `names` as in "-o,--output"; `type` stands for the value in the help.
   void option(const std::string& names, const std::string& type, std::string& value,
               const std::string& help);
+  // The same, as often as one likes.
+  void option(const std::string& names, const std::string& type, std::vector<std::string>& values,
+              const std::string& help);
   void flag(const std::string& name, bool& value, const std::string& help);
 
   // False: help was asked for and printed. Throws UsageError; a misspelt option gets a suggestion.

@@ -2,6 +2,7 @@
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "export_fleet.hpp"
 #include "export_tables.hpp"
 #include "export_viewers.hpp"
 #include "graphviz.hpp"
@@ -10,6 +11,8 @@
 
 #include <cstdio>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -24,9 +27,10 @@ constexpr const char* kDescription =
     "scheduler did, when that was recorded. The callback graph shows who takes whose messages,\n"
     "with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every\n"
     "number of the report, for SQL and data frames: all in an SQLite database (sqlite), or one by\n"
-    "one (csv, jsonl, parquet). Chrome JSON, speedscope, OTLP (OpenTelemetry's JSON lines) and "
-    "MCAP\n"
-    "serve other people's tools.";
+    "one (csv, jsonl, parquet); those of many machines' recordings go into one ClickHouse "
+    "database\n"
+    "(clickhouse), or into Parquet files by day, host and process (--partition). Chrome JSON,\n"
+    "speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP serve other people's tools.";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -40,6 +44,8 @@ constexpr const char* kFooter =
     "  cie export run1 --to dot -o graph.dot                        the same, for Graphviz\n"
     "  cie export run1 --to sqlite -o run1.db                       all tables, for SQL\n"
     "  cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)\n"
+    "  cie export run1 --to clickhouse --label software=1.2 -o run1.ch; run1.ch/load.sh\n"
+    "  cie export run1 --to parquet --partition -o fleet            beside other recordings there\n"
     "\n"
     "Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with "
     "trace_processor.\n"
@@ -57,53 +63,98 @@ int export_graph(const std::vector<std::filesystem::path>& traces,
   return ok;
 }
 
+struct Wishes {
+  std::vector<std::filesystem::path> traces{};
+  std::string viewer{};
+  std::string target = "-";
+  std::string table{};
+  std::string spec_file{};
+  bool is_compressed = false;
+  bool is_partitioned = false;
+  std::vector<std::string> labels{};
+
+  bool is_table() const { return viewer == "csv" || viewer == "jsonl" || viewer == "parquet"; }
+  bool is_graph() const { return viewer == "dot" || viewer == "svg"; }
+  bool is_fleet() const { return viewer == "clickhouse" || is_partitioned; }
+  bool is_for_viewer() const {
+    return !is_table() && !is_graph() && !is_fleet() && viewer != "sqlite";
+  }
+};
+
+void declare(CommandLine& line, Wishes& wishes) {
+  line.traces(wishes.traces);
+  line.option("--to", "VIEWER", wishes.viewer,
+              "perfetto, chrome, speedscope, otlp, mcap; dot, svg; tables: see below");
+  line.option("--table", "NAME", wishes.table,
+              "With csv, jsonl, parquet: the table (default: instances)");
+  line.option("-o,--output", "FILE", wishes.target, "Write to FILE instead of standard output");
+  line.flag("--gzip", wishes.is_compressed, "Compress the file");
+  line.flag("--partition", wishes.is_partitioned,
+            "With parquet: all tables, by day, host and process below -o");
+  line.option("--label", "NAME=VALUE", wishes.labels,
+              "Label of a recording of many, for instance software=1.2");
+  line.option("--spec", "FILE", wishes.spec_file,
+              "Scheduling spec (YAML) to judge the violations by");
+}
+
+// Throws UsageError for options that do not go together.
+void check(const Wishes& wishes) {
+  if (wishes.viewer.empty()) {
+    throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
+  }
+  check_choice("--to", wishes.viewer,
+               {"perfetto", "chrome", "speedscope", "otlp", "mcap", "dot", "svg", "sqlite", "csv",
+                "jsonl", "parquet", "clickhouse"});
+  require_traces(wishes.traces);
+  if (wishes.is_partitioned && wishes.viewer != "parquet") {
+    throw UsageError("--partition is for --to parquet");
+  }
+  if (!wishes.labels.empty() && !wishes.is_fleet()) {
+    throw UsageError("--label is for --to clickhouse, and for --to parquet with --partition");
+  }
+  if (!wishes.table.empty() && !wishes.is_table()) {
+    throw UsageError("--table is for --to csv, jsonl and parquet");
+  }
+  if (!wishes.table.empty() && wishes.is_partitioned) {
+    throw UsageError("--table is not for --partition, which has all tables");
+  }
+  if (!wishes.table.empty()) check_table(wishes.table);
+  if (wishes.is_compressed && !wishes.is_for_viewer()) {
+    throw UsageError("--gzip is for --to perfetto, chrome, speedscope and otlp");
+  }
+}
+
 }  // namespace
 
 int export_command(const Arguments& arguments) {
-  std::vector<std::filesystem::path> traces;
-  std::string viewer;
-  std::string target = "-";
-  std::string table;
-  std::string spec_file;
-  bool is_compressed = false;
+  Wishes wishes;
   CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
-  line.traces(traces);
-  line.option("--to", "VIEWER", viewer,
-              "perfetto, chrome, speedscope, otlp, mcap; dot, svg; tables: see below");
-  line.option("--table", "NAME", table, "With csv, jsonl, parquet: the table (default: instances)");
-  line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
-  line.flag("--gzip", is_compressed, "Compress the file");
-  line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge the violations by");
+  declare(line, wishes);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
-  if (viewer.empty()) {
-    throw UsageError("--to is missing: name the viewer, for instance --to perfetto");
-  }
-  check_choice("--to", viewer,
-               {"perfetto", "chrome", "speedscope", "otlp", "mcap", "dot", "svg", "sqlite", "csv",
-                "jsonl", "parquet"});
-  require_traces(traces);
-  const auto spec = load_spec(spec_file);
+  check(wishes);
+  const auto spec = load_spec(wishes.spec_file);
   const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
                                           .reader = reader.value(),
                                           .metadata_from = reader.metadata()};
   ProgressBar bar(reader.is_progress_wanted());
-  const bool is_table = viewer == "csv" || viewer == "jsonl" || viewer == "parquet";
-  const bool is_graph = viewer == "dot" || viewer == "svg";
-  if (!table.empty() && !is_table) {
-    throw UsageError("--table is for --to csv, jsonl and parquet");
+  if (wishes.is_fleet()) {
+    return export_fleet(wishes.traces, options, bar,
+                        {.labels = wishes.labels, .is_partitioned = wishes.is_partitioned},
+                        wishes.target);
   }
-  if (is_table || is_graph || viewer == "sqlite") {
-    if (is_compressed) throw UsageError("--gzip is for --to perfetto, chrome, speedscope and otlp");
-    if (is_graph) return export_graph(traces, options, bar, viewer == "svg", target);
-    if (table.empty()) table = "instances";
-    check_table(table);
-    return export_tables(traces, options, bar, {.format = viewer, .table = table}, target);
+  if (wishes.is_graph())
+    return export_graph(wishes.traces, options, bar, wishes.viewer == "svg", wishes.target);
+  if (wishes.is_for_viewer()) {
+    return export_to_viewer(
+        wishes.traces, options, bar,
+        {.viewer = wishes.viewer, .target = wishes.target, .is_compressed = wishes.is_compressed});
   }
-  return export_to_viewer(traces, options, bar,
-                          {.viewer = viewer, .target = target, .is_compressed = is_compressed});
+  const auto table = wishes.table.empty() ? "instances" : wishes.table;
+  return export_tables(wishes.traces, options, bar, {.format = wishes.viewer, .table = table},
+                       wishes.target);
 }
 
 }  // namespace cie::cli

@@ -5,6 +5,7 @@
 
 #include "table.hpp"
 
+#include <functional>
 #include <span>
 
 namespace cie::viewer_export {
@@ -15,6 +16,10 @@ class InstanceRows {
   // Gives all rows to `table`, in the contract's order; there are none afterwards. Throws
   // WriteError, and what the table throws.
   static void drain(InstanceWriter& instances, TableWriter& table);
+  // The same of a writer with order by_process, with the process of each row, and whether the
+  // report counts it: an edge of the window or a loss does not cut it, and it has an end.
+  using Consume = std::function<void(std::span<const Cell>, const ProcessKey&, bool is_counted)>;
+  static void drain(InstanceWriter& instances, const Consume& consume);
 };
 
 }  // namespace cie::viewer_export

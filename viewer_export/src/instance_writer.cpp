@@ -8,6 +8,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -44,7 +45,9 @@ struct Row {
   std::uint32_t name = 0;  // of the logical id
   std::uint32_t missed = 0;
   std::uint64_t seq = 0;
+  std::uint32_t process = 0;  // in order of first use; 0 where the order does not ask for it
   ReleaseSource release_source{};
+  bool is_counted = false;
   OptionalNumbers<Number, kNumbers> numbers{};
 
   Cell cell(Number number) const {
@@ -53,23 +56,25 @@ struct Row {
 };
 
 // The contract's order, made total so that equal traces give equal files.
-struct ByStart {
+struct InOrder {
   bool operator()(const Row& a, const Row& b) const {
     const auto key = [](const Row& row) {
-      return std::tuple(row.start, row.tid, row.pid, row.name, row.seq);
+      return std::tuple(row.process, row.start, row.tid, row.pid, row.name, row.seq);
     };
     return key(a) < key(b);
   }
 };
 
-Row row_of(const Instance& i, std::uint32_t name) {
+Row row_of(const Instance& i, std::uint32_t name, std::uint32_t process) {
   Row row{.start = i.start.ns,
           .tid = i.tid,
           .pid = i.pid,
           .name = name,
           .missed = i.missed,
           .seq = i.seq,
-          .release_source = i.release_source};
+          .process = process,
+          .release_source = i.release_source,
+          .is_counted = i.state == analysis::InstanceState::complete};
   // Without any sign of a release the start itself is the bound.
   const bool is_start = i.release_source == ReleaseSource::start;
   row.numbers.keep(kRelease, !i.release && is_start ? std::optional(i.start) : i.release);
@@ -128,16 +133,38 @@ std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logi
 
 struct InstanceWriter::State {
   NameTable names;
-  ExternalSorter<Row, ByStart> rows;
+  ExternalSorter<Row, InOrder> rows;
+  InstanceOrder order;
+  std::map<ProcessKey, std::uint32_t> numbers{};
+  std::vector<ProcessKey> processes{};  // by number
   analysis::Progress* progress = nullptr;
+
+  std::uint32_t process_of(const Instance& instance) {
+    if (order == InstanceOrder::by_start) return 0;
+    const ProcessKey key{.host = instance.host, .pid = instance.pid};
+    const auto [at, is_new] = numbers.emplace(key, static_cast<std::uint32_t>(processes.size()));
+    if (is_new) processes.push_back(key);
+    return at->second;
+  }
+
+  template <typename Consume>
+  void drain(Consume consume) {
+    if (progress != nullptr) progress->total = rows.size();
+    rows.drain([&](const Row& row) {
+      consume(row);
+      if (progress != nullptr) progress->add(1);
+    });
+  }
 };
 
-InstanceWriter::InstanceWriter(std::filesystem::path spill_directory, std::size_t rows_in_memory)
-    : state_(new State{{}, {rows_in_memory, std::move(spill_directory)}, nullptr}) {}
+InstanceWriter::InstanceWriter(std::filesystem::path spill_directory, std::size_t rows_in_memory,
+                               InstanceOrder order)
+    : state_(new State{{}, {rows_in_memory, std::move(spill_directory)}, order}) {}
 InstanceWriter::~InstanceWriter() = default;
 
 void InstanceWriter::on_instance(const Instance& instance) {
-  state_->rows.add(row_of(instance, state_->names.number(instance.logical_id, instance.callback)));
+  state_->rows.add(row_of(instance, state_->names.number(instance.logical_id, instance.callback),
+                          state_->process_of(instance)));
 }
 
 void InstanceWriter::show_progress(analysis::Progress* progress) { state_->progress = progress; }
@@ -152,10 +179,14 @@ std::span<const Column> InstanceRows::columns() { return kColumns; }
 
 void InstanceRows::drain(InstanceWriter& instances, TableWriter& table) {
   auto& state = *instances.state_;
-  if (state.progress != nullptr) state.progress->total = state.rows.size();
-  state.rows.drain([&](const Row& row) {
-    table.row(cells_of(row, state.names.name(row.name)));
-    if (state.progress != nullptr) state.progress->add(1);
+  state.drain([&](const Row& row) { table.row(cells_of(row, state.names.name(row.name))); });
+}
+
+void InstanceRows::drain(InstanceWriter& instances, const Consume& consume) {
+  auto& state = *instances.state_;
+  state.drain([&](const Row& row) {
+    consume(cells_of(row, state.names.name(row.name)), state.processes.at(row.process),
+            row.is_counted);
   });
 }
 

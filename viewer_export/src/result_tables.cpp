@@ -16,7 +16,13 @@ namespace {
 using analysis::Report;
 using analysis::Summary;
 using analysis::VerdictReport;
-using Consume = std::function<void(std::span<const Cell>)>;
+using Consume = ResultTable::Consume;
+
+// Of a callback, a thread or a process.
+template <typename Subject>
+ProcessKey key_of(const Subject& subject) {
+  return {.host = subject.host_number, .pid = subject.pid};
+}
 
 std::int64_t as_integer(std::uint64_t value) { return static_cast<std::int64_t>(value); }
 
@@ -74,10 +80,6 @@ void add_clock_error(std::vector<Cell>& cells, const std::optional<analysis::Clo
 constexpr ColumnType text = ColumnType::text;
 constexpr ColumnType boolean = ColumnType::boolean;
 
-struct Quantity {
-  std::string_view name;
-  std::optional<Summary> analysis::CallbackReport::*summary;
-};
 constexpr std::array<Quantity, 11> kQuantities{{
     {"response_time_ns", &analysis::CallbackReport::response_time},
     {"response_time_lower_ns", &analysis::CallbackReport::response_time_lower},
@@ -135,7 +137,7 @@ ResultTable callbacks() {
       for (const Quantity& quantity : kQuantities)
         add_summary(cells, c.*(quantity.summary));
       cells.push_back(cell(c.deadline_ns));
-      consume(cells);
+      consume(cells, key_of(c));
     }
   };
   return table;
@@ -149,7 +151,8 @@ ResultTable callback_threads() {
         for (const auto& c : report.callbacks)
           for (const auto& thread : c.threads)
             consume(std::array<Cell, 5>{c.logical_id, c.pid, thread.tid, thread.name,
-                                        as_integer(thread.instances)});
+                                        as_integer(thread.instances)},
+                    key_of(c));
       }};
 }
 
@@ -192,7 +195,7 @@ ResultTable threads() {
           } else {
             cells.resize(19);
           }
-          consume(cells);
+          consume(cells, key_of(t));
         }
       }};
 }
@@ -204,7 +207,8 @@ ResultTable processes() {
           {{"host", text}, {"pid"}, {"name", text}, {"executor", text}, {"complete", boolean}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& p : report.processes)
-          consume(std::array<Cell, 5>{p.host, p.pid, p.name, cell(p.executor), p.complete});
+          consume(std::array<Cell, 5>{p.host, p.pid, p.name, cell(p.executor), p.complete},
+                  key_of(p));
       }};
 }
 
@@ -228,7 +232,7 @@ ResultTable edges() {
                                   as_integer(e.messages)};
           add_summary(cells, e.communication);
           add_clock_error(cells, e.clock_error);
-          consume(cells);
+          consume(cells, {});
         }
       }};
 }
@@ -247,7 +251,7 @@ ResultTable chains() {
           add_summary(cells, c.reaction_time);
           add_summary(cells, c.data_age);
           add_clock_error(cells, c.clock_error);
-          consume(cells);
+          consume(cells, {});
         }
       }};
 }
@@ -269,7 +273,7 @@ ResultTable chain_hops() {
             add_summary(cells, hop.processing);
             add_summary(cells, hop.communication);
             add_clock_error(cells, hop.clock_error);
-            consume(cells);
+            consume(cells, {});
           }
         }
       }};
@@ -291,11 +295,13 @@ ResultTable verdicts() {
         for (const auto& rule : verdicts.rules)
           for (const auto& s : rule.subjects) {
             const bool has_evidence = !s.evidence.empty();
-            consume(std::array<Cell, 9>{
-                rule.id, rule.name, s.subject, analysis::label(s.verdict), s.is_suppressed(),
-                as_integer(s.checked), as_integer(s.evidence.size()),
-                has_evidence ? Cell(s.evidence.front().time.ns) : Cell(),
-                has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell()});
+            consume(
+                std::array<Cell, 9>{
+                    rule.id, rule.name, s.subject, analysis::label(s.verdict), s.is_suppressed(),
+                    as_integer(s.checked), as_integer(s.evidence.size()),
+                    has_evidence ? Cell(s.evidence.front().time.ns) : Cell(),
+                    has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell()},
+                {});
           }
       }};
 }
@@ -307,11 +313,14 @@ ResultTable losses() {
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& d : report.defects)
           consume(std::array<Cell, 4>{d.kind, analysis::label(d.severity), as_integer(d.count),
-                                      d.advice});
+                                      d.advice},
+                  {});
       }};
 }
 
 }  // namespace
+
+std::span<const Quantity> callback_quantities() { return kQuantities; }
 
 const std::vector<ResultTable>& result_tables() {
   static const std::vector<ResultTable> tables{
@@ -336,7 +345,7 @@ void write_table(std::ostream& out, std::string_view name, TableFormat format,
     if (table.name != name) continue;
     const auto writer = make_table(format, out, table.columns);
     table.rows(result.report, result.verdicts,
-               [&writer](std::span<const Cell> cells) { writer->row(cells); });
+               [&writer](std::span<const Cell> cells, const auto&) { writer->row(cells); });
     writer->finish();
     return;
   }
@@ -346,7 +355,8 @@ void write_table(std::ostream& out, std::string_view name, TableFormat format,
 void write_report_csv(std::ostream& out, const Report& report) {
   const ResultTable& table = result_tables().front();
   const auto writer = make_csv_table(out, table.columns);
-  table.rows(report, {}, [&writer](std::span<const Cell> cells) { writer->row(cells); });
+  table.rows(report, {},
+             [&writer](std::span<const Cell> cells, const auto&) { writer->row(cells); });
   writer->finish();
 }
 

@@ -6,19 +6,30 @@
 #include "table.hpp"
 
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::viewer_export {
 
 struct ResultTable {
+  // The process that a row is about; empty: the recording as a whole.
+  using Consume = std::function<void(std::span<const Cell>, const std::optional<ProcessKey>&)>;
+
   std::string name;
   std::vector<Column> columns;
   // Calls back with each row, in the report's order.
-  std::function<void(const analysis::Report&, const analysis::VerdictReport&,
-                     const std::function<void(std::span<const Cell>)>&)>
-      rows;
+  std::function<void(const analysis::Report&, const analysis::VerdictReport&, const Consume&)> rows;
 };
+
+// A quantity of callbacks, by the name that its columns begin with.
+struct Quantity {
+  std::string_view name;
+  std::optional<analysis::Summary> analysis::CallbackReport::*summary;
+};
+std::span<const Quantity> callback_quantities();
 
 // The callbacks first.
 const std::vector<ResultTable>& result_tables();

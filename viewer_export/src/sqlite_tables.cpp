@@ -163,7 +163,7 @@ void write_sqlite(std::ostream& out, const analysis::AnalysisResult& result,
   for (const ResultTable& described : result_tables()) {
     SqliteTable table(database, described.name, described.columns);
     described.rows(result.report, result.verdicts,
-                   [&table](std::span<const Cell> cells) { table.row(cells); });
+                   [&table](std::span<const Cell> cells, const auto&) { table.row(cells); });
   }
   database.copy_to(out);
 }

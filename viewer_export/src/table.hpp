@@ -3,6 +3,7 @@
 
 #include <cie/viewer_export/table_format.hpp>
 
+#include <compare>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,6 +37,13 @@ Cell cell(const std::optional<T>& value) {
   else
     return Cell(static_cast<std::int64_t>(value->ns));
 }
+
+// A process of a recording: its host's number, as in ProcessReport, and its pid there.
+struct ProcessKey {
+  std::uint32_t host = 0;
+  std::int64_t pid = 0;
+  friend auto operator<=>(const ProcessKey&, const ProcessKey&) = default;
+};
 
 // Takes the rows of one table, in order. Throws what the stream throws.
 class TableWriter {

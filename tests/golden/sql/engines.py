@@ -24,6 +24,10 @@ DUCKDB = [("@duckdb/node-api@1.5.6-r.1", "64d5080af3c0144329f9cbdbff7bc867c9c1f9
 CLICKHOUSE = shutil.which("clickhouse-server", path="/usr/sbin:/usr/bin:/usr/local/sbin:/usr/local/bin")
 
 
+class Refused(AssertionError):
+    """What an engine said instead of an answer, and to what."""
+
+
 class Sqlite:
     def __init__(self, database: pathlib.Path):
         self.database = sqlite3.connect(database)
@@ -52,7 +56,8 @@ class DuckDb:
         self.process.stdin.write(json.dumps(sql) + "\n")
         self.process.stdin.flush()
         answer = json.loads(self.process.stdout.readline())
-        assert "error" not in answer, (answer["error"], sql)
+        if "error" in answer:
+            raise Refused(answer["error"], sql)
         return [tuple(int(cell["integer"]) if isinstance(cell, dict) else int(cell) if isinstance(cell, bool) else cell
                       for cell in row) for row in answer["rows"]]
 
@@ -64,14 +69,21 @@ class DuckDb:
 
 SERVER = """<yandex>
   <logger><level>warning</level><log>{folder}/log</log><errorlog>{folder}/errors</errorlog></logger>
-  <listen_host>127.0.0.1</listen_host> <http_port>{port}</http_port>
+  <listen_host>127.0.0.1</listen_host> <http_port>{http}</http_port> <tcp_port>{tcp}</tcp_port>
   <path>{folder}/data/</path> <tmp_path>{folder}/tmp/</tmp_path> <users_config>{folder}/users.xml</users_config>
   <default_profile>default</default_profile> <default_database>default</default_database>
-  <mark_cache_size>1048576</mark_cache_size>
+  <mark_cache_size>1048576</mark_cache_size> <max_concurrent_queries>50</max_concurrent_queries>
+  <remote_servers>{cluster}</remote_servers>
 </yandex>
 """
+SHARD = "<shard><replica><host>127.0.0.1</host><port>{tcp}</port></replica></shard>"
+# A machine may be slow, and then 50 ms do not suffice to be connected.
 USERS = """<yandex>
-  <profiles><default/></profiles> <quotas><default/></quotas>
+  <profiles><default>
+    <connect_timeout_with_failover_ms>30000</connect_timeout_with_failover_ms> <max_threads>2</max_threads>
+    <background_pool_size>2</background_pool_size> <fsync_metadata>0</fsync_metadata>
+  </default></profiles>
+  <quotas><default/></quotas>
   <users><default>
     <password/> <networks><ip>127.0.0.1</ip></networks> <profile>default</profile> <quota>default</quota>
   </default></users>
@@ -80,28 +92,64 @@ USERS = """<yandex>
 COLUMN_TYPES = {"INTEGER": "Int64", "BOOLEAN": "UInt8", "REAL": "Float64", "TEXT": "String"}
 
 
-class ClickHouse:
-    """A server of its own on the loopback interface, in `folder`; it ends with close(). Raises Unavailable."""
+def free_ports(count: int) -> list:
+    """Of the loopback interface. They are free until somebody else takes them."""
+    sockets = [socket.socket() for _ in range(count)]
+    try:
+        for each in sockets:
+            each.bind(("127.0.0.1", 0))
+        return [each.getsockname()[1] for each in sockets]
+    finally:
+        for each in sockets:
+            each.close()
 
-    def __init__(self, folder: pathlib.Path):
+
+def clickhouse_cluster(folder: pathlib.Path, count: int) -> list:
+    """Servers that are the shards of a cluster "fleet". Raises Unavailable."""
+    for attempt in range(5):  # somebody else may take a port meanwhile
+        ports = free_ports(2 * count)
+        tcp = ports[count:]
+        servers = []
+        try:
+            for number in range(count):
+                servers.append(ClickHouse(folder / f"{attempt}-{number}", (ports[number], tcp[number]), tcp))
+            return servers
+        except AssertionError as reason:
+            for server in servers:
+                server.close()
+            if "Address already in use" not in str(reason) or attempt == 4:
+                raise
+    raise AssertionError("not reached")
+
+
+class ClickHouse:
+    """A server of its own on the loopback interface, in `folder`; it ends with close(), or with this process.
+    Raises Unavailable."""
+
+    def __init__(self, folder: pathlib.Path, ports: tuple = (), shards: list = ()):
         if CLICKHOUSE is None:
             raise Unavailable("clickhouse-server is not installed")
-        folder.mkdir()
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            port = free.getsockname()[1]
-        self.url = f"http://127.0.0.1:{port}/"
+        folder.mkdir(parents=True)
+        self.folder = folder
+        self.http, self.tcp = ports or free_ports(2)
+        self.url = f"http://127.0.0.1:{self.http}/"
+        cluster = "".join(SHARD.format(tcp=port) for port in shards)
         (folder / "users.xml").write_text(USERS)
-        (folder / "config.xml").write_text(SERVER.format(folder=folder, port=port))
-        with open(folder / "output", "wb") as output:
+        (folder / "config.xml").write_text(SERVER.format(folder=folder, http=self.http, tcp=self.tcp,
+                                                         cluster=f"<fleet>{cluster}</fleet>" if shards else ""))
+        self.start()
+
+    def start(self) -> None:
+        with open(self.folder / "output", "wb") as output:
             self.process = subprocess.Popen(  # pylint: disable=consider-using-with
-                [CLICKHOUSE, f"--config-file={folder}/config.xml"], cwd=folder, stdin=subprocess.DEVNULL,
-                stdout=output, stderr=output)
+                ["setpriv", "--pdeathsig", "KILL", CLICKHOUSE, f"--config-file={self.folder}/config.xml"],
+                cwd=self.folder, stdin=subprocess.DEVNULL, stdout=output, stderr=output)
         deadline = time.monotonic() + 200
         while not self._is_up():
             if self.process.poll() is not None or time.monotonic() > deadline:
                 self.close()
-                raise AssertionError((folder / "output").read_text() + (folder / "errors").read_text())
+                said = [self.folder / name for name in ("output", "errors")]
+                raise AssertionError("".join(file.read_text(errors="replace") for file in said if file.exists()))
             time.sleep(0.05)
 
     def _is_up(self) -> bool:
@@ -111,12 +159,16 @@ class ClickHouse:
         except OSError:
             return False
 
-    def _post(self, query: str, body: bytes = b"") -> bytes:
+    def _post(self, query: str, body: bytes = b"", database: str = "default") -> bytes:
+        parameters = urllib.parse.urlencode({"query": query, "database": database})
         try:
-            with urllib.request.urlopen(self.url + "?" + urllib.parse.urlencode({"query": query}), body, timeout=200) as answer:
+            with urllib.request.urlopen(f"{self.url}?{parameters}", body, timeout=300) as answer:
                 return answer.read()
         except urllib.error.HTTPError as error:
-            raise AssertionError((query, error.read().decode())) from error
+            raise Refused(error.read().decode(errors="replace"), query) from error
+
+    def tell(self, statement: str) -> None:
+        self._post(statement)
 
     def load(self, table: str, columns: dict, rows: bytes, row_format: str) -> None:
         """`columns` is {name: type as SQLite calls it}; what was in the table before is gone."""
@@ -125,11 +177,17 @@ class ClickHouse:
         self._post(f"CREATE TABLE {table} ({described}) ENGINE = Memory")
         self._post(f"INSERT INTO {table} FORMAT {row_format}", rows)
 
-    def ask(self, sql: str) -> list:
-        answer = json.loads(self._post(sql + "\nFORMAT JSONCompact"))
+    def ask(self, sql: str, database: str = "default") -> list:
+        """Raises Refused, or OSError when nobody answers."""
+        answer = json.loads(self._post(sql + "\nFORMAT JSONCompact", database=database))
         is_integer = ["Int" in column["type"] and "Array" not in column["type"] for column in answer["meta"]]
         return [tuple(int(cell) if exact and cell is not None else cell for cell, exact in zip(row, is_integer))
                 for row in answer["data"]]
+
+    def kill(self) -> None:
+        """As a crash would."""
+        self.process.kill()
+        self.process.wait()
 
     def close(self) -> None:
         self.process.terminate()

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """The documentation says what is so: its commands run, its references hold. Arguments: FOLDER-OF-PROGRAMS SOURCES."""
+import ast
 import glob
 import json
+import operator
 import os
 import re
 import shutil
@@ -91,6 +93,37 @@ class Commands(unittest.TestCase):
                     known = {name for option in PROGRAMS.options("cie", command[0]) for name in option.names}
                     for option in re.findall(r"(?:^| )(--?[a-z][\w-]*)", own):
                         self.assertIn(option, known, os.path.basename(page))
+
+
+class Arithmetic(unittest.TestCase):
+    """Rows `| name = formula | value unit | … |`: a formula of numbers and of names above gives the value."""
+
+    def test_every_number_follows_from_those_above_it(self):
+        page = read("viewer_export", "docs", "fleet.md")
+        known = {}
+        derived = 0
+        for name, formula, value in re.findall(r"^\| `(\w+)(?: = ([^`]+))?` \| ([\d. ]+?)(?: [^\d|][^|]*)?\|",
+                                               page, re.M):
+            told = value.replace(" ", "")
+            if formula:
+                derived += 1
+                exact = self.value_of(formula, known)
+                self.assertEqual(f"{exact:.{len(told.partition('.')[2])}f}", told, name)
+                known[name] = exact
+            else:
+                known[name] = float(told)
+        self.assertEqual(derived, len(re.findall(r"^\| `\w+ = ", page, re.M)))
+        self.assertGreater(derived, 20)
+
+    def value_of(self, formula, known):
+        operators = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv}
+
+        def value(node):
+            if isinstance(node, ast.BinOp):
+                return operators[type(node.op)](value(node.left), value(node.right))
+            return known[node.id] if isinstance(node, ast.Name) else node.value
+
+        return value(ast.parse(formula, mode="eval").body)
 
 
 class References(unittest.TestCase):

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <random>
 #include <vector>
 
@@ -52,6 +53,40 @@ TEST(Statistics, SmallValuesHaveExactNearestRankQuantiles) {
   EXPECT_EQ(summary.p90, 90);
   EXPECT_EQ(summary.p99, 99);
   EXPECT_EQ(summary.p99_9, 100);  // ceil(99.9) = 100
+}
+
+TEST(Statistics, BucketsOfShardsAddUpToThoseOfTheWhole) {
+  std::mt19937_64 random(7);
+  std::uniform_int_distribution<std::int64_t> value(-5'000, 3'000'000'000);
+  std::vector<std::int64_t> all;
+  std::map<std::int64_t, std::uint64_t> added;
+  for (int shard = 0; shard < 5; ++shard) {
+    std::vector<std::int64_t> values(200 + static_cast<std::size_t>(shard));
+    for (auto& each : values)
+      each = value(random);
+    const auto summary = *of(values).summary(true);
+    for (const auto& bucket : summary.buckets)
+      added[bucket.value] += bucket.count;
+    all.insert(all.end(), values.begin(), values.end());
+  }
+  const auto whole = *of(all).summary(true);
+  std::map<std::int64_t, std::uint64_t> buckets;
+  std::int64_t p99 = 0;
+  std::uint64_t upto = 0;
+  for (const auto& bucket : whole.buckets) {
+    EXPECT_GT(bucket.count, 0U);
+    buckets[bucket.value] = bucket.count;
+    if (100 * upto < 99 * all.size()) p99 = bucket.value;  // the place is beyond those before
+    upto += bucket.count;
+  }
+  EXPECT_EQ(added, buckets);
+  EXPECT_EQ(upto, all.size());
+  EXPECT_TRUE(std::ranges::is_sorted(whole.buckets, {}, &HistogramBucket::value));
+  EXPECT_EQ(std::clamp(p99, whole.min, whole.max), whole.p99);
+}
+
+TEST(Statistics, BucketsAreKeptOnlyWhenAskedFor) {
+  EXPECT_TRUE(of({1, 2}).summary()->buckets.empty());
 }
 
 TEST(Statistics, NearestRankOfTwoIsTheLowerOneAtTheMedian) {

@@ -37,6 +37,9 @@ struct TraceSummary {
   // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it; empty where the streams' clocks
   // disagree by more than a second, or have none. Not part of the JSON.
   std::optional<std::int64_t> clock_offset_ns;
+  // When the earliest stream began, by CLOCK_REALTIME of its host as the tracer measured it; empty
+  // if it did not. Not part of the JSON.
+  std::optional<std::int64_t> begin_realtime_ns{};
   std::uint64_t events = 0;
   std::uint64_t streams = 0;
   std::vector<std::string> hosts;

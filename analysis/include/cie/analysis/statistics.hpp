@@ -14,6 +14,14 @@
 
 namespace cie::analysis {
 
+// Values that a histogram does not tell apart, by the one that stands for them.
+struct HistogramBucket {
+  std::int64_t value = 0;
+  std::uint64_t count = 0;
+  // NOLINTNEXTLINE(modernize-use-nullptr): see time.hpp
+  friend auto operator<=>(const HistogramBucket&, const HistogramBucket&) = default;
+};
+
 // The numbers printed for a quantity (`S` of the report): integers in nanoseconds.
 struct Summary {
   std::uint64_t count = 0;
@@ -25,6 +33,8 @@ struct Summary {
   std::int64_t p90 = 0;
   std::int64_t p99 = 0;
   std::int64_t p99_9 = 0;
+  // What the quantiles come from, ascending; empty unless asked for. Not part of the JSON.
+  std::vector<HistogramBucket> buckets{};
 };
 
 // A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
@@ -40,6 +50,9 @@ class LogLinearHistogram {
   // count() > 0.
   std::int64_t quantile(std::uint64_t numerator, std::uint64_t denominator) const;
   std::uint64_t count() const noexcept { return count_; }
+  // Those that hold something, ascending. Adding up the counts of equal values of several
+  // histograms gives the buckets of their sum, and so its quantiles.
+  std::vector<HistogramBucket> buckets() const;
 
  private:
   std::vector<std::uint64_t> positive_;  // grows to the largest bucket seen
@@ -62,7 +75,7 @@ class Statistics {
   // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
   std::int64_t at_rank(std::uint64_t rank) const;
   // Empty when nothing was added: "not measured" is never 0.
-  std::optional<Summary> summary() const;
+  std::optional<Summary> summary(bool with_buckets = false) const;
 
  private:
   // Adds what waits. Changes nothing that can be seen.

@@ -13,6 +13,9 @@
 
 namespace cie::viewer_export {
 
+// Of the rows that are written: by start, then thread; or process after process, and in each so.
+enum class InstanceOrder : std::uint8_t { by_start, by_process };
+
 // Collects instances in any order and writes them sorted. Memory is bounded: beyond
 // `rows_in_memory` rows, sorted runs go to nameless temporary files in `spill_directory` (empty:
 // $TMPDIR or /tmp). Not thread-safe.
@@ -21,7 +24,8 @@ class InstanceWriter final : public analysis::Observer {
   static constexpr std::size_t kRowsInMemory = 65536;
 
   explicit InstanceWriter(std::filesystem::path spill_directory = {},
-                          std::size_t rows_in_memory = kRowsInMemory);
+                          std::size_t rows_in_memory = kRowsInMemory,
+                          InstanceOrder order = InstanceOrder::by_start);
   ~InstanceWriter() override;
   InstanceWriter(const InstanceWriter&) = delete;
   InstanceWriter& operator=(const InstanceWriter&) = delete;

@@ -1,0 +1,74 @@
+#include "export_fleet.hpp"
+
+#include <cie/viewer_export/fleet_export.hpp>
+#include <cie/viewer_export/instance_writer.hpp>
+
+#include "command_line.hpp"
+#include "exit_code.hpp"
+#include "inputs.hpp"
+#include "output.hpp"
+
+#include <cstdio>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace cie::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<viewer_export::Label> labels_of(const std::vector<std::string>& texts) {
+  std::vector<viewer_export::Label> labels;
+  for (const std::string& text : texts) {
+    try {
+      labels.push_back(viewer_export::label_of(text));
+    } catch (const std::invalid_argument& reason) {
+      throw UsageError(std::string("--label: ") + reason.what());
+    }
+  }
+  return labels;
+}
+
+void require_directory(const std::string& name) {
+  if (name == "-") throw UsageError("the result is a directory: name it with -o DIRECTORY");
+  std::error_code error;
+  const auto status = fs::status(name, error);
+  if (fs::exists(status) && !fs::is_directory(status)) {
+    throw UsageError(fmt::format("\"{}\" is there and no directory: name one with -o", name));
+  }
+}
+
+}  // namespace
+
+int export_fleet(const std::vector<fs::path>& traces, analysis::AnalysisOptions options,
+                 ProgressBar& bar, const FleetRequest& request, const std::string& directory) {
+  auto labels = labels_of(request.labels);
+  require_directory(directory);
+  options.keep_buckets = true;
+  // Nothing appears in the directory before the recording was read.
+  viewer_export::InstanceWriter instances(spill_directory(directory),
+                                          viewer_export::InstanceWriter::kRowsInMemory,
+                                          viewer_export::InstanceOrder::by_process);
+  const auto result = analyze_with_progress(traces, options, bar, &instances);
+  const auto recording = viewer_export::identify(result.report, std::move(labels));
+  instances.show_progress(bar.begin("writing", ProgressUnit::instances));
+  const viewer_export::OpenFile open = [](const fs::path& path) { return open_output(path); };
+  const auto write =
+      request.is_partitioned ? viewer_export::write_partitions : viewer_export::write_clickhouse;
+  write(directory, recording, result, instances, open);
+  bar.end();
+  if (!recording.day) {
+    fmt::print(stderr,
+               "cie: the recording does not say when it was made: its day is 1970-01-01 "
+               "unless --label day=YYYY-MM-DD tells it\n");
+  }
+  if (::isatty(STDERR_FILENO) == 1 && !request.is_partitioned) {
+    fmt::print(stderr, "Load it with {}/load.sh\n", directory);
+  }
+  return ok;
+}
+
+}  // namespace cie::cli
