@@ -100,7 +100,10 @@ void Recording::print_summary() const {
   if (manifest_.problems.empty()) {
     text << result_in_words();
   } else {
-    text << "THE RECORDING FAILED; what there is stands in " << quoted(directory) << ":\n";
+    text << "THE RECORDING FAILED; what there is stands "
+         << (manifest_.options.relay ? "at " + manifest_.options.relay->text()
+                                     : "in " + quoted(directory))
+         << ":\n";
     for (const std::string& entry : manifest_.problems) {
       text << "  " << entry << '\n';
     }
@@ -111,6 +114,14 @@ void Recording::print_summary() const {
 
 std::string Recording::result_in_words() const {
   const fs::path& directory = manifest_.options.directory;
+  if (manifest_.options.relay) {
+    std::string text = "streamed to the relay daemon at " + manifest_.options.relay->text();
+    for (const RelaySession& session : manifest_.relayed) {
+      text += ", as " + host_name() + '/' + session.name + "-*";
+    }
+    return text + "\nnext, where it collects: cie report DIR; what was lost here stands in " +
+           quoted(directory / "manifest.json") + '\n';
+  }
   if (!manifest_.options.snapshot) {
     return "recorded " + quoted(directory) +
            " (user-space events; kernel events: " + kernel_in_words() + ")\nnext: cie report " +
