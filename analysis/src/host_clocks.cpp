@@ -45,6 +45,11 @@ void HostClocks::note_message(HostIndex from, HostIndex to, Duration shown) {
   ++last_->messages;
 }
 
+const HostFacts* reference_host(const Model& model) noexcept {
+  const auto first = std::ranges::min_element(model.hosts, {}, &HostFacts::name);
+  return first == model.hosts.end() ? nullptr : &*first;
+}
+
 Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept {
   if (!from.clock_offset_ns || !to.clock_offset_ns) return {};
   constexpr std::int64_t kSameClock = 1'000'000'000;  // offsets are measured less well than that

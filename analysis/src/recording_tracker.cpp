@@ -186,12 +186,6 @@ bool RecordingTracker::has_foreign_kernel() const {
   });
 }
 
-// Whose clock the whole recording's times are of; null without streams.
-const HostFacts* RecordingTracker::reference_host() const {
-  const auto first = std::ranges::min_element(model_.hosts, {}, &HostFacts::name);
-  return first == model_.hosts.end() ? nullptr : &*first;
-}
-
 void RecordingTracker::finish() {
   for (std::size_t i = 0; i < model_.streams.size(); ++i)
     model_.streams[i].events = states_[StreamIndex{static_cast<std::uint32_t>(i)}].events;
@@ -199,7 +193,7 @@ void RecordingTracker::finish() {
     return entry.second.domain == Domain::user && entry.second.window.begin;
   });
   model_.clocks_unrelated = has_unrelated_clocks_ || has_foreign_kernel();
-  const auto* reference = reference_host();
+  const auto* reference = reference_host(model_);
   Window common;  // processes that ran one after the other have nothing in common
   Window hull;
   for (const auto& [number, channel] : channels_) {

@@ -81,7 +81,6 @@ class RecordingTracker {
   };
   StreamFacts* stream(StreamIndex index);
   bool has_foreign_kernel() const;
-  const HostFacts* reference_host() const;
   void update(Channel& channel);
   // Adds it to a loss of its kind and place; false if there is none.
   bool merge_loss(const Loss& loss);
