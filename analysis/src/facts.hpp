@@ -37,7 +37,7 @@ struct Model {
   std::vector<MessageEdgeFacts> edges{};
   EventCounts events{};
   TimeRegressionFacts time_regressions{};
-  bool clocks_unrelated = false;  // streams of one host disagree about the boot
+  bool clocks_unrelated = false;  // streams of one host disagree about the boot, as far as is known
   // What all user channels cover (all channels, if there is no user channel); their hull where they
   // have nothing in common.
   std::optional<Timestamp> begin{};

@@ -96,6 +96,19 @@ void HostClocks::note_message(HostIndex from, HostIndex to, Duration shown) {
   ++last_->messages;
 }
 
+const HostFacts* reference_host(const Model& model) noexcept {
+  const auto first = std::ranges::min_element(model.hosts, {}, &HostFacts::name);
+  return first == model.hosts.end() ? nullptr : &*first;
+}
+
+Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept {
+  if (!from.clock_offset_ns || !to.clock_offset_ns) return {};
+  constexpr std::int64_t kSameClock = 1'000'000'000;  // offsets are measured less well than that
+  const Duration shift{detail::wrapping_sub(*from.clock_offset_ns, *to.clock_offset_ns)};
+  const bool is_same_boot = from.clock_uuid == to.clock_uuid && !from.clock_uuid.empty();
+  return is_same_boot && shift.ns < kSameClock && shift.ns > -kSameClock ? Duration{} : shift;
+}
+
 ClockError clock_error(const Model& model, HostPair from_to) {
   ClockError error;
   if (const auto* there = find(model, from_to)) error.least = Duration{} - there->shortest;

@@ -42,6 +42,13 @@ class HostClocks {
   HostPair last_pair_{};
 };
 
+// Whose clock the whole recording's times are of: the first one's by name. Null without hosts.
+const HostFacts* reference_host(const Model& model) noexcept;
+
+// What to add to a time of one host's clock for that of another, as far as their wall clocks agree.
+// Hosts of one boot are containers, which share the clock unless it was moved for one of them.
+Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept;
+
 // What to add to a time span that begins on one host and ends on another, so that it is what one
 // clock would have shown: no message arrives before it was sent, so the fastest one each way bounds
 // by how much the clocks differ (one difference for the whole recording; Cristian: Probabilistic

@@ -81,9 +81,11 @@ struct Loss {
 };
 
 struct HostFacts {
-  std::string name{};
+  std::string name{};  // as told, but for namesakes: with their boot behind it
+  std::string told{};  // by the tracer
   std::string clock_uuid{};
-  bool has_switches = false;  // kernel events by class
+  std::optional<std::int64_t> clock_offset_ns{};  // of its first stream that has one
+  bool has_switches = false;                      // kernel events by class
   bool has_wakings = false;
   bool has_forks = false;
 };

@@ -1,6 +1,10 @@
 #include "recording_tracker.hpp"
 
+#include "host_clocks.hpp"
+
 #include <algorithm>
+#include <set>
+#include <string_view>
 
 namespace cie::analysis {
 namespace {
@@ -15,12 +19,14 @@ StreamFacts* RecordingTracker::stream(StreamIndex index) {
 }
 
 void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
-  const auto host = registry_.host(event.host);
+  const auto host = registry_.host(event.host, event.clock_uuid);
   registry_.set_stream_host(head.stream, host);
   auto& host_facts = model_.hosts[at(host)];
-  if (host_facts.clock_uuid.empty()) host_facts.clock_uuid = event.clock_uuid;
+  if (!host_facts.clock_offset_ns && event.clock_offset_ns != 0) {
+    host_facts.clock_offset_ns = event.clock_offset_ns;
+  }
   for (const auto& other : model_.streams) {
-    if (other.clock_uuid != event.clock_uuid) model_.clocks_unrelated = true;
+    if (other.host == host && other.clock_uuid != event.clock_uuid) has_unrelated_clocks_ = true;
   }
   if (at(head.stream) >= model_.streams.size()) {
     model_.streams.resize(at(head.stream) + 1);
@@ -164,12 +170,30 @@ Window RecordingTracker::kernel_window(HostIndex host) const {
   return all;
 }
 
+// Kernel events of a boot in which none of its machine's applications was recorded: of a machine
+// that was booted anew, most likely, for its namesake's were.
+bool RecordingTracker::has_foreign_kernel() const {
+  std::map<std::string_view, int> namesakes;
+  std::set<HostIndex> with_user_events;
+  for (const auto& host : model_.hosts)
+    ++namesakes[host.told];
+  for (const auto& stream : model_.streams) {
+    if (stream.domain == Domain::user) with_user_events.insert(stream.host);
+  }
+  return std::ranges::any_of(model_.streams, [&](const StreamFacts& stream) {
+    return stream.domain == Domain::kernel && !with_user_events.contains(stream.host) &&
+           namesakes[model_.hosts[at(stream.host)].told] > 1;
+  });
+}
+
 void RecordingTracker::finish() {
   for (std::size_t i = 0; i < model_.streams.size(); ++i)
     model_.streams[i].events = states_[StreamIndex{static_cast<std::uint32_t>(i)}].events;
   const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
     return entry.second.domain == Domain::user && entry.second.window.begin;
   });
+  model_.clocks_unrelated = has_unrelated_clocks_ || has_foreign_kernel();
+  const auto* reference = reference_host(model_);
   Window common;  // processes that ran one after the other have nothing in common
   Window hull;
   for (const auto& [number, channel] : channels_) {
@@ -178,7 +202,10 @@ void RecordingTracker::finish() {
                                            .begin = channel.window.begin,
                                            .end = channel.window.end};
     if (has_user && channel.domain != Domain::user) continue;
-    const auto& window = channel.window;
+    auto window = channel.window;
+    const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
+    if (window.begin) window.begin = *window.begin + shift;
+    if (window.end) window.end = *window.end + shift;
     if (window.begin) {
       common.begin = common.begin ? std::max(*common.begin, *window.begin) : *window.begin;
       hull.begin = hull.begin ? std::min(*hull.begin, *window.begin) : *window.begin;

@@ -80,6 +80,7 @@ class RecordingTracker {
     bool has_kernel = false;
   };
   StreamFacts* stream(StreamIndex index);
+  bool has_foreign_kernel() const;
   void update(Channel& channel);
   // Adds it to a loss of its kind and place; false if there is none.
   bool merge_loss(const Loss& loss);
@@ -88,6 +89,7 @@ class RecordingTracker {
   Registry& registry_;
   std::optional<TimeWindow> asked_;
   bool is_live_;
+  bool has_unrelated_clocks_ = false;  // streams of one host disagree about the boot
   ByIndex<StreamIndex, StreamState> states_;
   ByIndex<HostIndex, HostState> hosts_;
   std::map<std::uint32_t, Channel> channels_;

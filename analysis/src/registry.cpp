@@ -39,12 +39,31 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
                   .starts_before = 0};
 }
 
-HostIndex Registry::host(std::string_view name) {
+HostIndex Registry::host(std::string_view name, std::string_view clock_uuid) {
+  bool has_namesake = false;
   for (std::size_t i = 0; i < model_.hosts.size(); ++i) {
-    if (model_.hosts[i].name == name) return HostIndex{static_cast<std::uint32_t>(i)};
+    auto& known = model_.hosts[i];
+    if (known.told != name) continue;
+    const bool is_other_boot = !name.empty() && !clock_uuid.empty() && !known.clock_uuid.empty() &&
+                               known.clock_uuid != clock_uuid;
+    if (!is_other_boot) {
+      if (known.clock_uuid.empty()) known.clock_uuid = clock_uuid;
+      return HostIndex{static_cast<std::uint32_t>(i)};
+    }
+    has_namesake = true;
   }
-  model_.hosts.push_back(HostFacts{.name = std::string(name), .clock_uuid = {}});
+  model_.hosts.push_back(HostFacts{
+      .name = std::string(name), .told = std::string(name), .clock_uuid = std::string(clock_uuid)});
+  if (has_namesake) tell_namesakes_apart(name);
   return HostIndex{static_cast<std::uint32_t>(model_.hosts.size() - 1)};
+}
+
+void Registry::tell_namesakes_apart(std::string_view name) {
+  constexpr std::size_t kTelling = 8;  // of 32 digits
+  for (auto& host : model_.hosts) {
+    if (host.told == name)
+      host.name = host.told + " (boot " + host.clock_uuid.substr(0, kTelling) + ')';
+  }
 }
 
 void Registry::set_stream_host(StreamIndex stream, HostIndex host) {

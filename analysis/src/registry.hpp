@@ -58,7 +58,9 @@ class Registry {
  public:
   explicit Registry(Model& model) : model_(model) {}
 
-  HostIndex host(std::string_view name);
+  // The machine of that name and boot: machines may be called alike, and a boot has one clock. A
+  // trace that does not tell its boot is of any machine of that name.
+  HostIndex host(std::string_view name, std::string_view clock_uuid);
   void set_stream_host(StreamIndex stream, HostIndex host);
   HostIndex host_of(const EventHead& head) const noexcept {
     return at(head.stream) < stream_hosts_.size() ? stream_hosts_[at(head.stream)] : HostIndex{};
@@ -147,6 +149,7 @@ class Registry {
   void note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn);
   // Before an incarnation is replaced by another one, or what is known of them is read.
   void forget_emitters();
+  void tell_namesakes_apart(std::string_view name);
   ProcessIndex new_process(HostIndex host, std::int64_t pid);
   ThreadIndex new_thread(ProcessIndex process, std::int64_t tid);
   std::optional<ThreadIndex> find_thread(ProcessIndex process, std::int64_t tid) const;

@@ -3,6 +3,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "host_clocks.hpp"
+#include "host_gaps.hpp"
 #include "subjects.hpp"
 #include "wall_clock.hpp"
 
@@ -96,6 +97,8 @@ std::vector<TraceDefect> defects_of(const Model& model) {
   add_defect(defects, "clocks-drifted", Severity::error, contradictory_clocks(model),
              "messages between two hosts arrive before they were sent, whatever the difference of "
              "their clocks: it changed meanwhile; synchronise them, or report a shorter --window");
+  for (const auto& gap : host_gaps(model))
+    add_defect(defects, "host-gap", Severity::loss, 1, in_words(gap, model));
   add_defect(defects, "seq-gaps", Severity::loss,
              total_of(model.callbacks, [](const auto& c) { return c.starts.missing; }),
              "instances are missing from the record; figures of their callbacks are incomplete");

@@ -6,13 +6,23 @@
 namespace cie::analysis {
 
 Subjects::Subjects(const Model& model) : model_(model) {
-  has_several_ = std::count_if(model.processes.begin(), model.processes.end(),
-                               [](const auto& p) { return p.has_cie_events; }) > 1;
+  const ProcessFacts* first = nullptr;
+  for (const auto& process : model.processes) {
+    if (!process.has_cie_events) continue;
+    if (first == nullptr) {
+      first = &process;
+      continue;
+    }
+    has_several_ = true;
+    has_several_hosts_ = has_several_hosts_ || process.host != first->host;
+  }
 }
 
 std::string Subjects::suffix(ProcessIndex index) const {
   if (!has_several_) return {};
-  return " (pid " + std::to_string(model_.processes[at(index)].pid) + ")";
+  const auto& process = model_.processes[at(index)];
+  const auto host = has_several_hosts_ ? " on " + model_.hosts[at(process.host)].name : "";
+  return " (pid " + std::to_string(process.pid) + host + ")";
 }
 
 std::string Subjects::process(ProcessIndex index) const {

@@ -8,11 +8,14 @@
 
 namespace cie::analysis {
 
-// "callback LOGICAL_ID" and the like, with " (pid N)" when the trace holds several processes.
+// "callback LOGICAL_ID" and the like, with " (pid N)" when the trace holds several processes,
+// " (pid N on HOST)" when they are of several hosts.
 class Subjects {
  public:
   explicit Subjects(const Model& model);
 
+  // What tells the process at the end of each; empty if there is only one.
+  std::string suffix(ProcessIndex index) const;
   std::string process(ProcessIndex index) const;  // "process PID"
   std::string callback(CallbackIndex index) const;
   std::string thread(ThreadIndex index) const;
@@ -23,9 +26,9 @@ class Subjects {
   static std::string callback_named(const std::string& logical_id);
 
  private:
-  std::string suffix(ProcessIndex index) const;
   const Model& model_;
-  bool has_several_ = false;
+  bool has_several_ = false;  // processes
+  bool has_several_hosts_ = false;
 };
 
 // Callbacks by host, pid, process and id: creation order within a process.

@@ -28,11 +28,6 @@ constexpr seconds kStartPatience{30};
 constexpr std::chrono::minutes kEndPatience{10};
 constexpr seconds kLookInterval{1};
 
-std::string host_name() {
-  std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
 void tell_peer(int socket, std::string line) {
   line += '\n';
   // A peer that is gone is noticed when it is listened to.
@@ -57,9 +52,11 @@ LiveStream::LiveStream(Options options) : options_(std::move(options)) {
   daemon_ = std::make_unique<SessionDaemon>(options_.daemon);
   relay_ = std::make_unique<RelayDaemon>();
   const auto name = "cie-live-" + std::to_string(getpid());
-  session_ = std::make_unique<TracingSession>(
-      name, options_,
-      LiveDestination{.control_url = relay_->control_url(), .data_url = relay_->data_url()});
+  session_ = std::make_unique<TracingSession>(name, options_,
+                                              RelayDestination{.control_url = relay_->control_url(),
+                                                               .data_url = relay_->data_url(),
+                                                               .interval = options_.live_interval,
+                                                               .keeps_all = false});
   tell("url " + relay_->live_url() + "/host/" + host_name() + '/' + name);
 }
 

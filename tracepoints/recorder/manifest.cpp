@@ -30,11 +30,6 @@ std::int64_t now_ns(clockid_t clock) {
   return std::int64_t{time.tv_sec} * 1'000'000'000 + time.tv_nsec;
 }
 
-std::string host_name() {
-  std::array<char, 256> name{};
-  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
-}
-
 std::string boot_id() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string id;
@@ -70,6 +65,24 @@ Json snapshot_of(const Manifest& manifest) {
   return {{"reason", manifest.snapshot->reason}, {"held_ns", manifest.snapshot->held.count()}};
 }
 
+Json in_json(const Instant& instant) {
+  return {{"monotonic_ns", instant.monotonic_ns}, {"realtime_ns", instant.realtime_ns}};
+}
+
+Json relay_of(const Manifest& manifest) {
+  if (!manifest.options.relay) {
+    return nullptr;
+  }
+  Json sessions = Json::array();
+  for (const RelaySession& session : manifest.relayed) {
+    sessions.push_back({{"path", host_name() + '/' + session.name + "-*"},
+                        {"begin", in_json(session.begin)},
+                        {"lost", session.lost ? in_json(*session.lost) : nullptr},
+                        {"end", session.end ? in_json(*session.end) : nullptr}});
+  }
+  return {{"address", manifest.options.relay->text()}, {"sessions", sessions}};
+}
+
 std::vector<fs::path> all_files(const fs::path& directory) {
   std::vector<fs::path> paths;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(directory)) {
@@ -101,6 +114,11 @@ Json files_of(const fs::path& directory, const std::vector<fs::path>& paths) {
 
 }  // namespace
 
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
 Instant now() { return {now_ns(CLOCK_MONOTONIC), now_ns(CLOCK_REALTIME)}; }
 
 std::string describe(const ExitStatus& exit) {
@@ -131,12 +149,10 @@ void write_manifest(const Manifest& manifest) {
       {"exit", exit_of(manifest.exit)},
       {"host", host_name()},
       {"boot_id", boot_id()},
-      {"begin",
-       {{"monotonic_ns", manifest.begin.monotonic_ns},
-        {"realtime_ns", manifest.begin.realtime_ns}}},
-      {"end",
-       {{"monotonic_ns", manifest.end.monotonic_ns}, {"realtime_ns", manifest.end.realtime_ns}}},
+      {"begin", in_json(manifest.begin)},
+      {"end", in_json(manifest.end)},
       {"snapshot", snapshot_of(manifest)},
+      {"relay", relay_of(manifest)},
       {"chunk", manifest.chunk ? Json(*manifest.chunk) : Json(nullptr)},
       {"kernel_events", manifest.kernel.has_value()},
       {"kernel", kernel_of(manifest)},

@@ -26,6 +26,17 @@ struct SnapshotFacts {
   std::chrono::nanoseconds held{};
 };
 
+// One session at a relay daemon. There it is HOST/NAME-DATE.
+struct RelaySession {
+  std::string name;
+  Instant begin;
+  std::optional<Instant> lost;  // when its connection was found to be broken
+  std::optional<Instant> end;   // of LTTng's work on it; empty: LTTng did not answer
+};
+
+// The name of this machine.
+std::string host_name();
+
 struct Manifest {
   Options options;
   std::string session;
@@ -38,6 +49,7 @@ struct Manifest {
   std::string no_kernel_because;          // empty: they were recorded, or not asked for
   std::optional<SnapshotFacts> snapshot;  // empty: everything from begin to end
   std::optional<std::uint64_t> chunk;     // its number; empty: not divided, or the whole
+  std::vector<RelaySession> relayed;      // one after the other; empty: nothing was streamed
   std::vector<std::string> problems;      // why the recording is not what was asked for
 };
 

@@ -30,13 +30,6 @@ void require_power_of_two(std::uint64_t value, std::uint64_t least, const char* 
   }
 }
 
-// Options whose meaning is settled but which this version does not carry out.
-void refuse_what_is_missing(const std::string& live) {
-  if (!live.empty()) {
-    throw UsageError("--live: this version records to a directory only; use -o DIR");
-  }
-}
-
 constexpr double kLongestSnapshot = 3600;
 constexpr std::uint64_t kSnapshotSubbufs = 8;
 constexpr std::uint64_t kLeastSnapshotSubbuf = 16 << 10;
@@ -160,6 +153,10 @@ struct RotateArguments {
       }
       return;
     }
+    if (to.relay) {
+      throw UsageError(
+          "--rotate divides what is written here, --to writes nothing here: choose one");
+    }
     if (to.snapshot) {
       throw UsageError("--rotate divides what is written, --snapshot writes nothing: choose one");
     }
@@ -170,6 +167,23 @@ struct RotateArguments {
     to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
   }
 };
+// HOST[:PORT], or the same as a URL. LTTng takes control and data port; ours follow each other.
+void apply_relay(Options& options, std::string_view text) {
+  if (text.empty()) return;
+  for (const std::string_view protocol : {"net://", "tcp://"}) {
+    if (text.starts_with(protocol)) text.remove_prefix(protocol.size());
+  }
+  options.relay = parse_address("--to", text, kRelayPort);
+  if (options.relay->port == 0 || options.relay->port == UINT16_MAX) {
+    throw UsageError("--to: no relay daemon has port " + std::to_string(options.relay->port));
+  }
+  if (options.snapshot) throw UsageError("--to streams everything: it does not go with --snapshot");
+  if (options.kernel == KernelChoice::yes) {
+    throw UsageError(
+        "--to streams what LTTng records: kernel events it cannot; leave --kernel out");
+  }
+  options.kernel = KernelChoice::no;
+}
 
 // CLI11 cannot know that a command follows.
 std::string help_of(const CLI::App& app) {
@@ -179,6 +193,7 @@ std::string help_of(const CLI::App& app) {
     help.replace(at, generated.size(),
                  "Usage: cie record [OPTIONS] -- CMD [ARG...]\n"
                  "       cie record [OPTIONS] --attach\n"
+                 "       cie record --to HOST[:PORT] [OPTIONS] -- CMD [ARG...]\n"
                  "       cie record --save DIR [--reason TEXT]");
   }
   return help;
@@ -194,8 +209,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     options.command.assign(separator + 1, arguments.end());
   }
 
-  CLI::App app{"Records a run of callback-isolated executors with LTTng into a directory.",
-               "cie record"};
+  CLI::App app{"Records a run of callback-isolated executors with LTTng.", "cie record"};
   app.footer(
       "CMD runs with its output untouched; Ctrl-C and SIGTERM reach it, and the recording ends "
       "with\n"
@@ -209,7 +223,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   bool is_attach = false;
   SnapshotArguments snapshot;
   RotateArguments rotate;
-  std::string live;
+  std::string relay;
   std::string kernel = "auto";
   std::string daemon = "auto";
   std::int64_t flush_ms = options.flush_interval.count();
@@ -257,7 +271,11 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->check(CLI::PositiveNumber);
   snapshot.add_to(app);
   rotate.add_to(app);
-  app.add_option("--live", live, "Not available in this version")->type_name("URL");
+  app.add_option("--to,--live", relay,
+                 "Stream to the relay daemon there (cie collect) rather than write to this "
+                 "machine's disk; DIR gets the manifest only (default port: 5342, and the next "
+                 "one for data)")
+      ->type_name("HOST[:PORT]");
   // Of cie live, which starts this program: not for people.
   app.add_option("--live-socket", options.live_socket)->group("");
   app.add_option("--live-interval", live_interval_ms)->group("")->check(CLI::Range(1, 10'000));
@@ -279,7 +297,6 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     throw UsageError(std::string(error.what()) + " (see cie record --help)");
   }
 
-  refuse_what_is_missing(live);
   if (!snapshot.save.empty()) {
     snapshot.require_alone(app, !options.command.empty());
     return {.options = std::nullopt,
@@ -314,6 +331,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                          : kernel == "tracefs" ? KernelRoute::tracefs
                                                : KernelRoute::best;
   snapshot.apply_to(options, subbuf_size->count() + num_subbuf->count() > 0);
+  apply_relay(options, relay);
   rotate.apply_to(options);
   if (daemon == "own" && is_attach) {
     throw UsageError("--daemon=own: running applications know the shared daemon only");

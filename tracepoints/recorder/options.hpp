@@ -2,6 +2,7 @@
 #pragma once
 
 #include "kernel_source.hpp"
+#include "network_address.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -47,7 +48,7 @@ struct RotateOptions {
 };
 
 struct Options {
-  std::filesystem::path directory;   // absolute; holds the recording
+  std::filesystem::path directory;   // absolute; holds the recording, or only what is said of it
   std::vector<std::string> command;  // empty: attach
   DaemonChoice daemon = DaemonChoice::own;
   KernelChoice kernel = KernelChoice::automatic;
@@ -64,6 +65,7 @@ struct Options {
   std::optional<SnapshotOptions> snapshot;            // empty: everything is written
   std::optional<RotateOptions> rotate;                // empty: one recording
   std::optional<std::chrono::milliseconds> duration;  // attach: until then; empty: until a signal
+  std::optional<NetworkAddress> relay;                // streams there; empty: writes a directory
   int live_socket = -1;  // streams instead of recording, for who is at the other end: LiveStream
   std::chrono::milliseconds live_interval{200};  // how often what was traced is sent then
 

@@ -6,6 +6,7 @@ find_package(CLI11 REQUIRED)
 
 add_library(cie_recorder STATIC
   recorder/child_process.cpp
+  recorder/collection.cpp
   recorder/ctf_stream.cpp
   recorder/deadline_watch.cpp
   recorder/error.cpp
@@ -19,13 +20,16 @@ add_library(cie_recorder STATIC
   recorder/kernel_source.cpp
   recorder/live_stream.cpp
   recorder/manifest.cpp
+  recorder/network_address.cpp
   recorder/options.cpp
   recorder/pending_chunk.cpp
   recorder/processes.cpp
   recorder/recording.cpp
   recorder/recording_always_on.cpp
-  recorder/relay_daemon.cpp
   recorder/recording_messages.cpp
+  recorder/recording_relay.cpp
+  recorder/relay_daemon.cpp
+  recorder/relay_link.cpp
   recorder/rotation.cpp
   recorder/session_daemon.cpp
   recorder/signals.cpp
@@ -63,6 +67,8 @@ else()
 endif()
 
 cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)
+cie_program(cie-collect SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11)
+target_include_directories(cie-collect PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_install_manual()
 # An always-on recorder. systemd looks for units and users of packages below /usr/lib, whatever the architecture.
 install(FILES systemd/cie-record.service DESTINATION lib/systemd/system)

@@ -61,25 +61,41 @@ Ending end(TracingSession& session) {
   return ending;
 }
 
+void add(const std::vector<ChannelLoss>& losses, std::vector<ChannelLoss>& sum) {
+  for (const ChannelLoss& loss : losses) {
+    const auto known = std::ranges::find(sum, loss.name, &ChannelLoss::name);
+    if (known == sum.end()) {
+      sum.push_back(loss);
+    } else {
+      known->discarded_events += loss.discarded_events;
+      known->lost_packets += loss.lost_packets;
+    }
+  }
+}
+
 bool is_interrupt(int signal) {
   return signal == SIGINT || signal == SIGTERM || signal == SIGHUP || signal == SIGQUIT;
 }
+
+}  // namespace
 
 std::string new_session_name(const Options& options) {
   const std::string kind = options.snapshot ? std::string(kSnapshotSession) : "cie-record";
   return kind + '-' + std::to_string(getpid()) + '-' + std::to_string(now().realtime_ns);
 }
 
-}  // namespace
-
 Recording::Recording(Options options) {
   manifest_.options = std::move(options);
   create_directory();
   try {
+    if (manifest_.options.relay) {
+      relay_ = std::make_unique<RelayLink>(*manifest_.options.relay);
+    }
     daemon_ = std::make_unique<SessionDaemon>(manifest_.options.daemon);
     state_snapshot_cost();
     manifest_.session = new_session_name(manifest_.options);
-    session_ = std::make_shared<TracingSession>(manifest_.session, manifest_.options);
+    session_ = relay_ ? new_relayed_session()
+                      : std::make_shared<TracingSession>(manifest_.session, manifest_.options);
     start_kernel();
     start_flight_recorder();
     manifest_.begin = now();
@@ -233,7 +249,7 @@ void Recording::wait_attached() {
 
 // Asks until somebody has registered; each question costs every application some time.
 void Recording::look_for_applications(Clock::time_point since, bool has_command) {
-  if (!manifest_.processes.empty() || is_daemon_lost_ || Clock::now() < next_look_) {
+  if (!manifest_.processes.empty() || is_daemon_lost_ || !session_ || Clock::now() < next_look_) {
     return;
   }
   next_look_ = Clock::now() + kLookInterval;
@@ -266,9 +282,10 @@ void Recording::watch_health() {
     problem("the session daemon ended during the recording: what was not yet written is lost");
     return;
   }
+  watch_relay();
   std::error_code error;
   const fs::space_info space = fs::space(manifest_.options.directory, error);
-  if (!error && space.available < kLowSpace && !has_warned_of_space_) {
+  if (!error && !relay_ && space.available < kLowSpace && !has_warned_of_space_) {
     has_warned_of_space_ = true;
     warn("only " + std::to_string(space.available >> 20) + " MiB left for " +
          manifest_.options.directory.string());
@@ -276,8 +293,10 @@ void Recording::watch_health() {
 }
 
 void Recording::finish() {
-  if (!is_daemon_lost_) {
-    end_session();
+  if (relay_) {
+    finish_relayed();
+  } else if (!is_daemon_lost_) {
+    std::ranges::move(end_session(), std::back_inserter(manifest_.problems));
   }
   manifest_.end = now();
   end_kernel();
@@ -289,6 +308,10 @@ void Recording::finish() {
   }
   session_.reset();
   daemon_.reset();
+  if (relay_) {  // the files are elsewhere
+    attempt(manifest_.problems, [this] { write_manifest(manifest_); });
+    return;
+  }
   if (was_flight_recorder) {
     return;  // every snapshot has its own manifest
   }
@@ -320,24 +343,25 @@ void Recording::drop_kernel(const std::string& reason) {
 
 // liblttng-ctl waits without limit, and on a full disk a consumer daemon may spin instead of
 // answering. So a thread waits for LTTng, and this one for the thread, but not for ever.
-void Recording::end_session() {
+std::vector<std::string> Recording::end_session() {
   std::error_code error;
   const fs::space_info space = fs::space(manifest_.options.directory, error);
-  const seconds patience = !error && space.available < kNoSpace ? kPatienceOnAFullDisk : kPatience;
+  const bool is_full = !relay_ && !error && space.available < kNoSpace;
+  const seconds patience = is_full ? kPatienceOnAFullDisk : kPatience;
   std::packaged_task<Ending()> task([session = session_] { return end(*session); });
   std::future<Ending> ending = task.get_future();
   std::thread worker(std::move(task));
   if (ending.wait_for(patience) == std::future_status::ready) {
     worker.join();
     Ending result = ending.get();
-    manifest_.losses = std::move(result.losses);
-    std::ranges::move(result.problems, std::back_inserter(manifest_.problems));
-    return;
+    add(result.losses, manifest_.losses);
+    return std::move(result.problems);
   }
-  problem("LTTng did not end the session within " + std::to_string(patience.count()) +
-          " s (is the disk full?)");
   daemon_->abandon();
+  is_daemon_lost_ = true;
   worker.detach();  // it has its share of the session, and ends with its connection or this process
+  return {"LTTng did not end the session within " + std::to_string(patience.count()) + " s (" +
+          (relay_ ? "is the network cut?" : "is the disk full?") + ')'};
 }
 
 void Recording::note_nothing_recorded() {

@@ -5,6 +5,7 @@
 #include "kernel_recording.hpp"
 #include "manifest.hpp"
 #include "options.hpp"
+#include "relay_link.hpp"
 #include "rotation.hpp"
 #include "session_daemon.hpp"
 #include "signals.hpp"
@@ -17,6 +18,9 @@
 #include <vector>
 
 namespace cie::record {
+
+// A name that no session of this machine has had.
+std::string new_session_name(const Options& options);
 
 class Recording {
  public:
@@ -49,8 +53,15 @@ class Recording {
   void wait_attached();
   void look_for_applications(Clock::time_point since, bool has_command);
   void watch_health();
+  // Only with --to (recording_relay.cpp).
+  std::shared_ptr<TracingSession> new_relayed_session();
+  void watch_relay();
+  void lose_relay();
+  void find_relay_again();
+  void finish_relayed();
   void finish();
-  void end_session();
+  // What LTTng says of the session's end, but for its losses, which are added to the manifest's.
+  std::vector<std::string> end_session();
   void end_kernel();
   void drop_kernel(const std::string& reason);
   void end_rotation();
@@ -66,7 +77,9 @@ class Recording {
   Signals signals_;
   Manifest manifest_;
   std::unique_ptr<SessionDaemon> daemon_;
-  std::shared_ptr<TracingSession> session_;  // shared with a thread that waits for LTTng
+  std::unique_ptr<RelayLink> relay_;         // null: not streamed
+  std::shared_ptr<TracingSession> session_;  // shared with a thread that waits for LTTng; null
+                                             // while the relay daemon is gone
   std::unique_ptr<KernelRecording> kernel_;  // null: no kernel events
   std::unique_ptr<FlightRecorder> flight_;   // null: everything is written
   std::unique_ptr<Rotation> rotation_;       // null: not divided
@@ -82,6 +95,7 @@ class Recording {
   Clock::time_point began_ = Clock::now();
   Clock::time_point next_look_ = Clock::now();
   Clock::time_point next_check_ = Clock::now();
+  Clock::time_point next_attempt_ = Clock::now();  // to find the relay daemon again
 };
 
 }  // namespace cie::record

@@ -105,7 +105,10 @@ void Recording::print_summary() const {
   if (manifest_.problems.empty()) {
     text << result_in_words();
   } else {
-    text << "THE RECORDING FAILED; what there is stands in " << quoted(directory) << ":\n";
+    text << "THE RECORDING FAILED; what there is stands "
+         << (manifest_.options.relay ? "at " + manifest_.options.relay->text()
+                                     : "in " + quoted(directory))
+         << ":\n";
     for (const std::string& entry : manifest_.problems) {
       text << "  " << entry << '\n';
     }
@@ -124,6 +127,14 @@ std::string Recording::result_in_words() const {
     }
     return text + "\nnext: cie report " + quoted(directory) +
            "   (or one chunk of it)\n      cie verify " + quoted(directory) + '\n';
+  }
+  if (manifest_.options.relay) {
+    std::string text = "streamed to the relay daemon at " + manifest_.options.relay->text();
+    for (const RelaySession& session : manifest_.relayed) {
+      text += ", as " + host_name() + '/' + session.name + "-*";
+    }
+    return text + "\nnext, where it collects: cie report DIR; what was lost here stands in " +
+           quoted(directory / "manifest.json") + '\n';
   }
   if (!manifest_.options.snapshot) {
     return "recorded " + quoted(directory) +

@@ -1,7 +1,8 @@
-// A relay daemon of LTTng for one live session, on loopback ports of its own.
+// A relay daemon of LTTng of our own.
 #pragma once
 
 #include "child_process.hpp"
+#include "network_address.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -12,30 +13,39 @@ namespace cie::record {
 
 class RelayDaemon {
  public:
-  // Starts lttng-relayd, which ends with this process however that goes. It keeps what it receives
-  // in a temporary directory (the session's trace files bound how much). Throws RecordError.
+  // On free loopback ports, for one live session: what it receives is kept in a temporary directory
+  // (the session's trace files bound how much). Throws RecordError.
   RelayDaemon();
+  // Listens on three ports that follow each other, for control, data and live readers; port 0: any
+  // three. What it receives is kept below `output`. Throws RecordError.
+  RelayDaemon(const NetworkAddress& address, const std::filesystem::path& output);
   ~RelayDaemon();
   RelayDaemon(const RelayDaemon&) = delete;
   RelayDaemon& operator=(const RelayDaemon&) = delete;
 
+  // It ends with this process, however that goes.
   bool is_alive() { return process_ && !process_->poll(); }
-  std::string control_url() const { return address("tcp", control_port_); }
-  std::string data_url() const { return address("tcp", data_port_); }
-  // What a reader connects to.
-  std::string live_url() const { return address("net", live_port_); }
+  // What it said last.
+  std::string last_words() const;
 
- private:
-  static std::string address(const char* protocol, std::uint16_t port);
-  // False if another program took one of the ports in between.
-  bool start();
+  NetworkAddress control() const { return address_; }
+  std::string control_url() const { return address_.url(); }
+  std::string data_url() const { return next(1).url(); }
+  // What a reader connects to.
+  std::string live_url() const { return "net://" + next(2).text(); }
+
   void stop() noexcept;
 
-  std::filesystem::path directory_;
+ private:
+  void start_somewhere();
+  // False if another program took one of the ports in between.
+  bool start();
+  NetworkAddress next(std::uint16_t step) const;
+
+  std::filesystem::path directory_;  // temporary
+  std::filesystem::path output_;
+  NetworkAddress address_;
   std::optional<ChildProcess> process_;
-  std::uint16_t control_port_ = 0;
-  std::uint16_t data_port_ = 0;
-  std::uint16_t live_port_ = 0;
 };
 
 }  // namespace cie::record

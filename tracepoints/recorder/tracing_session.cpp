@@ -117,13 +117,13 @@ TracingSession::TracingSession(const std::string& name, const Options& options)
 }
 
 TracingSession::TracingSession(const std::string& name, const Options& options,
-                               const LiveDestination& destination)
-    : name_(name), is_live_(true) {
-  const auto interval = std::chrono::microseconds(options.live_interval).count();
+                               const RelayDestination& destination)
+    : name_(name), is_live_(true), keeps_all_(destination.keeps_all) {
+  const auto interval = std::chrono::microseconds(destination.interval).count();
   const Descriptor descriptor(lttng_session_descriptor_live_network_create(
       name.c_str(), destination.control_url.c_str(), destination.data_url.c_str(),
       static_cast<unsigned long long>(interval)));
-  const auto operation = "cannot create a live session that sends to " + destination.control_url;
+  const auto operation = "cannot create a session that sends to " + destination.control_url;
   if (!descriptor) throw RecordError(operation);
   create(descriptor.get(), operation, options);
 }
@@ -224,10 +224,11 @@ void TracingSession::enable_channel(const char* name, std::uint64_t subbuf_size,
   } else if (!is_metadata) {
     channel->attr.read_timer_interval = in_us(std::min(flush_interval, kMostReadInterval));
   }
-  if (is_live_) {  // its own timer flushes; the relay daemon keeps the last of each stream only
+  if (!keeps_all_) {
     channel->attr.tracefile_size = std::max(kLiveFileSize, subbuf_size);
     channel->attr.tracefile_count = kLiveFiles;
-  } else if (!is_snapshot_) {
+  }
+  if (!is_snapshot_ && !is_live_) {  // a live session's own timer flushes
     channel->attr.switch_timer_interval = in_us(flush_interval);
   }
   check(lttng_enable_channel(handle_.get(), channel.get()),

@@ -4,6 +4,7 @@
 #include "options.hpp"
 #include "pending_chunk.hpp"
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -31,10 +32,12 @@ struct ChannelLoss {
   std::uint64_t lost_packets = 0;
 };
 
-// Where a live session sends to: a relay daemon.
-struct LiveDestination {
+// Where a session sends to that a reader can follow while it runs: a relay daemon.
+struct RelayDestination {
   std::string control_url;  // tcp://HOST:PORT
   std::string data_url;
+  std::chrono::milliseconds interval{};  // how often what was traced is sent
+  bool keeps_all = true;  // false: the newest packets of each stream only, for a reader of now
 };
 
 // A process that carries tracepoints of the provider `cie`.
@@ -50,9 +53,9 @@ class TracingSession {
   // Creates the session, its channels, contexts and event rules. Nothing is recorded before
   // start().
   TracingSession(const std::string& name, const Options& options);
-  // The same for a session that a reader follows while it runs; options.directory is not used.
+  // The same for a session that is sent to a relay daemon; options.directory is not used.
   TracingSession(const std::string& name, const Options& options,
-                 const LiveDestination& destination);
+                 const RelayDestination& destination);
   ~TracingSession();
   TracingSession(const TracingSession&) = delete;
   TracingSession& operator=(const TracingSession&) = delete;
@@ -104,7 +107,8 @@ class TracingSession {
   bool is_snapshot_ = false;
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;
-  bool is_live_ = false;
+  bool is_live_ = false;   // sent to a relay daemon
+  bool keeps_all_ = true;  // there
 };
 
 }  // namespace cie::record

@@ -25,9 +25,10 @@
 namespace cie::cli {
 
 std::span<const Command> commands() {
-  static constexpr std::array<Command, 12> kCommands{{
+  static constexpr std::array<Command, 13> kCommands{{
       {"run", "run an application with every callback on its own thread", nullptr},
       {"record", "record an application with LTTng", nullptr},
+      {"collect", "receive what several machines record", nullptr},
       {"report", "response times and more, per callback", report_command},
       {"instances", "one row per run of a callback, for spreadsheets and programs",
        instances_command},
@@ -94,7 +95,7 @@ int dispatch(Arguments arguments) {
     }
     names.emplace_back(command.name);
   }
-  if (name == "run" || name == "record") {
+  if (name == "run" || name == "record" || name == "collect") {
     start_program("cie-" + name, arguments);
   }
   throw UsageError(fmt::format("there is no command \"{}\"{}", name, suggestion(name, names)));
@@ -161,7 +162,7 @@ int main(int argc, char** argv) {
   const auto is_one_of = [&arguments](std::initializer_list<std::string_view> names) {
     return !arguments.empty() && std::find(names.begin(), names.end(), arguments[0]) != names.end();
   };
-  if (is_one_of({"run", "record"})) return cie::cli::run(arguments);
+  if (is_one_of({"run", "record", "collect"})) return cie::cli::run(arguments);
   // A closed pipe and a file size limit are errors with a message, not a silent end.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);

@@ -4,6 +4,7 @@
 
 #include "../guard_state.hpp"
 #include "../reader/discovery.hpp"
+#include "merge_offsets.hpp"
 #include "metadata_file.hpp"
 #include "metadata_parser.hpp"
 #include "metadata_rebuild.hpp"
@@ -237,7 +238,7 @@ class Reader {
     const auto share = kMemory / std::max<std::size_t>(files_.size(), 1);
     const auto piece = std::clamp(share, kSmallestPiece, kLargestPiece);
     std::map<std::tuple<std::string, bool, std::uint64_t>, std::uint32_t> channels;
-    std::map<std::string, std::int64_t> offsets;  // by clock uuid: one clock, one offset
+    MergeOffsets offsets;
     for (auto& [key, files] : files_) {
       std::stable_sort(files.begin(), files.end(), [](const StreamFile& a, const StreamFile& b) {
         const auto order = [](const StreamFile& file) {
@@ -256,10 +257,8 @@ class Reader {
           channels.try_emplace({key.trace, key.is_unknown, key.stream_class}, identity.channel)
               .first->second;
       if (const auto& first = files.front().first) {
-        const auto& clock = first->stream->clock;
         identity.merge_offset_ns =
-            clock.uuid.empty() ? clock.offset_ns
-                               : offsets.try_emplace(clock.uuid, clock.offset_ns).first->second;
+            offsets.of(first->stream->clock, files.front().trace->plan().host);
       }
       if (const auto salvaged = salvaged_traces_.extract(key.trace)) {
         salvaged_.emplace_back(identity.index, salvaged.mapped());

@@ -108,11 +108,20 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     }
   }
   std::vector<SubjectVerdict> verdicts;
-  std::optional<Timestamp> first_end;          // of any lifetime: who begins later may be a restart
-  std::optional<Timestamp> first_unknown_end;  // of one that may have had any id
-  for (const auto& life : unknown)
+  struct Ends {                              // on one host; times of several have nothing in common
+    std::optional<Timestamp> first;          // of any lifetime: who begins later may be a restart
+    std::optional<Timestamp> first_unknown;  // of one that may have had any id
+  };
+  std::map<HostIndex, Ends> ends;
+  const auto host_of = [&model](const Lifetime& life) {
+    return model.processes[at(model.callbacks[at(life.index)].process)].host;
+  };
+  for (const auto& life : unknown) {
+    auto& [first_end, first_unknown_end] = ends[host_of(life)];
     first_end = first_unknown_end = first_end ? std::min(*first_end, life.end) : life.end;
+  }
   for (auto& [key, lives] : by_id) {
+    auto& [first_end, first_unknown_end] = ends[key.first];
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
     for (std::size_t i = 0; i < lives.size(); ++i) {
@@ -135,6 +144,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     }
   }
   for (const auto& life : unknown) {
+    const auto& first_end = ends[host_of(life)].first;
     if (!first_end || life.begin <= *first_end) continue;
     Judgement judgement(names.callback(life.index));
     judgement.doubt(evidence("callback_init", model.callbacks[at(life.index)].starts.first_at,

@@ -1,5 +1,6 @@
 #include <cie/analysis/rule_pages.hpp>
 
+#include "../subjects.hpp"
 #include "completeness_rules.hpp"
 #include "execution_rules.hpp"
 #include "judgement.hpp"
@@ -103,9 +104,11 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
 // name their process when there are several; one that names none may be any process's.
 void doubt_shared_pids(const Rule& rule, const Model& model,
                        std::vector<SubjectVerdict>& subjects) {
-  for (const auto& process : model.processes) {
+  const Subjects names(model);
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto& process = model.processes[i];
     if (!process.shares_pid_since) continue;
-    const auto own = " (pid " + std::to_string(process.pid) + ")";
+    const auto own = names.suffix(ProcessIndex{static_cast<std::uint32_t>(i)});
     for (auto& subject : subjects) {
       const bool is_other =
           subject.subject.find(" (pid ") != std::string::npos && !subject.subject.ends_with(own);

@@ -50,7 +50,7 @@ class Programs:
 
     def values(self, words, option):
         """What the option may be set to, by --help or else by what a wrong value is answered with; empty: anything."""
-        if option.choices or not option.takes_value or words[0] != "cie" or words[1] in ("run", "record"):
+        if option.choices or not option.takes_value or words[0] != "cie" or words[1] in ("run", "record", "collect"):
             return option.choices
         if "--output" in option.names:
             return []
@@ -67,5 +67,5 @@ class Programs:
 
 
 # Programs that are not commands of cie, with the command that starts them.
-STARTED = {"cie-run": "run", "cie-record": "record"}
+STARTED = {"cie-run": "run", "cie-record": "record", "cie-collect": "collect"}
 OTHERS = ["cie-demo"]

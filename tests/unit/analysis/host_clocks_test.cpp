@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -197,6 +199,45 @@ TEST(HostClocks, ThatAreStepByStepCorrectedContradictEachOther) {
   const auto is_told = std::ranges::any_of(
       report.defects, [](const TraceDefect& defect) { return defect.kind == "clocks-drifted"; });
   EXPECT_TRUE(is_told);
+}
+
+TEST(HostClocks, OfTwoBootsAreNoReasonToDoubtEitherHost) {
+  const auto result = analyze(on_two_hosts(kThereAndBack));
+  const auto time_sane = std::ranges::find(result.verdicts.rules, "T6", &RuleVerdict::id);
+  EXPECT_EQ(time_sane->verdict, Verdict::pass);
+}
+
+TEST(HostClocks, TheRecordingLastsAsLongAsByOneClock) {
+  const auto alone = analyze(trace_of(kThereAndBack)).report.trace;
+  const auto trace = analyze(on_two_hosts(kThereAndBack)).report.trace;
+  // By the clock of the first host in order of their names, the desk's: 300 of its wall clock's
+  // error make what both saw so much shorter.
+  EXPECT_EQ((*trace.end - *trace.begin).ns, (*alone.end - *alone.begin).ns - 300);
+  EXPECT_EQ(trace.begin->ns, alone.begin->ns + kDesk.monotonic);
+}
+
+TEST(HostClocks, MachinesOfOneNameAreToldApartByTheirBoots) {
+  auto trace = on_two_hosts(kThereAndBack);
+  for (auto& event : trace.events) {
+    auto* begin = std::get_if<StreamBegin>(&event.body);
+    if (begin != nullptr && begin->host == "desk") begin->host = "robot";
+    // Process ids do not tell them apart.
+    if (event.head.stream == StreamIndex{2} && event.head.pid) event.head.pid = 100;
+    auto* run = std::get_if<RunBegin>(&event.body);
+    if (run != nullptr && run->host == "desk") run->pid = 100;
+  }
+  const auto result = analyze(trace);
+  EXPECT_EQ(result.report.trace.hosts,
+            (std::vector<std::string>{"robot (boot boot)", "robot (boot desk)"}));
+  EXPECT_EQ(result.report.processes.size(), 2U);
+  EXPECT_EQ(edge_to(result.report, "show").communication->min, 3 + 300);
+  for (const auto& rule : result.verdicts.rules) {
+    EXPECT_NE(rule.verdict, Verdict::inconclusive) << rule.id;
+    if (rule.id != "M2") continue;
+    EXPECT_EQ(rule.subjects.size(), 3U);
+    for (const auto& subject : rule.subjects)
+      EXPECT_NE(subject.subject.find(" (pid 100 on robot (boot "), std::string::npos);
+  }
 }
 
 TEST(HostClocks, SayNothingOfOneHost) {

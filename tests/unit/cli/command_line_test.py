@@ -491,7 +491,7 @@ class Terminal(Folder):
 
 
 class OtherPrograms(Folder):
-    """`cie run` and `cie record` start cie-run and cie-record."""
+    """`cie run`, `cie record` and `cie collect` start cie-run, cie-record and cie-collect."""
 
     def setUp(self):
         super().setUp()
@@ -505,7 +505,7 @@ class OtherPrograms(Folder):
         return cie(*arguments, program=self.program, env={**os.environ, "PATH": self.path("path") + ":/usr/bin:/bin"})
 
     def test_absent(self):
-        for name in ("run", "record"):
+        for name in ("run", "record", "collect"):
             result = self.start(name, "app.yaml")
             self.assertEqual((result.returncode, result.stdout), (4, b""))
             self.assertIn(f'"cie-{name}" is not installed'.encode(), result.stderr)

@@ -97,6 +97,29 @@ TEST(Streams, ClocksOfDifferentBootsAreComparedByTheirOffsets) {
   EXPECT_THAT(read(folder), ElementsAre("2 tick on 0", "54 tick on 7", "6 tick on 0"));
 }
 
+// A container with a clock of its own (a time namespace) tells the machine's boot.
+TEST(Streams, ClocksOfOneBootThatAreFarApartAreOfTheirHosts) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const auto ticks = [](std::int64_t offset, const std::string& host) {
+    TraceFolder folder;
+    const std::string boot = "uuid = \"11111111-2222-3333-4444-555555555555\"; offset = ";
+    const auto env = [](const std::string& name) {
+      return "env { hostname = \"" + name + "\"; };\n";
+    };
+    folder.write("a/metadata", metadata(1, boot + std::to_string(2 * kSecond) + ";") + env("a"));
+    folder.write("a/s", bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {6}}}));
+    folder.write("b/metadata", metadata(2, boot + std::to_string(offset) + ";") + env(host));
+    folder.write("b/s",
+                 bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{4}}, .cpu = 7, .uuid = 2}));
+    return read(folder);
+  };
+  const auto one_clock = ElementsAre("2 tick on 0", "4 tick on 7", "6 tick on 0");
+  EXPECT_THAT(ticks(2 * kSecond + kSecond - 1, "b"), one_clock) << "measured badly";
+  EXPECT_THAT(ticks(3 * kSecond, "b"), ElementsAre("2 tick on 0", "6 tick on 0", "4 tick on 7"));
+  EXPECT_THAT(ticks(kSecond, "b"), ElementsAre("4 tick on 7", "2 tick on 0", "6 tick on 0"));
+  EXPECT_THAT(ticks(kSecond, "a"), one_clock) << "its wall clock was set in between";
+}
+
 // "epoch + 100" by LTTng, "epoch + offset" by perf: which of 4 (perf's), 2 and 6 comes when?
 std::vector<std::string> read_beside_perf(const std::string& host, const std::string& description,
                                           std::int64_t offset) {

@@ -94,18 +94,43 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"--kernel-buffer", "1k", "--", "a"},
       {"--kernel-buffer", "2g", "--", "a"},
       {"--snapshot", "--", "a"},
-      {"--live", "tcp://x", "--", "a"},
       {"--rotate", "0.5", "--", "a"},
       {"--rotate", "--", "a"},
       {"--rotate", "60", "--keep", "0", "--", "a"},
       {"--rotate", "60", "--snapshot", "5", "--", "a"},
       {"--rotate", "60", "--kernel=yes", "--", "a"},
       {"--keep", "7", "--", "a"},
+      {"--to", "host:", "--", "a"},
+      {"--to", "host:65536", "--", "a"},
+      {"--to", "host:0", "--", "a"},
+      {"--to", "host:65535", "--", "a"},  // the port for data follows
+      {"--to", ":5342", "--", "a"},
+      {"--to", "[::1", "--", "a"},
+      {"--to", "[::1]5342", "--", "a"},
+      {"--to", "net://host/x", "--", "a"},
+      {"--to", "host", "--snapshot", "10", "--", "a"},
+      {"--to", "host", "--kernel=yes", "--", "a"},
+      {"--to", "host", "--rotate", "60", "--", "a"},
       {"--unknown", "--", "a"},
   };
   for (const auto& arguments : cases) {
     EXPECT_THROW(parse(arguments), UsageError) << ::testing::PrintToString(arguments);
   }
+}
+
+TEST(RecorderOptions, KnowsRelayDaemonsByNameAndPort) {
+  const auto relay = [](const std::string& text) {
+    return parse({"--to", text, "--", "a"}).relay.value();
+  };
+  EXPECT_EQ(relay("robot").text(), "robot:5342");
+  EXPECT_EQ(relay("robot:7000").url(), "tcp://robot:7000");
+  EXPECT_EQ(relay("net://10.0.0.1").text(), "10.0.0.1:5342");
+  EXPECT_EQ(relay("tcp://10.0.0.1:99").text(), "10.0.0.1:99");
+  EXPECT_EQ(relay("[fe80::1]:99").url(), "tcp6://[fe80::1]:99");
+  EXPECT_EQ(relay("::1").url(), "tcp6://[::1]:5342");
+  EXPECT_EQ(parse({"--live", "net://desk:7", "--", "a"}).relay.value().text(), "desk:7");
+  EXPECT_EQ(parse({"--to", "desk", "--", "a"}).kernel, KernelChoice::no);
+  EXPECT_FALSE(parse({"--", "a"}).relay);
 }
 
 TEST(RecorderOptions, ExplainsItself) {

@@ -1,0 +1,26 @@
+// When nothing was recorded of a machine whose applications went on: its connection was cut, it was
+// switched off, or its recorder began anew.
+#pragma once
+
+#include "facts.hpp"
+
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+// On the machine's own clock.
+struct HostGap {
+  HostIndex host{};
+  Timestamp from;
+  Timestamp to;
+};
+
+// Between two sessions that recorded the same process, and from the last packet of a machine that
+// did not say good-bye to the end of what other machines recorded. By machine, in order of time.
+std::vector<HostGap> host_gaps(const Model& model);
+
+// "nothing is known of robot from 3.250 s to 4.125 s after the begin of the recording: ..."
+std::string in_words(const HostGap& gap, const Model& model);
+
+}  // namespace cie::analysis

@@ -1,0 +1,80 @@
+// cie-collect: receives what `cie record --to` of several machines sends.
+#include "collection.hpp"
+#include "options.hpp"
+#include "version.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+namespace {
+
+constexpr int kUsage = 2;
+constexpr int kFailed = 4;
+
+int fail(int status, const std::string& text) {
+  std::fprintf(stderr, "cie collect: %s\n", text.c_str());
+  return status;
+}
+
+// "ADDRESS", "ADDRESS:PORT" or "PORT".
+cie::record::NetworkAddress listen_address(const std::string& text) {
+  const bool is_port =
+      !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+  const auto address = cie::record::parse_address("--listen", is_port ? "127.0.0.1:" + text : text,
+                                                  cie::record::kRelayPort);
+  if (address.port > UINT16_MAX - 2) {
+    throw cie::record::UsageError("--listen: three ports follow each other; there are none after " +
+                                  std::to_string(address.port));
+  }
+  return address;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Receives what cie record --to of several machines sends, until Ctrl-C, into one "
+      "directory.",
+      "cie collect"};
+  app.footer(
+      "It runs a relay daemon of LTTng, on three ports that follow each other: control, data, live "
+      "readers.\n"
+      "What arrives is neither encrypted nor authenticated: listen where only your machines "
+      "reach,\n"
+      "or tunnel two ports (ssh -L). DIR/HOST/SESSION-DATE holds what one machine sent; all of "
+      "them\n"
+      "together: cie report DIR. A directory that is there already is continued.\n"
+      "Exit status: 0 ended by a signal, 2 usage, 4 no relay daemon.");
+  std::string directory;
+  std::string listen = "127.0.0.1:" + std::to_string(cie::record::kRelayPort);
+  app.add_option("-o,--output", directory, "Directory for the recordings")
+      ->type_name("DIR")
+      ->required();
+  app.add_option("--listen", listen, "Where to listen; port 0: any (default: 127.0.0.1:5342)")
+      ->type_name("[ADDRESS:]PORT");
+  app.set_version_flag("--version", std::string("cie-collect ") + cie::kToolVersion);
+  try {
+    app.parse(argc, argv);
+    cie::record::CollectOptions options;
+    options.directory = std::filesystem::absolute(directory).lexically_normal();
+    options.listen = listen_address(listen);
+    cie::record::Collection(options).run();
+    return 0;
+  } catch (const CLI::CallForHelp&) {
+    std::fputs(app.help().c_str(), stdout);
+    return 0;
+  } catch (const CLI::CallForVersion&) {
+    std::printf("cie-collect %s\n", cie::kToolVersion);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return fail(kUsage, std::string(error.what()) + " (see cie collect --help)");
+  } catch (const cie::record::UsageError& error) {
+    return fail(kUsage, error.what());
+  } catch (const std::exception& error) {
+    return fail(kFailed, error.what());
+  }
+}
