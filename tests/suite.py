@@ -108,7 +108,12 @@ def run(tree, results, options):
     wrong_skips = sum(skipped.check(file) for file in (first, second) if file.exists())
     show(passed_late, "failed at first")
     show(failed, "FAILED")
-    brief.write_text(briefly(passed_late, "passed only when run again") + briefly(failed, "FAILED"), "utf-8")
+    text = briefly(passed_late, "passed only when run again") + briefly(failed, "FAILED")
+    if wrong_skips:
+        text += f"FAILED: {wrong_skips} skipped tests could have run here\n"
+    if not is_content and not failed:
+        text += "FAILED: ctest did not come to its end\n"
+    brief.write_text(text, "utf-8")
     print("\n" + brief.read_text("utf-8"), end="", flush=True)
     return 1 if failed or wrong_skips or not is_content else 0
 

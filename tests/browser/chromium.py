@@ -1,8 +1,10 @@
 """A real Chromium without a window, driven through the pipes of its DevTools protocol."""
 import base64
+import contextlib
 import json
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -30,7 +32,7 @@ class Chromium:
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic",
                    "--disable-dev-shm-usage", f"--user-data-dir={self.profile.name}", "about:blank"]
         self.process = subprocess.Popen(command, pass_fds=(to_browser, from_browser), stdin=subprocess.DEVNULL,
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
         os.close(to_browser)
         os.close(from_browser)
         os.set_blocking(self.read_end, False)
@@ -50,9 +52,21 @@ class Chromium:
 
     def __exit__(self, *_):
         self.process.terminate()
-        self.process.wait()
+        try:
+            self.process.wait(60)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.wait()
         os.close(self.write_end)
         os.close(self.read_end)
+        # Its own children may outlive it a little, and write into the profile.
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.process.pid, signal.SIGKILL)
+        for _ in range(50):
+            shutil.rmtree(self.profile.name, ignore_errors=True)
+            if not os.path.exists(self.profile.name):
+                break
+            time.sleep(0.1)
         self.profile.cleanup()
 
     def _message(self, deadline):

@@ -29,6 +29,7 @@ using std::chrono::steady_clock;
 
 constexpr milliseconds kIdle{10};
 constexpr milliseconds kBeforeReconnecting{1000};
+constexpr int kMostEarlyFailures = 20;
 // Looking at everything may take at most this part of the time.
 constexpr int kLookShare = 10;
 constexpr const char* kConnected = "connected";
@@ -66,7 +67,9 @@ class Watch {
         describe(analyzer_.finish(), SourceState::ended);
         return true;
       } catch (const analysis::UnreadableTrace& error) {
-        if (!has_connected_ || !options_.is_reconnecting) throw;
+        if (!has_connected_) throw;
+        if (may_try_at_once()) continue;
+        if (!options_.is_reconnecting) throw;
         message_ = error.what();
       }
       if (!describe(analyzer_.look(), SourceState::lost)) return false;
@@ -75,6 +78,17 @@ class Watch {
   }
 
  private:
+  // While a session's first packets come, the relay daemon may fail to find the metadata that it
+  // has just been sent. Nothing has been read then, so nothing is lost.
+  bool may_try_at_once() {
+    if (early_failures_ == kMostEarlyFailures || analyzer_.look().report.trace.events > 0) {
+      return false;
+    }
+    ++early_failures_;
+    std::this_thread::sleep_for(kIdle);
+    return true;
+  }
+
   // Until the session ends; false: nobody listens any more.
   bool follow(LiveReader& reader) {
     for (;;) {
@@ -106,6 +120,7 @@ class Watch {
   analysis::Analyzer analyzer_;
   analysis::LiveNumbers numbers_;
   bool has_connected_ = false;
+  int early_failures_ = 0;
   std::string message_;
   steady_clock::time_point next_ = steady_clock::now() + options_.interval;
 };

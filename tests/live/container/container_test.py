@@ -22,10 +22,12 @@ EXECUTORS = ("isolated", "single", "multi", "events", "isolated-waitset", "singl
 TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 
 
-def every_callback_ran(trace):
+def every_callback_ran(trace, processes=1):
     done = subprocess.run([harness.options.programs / "cie", "report", trace, "--format", "json"], capture_output=True,
                           text=True, timeout=200, check=True)
-    return all(callback["instances"] > 0 for callback in json.loads(done.stdout)["callbacks"])
+    callbacks = json.loads(done.stdout)["callbacks"]
+    return (len({callback["pid"] for callback in callbacks}) == processes
+            and all(callback["instances"] > 0 for callback in callbacks))
 
 
 class Example(unittest.TestCase):
@@ -313,7 +315,7 @@ class Mapping(unittest.TestCase):
             done = self.cie("record", "-o", trace, "--", "sh", "-c", f"{once}; {once}")
             self.assertEqual(done.returncode, 0, done.stderr)
             return trace
-        trace = with_time_enough(record, every_callback_ran, (1, 5, 25))
+        trace = with_time_enough(record, lambda trace: every_callback_ran(trace, processes=2), (1, 5, 25))
         rules, callbacks = self.judge(trace)
         self.assert_mapping_passes(rules)
         self.assertEqual(rules["M5"]["verdict"], "PASS")

@@ -23,7 +23,7 @@ class Suite(unittest.TestCase):
                       f"set_tests_properties([=[{name}]=] PROPERTIES TIMEOUT 20 ENVIRONMENT FLAG={self.tree}/flag-{number})"]
         (self.tree / "CTestTestfile.cmake").write_text("\n".join(lines), "utf-8")
         done = subprocess.run([sys.executable, SUITE, self.tree, self.tree / "tests", *options],
-                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=50, check=False)
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200, check=False)
         return done.returncode, done.stdout, (self.tree / "tests.txt").read_text("utf-8")
 
     def runs(self, name):
@@ -70,8 +70,10 @@ class Suite(unittest.TestCase):
         self.assertEqual((code, brief), (0, ""), out)
 
     def test_no_tests_and_skips_without_a_reason_fail(self):
-        self.assertEqual(self.run_suite({"unit.a": "true"}, "-R", "nothing")[0], 1)
-        self.assertEqual(self.run_suite({"unit.b": "echo 'test_a (m.C.test_a) ... skipped \"no program\"'"})[0], 1)
+        code, _, brief = self.run_suite({"unit.a": "true"}, "-R", "nothing")
+        self.assertEqual((code, brief), (1, "FAILED: ctest did not come to its end\n"))
+        code, _, brief = self.run_suite({"unit.b": "echo 'test_a (m.C.test_a) ... skipped \"no program\"'"})
+        self.assertEqual((code, brief), (1, "FAILED: 1 skipped tests could have run here\n"))
         self.assertEqual(self.run_suite({"unit.c": "echo 'test_a (m.C.test_a) ... skipped \"not possible here: no PMU\"'"})[0], 0)
 
 
