@@ -111,7 +111,9 @@ class ExternalSorter {
     if (records_.empty()) return;
     spilled_.clear();
     std::swap(records_, spilled_);
-    spill_ = std::async(std::launch::async, [this] { write_run(spilled_); });
+    // Where there can be no thread, end_spill() does the work.
+    spill_ =
+        std::async(std::launch::async | std::launch::deferred, [this] { write_run(spilled_); });
   }
   // Waits for it.
   void end_spill() {

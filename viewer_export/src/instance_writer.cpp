@@ -22,23 +22,22 @@ namespace {
 using analysis::Instance;
 using analysis::ReleaseSource;
 
-// What of an instance may be unknown, by place in Row::numbers.
-enum Number : std::size_t {
-  kRelease,
-  kWakeup,
-  kEnd,
-  kCpuStart,
-  kCpuEnd,
-  kExecution,
-  kPreempted,
-  kBlocked,
-  kWaking,
-  kWakeDelay,
-  kNumbers
-};
-
 // An instance as it is sorted and spilled: small.
 struct Row {
+  // What may be unknown.
+  enum Number : std::uint8_t {
+    release,
+    wakeup,
+    end,
+    cpu_start,
+    cpu_end,
+    execution,
+    preempted,
+    blocked,
+    waking,
+    wake_delay
+  };
+
   std::int64_t start = 0;
   std::int64_t tid = 0;
   std::int64_t pid = 0;
@@ -48,7 +47,7 @@ struct Row {
   std::uint32_t process = 0;  // in order of first use; 0 where the order does not ask for it
   ReleaseSource release_source{};
   bool is_counted = false;
-  OptionalNumbers<Number, kNumbers> numbers{};
+  OptionalNumbers<Number, wake_delay + 1> numbers{};
 
   Cell cell(Number number) const {
     return numbers.is_known(number) ? Cell(numbers.value(number)) : Cell();
@@ -77,16 +76,16 @@ Row row_of(const Instance& i, std::uint32_t name, std::uint32_t process) {
           .is_counted = i.state == analysis::InstanceState::complete};
   // Without any sign of a release the start itself is the bound.
   const bool is_start = i.release_source == ReleaseSource::start;
-  row.numbers.keep(kRelease, !i.release && is_start ? std::optional(i.start) : i.release);
-  row.numbers.keep(kWakeup, i.wakeup);
-  row.numbers.keep(kEnd, i.end);
-  row.numbers.keep(kCpuStart, i.cpu_start);
-  row.numbers.keep(kCpuEnd, i.cpu_end);
-  row.numbers.keep(kExecution, i.execution);
-  row.numbers.keep(kPreempted, i.preempted);
-  row.numbers.keep(kBlocked, i.blocked);
-  row.numbers.keep(kWaking, i.waking);
-  row.numbers.keep(kWakeDelay, i.wake_delay);
+  row.numbers.keep(Row::release, !i.release && is_start ? std::optional(i.start) : i.release);
+  row.numbers.keep(Row::wakeup, i.wakeup);
+  row.numbers.keep(Row::end, i.end);
+  row.numbers.keep(Row::cpu_start, i.cpu_start);
+  row.numbers.keep(Row::cpu_end, i.cpu_end);
+  row.numbers.keep(Row::execution, i.execution);
+  row.numbers.keep(Row::preempted, i.preempted);
+  row.numbers.keep(Row::blocked, i.blocked);
+  row.numbers.keep(Row::waking, i.waking);
+  row.numbers.keep(Row::wake_delay, i.wake_delay);
   return row;
 }
 
@@ -114,18 +113,18 @@ std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logi
           row.pid,
           row.tid,
           row.seq,
-          row.cell(kRelease),
-          row.cell(kWakeup),
+          row.cell(Row::release),
+          row.cell(Row::wakeup),
           row.start,
-          row.cell(kEnd),
-          row.cell(kCpuStart),
-          row.cell(kCpuEnd),
-          row.cell(kExecution),
-          row.cell(kPreempted),
-          row.cell(kBlocked),
+          row.cell(Row::end),
+          row.cell(Row::cpu_start),
+          row.cell(Row::cpu_end),
+          row.cell(Row::execution),
+          row.cell(Row::preempted),
+          row.cell(Row::blocked),
           analysis::label(row.release_source),
-          row.cell(kWaking),
-          row.cell(kWakeDelay),
+          row.cell(Row::waking),
+          row.cell(Row::wake_delay),
           std::int64_t{row.missed}};
 }
 

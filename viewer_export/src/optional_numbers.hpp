@@ -19,10 +19,11 @@ class OptionalNumbers {
   void keep(Number number, const std::optional<T>& value) {
     if (!value) return;
     known_ |= 1U << static_cast<unsigned>(number);
-    if constexpr (std::is_integral_v<T>)
+    if constexpr (std::is_integral_v<T>) {
       numbers_[number] = *value;
-    else
+    } else {
       numbers_[number] = value->ns;
+    }
   }
   bool is_known(Number number) const noexcept {
     return (known_ >> static_cast<unsigned>(number) & 1U) != 0;
@@ -33,10 +34,11 @@ class OptionalNumbers {
   template <typename T>
   std::optional<T> get(Number number) const {
     if (!is_known(number)) return std::nullopt;
-    if constexpr (std::is_integral_v<T>)
+    if constexpr (std::is_integral_v<T>) {
       return static_cast<T>(numbers_[number]);
-    else
+    } else {
       return T{numbers_[number]};
+    }
   }
 
  private:

@@ -45,25 +45,6 @@ TEST_F(OutputFileTest, AppearsAtCommitAndNotBefore) {
   EXPECT_EQ(files(), 1U) << "no temporary file is left";
 }
 
-TEST_F(OutputFileTest, HoldsAllOfAFileThatIsNotKeptInTheCache) {
-  const auto target = directory_ / "file";
-  constexpr std::size_t kMany = 100;  // MiB: the beginning is on the disk when the end is written
-  const auto piece = [](std::size_t i) {
-    return std::string(std::size_t{1} << 20U, static_cast<char>(i));
-  };
-  OutputFile file(target);
-  for (std::size_t i = 0; i < kMany; ++i)
-    file.stream() << piece(i);
-  file.commit();
-  std::ifstream written(target, std::ios::binary);
-  std::string read(piece(0).size(), '\0');
-  for (std::size_t i = 0; i < kMany; ++i) {
-    ASSERT_TRUE(written.read(read.data(), static_cast<std::streamsize>(read.size())));
-    ASSERT_TRUE(read == piece(i)) << "MiB " << i;
-  }
-  EXPECT_EQ(written.peek(), std::ifstream::traits_type::eof());
-}
-
 TEST_F(OutputFileTest, WithoutCommitTheOldFileStaysAndNothingIsLeft) {
   const auto target = directory_ / "report.json";
   create(target, "old");
