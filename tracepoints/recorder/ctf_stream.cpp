@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include <fcntl.h>
 #include <sys/random.h>
@@ -206,6 +207,12 @@ void CtfStream::finish(std::uint64_t end, std::uint64_t total_lost) {
   lost_ = std::max(lost_, total_lost);
   end_ = std::max(end_, end);
   write_packet();
+}
+
+void CtfStream::go_on_in(std::filesystem::path file) {
+  path_ = std::move(file);
+  file_ = FileDescriptor();
+  size_ = 0;
 }
 
 void CtfStream::write_packet() {

@@ -150,7 +150,7 @@ void FlightRecorder::start_reading() {
   if (kernel_) kernel_->start_reading();
 }
 
-std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
+void FlightRecorder::look_for_misses() {
   if (const auto miss = deadlines_.poll()) {
     if (!due_ && may_save_unasked()) {
       due_ = Due{.time = Clock::now() + kAftermath, .reason = in_words(*miss)};
@@ -158,6 +158,19 @@ std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
       ++left_out_;
     }
   }
+}
+
+std::optional<SavedSnapshot> FlightRecorder::finish(const Manifest& about) {
+  look_for_misses();
+  if (!due_) {
+    return std::nullopt;
+  }
+  const Due due = *std::exchange(due_, std::nullopt);
+  return save_unasked(due.reason, about);
+}
+
+std::optional<SavedSnapshot> FlightRecorder::poll(const Manifest& about) {
+  look_for_misses();
   if (!due_ || Clock::now() < due_->time) {
     return std::nullopt;
   }

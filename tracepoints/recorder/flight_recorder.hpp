@@ -49,6 +49,8 @@ class FlightRecorder {
   // Saves if a deadline was missed, a moment later, so that what follows it is there too. `about`
   // is what the snapshot's manifest says besides. Throws RecordError.
   std::optional<SavedSnapshot> poll(const Manifest& about);
+  // Once, at the end: saves if a deadline was missed shortly before.
+  std::optional<SavedSnapshot> finish(const Manifest& about);
   // Because it was asked for (ask_to_save(), SIGUSR1), whatever the limits are.
   SavedSnapshot save_on_command(const Manifest& about);
   // Unasked, unless the limits forbid it.
@@ -66,6 +68,7 @@ class FlightRecorder {
   };
 
   bool may_save_unasked() const;
+  void look_for_misses();
   SavedSnapshot save(const std::string& reason, const Manifest& about);
 
   SnapshotOptions options_;

@@ -42,9 +42,15 @@ class KernelRecording {
   // Takes over the clock of the user-space trace below `recording` once its metadata is there.
   void adopt_clock(const std::filesystem::path& recording);
 
+  // Completes the files, and goes on in `directory`, which is created for that. Throws as finish()
+  // does.
+  void go_on_in(std::filesystem::path directory);
+
   // Stops, empties the buffers, completes the files. Throws RecordError if anything could not be
   // written.
   KernelSummary finish();
+  // What there is so far, in all directories.
+  KernelSummary summary() const;
 
  private:
   // One CPU's part of the trace.
@@ -55,12 +61,16 @@ class KernelRecording {
     void on_loss(std::uint64_t time, std::uint64_t total) override;
     void on_drained() override { stream_.flush(); }
     CtfStream& stream() noexcept { return stream_; }
+    const CtfStream& stream() const noexcept { return stream_; }
     std::uint64_t untold_switches() const noexcept { return check_.untold(); }
 
    private:
     CtfStream stream_;
     SwitchCheck check_;
   };
+
+  // `end`: until when all was read; 0: only until the last event is that certain.
+  void complete_files(std::uint64_t end);
 
   std::filesystem::path directory_;
   std::unique_ptr<KernelSource> source_;

@@ -65,8 +65,9 @@ KernelSummary KernelSnapshots::save(const fs::path& snapshot) {
   const TraceUuid uuid = random_uuid();
   write_kernel_metadata(directory, uuid, clock);
   KernelSummary summary{.route = std::string(source_->name())};
+  const std::uint64_t end =
+      monotonic_ns();  // what comes later may still be in the kernel's buffers
   reader_->drain([&] {
-    const std::uint64_t end = monotonic_ns();
     for (std::size_t i = 0; i < rings_.size(); ++i) {
       const std::uint32_t cpu = source_->cpus()[i];
       CtfStream stream(directory / ("sched_" + std::to_string(cpu)), uuid, cpu, rings_[i].begin());

@@ -160,10 +160,9 @@ struct RotateArguments {
     if (to.snapshot) {
       throw UsageError("--rotate divides what is written, --snapshot writes nothing: choose one");
     }
-    if (to.kernel == KernelChoice::yes) {
-      throw UsageError("--rotate records no kernel events: leave --kernel out");
+    if (to.kernel == KernelChoice::automatic) {
+      to.kernel = KernelChoice::no;  // as with --snapshot
     }
-    to.kernel = KernelChoice::no;
     to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
   }
 };

@@ -101,7 +101,7 @@ Recording::Recording(Options options) {
     manifest_.begin = now();
     session_->start();
     if (manifest_.options.rotate) {
-      rotation_ = std::make_unique<Rotation>(manifest_.options, session_);
+      rotation_ = std::make_unique<Rotation>(manifest_.options, session_, kernel_.get());
     }
   } catch (...) {
     abandon();
@@ -119,7 +119,7 @@ void Recording::start_kernel() {
   }
   try {
     kernel_ = std::make_unique<KernelRecording>(
-        options.directory / "kernel",
+        options.rotate ? kernel_part_directory(options.directory, 1) : options.directory / "kernel",
         open_kernel_source(options.kernel_route, options.kernel_buffer_size),
         options.flush_interval);
   } catch (const RecordError& error) {
@@ -208,16 +208,7 @@ void Recording::run_command() {
     show_progress();
   }
   manifest_.exit = command.poll();
-  if (flight_ && manifest_.exit->code != 0) {
-    try {
-      if (const auto saved =
-              flight_->save_unasked("the command " + describe(*manifest_.exit), manifest_)) {
-        tell(*saved);
-      }
-    } catch (const std::exception& error) {
-      problem(error.what());
-    }
-  }
+  end_flight();
 }
 
 void Recording::start_reading() {
@@ -237,7 +228,7 @@ void Recording::wait_attached() {
         duration ? std::chrono::ceil<milliseconds>(*duration - (Clock::now() - began_)) : kTick;
     const auto signal = signals_.wait(std::min(kTick, left));
     if (signal && is_interrupt(signal->number)) {
-      return;
+      break;
     }
     serve_flight_recorder(signal && signal->number == SIGUSR1);
     serve_rotation();
@@ -245,6 +236,7 @@ void Recording::wait_attached() {
     watch_health();
     show_progress();
   }
+  end_flight();
 }
 
 // Asks until somebody has registered; each question costs every application some time.

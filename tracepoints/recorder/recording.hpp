@@ -44,6 +44,7 @@ class Recording {
   void state_snapshot_cost() const;
   void start_flight_recorder();
   void serve_flight_recorder(bool is_asked);
+  void end_flight();
   void serve_rotation();
   void tell(const SavedSnapshot& snapshot);
   void create_directory();

@@ -54,6 +54,24 @@ void Recording::serve_flight_recorder(bool is_asked) {
   }
 }
 
+// What a failing command did last, and a deadline that was missed last, are worth a snapshot.
+void Recording::end_flight() {
+  if (!flight_ || is_daemon_lost_) {
+    return;
+  }
+  const bool is_failure = manifest_.exit && manifest_.exit->code != 0;
+  try {
+    const auto saved =
+        is_failure ? flight_->save_unasked("the command " + describe(*manifest_.exit), manifest_)
+                   : flight_->finish(manifest_);
+    if (saved) {
+      tell(*saved);
+    }
+  } catch (const std::exception& error) {
+    problem(error.what());
+  }
+}
+
 void Recording::serve_rotation() {
   if (!rotation_ || is_daemon_lost_) {
     return;

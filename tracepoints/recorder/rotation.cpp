@@ -21,10 +21,12 @@ constexpr std::string_view kPrefix = "chunk-";
 constexpr const char* kArchives = "archives";
 constexpr const char* kOnlyDomain = "ust";
 
-fs::path numbered(const fs::path& directory, std::uint64_t number) {
+constexpr std::string_view kKernelPrefix = "kernel-";
+
+fs::path numbered(const fs::path& directory, std::string_view prefix, std::uint64_t number) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "%06llu", static_cast<unsigned long long>(number));
-  return directory / (std::string(kPrefix) + digits);
+  return directory / (std::string(prefix) + digits);
 }
 
 // LTTng ends their names with "-" and their number.
@@ -58,9 +60,11 @@ std::vector<fs::path> unsealed_in(const fs::path& directory) {
     fs::rename(directory / kOnlyDomain, directory / "first-0" / kOnlyDomain);
   }
   std::vector<fs::path> chunks = directories_in(directory / kArchives);
-  std::ranges::copy_if(
-      directories_in(directory), std::back_inserter(chunks),
-      [](const fs::path& path) { return path.filename() != kArchives && !is_sealed(path); });
+  std::ranges::copy_if(directories_in(directory), std::back_inserter(chunks),
+                       [](const fs::path& path) {
+                         return path.filename() != kArchives && !is_sealed(path) &&
+                                !path.filename().string().starts_with(kKernelPrefix);
+                       });
   return chunks;
 }
 
@@ -78,12 +82,18 @@ std::vector<fs::path> chunks_in(const fs::path& directory) {
   return chunks;
 }
 
-Rotation::Rotation(const Options& options, std::shared_ptr<TracingSession> session)
+fs::path kernel_part_directory(const fs::path& recording, std::uint64_t number) {
+  return numbered(recording, kKernelPrefix, number);
+}
+
+Rotation::Rotation(const Options& options, std::shared_ptr<TracingSession> session,
+                   KernelRecording* kernel)
     : options_(options.rotate.value()),
       directory_(options.directory),
       session_(std::move(session)),
       next_(Clock::now() + options_.interval),
-      chunk_begin_(now()) {}
+      chunk_begin_(now()),
+      kernel_(kernel) {}
 
 void Rotation::poll(const Manifest& about) {
   if (sealing_.valid()) {
@@ -102,7 +112,8 @@ void Rotation::poll(const Manifest& about) {
     manifest.begin = std::exchange(chunk_begin_, chunk_end_);
     manifest.end = chunk_end_;
     manifest.chunk = sealed_ + 1;
-    sealing_ = std::async(std::launch::async, &Rotation::seal, this, *chunk, std::move(manifest));
+    sealing_ = std::async(std::launch::async, &Rotation::seal, this, *chunk,
+                          std::exchange(kernel_part_, std::nullopt), std::move(manifest));
   } else if (Clock::now() >= next_) {
     begin_chunk();
   }
@@ -112,7 +123,21 @@ void Rotation::begin_chunk() {
   next_ = std::max(next_ + options_.interval, Clock::now());
   chunk_end_ = now();
   pending_.emplace(session_->begin_chunk());
+  if (kernel_ != nullptr) {
+    kernel_->go_on_in(kernel_part_directory(directory_, kernel_parts_ + 1));
+    kernel_part_ = end_kernel_part(kernel_->summary());
+  }
   session_->describe_again();  // so that the new chunk can be read without those before it
+}
+
+Rotation::KernelPart Rotation::end_kernel_part(const KernelSummary& total) {
+  KernelPart part{.directory = kernel_part_directory(directory_, kernel_parts_++),
+                  .summary = total};
+  part.summary.events -= kernel_before_.events;
+  part.summary.lost_events -= kernel_before_.lost_events;
+  part.summary.untold_switches -= kernel_before_.untold_switches;
+  kernel_before_ = total;
+  return part;
 }
 
 std::vector<std::string> Rotation::finish(const Manifest& about) {
@@ -134,11 +159,16 @@ std::vector<std::string> Rotation::finish(const Manifest& about) {
     manifest.begin = chunk_begin_;
     manifest.losses.clear();
     manifest.problems.clear();
+    std::optional<KernelPart> kernel = std::exchange(kernel_part_, std::nullopt);
+    if (!kernel && chunk == chunks.back() && about.kernel) {
+      kernel = end_kernel_part(*about.kernel);
+    }
     if (has_two && chunk != chunks.back()) {
       manifest.end = chunk_begin_ = chunk_end_;
     }
     manifest.chunk = sealed_ + 1;
-    sealing_ = std::async(std::launch::deferred, &Rotation::seal, this, chunk, std::move(manifest));
+    sealing_ = std::async(std::launch::deferred, &Rotation::seal, this, chunk, kernel,
+                          std::move(manifest));
     note();
   }
   std::error_code ignored;
@@ -157,15 +187,22 @@ void Rotation::note_sealed() {
   }
 }
 
-Rotation::Sealed Rotation::seal(const fs::path& chunk, Manifest manifest) {
+Rotation::Sealed Rotation::seal(const fs::path& chunk, const std::optional<KernelPart>& kernel,
+                                Manifest manifest) {
   manifest.options.directory = chunk;
   describe_streams(manifest);
+  manifest.kernel.reset();
   if (check_streams(chunk).empty()) {
     fs::remove_all(chunk);  // no application ran
+    if (kernel) fs::remove_all(kernel->directory);
     return {};
   }
+  if (kernel) {
+    fs::rename(kernel->directory, chunk / "kernel");
+    manifest.kernel = kernel->summary;
+  }
   write_manifest(manifest);
-  const fs::path sealed = numbered(directory_, *manifest.chunk);
+  const fs::path sealed = numbered(directory_, kPrefix, *manifest.chunk);
   fs::rename(chunk, sealed);
   Sealed result{.is_kept = true, .problem = {}};
   for (const std::string& problem : manifest.problems) {

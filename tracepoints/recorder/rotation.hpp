@@ -21,14 +21,17 @@ namespace cie::record {
 // One thread calls; hashing has a thread of its own.
 class Rotation {
  public:
-  // The session of these options, which have `rotate`.
-  Rotation(const Options& options, std::shared_ptr<TracingSession> session);
+  // The session of these options, which have `rotate`. `kernel` is borrowed until finish() and null
+  // where no kernel events are recorded; it began in kernel_part_directory(…, 1).
+  Rotation(const Options& options, std::shared_ptr<TracingSession> session,
+           KernelRecording* kernel);
 
   // Begins a chunk if one is due, and seals the one before when LTTng has written it out. Never
   // waits. `about` is what a chunk's manifest says besides. Throws what went wrong since the last
   // call; the next one may succeed.
   void poll(const Manifest& about);
-  // Once, when the session has ended: seals what is left. Returns what is wrong with it.
+  // Once, when the session and the kernel's recording have ended: seals what is left. Returns what
+  // is wrong with it.
   std::vector<std::string> finish(const Manifest& about);
 
   std::uint64_t sealed() const noexcept { return sealed_; }
@@ -42,12 +45,21 @@ class Rotation {
     std::uint64_t discarded_events = 0;
   };
 
+  // The kernel's part of a chunk, until that is sealed.
+  struct KernelPart {
+    std::filesystem::path directory;
+    KernelSummary summary;
+  };
+
   void begin_chunk();
+  // What was recorded since the part before, given all that was.
+  KernelPart end_kernel_part(const KernelSummary& total);
   struct Sealed {
     bool is_kept = false;  // there was something in it
     std::string problem;   // why it is not what it should be; empty: it is
   };
-  Sealed seal(const std::filesystem::path& chunk, Manifest manifest);
+  Sealed seal(const std::filesystem::path& chunk, const std::optional<KernelPart>& kernel,
+              Manifest manifest);
   void describe_streams(Manifest& manifest);
   void remove_old() noexcept;
   void note_sealed();
@@ -61,9 +73,17 @@ class Rotation {
   std::optional<PendingChunk> pending_;
   std::future<Sealed> sealing_;
   std::map<std::string, StreamEnd> streams_;  // by path within a chunk; of the thread that seals
+  KernelRecording* kernel_;
+  std::uint64_t kernel_parts_ = 1;         // the number of the one that is being written
+  KernelSummary kernel_before_;            // in the parts before it
+  std::optional<KernelPart> kernel_part_;  // of the chunk that is being written out
   std::uint64_t sealed_ = 0;
   std::uint64_t removed_ = 0;
 };
+
+// Where kernel events are until their chunk is sealed: the first part is number 1.
+std::filesystem::path kernel_part_directory(const std::filesystem::path& recording,
+                                            std::uint64_t number);
 
 // Directories of the chunks in a recording, oldest first.
 std::vector<std::filesystem::path> chunks_in(const std::filesystem::path& directory);

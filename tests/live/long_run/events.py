@@ -68,24 +68,38 @@ class Counts:
 
 class Snapshot:
     """Of what a flight recorder saved: whether everything is there from the moment on when no CPU's buffer was
-    overwritten any more, and how far it reaches."""
+    overwritten any more, until the first CPU's was taken (LTTng takes them one after the other), and how far it
+    reaches. `ragged`: numbers that are missing later."""
 
     def __init__(self, trace):
-        began = {}  # by CPU
+        began, ended = {}, {}  # by CPU
         seen = []
         for line in lines_of(trace):
             name = NAME.search(line)
             if not name or name[1] not in TOTALS:
                 continue
             time = line[1:line.index("]")]
-            began.setdefault(CPU.search(line)[1], time)
+            cpu = CPU.search(line)[1]
+            began.setdefault(cpu, time)
+            ended[cpu] = time
             seen.append((time, name[1], FIELDS[name[1]].search(line)[1], int(SEQ.search(line)[1])))
         self.events = len(seen)
+        # Seconds since the epoch have equally many digits.
         begin = max(began.values(), default="")
+        numbers = self.numbers_of(seen, begin, seen[-1][0] if seen else "")
+        within = self.numbers_of(seen, begin, min(ended.values(), default=""))
+        self.holes = self.holes_in(within)
+        self.ragged = self.holes_in(numbers) - self.holes
+        self.reached = {key: max(seqs) + 1 for key, seqs in numbers.items()}
+
+    @staticmethod
+    def numbers_of(seen, begin, end):
         numbers = {}
         for time, event, number, seq in seen:
-            # Seconds since the epoch have equally many digits.
-            if time >= begin:
+            if begin <= time <= end:
                 numbers.setdefault(f"{event} {number}", []).append(seq)
-        self.holes = sum(max(seqs) - min(seqs) + 1 - len(set(seqs)) for seqs in numbers.values())
-        self.reached = {key: max(seqs) + 1 for key, seqs in numbers.items()}
+        return numbers
+
+    @staticmethod
+    def holes_in(numbers):
+        return sum(max(seqs) - min(seqs) + 1 - len(set(seqs)) for seqs in numbers.values())

@@ -156,7 +156,8 @@ class LongRun:
             counts = Counts.of(chunk)
             self.recorded.add(counts)
             manifest = json.loads((chunk / "manifest.json").read_text())
-            self.log.add("chunk", name=chunk.name, events=counts.total(), size=usage_of(chunk),
+            self.log.add("chunk", name=chunk.name, events=counts.total(),
+                         starts=counts.by_kind["callback_start"], size=usage_of(chunk),
                          discarded=discarded_in(manifest), problems=manifest["problems"], verdicts=self.verdicts(chunk))
 
     def save(self):
@@ -168,7 +169,7 @@ class LongRun:
         directory = Path(done.stdout.strip())
         snapshot = Snapshot(directory)
         held = json.loads((directory / "manifest.json").read_text())["snapshot"]["held_ns"]
-        self.log.add("snapshot", name=directory.name, events=snapshot.events, held=held / 1e9, holes=snapshot.holes,
+        self.log.add("snapshot", name=directory.name, events=snapshot.events, held=held / 1e9, holes=snapshot.holes, ragged=snapshot.ragged,
                      size=usage_of(directory), verdicts=self.verdicts(directory))
         return snapshot
 

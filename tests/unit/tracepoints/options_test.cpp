@@ -76,6 +76,7 @@ TEST(RecorderOptions, DividesARecordingIntoChunks) {
   EXPECT_EQ(options.rotate.value().most, 7U);
   EXPECT_EQ(options.kernel, KernelChoice::no);
   EXPECT_EQ(parse({"--rotate", "60", "--attach"}).rotate.value().most, 0U);
+  EXPECT_EQ(parse({"--rotate", "60", "--kernel=yes", "--attach"}).kernel, KernelChoice::yes);
 }
 
 TEST(RecorderOptions, RefusesWhatMakesNoSense) {
@@ -98,7 +99,6 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"--rotate", "--", "a"},
       {"--rotate", "60", "--keep", "0", "--", "a"},
       {"--rotate", "60", "--snapshot", "5", "--", "a"},
-      {"--rotate", "60", "--kernel=yes", "--", "a"},
       {"--keep", "7", "--", "a"},
       {"--to", "host:", "--", "a"},
       {"--to", "host:65536", "--", "a"},
