@@ -68,6 +68,8 @@ class Fleet(unittest.TestCase):
 
     @classmethod
     def servers(cls, count):
+        if shutil.which("clickhouse-client") is None:
+            raise unittest.SkipTest("clickhouse-client is not installed")
         try:
             return engines.clickhouse_cluster(cls.folder / f"servers-{time.monotonic_ns()}", count)
         except engines.Unavailable as reason:
