@@ -220,6 +220,13 @@ class Fleet(unittest.TestCase):
     def load_again(self, shards, answers):
         said = self.loaded(self.exports[1], shards[1], "--cluster", "fleet")
         self.assertIn("is loaded already", said)
+        # Whether it is loaded cannot be told: then nothing is touched.
+        shards[0].tell("RENAME TABLE cie.contents TO cie.contents_elsewhere")
+        shards[0].tell("CREATE VIEW cie.contents AS SELECT 1 AS nothing")
+        failed = load(self.exports[1], shards[1], "--cluster", "fleet")
+        self.assertEqual(failed.returncode, 1, failed)
+        shards[0].tell("DROP TABLE cie.contents")
+        shards[0].tell("RENAME TABLE cie.contents_elsewhere TO cie.contents")
         for question, answer in answers.items():
             self.assertEqual(self.ask(shards[0], question), answer, "nothing is doubled")
 
