@@ -133,8 +133,9 @@ for server in "${servers[@]}"; do
   prepare "$server"
 done
 
-# By all servers: one that is not there is an error.
-if [ -n "$(counts "${servers[0]}" '' '' contents)" ]; then
+# By all servers: one that is not there is an error, and ends the script.
+known=$(counts "${servers[0]}" '' '' contents)
+if [ -n "$known" ]; then
   printf 'recording %s is loaded already\n' "$recording"
 else
   for server in "${servers[@]}"; do
@@ -146,6 +147,7 @@ else
 fi
 # From now on it is expected to be there, whichever server is asked. So few rows are inserted all or none.
 for server in "${servers[@]}"; do
-  [ -z "$(counts "$server" '' _shard contents)" ] || continue
+  known=$(counts "$server" '' _shard contents)
+  [ -z "$known" ] || continue
   ask "$server" "INSERT INTO contents_shard FORMAT RowBinary" <data/contents.rowbinary
 done

@@ -68,6 +68,8 @@ class Fleet(unittest.TestCase):
 
     @classmethod
     def servers(cls, count):
+        if shutil.which("clickhouse-client") is None:
+            raise unittest.SkipTest("clickhouse-client is not installed")
         try:
             return engines.clickhouse_cluster(cls.folder / f"servers-{time.monotonic_ns()}", count)
         except engines.Unavailable as reason:
@@ -114,8 +116,25 @@ class Fleet(unittest.TestCase):
                 wanted = nearest_rank(values, per_mille)
                 self.assertLessEqual(abs(found - wanted), 0.008 * wanted, (key, per_mille))
 
+        # Of the second version there is one recording, and a report has the very same numbers.
+        report = json.loads(cie("report", self.by_software["1.1"][0].trace, "--format", "json"))
+        told = {c["logical_id"]: c["response_time_ns"] for c in report["callbacks"] if c["response_time_ns"]}
+        self.assertEqual({key[1]: row for key, row in exact.items() if key[0] == "1.1"}, {
+            name: tuple(s[part] for part in ("count", "min", "p50", "p90", "p99", "p99_9", "max")) for name, s in told.items()})
+
     def check_regressions(self, answer):
-        """Every callback that the simulator slowed down, with the numbers of the truth."""
+        """Every callback that the simulator slowed down, with the numbers of the truth and those of `cie diff`."""
+        sides = []
+        for software, group in self.by_software.items():
+            sides.append(self.folder / f"version {software}")
+            for number, recording in enumerate(group):
+                shutil.copytree(recording.trace, sides[-1] / str(number))
+        told = json.loads(subprocess.run([CIE, "diff", *sides, "--format", "json"], stdin=subprocess.DEVNULL,
+                                         stdout=subprocess.PIPE, timeout=60, check=False).stdout)
+        worse = {(c["logical_id"], q["quantity"] + "_ns", round(1000 * q["quantile"])):
+                 (c["instances_before"], c["instances_after"], q["before_ns"]["estimate"], q["after_ns"]["estimate"])
+                 for c in told["callbacks"] for q in c["quantities"] if q["change"] == "worse"}
+        self.assertEqual({row[:3]: row[5:9] for row in answer}, worse)
         self.assertEqual({row[3:5] for row in answer}, {("1.0", "1.1")})
         found = {row[:3] for row in answer}
         for logical_id in self.recordings[0].durations:
@@ -201,6 +220,13 @@ class Fleet(unittest.TestCase):
     def load_again(self, shards, answers):
         said = self.loaded(self.exports[1], shards[1], "--cluster", "fleet")
         self.assertIn("is loaded already", said)
+        # Whether it is loaded cannot be told: then nothing is touched.
+        shards[0].tell("RENAME TABLE cie.contents TO cie.contents_elsewhere")
+        shards[0].tell("CREATE VIEW cie.contents AS SELECT 1 AS nothing")
+        failed = load(self.exports[1], shards[1], "--cluster", "fleet")
+        self.assertEqual(failed.returncode, 1, failed)
+        shards[0].tell("DROP TABLE cie.contents")
+        shards[0].tell("RENAME TABLE cie.contents_elsewhere TO cie.contents")
         for question, answer in answers.items():
             self.assertEqual(self.ask(shards[0], question), answer, "nothing is doubled")
 

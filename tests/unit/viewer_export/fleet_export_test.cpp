@@ -1,6 +1,11 @@
 #include <cie/viewer_export/fleet_export.hpp>
 
+#include "support/temporary_directory.hpp"
+
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -102,6 +107,97 @@ TEST(FleetExport, LongNamesFitAFileSystemAndStayApart) {
     for (std::size_t i = 0; i < escapes.size(); i += 3)
       EXPECT_EQ(escapes.substr(i, 3), "%20");
   }
+}
+
+std::string content_of(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  EXPECT_TRUE(in.is_open()) << file;
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// One callback that ran once, on a host and in a process with names that need care.
+class FleetFiles : public testing::Test {
+ protected:
+  FleetFiles() {
+    result_.report = report_of(kSecond);
+    result_.report.trace.hosts = {"a/b"};
+    auto& process = result_.report.processes.front();
+    process.host = "a/b";
+    process.name = "\xff";
+    analysis::CallbackReport callback;
+    callback.logical_id = "cb";
+    callback.pid = 7;
+    callback.host = "a/b";
+    callback.duration = analysis::Summary{.count = 1, .min = 5, .max = 5, .sum = 5, .mean = 5};
+    callback.duration->buckets = {{.value = 5, .count = 1}};
+    result_.report.callbacks.push_back(callback);
+    analysis::Instance instance;
+    instance.logical_id = "cb";
+    instance.pid = 7;
+    instance.tid = 8;
+    instance.seq = 3;
+    instance.start = analysis::Timestamp{1};
+    instance.end = analysis::Timestamp{6};
+    instances_.on_instance(instance);
+  }
+
+  void write(decltype(write_clickhouse)& write_files) {
+    write_files(directory_.path(), identify(result_.report, {label_of("software=2")}), result_,
+                instances_, [](const std::filesystem::path& file) { return OutputFile(file); });
+  }
+
+  std::string id() const { return identify(result_.report, {}).id; }
+
+  test::TemporaryDirectory directory_;
+  analysis::AnalysisResult result_;
+  InstanceWriter instances_{{}, 10, InstanceOrder::by_process};
+};
+
+TEST_F(FleetFiles, ClickHouseReadsRowsAsBytesInTheOrderOfTheSchema) {
+  write(write_clickhouse);
+  const std::string head = std::string("\0\0", 2) + "\x01" + "2" + "\x03" + "a/b";  // 1970-01-01
+  const std::string whole = head + std::string("\0", 1) + "\x20" + id();
+  const std::string of_process = head + "\x03\xef\xbf\xbd" + "\x20" + id();  // U+FFFD
+  const auto data = directory_.path() / "data";
+  EXPECT_EQ(content_of(data / "labels.rowbinary"), whole + "\x08" + "software" + "\x01" + "2");
+  const auto number = [](char low) { return low + std::string(7, '\0'); };
+  EXPECT_EQ(content_of(data / "histograms.rowbinary"), of_process + "\x02" + "cb" + number(7) +
+                                                           "\x0b" + "duration_ns" + number(5) +
+                                                           number(1) + number(5) + number(5));
+  const auto some = [&number](char low) { return std::string(1, '\0') + number(low); };
+  const std::string null = "\x01";
+  EXPECT_EQ(content_of(data / "instances.rowbinary"),
+            of_process + "\x02" + "cb" + number(7) + number(8) + number(3) + some(1) + null +
+                number(1) + some(6) + null + null + null + null + null + "\x05" + "start" + null +
+                null + number(0) + "\x01");
+}
+
+TEST_F(FleetFiles, TheLoaderKnowsWhatToLoad) {
+  write(write_clickhouse);
+  const auto script = content_of(directory_.path() / "load.sh");
+  EXPECT_NE(script.find("recording='" + id() + "'"), std::string::npos);
+  EXPECT_NE(script.find("day='1970-01-01'"), std::string::npos);
+  EXPECT_NE(script.find("\ninstances 1\nsummaries 1\nhistograms 1\ncallbacks 1\n"),
+            std::string::npos);
+  EXPECT_EQ(script.find("{{"), std::string::npos);
+  const auto mode = std::filesystem::status(directory_.path() / "load.sh").permissions();
+  EXPECT_NE(mode & std::filesystem::perms::owner_exec, std::filesystem::perms::none);
+}
+
+TEST_F(FleetFiles, PartitionsAreFilesOfTheirOwn) {
+  write(write_partitions);
+  const auto& root = directory_.path();
+  const auto place = std::filesystem::path("day=1970-01-01") / "host=a%2Fb" / "process=%FF";
+  for (const char* table : {"instances", "histograms", "summaries", "callbacks", "processes"}) {
+    const auto bytes = content_of(root / table / place / (id() + "-7.parquet"));
+    EXPECT_TRUE(bytes.starts_with("PAR1") && bytes.ends_with("PAR1")) << table;
+  }
+  const auto none = std::filesystem::path("process=__HIVE_DEFAULT_PARTITION__");
+  EXPECT_TRUE(std::filesystem::exists(root / "recordings/day=1970-01-01/host=a%2Fb" / none /
+                                      (id() + ".parquet")));
+  // A table without rows has its columns all the same.
+  EXPECT_TRUE(std::filesystem::exists(
+      root / "losses/day=1970-01-01/host=__HIVE_DEFAULT_PARTITION__" / none / (id() + ".parquet")));
 }
 
 }  // namespace
