@@ -218,6 +218,22 @@ VerdictChange change_of(const Json& json) {
           .note = json.at("note")};
 }
 
+Json json_of(const HostView& h) {
+  return {{"host", h.host},
+          {"session", h.session},
+          {"state", label(h.state)},
+          {"silent_ns", h.silent_ns},
+          {"message", h.message}};
+}
+
+HostView host_of(const Json& json) {
+  return {.host = json.at("host"),
+          .session = json.at("session"),
+          .state = state_of(json.at("state")),
+          .silent_ns = json.at("silent_ns"),
+          .message = json.at("message")};
+}
+
 Json json_of(const DefectView& d) {
   return {{"kind", d.kind}, {"severity", d.severity}, {"count", d.count}};
 }
@@ -229,6 +245,7 @@ std::string json_line(const Snapshot& s, bool with_recent) {
       {"schema", kSchema},
       {"sequence", s.sequence},
       {"source", {{"url", s.source}, {"state", label(s.state)}, {"message", s.message}}},
+      {"hosts", array_of(s.hosts, [](const HostView& h) { return json_of(h); })},
       {"time_ns", s.time_ns},
       {"realtime_ns", s.realtime_ns},
       {"window_ns", s.window_ns},
@@ -257,6 +274,7 @@ Snapshot parse_snapshot(std::string_view line) {
             .state = state_of(source.at("state")),
             .source = source.at("url"),
             .message = source.at("message"),
+            .hosts = list_of<HostView>(json.at("hosts"), host_of),
             .time_ns = json.at("time_ns"),
             .realtime_ns = json.at("realtime_ns"),
             .window_ns = json.at("window_ns"),
