@@ -404,7 +404,7 @@ void Analyzer::consume(const Event& event) {
       pipeline.hot(event, who);
     }
   }
-  pipeline.instances.advance(pipeline.now);
+  pipeline.instances.advance(event.head);
 }
 
 AnalysisResult Analyzer::look() {

@@ -88,11 +88,12 @@ std::vector<HostGap> host_gaps(const Model& model) {
         gaps.push_back({.host = host, .from = from, .to = to});
       }
     }
+    const auto began = spans.back().begin;
     const auto last = spans.back().end;
     const auto end = end_of_others(model, all, host);
     if (!end || *end - last < kSilence) continue;
     if (is_any_process(model, host, [&](const ProcessFacts& process) {
-          return !process.run_end && process.last_seen->time >= spans.back().begin;
+          return !process.run_end && process.last_seen->time >= began;
         })) {
       gaps.push_back({.host = host, .from = last, .to = *end});
     }

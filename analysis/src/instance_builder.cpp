@@ -1,5 +1,6 @@
 #include "instance_builder.hpp"
 
+#include "host_clocks.hpp"
 #include "prefetch.hpp"
 
 #include <algorithm>
@@ -287,7 +288,7 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
   // Without the way through the queue if nothing is to be waited for.
-  if (pending_.empty() && is_settled(*live, live->end->time)) {
+  if (pending_.empty() && is_settled(*live, live->end->time, live->host)) {
     measure(std::move(live));
   } else {
     pending_.push_back(std::move(live));
@@ -320,8 +321,11 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
   measure(std::move(live));
 }
 
-bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const {
-  if (now - live.end->time > kSettleTime) return true;
+bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const {
+  const auto shift = there == live.host
+                         ? Duration{}
+                         : clock_shift(model_.hosts[at(there)], model_.hosts[at(live.host)]);
+  if (now + shift - live.end->time > kSettleTime) return true;
   // Nothing of the kernel came yet: its first switch tells what ran until then.
   const bool is_kernel_silent =
       recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
@@ -331,9 +335,9 @@ bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now) const 
   return is_announced && timeline_.is_confirmed(live.host, live.end->time);
 }
 
-void InstanceBuilder::advance(Timestamp now) {
-  while (!pending_.empty() &&
-         (is_settled(*pending_.front(), now) || pending_.size() > kMaxPending)) {
+void InstanceBuilder::advance(const EventHead& head) {
+  while (!pending_.empty() && (is_settled(*pending_.front(), head.time, registry_.host_of(head)) ||
+                               pending_.size() > kMaxPending)) {
     measure(std::move(pending_.front()));
     pending_.pop_front();
   }

@@ -53,7 +53,7 @@ class InstanceBuilder {
   std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
   bool is_open(CallbackIndex callback, std::uint64_t seq);
   // Finalises instances that nothing later in the trace can change any more.
-  void advance(Timestamp now);
+  void advance(const EventHead& head);
   void finish();
 
   // On-CPU time of a thread inside its instances so far; empty where its record is broken.
@@ -87,7 +87,8 @@ class InstanceBuilder {
   void close(std::unique_ptr<LiveInstance> live);
   void abandon(std::unique_ptr<LiveInstance> live);
   void measure(std::unique_ptr<LiveInstance> live);
-  bool is_settled(const LiveInstance& live, Timestamp now) const;
+  // `now` of the clock of the host `there`.
+  bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
 
   Model& model_;
   Registry& registry_;

@@ -270,11 +270,15 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->check(CLI::PositiveNumber);
   snapshot.add_to(app);
   rotate.add_to(app);
-  app.add_option("--to,--live", relay,
-                 "Stream to the relay daemon there (cie collect) rather than write to this "
-                 "machine's disk; DIR gets the manifest only (default port: 5342, and the next "
-                 "one for data)")
-      ->type_name("HOST[:PORT]");
+  auto* to =
+      app.add_option("--to", relay,
+                     "Stream to the relay daemon there (cie collect) rather than write to this "
+                     "machine's disk; DIR gets the manifest only (default port: 5342, and the next "
+                     "one for data)")
+          ->type_name("HOST[:PORT]");
+  app.add_option("--live", relay, "The same as --to, by a URL: net://HOST[:PORT]")
+      ->type_name("URL")
+      ->excludes(to);
   // Of cie live, which starts this program: not for people.
   app.add_option("--live-socket", options.live_socket)->group("");
   app.add_option("--live-interval", live_interval_ms)->group("")->check(CLI::Range(1, 10'000));

@@ -96,7 +96,8 @@ class Recording {
   Clock::time_point began_ = Clock::now();
   Clock::time_point next_look_ = Clock::now();
   Clock::time_point next_check_ = Clock::now();
-  Clock::time_point next_attempt_ = Clock::now();  // to find the relay daemon again
+  Clock::time_point next_attempt_ = Clock::now();      // to find the relay daemon again
+  Clock::time_point next_description_ = Clock::now();  // of traced processes, by themselves
 };
 
 }  // namespace cie::record

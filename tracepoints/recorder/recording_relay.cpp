@@ -12,6 +12,8 @@ namespace cie::record {
 namespace {
 
 constexpr std::chrono::milliseconds kAttemptInterval{1000};
+// A live reader is sent what is written from now on: what it reads would have no names.
+constexpr std::chrono::seconds kDescriptionInterval{5};
 // The application's command is waited for, and signals are listened to, between attempts.
 constexpr std::chrono::milliseconds kAttemptPatience{500};
 
@@ -41,6 +43,13 @@ void Recording::watch_relay() {
   }
   if (session_ && !relay_->is_connected()) {
     lose_relay();
+  }
+  if (session_ && Clock::now() >= next_description_) {
+    next_description_ = Clock::now() + kDescriptionInterval;
+    try {
+      session_->describe_again();
+    } catch (const std::exception&) {  // a reader has to wait for the next one
+    }
   }
   if (!session_ && !is_daemon_lost_ && Clock::now() >= next_attempt_) {
     next_attempt_ = Clock::now() + kAttemptInterval;

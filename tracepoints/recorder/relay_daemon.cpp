@@ -87,13 +87,14 @@ std::optional<std::uint16_t> three_ports(const NetworkAddress& address) {
   return first.port;
 }
 
-// Peers that are gone without a word are noticed, so that what they sent is finished.
+// Peers that are gone without a word are noticed, after eleven seconds, a little later than a
+// recorder gives up: so what they sent is finished.
 const std::vector<std::pair<std::string, std::string>>& patience() {
   static const std::vector<std::pair<std::string, std::string>> variables{
       {"LTTNG_RELAYD_TCP_KEEP_ALIVE", "1"},
-      {"LTTNG_RELAYD_TCP_KEEP_ALIVE_IDLE_TIME", "5"},
-      {"LTTNG_RELAYD_TCP_KEEP_ALIVE_PROBE_INTERVAL", "5"},
-      {"LTTNG_RELAYD_TCP_KEEP_ALIVE_MAX_PROBE_COUNT", "3"}};
+      {"LTTNG_RELAYD_TCP_KEEP_ALIVE_IDLE_TIME", "3"},
+      {"LTTNG_RELAYD_TCP_KEEP_ALIVE_PROBE_INTERVAL", "2"},
+      {"LTTNG_RELAYD_TCP_KEEP_ALIVE_MAX_PROBE_COUNT", "4"}};
   return variables;
 }
 

@@ -41,8 +41,9 @@ constexpr milliseconds kSilence{3000};
 // How long a command may take to end, and its last events to come.
 constexpr std::chrono::seconds kEndPatience{60};
 
-// The session that `name` stands for: a URL of one, of a relay daemon with one, or a name there.
-std::string session_url(const std::string& name) {
+// What `name` stands for: the URL of a session, or of a relay daemon with all of its, or a
+// session's name at the one here.
+std::string url_of(const std::string& name) {
   const bool is_url = name.rfind("net://", 0) == 0 || name.rfind("net4://", 0) == 0;
   if (is_url && name.find("/host/") != std::string::npos) return name;
   const auto relay = is_url ? name : std::string("net://localhost");
@@ -50,13 +51,14 @@ std::string session_url(const std::string& name) {
   std::string known;
   std::vector<const analysis::LiveSession*> chosen;
   for (const auto& session : sessions) {
-    if (is_url || session.name == name) chosen.push_back(&session);
+    if (session.name == name) chosen.push_back(&session);
     known += (known.empty() ? "" : ", ") + session.url;
   }
-  if (chosen.size() == 1) return chosen.front()->url;
   if (sessions.empty()) {
     throw analysis::UnreadableTrace("the relay daemon at " + relay + " has no live session");
   }
+  if (is_url) return relay;
+  if (chosen.size() == 1) return chosen.front()->url;
   throw UsageError((chosen.empty() ? "there is no live session \"" + name + "\" at " + relay
                                    : "which session at " + relay + '?') +
                    "; there are: " + known);
@@ -103,7 +105,7 @@ class Live {
       feed_options_.url = companion_->wait_for_url();
       feed_options_.is_reconnecting = false;
     } else {
-      feed_options_.url = session_url(options.target);
+      feed_options_.url = url_of(options.target);
     }
     feed_options_.spec = spec;
     feed_options_.interval = options.interval;

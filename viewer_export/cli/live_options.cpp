@@ -16,13 +16,15 @@ constexpr const char* kDescription =
     "Watches a running system: callbacks by response time, deadline misses, missed releases,\n"
     "violated rules as they happen, lost events, CPU per thread. The numbers are those of\n"
     "cie report and cie verify, of the last 10 seconds and since the start.\n"
-    "A session is net://RELAY[:PORT]/host/HOST/SESSION, or a name at net://localhost.";
+    "A session is net://RELAY[:PORT]/host/HOST/SESSION, or a name at net://localhost;\n"
+    "net://RELAY[:PORT] is all of them there, of as many machines as stream to it.";
 
 constexpr const char* kFooter =
     "Examples:\n"
     "  cie live -- cie run app.yaml                   start it and watch it\n"
     "  cie live                                       watch what runs already on this machine\n"
     "  cie live net://robot:5344/host/robot/drive     a live session of LTTng\n"
+    "  cie live net://localhost:5344                  all machines that cie collect receives\n"
     "  cie live --batch -n 1 -- cie run app.yaml      one snapshot as text, for a log\n"
     "  cie live --json --spec app.yaml | jq .verdict  one object per line, for programs\n"
     "  cie live --listen 9464                         a web page, and /metrics for Prometheus\n"

@@ -4,7 +4,7 @@
 (() => {
   const byId = id => document.getElementById(id);
   const columns = [
-    { title: "callback", text: true, value: c => c.logical_id },
+    { title: "callback", text: true, value: c => (state.snapshot.hosts.length > 0 ? `${c.host} ${c.logical_id}` : c.logical_id) },
     { title: "pid", value: c => c.pid },
     { title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1) },
     { title: "p50", value: c => c.window.response_time_ns?.p50 ?? -1, show: duration },
@@ -26,6 +26,12 @@
       if (ns >= size) return `${(ns / size).toPrecision(4)} ${unit}`;
     }
     return `${ns} ns`;
+  }
+  // A machine of several that is not heard of as it should be.
+  function isInTrouble(host) { return ["silent", "lost"].includes(host.state) || host.message !== ""; }
+  function inWords(host) {
+    const since = host.state === "ended" ? "" : ` for ${duration(host.silent_ns)}`;
+    return `${host.host}: ${host.state}${since}${host.message ? `, ${host.message}` : ""}`;
   }
   function element(tag, text, attributes = {}) {
     const made = document.createElement(tag);
@@ -128,7 +134,7 @@
     const s = state.snapshot;
     if (!s) return;
     byId("source").textContent = `${s.source.url}, ${s.source.state}`;
-    byId("message").textContent = s.source.message;
+    byId("message").textContent = [s.source.message, ...s.hosts.filter(isInTrouble).map(inWords)].filter(Boolean).join("; ");
     const verdict = byId("verdict");
     verdict.textContent = s.verdict;
     verdict.className = `verdict ${{ PASS: "pass", FAIL: "fail" }[s.verdict] ?? "open"}`;

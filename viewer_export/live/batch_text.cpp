@@ -29,8 +29,9 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
                            const viewer_export::TextStyle& style) {
   const auto chosen = choose(snapshot, key, filter);
   if (chosen.empty()) return {};
+  const bool has_hosts = !snapshot.hosts.empty();
   TextTable table({{"callback", "", TextTable::Align::left},
-                   {"pid", "", {}},
+                   {has_hosts ? "host" : "pid", "", {}},
                    {"runs/s", "", {}},
                    {"p50", "", {}},
                    {"p99", "", {}},
@@ -40,16 +41,18 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
                    {"missed", "", {}}});
   const auto seconds = static_cast<double>(std::max(snapshot.window_ns, kSecond / 10)) / kSecond;
   for (const auto* c : chosen) {
-    table.add({{printable(c->logical_id), c->has_ended ? Look::faint : Look::plain},
-               {std::to_string(c->pid), Look::faint},
-               {fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), {}},
-               {duration_or_dash(c->response, &analysis::Summary::p50, c->is_exact), {}},
-               {duration_or_dash(c->response, &analysis::Summary::p99, c->is_exact), {}},
-               {duration_or_dash(c->response, &analysis::Summary::max, c->is_exact), {}},
-               {c->last_response_ns ? format_duration(*c->last_response_ns) : "-", {}},
-               {c->deadline_ns ? std::to_string(c->total_late) : "-",
-                c->total_late > 0 ? Look::bad : Look::plain},
-               {std::to_string(c->total_missed), c->total_missed > 0 ? Look::bad : Look::plain}});
+    table.add(
+        {{printable(c->logical_id), c->has_ended ? Look::faint : Look::plain},
+         {has_hosts ? fmt::format("{}:{}", printable(c->host), c->pid) : std::to_string(c->pid),
+          Look::faint},
+         {fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), {}},
+         {duration_or_dash(c->response, &analysis::Summary::p50, c->is_exact), {}},
+         {duration_or_dash(c->response, &analysis::Summary::p99, c->is_exact), {}},
+         {duration_or_dash(c->response, &analysis::Summary::max, c->is_exact), {}},
+         {c->last_response_ns ? format_duration(*c->last_response_ns) : "-", {}},
+         {c->deadline_ns ? std::to_string(c->total_late) : "-",
+          c->total_late > 0 ? Look::bad : Look::plain},
+         {std::to_string(c->total_missed), c->total_missed > 0 ? Look::bad : Look::plain}});
   }
   return table.render(style);
 }
@@ -105,10 +108,29 @@ std::vector<std::string> headline(const Snapshot& s) {
   return lines;
 }
 
+std::string name_of(const CallbackView& callback, const Snapshot& snapshot) {
+  return snapshot.hosts.empty() ? callback.logical_id : callback.host + ' ' + callback.logical_id;
+}
+
+std::vector<std::string> host_lines(const Snapshot& s) {
+  std::vector<std::string> lines;
+  for (const auto& host : s.hosts) {
+    auto line = fmt::format("{}: {}", printable(host.host), label(host.state));
+    if (host.state == SourceState::silent || host.state == SourceState::lost) {
+      line += " for " + format_duration(host.silent_ns);
+    }
+    if (!host.message.empty()) line += ", " + printable(host.message);
+    lines.push_back(line + "  (" + printable(host.session) + ')');
+  }
+  return lines;
+}
+
 std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view filter,
                        const viewer_export::TextStyle& style) {
   std::string text;
   for (const auto& line : headline(snapshot))
+    text += line + '\n';
+  for (const auto& line : host_lines(snapshot))
     text += line + '\n';
   text += callback_table(snapshot, key, filter, style);
   text += thread_table(snapshot, style);

@@ -17,6 +17,10 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
 
 // The first lines of every view: source, rate, losses. Without colours or line ends.
 std::vector<std::string> headline(const Snapshot& snapshot);
+// What a callback is called: with its machine in front, where several are followed.
+std::string name_of(const CallbackView& callback, const Snapshot& snapshot);
+// What became of each machine, where several are followed.
+std::vector<std::string> host_lines(const Snapshot& snapshot);
 
 // "20:15:07", of the local time zone.
 std::string clock_time(std::int64_t realtime_ns);

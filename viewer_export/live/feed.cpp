@@ -4,6 +4,7 @@
 #include <cie/analysis/live_reader.hpp>
 
 #include "monitor.hpp"
+#include "sessions.hpp"
 #include "snapshot_json.hpp"
 
 #include <array>
@@ -47,23 +48,21 @@ bool write_line(int output, std::string line) {
   return true;
 }
 
-// The analysis of one session, over as many connections as it takes.
+// The analysis of one session or of all there are, over as many connections as it takes.
 class Watch {
  public:
   Watch(const FeedOptions& options, int output)
       : options_(options),
         output_(output),
         monitor_(options.spec),
-        analyzer_({.spec = options.spec, .allow_crash = true, .is_live = true}, &monitor_) {}
+        analyzer_({.spec = options.spec, .allow_crash = true, .is_live = true}, &monitor_),
+        sessions_(options.url, analyzer_) {}
 
   // False: nobody listens any more.
   bool run() {
     for (;;) {
       try {
-        LiveReader reader(options_.url, analyzer_, numbers_);
-        message_.clear();
-        const bool is_heard = follow(reader);
-        if (!is_heard) return false;
+        if (!follow()) return false;
         describe(analyzer_.finish(), SourceState::ended);
         return true;
       } catch (const analysis::UnreadableTrace& error) {
@@ -89,11 +88,11 @@ class Watch {
     return true;
   }
 
-  // Until the session ends; false: nobody listens any more.
-  bool follow(LiveReader& reader) {
+  // Until what is followed ends; false: nobody listens any more.
+  bool follow() {
     for (;;) {
-      const auto step = reader.step();
-      numbers_ = reader.numbers();
+      const auto step = sessions_.step();
+      message_.clear();
       if (!std::exchange(has_connected_, true) && !write_line(output_, kConnected)) return false;
       const auto now = steady_clock::now();
       if (now >= next_) {
@@ -111,6 +110,7 @@ class Watch {
     if (state) snapshot.state = *state;
     snapshot.source = options_.url;
     snapshot.message = message_;
+    snapshot.hosts = sessions_.hosts(result.report);
     return write_line(output_, json_line(snapshot, true));
   }
 
@@ -118,7 +118,7 @@ class Watch {
   int output_;
   Monitor monitor_;
   analysis::Analyzer analyzer_;
-  analysis::LiveNumbers numbers_;
+  Sessions sessions_;
   bool has_connected_ = false;
   int early_failures_ = 0;
   std::string message_;

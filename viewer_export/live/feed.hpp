@@ -14,7 +14,7 @@ class SchedulingSpec;
 namespace cie::live {
 
 struct FeedOptions {
-  std::string url;                       // of the session
+  std::string url;                       // of a session, or of a relay daemon: all of its
   const SchedulingSpec* spec = nullptr;  // borrowed; may be null
   std::chrono::milliseconds interval{1000};
   bool is_reconnecting = true;  // when the connection is lost

@@ -127,6 +127,15 @@ void write_source(std::string& out, const Snapshot& s) {
   const bool is_up = s.state != SourceState::lost && s.state != SourceState::ended;
   describe(out, "cie_live_up", "gauge", "Whether the session is being followed.");
   sample(out, "cie_live_up", {}, is_up && s.sequence > 0 ? 1 : 0);
+  if (!s.hosts.empty()) {
+    describe(out, "cie_live_host_up", "gauge", "Whether events of the machine's session come.");
+  }
+  for (const auto& host : s.hosts) {
+    const bool is_streaming =
+        host.state == SourceState::streaming || host.state == SourceState::waiting;
+    sample(out, "cie_live_host_up", labels_of({{"host", host.host}, {"session", host.session}}),
+           is_streaming ? 1 : 0);
+  }
   describe(out, "cie_live_snapshots_total", "counter", "Snapshots that were taken.");
   sample(out, "cie_live_snapshots_total", {}, s.sequence);
   describe(out, "cie_live_events_total", "counter", "Events that were read.");

@@ -74,8 +74,10 @@ void Monitor::on_instance(const Instance& instance) {
   callback.is_exact = callback.is_exact && is_exact;
   callback.last_response_ns = response.ns;
   callback.last_end_ns = instance.end->ns;
-  latest_ = std::max(latest_, *instance.end);
-  if (!first_) first_ = instance.start;
+  heard_ = instance.host;
+  const auto [clock, is_first] = clocks_.try_emplace(instance.host);
+  if (is_first) clock->second.first = instance.start;
+  clock->second.latest = std::max(clock->second.latest, *instance.end);
   if (callback.recent.size() >= kMaxRecent) callback.recent.pop_front();
   RecentInstance recent{.seq = instance.seq,
                         .tid = instance.tid,
@@ -92,17 +94,18 @@ void Monitor::on_instance(const Instance& instance) {
 }
 
 // The trace's clock is ours, or that of another machine: it goes on while nothing comes.
-Timestamp Monitor::present(steady_clock::time_point now) {
-  if (!seen_ || seen_->first != latest_) seen_ = {latest_, now};
-  return latest_ + analysis::Duration{duration_cast<nanoseconds>(now - seen_->second).count()};
+Timestamp Monitor::HostClock::present(steady_clock::time_point now) {
+  if (!seen || seen->first != latest) seen = {latest, now};
+  return latest + analysis::Duration{duration_cast<nanoseconds>(now - seen->second).count()};
 }
 
-void Monitor::describe_callbacks(const analysis::Report& report, Timestamp now,
+void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::time_point time,
                                  Snapshot& snapshot) {
   std::map<std::pair<std::string, std::int64_t>, bool> ended;
   for (const auto& process : report.processes)
     ended[{process.host, process.pid}] = process.has_ended;
   for (const auto& known : report.callbacks) {
+    const auto now = clocks_[known.host_number].present(time);
     CallbackView view;
     view.has_ended = ended[{known.host, known.pid}];
     auto found = callbacks_.find(known.index);
@@ -164,7 +167,8 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
   const auto& report = result.report;
   Snapshot snapshot;
   snapshot.sequence = ++sequence_;
-  snapshot.time_ns = latest_.ns;
+  const auto latest = clocks_[heard_].latest;
+  snapshot.time_ns = latest.ns;
   snapshot.realtime_ns =
       duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count();
   snapshot.events = report.trace.events;
@@ -178,19 +182,23 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
                    : fresh == 0         ? SourceState::silent
                                         : SourceState::streaming;
   count_losses(report, snapshot);
-  const auto clock = present(now);
-  snapshot.window_ns = Rolling::covered(clock).ns;
-  if (first_) snapshot.window_ns = std::min(snapshot.window_ns, (clock - *first_).ns);
-  describe_callbacks(report, clock, snapshot);
-  describe_threads(report, now, snapshot);
-  const bool is_here = std::any_of(
-      report.processes.begin(), report.processes.end(),
-      [this](const analysis::ProcessReport& p) { return cpu_.is_local(p.host, p.pid); });
-  if (is_here && latest_.ns > 0) {
-    // CLOCK_MONOTONIC is std::chrono::steady_clock on Linux.
-    snapshot.delay_ns = duration_cast<nanoseconds>(now.time_since_epoch()).count() - latest_.ns;
+  for (auto& [host, clock] : clocks_) {
+    const auto present = clock.present(now);
+    auto window_ns = Rolling::covered(present).ns;
+    if (clock.first.ns != 0) window_ns = std::min(window_ns, (present - clock.first).ns);
+    snapshot.window_ns = std::max(snapshot.window_ns, window_ns);
   }
-  auto noted = verdicts_.note(result.verdicts, latest_);
+  describe_callbacks(report, now, snapshot);
+  describe_threads(report, now, snapshot);
+  const bool is_here = std::any_of(report.processes.begin(), report.processes.end(),
+                                   [this](const analysis::ProcessReport& p) {
+                                     return p.host_number == heard_ && cpu_.is_local(p.host, p.pid);
+                                   });
+  if (is_here && latest.ns > 0) {
+    // CLOCK_MONOTONIC is std::chrono::steady_clock on Linux.
+    snapshot.delay_ns = duration_cast<nanoseconds>(now.time_since_epoch()).count() - latest.ns;
+  }
+  auto noted = verdicts_.note(result.verdicts, latest);
   snapshot.verdict = result.verdicts.verdict;
   snapshot.verdicts = std::move(noted.current);
   snapshot.verdicts_left_out = noted.left_out;

@@ -52,8 +52,16 @@ class Monitor final : public analysis::Observer {
   };
   void look_up_deadline(OfCallback& callback, const std::string& logical_id,
                         std::uint64_t declared_ns) const;
-  analysis::Timestamp present(std::chrono::steady_clock::time_point now);
-  void describe_callbacks(const analysis::Report& report, analysis::Timestamp now,
+  // What the clock of a host shows: times of several hosts have nothing in common.
+  struct HostClock {
+    analysis::Timestamp first{};   // start of the first instance
+    analysis::Timestamp latest{};  // end of an instance
+    // Where it stood when an instance ended last, and ours when that was noticed.
+    std::optional<std::pair<analysis::Timestamp, std::chrono::steady_clock::time_point>> seen;
+
+    analysis::Timestamp present(std::chrono::steady_clock::time_point now);
+  };
+  void describe_callbacks(const analysis::Report& report, std::chrono::steady_clock::time_point now,
                           Snapshot& snapshot);
   void describe_threads(const analysis::Report& report, std::chrono::steady_clock::time_point now,
                         Snapshot& snapshot);
@@ -62,10 +70,8 @@ class Monitor final : public analysis::Observer {
   std::unordered_map<std::uint32_t, OfCallback> callbacks_;
   VerdictLog verdicts_;
   CpuUsage cpu_;
-  std::optional<analysis::Timestamp> first_;  // start of the first instance
-  analysis::Timestamp latest_{};              // end of an instance
-  // Where the trace's clock stood when an instance ended last, and ours when that was noticed.
-  std::optional<std::pair<analysis::Timestamp, std::chrono::steady_clock::time_point>> seen_;
+  std::unordered_map<std::uint32_t, HostClock> clocks_;  // by host
+  std::uint32_t heard_ = 0;                              // the host of which an instance came last
   std::uint64_t sequence_ = 0;
   std::uint64_t events_ = 0;
   std::optional<std::chrono::steady_clock::time_point> described_;

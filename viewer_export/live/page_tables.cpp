@@ -1,3 +1,4 @@
+#include "batch_text.hpp"
 #include "pages.hpp"
 
 #include <algorithm>
@@ -77,7 +78,7 @@ Pages::Table Pages::callbacks(std::size_t columns) {
     const auto add = [&line](std::string text, Look look = Look::plain) {
       line.spans.push_back({std::move(text), look});
     };
-    add(left(c->logical_id, name), c->has_ended ? Look::faint : Look::plain);
+    add(left(name_of(*c, latest), name), c->has_ended ? Look::faint : Look::plain);
     if (is_wide) add(right(std::to_string(c->pid), 8), Look::faint);
     add(right(fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), 8));
     add(right(duration(c->response, &Summary::p50, c->is_exact), 10));
@@ -102,7 +103,7 @@ Pages::Table Pages::instances(std::size_t columns) const {
   Table table;
   const auto* callback = opened();
   const auto& latest = shown().latest();
-  const auto id = callback != nullptr ? callback->logical_id : std::string("gone");
+  const auto id = callback != nullptr ? name_of(*callback, latest) : std::string("gone");
   table.title = text_line(left(id, columns > 3 ? columns - 1 : columns));
   if (callback == nullptr) return table;
   table.rows.push_back(text_line(fmt::format(
@@ -116,10 +117,12 @@ Pages::Table Pages::instances(std::size_t columns) const {
                             "before", "response", "execution", "missed"),
                 Look::strong));
   const auto& instances = shown().instances(callback->index);
+  // Of several machines' clocks only the callback's own is comparable.
+  const auto now_ns = latest.hosts.empty() ? latest.time_ns : callback->last_end_ns.value_or(0);
   for (auto i = instances.rbegin(); i != instances.rend(); ++i) {
     auto line = text_line(fmt::format(
         "{:>12}{:>9}{:>5}{:>12}", i->seq, i->tid, i->cpu ? std::to_string(*i->cpu) : "-",
-        format_duration(std::max<std::int64_t>(0, latest.time_ns - i->end_ns))));
+        format_duration(std::max<std::int64_t>(0, now_ns - i->end_ns))));
     line.spans.push_back({right((i->is_exact ? "" : ">") + format_duration(i->response_ns), 12),
                           i->is_late ? Look::bad : Look::plain});
     line.spans.push_back({right(i->execution_ns ? format_duration(*i->execution_ns) : "-", 12)});
@@ -131,8 +134,9 @@ Pages::Table Pages::instances(std::size_t columns) const {
 }
 
 Pages::Table Pages::threads(std::size_t columns) const {
+  const auto& latest = shown().latest();
   std::vector<const ThreadView*> sorted;
-  for (const auto& thread : shown().latest().threads)
+  for (const auto& thread : latest.threads)
     sorted.push_back(&thread);
   std::ranges::stable_sort(sorted, [](const ThreadView* a, const ThreadView* b) {
     return a->cpu_percent.value_or(-1) > b->cpu_percent.value_or(-1);
@@ -149,7 +153,7 @@ Pages::Table Pages::threads(std::size_t columns) const {
       callbacks += (callbacks.empty() ? "" : ", ") + id;
     if (callbacks.empty()) callbacks = thread->role;
     table.rows.push_back(text_line(
-        left(thread->name, kName) +
+        left(latest.hosts.empty() ? thread->name : thread->host + ' ' + thread->name, kName) +
         fmt::format("{:>8}{:>9}{:>8}  ", thread->pid, thread->tid,
                     thread->cpu_percent ? fmt::format("{:.1f}", *thread->cpu_percent) : "-") +
         left(callbacks, rest)));

@@ -185,6 +185,14 @@ Line Pages::status() const {
   const auto& latest = shown().latest();
   if (latest.sequence == 0) return text_line("waiting for the first events", Look::faint);
   if (!latest.message.empty()) return text_line(printable(latest.message), Look::bad);
+  const auto lines = host_lines(latest);
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto& host = latest.hosts[i];
+    const bool is_fine = host.state == SourceState::waiting || host.state == SourceState::streaming;
+    if (!is_fine && !(host.state == SourceState::ended && host.message.empty())) {
+      return text_line(lines[i], Look::bad);
+    }
+  }
   std::string text;
   if (paused_) text = "PAUSED, p goes on.  ";
   if (!filter_.empty()) text += "filter: " + printable(filter_) + ", Escape drops it.  ";
@@ -206,7 +214,8 @@ Line Pages::status() const {
 Line Pages::selected_name() const {
   if (page_ != Page::callbacks || selected_ >= order_.size()) return text_line("");
   for (const auto& callback : shown().latest().callbacks) {
-    if (callback.index == order_[selected_]) return text_line(printable(callback.logical_id));
+    if (callback.index == order_[selected_])
+      return text_line(printable(name_of(callback, shown().latest())));
   }
   return text_line("");
 }

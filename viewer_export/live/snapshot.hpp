@@ -13,6 +13,14 @@
 
 namespace cie::live {
 
+enum class SourceState : std::uint8_t {
+  waiting,    // connected, no event yet
+  streaming,  // events come
+  silent,     // none came since the snapshot before
+  lost,       // the connection broke; trying again
+  ended       // the session is over
+};
+
 // Upper bounds of the classes that response times are counted in, in nanoseconds; one more class
 // holds those above the last.
 inline constexpr std::array<std::int64_t, 19> kResponseBounds{
@@ -103,12 +111,13 @@ struct DefectView {
   std::uint64_t count = 0;
 };
 
-enum class SourceState : std::uint8_t {
-  waiting,    // connected, no event yet
-  streaming,  // events come
-  silent,     // none came since the snapshot before
-  lost,       // the connection broke; trying again
-  ended       // the session is over
+// A machine's session at the relay daemon that all are followed at.
+struct HostView {
+  std::string host;
+  std::string session;
+  SourceState state = SourceState::waiting;  // silent: nothing came for three seconds
+  std::int64_t silent_ns = 0;                // since events of it came last, or since it was found
+  std::string message;  // why it is lost, or what is odd about its end; empty otherwise
 };
 
 struct Snapshot {
@@ -116,7 +125,8 @@ struct Snapshot {
   SourceState state = SourceState::waiting;
   std::string source;            // the session's URL
   std::string message;           // why it is lost or ended; empty otherwise
-  std::int64_t time_ns = 0;      // of the latest event
+  std::vector<HostView> hosts;   // where all sessions of a relay daemon are followed
+  std::int64_t time_ns = 0;      // of the latest event, by its host's clock
   std::int64_t realtime_ns = 0;  // when this was written
   std::int64_t window_ns = 0;    // how far back the window reaches: up to ten seconds
   std::uint64_t events = 0;

@@ -107,6 +107,14 @@ void fields(auto& visit, Is<VerdictChange> auto& c) {
   visit("note", c.note);
 }
 
+void fields(auto& visit, Is<HostView> auto& h) {
+  visit("host", h.host);
+  visit("session", h.session);
+  visit("state", h.state);
+  visit("silent_ns", h.silent_ns);
+  visit("message", h.message);
+}
+
 void fields(auto& visit, Is<DefectView> auto& d) {
   visit("kind", d.kind);
   visit("severity", d.severity);
@@ -120,6 +128,7 @@ void fields(auto& visit, Is<Snapshot> auto& s) {
     source("state", s.state);
     source("message", s.message);
   });
+  visit("hosts", s.hosts);
   visit("time_ns", s.time_ns);
   visit("realtime_ns", s.realtime_ns);
   visit("window_ns", s.window_ns);

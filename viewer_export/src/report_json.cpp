@@ -164,13 +164,19 @@ Json json_of(const analysis::ChainReport& chain) {
 
 void write_report_json(std::ostream& out, const analysis::Report& report) {
   const auto convert = [](const auto& element) { return json_of(element); };
+  // Pids of several hosts may be the same.
+  const auto with_host = [&report](const auto& element) {
+    auto json = json_of(element);
+    if (report.trace.hosts.size() > 1) json["host"] = element.host;
+    return json;
+  };
   Json json{{"schema", "cie.report/1"},
             {"tool", {{"name", "cie"}, {"version", tool_version()}}},
             {"trace", json_of(report.trace)},
             {"defects", array_of(report.defects, convert)},
             {"processes", array_of(report.processes, convert)},
-            {"callbacks", array_of(report.callbacks, convert)},
-            {"threads", array_of(report.threads, convert)},
+            {"callbacks", array_of(report.callbacks, with_host)},
+            {"threads", array_of(report.threads, with_host)},
             {"chains", array_of(report.chains, convert)}};
   if (!report.clocks.empty()) json["clocks"] = array_of(report.clocks, convert);
   write_json(out, json);

@@ -101,31 +101,37 @@ std::vector<Cell> thread_row(const ThreadReport& t) {
           callbacks};
 }
 
-const analysis::ProcessReport* find_process(const Report& report, std::int64_t pid) {
-  const auto at = std::find_if(report.processes.begin(), report.processes.end(),
-                               [&](const auto& process) { return process.pid == pid; });
+const analysis::ProcessReport* find_process(const Report& report, const std::string& host,
+                                            std::int64_t pid) {
+  const auto at =
+      std::find_if(report.processes.begin(), report.processes.end(), [&](const auto& process) {
+        return process.pid == pid && (host.empty() || process.host == host);
+      });
   return at == report.processes.end() ? nullptr : &*at;
 }
 
-std::string title_of(std::string_view what, const Report& report, std::int64_t pid,
+template <typename Row>
+std::string title_of(std::string_view what, const Report& report, const Row& row,
                      const TextStyle& style) {
-  const auto* process = find_process(report, pid);
-  const auto title = fmt::format(
-      "{} of {}", what, process != nullptr ? process_title(*process) : fmt::format("pid {}", pid));
+  const auto* process = find_process(report, row.host, row.pid);
+  const auto title =
+      fmt::format("{} of {}", what,
+                  process != nullptr ? process_title(*process) : fmt::format("pid {}", row.pid));
   return paint(elide(title, style.columns), Look::strong, style) + "\n";
 }
 
-// Runs of rows with the same pid become one table each.
+// Runs of rows of the same process become one table each.
 template <typename Rows, typename MakeTable, typename MakeRow>
 std::string tables_by_process(std::string_view what, const Report& report, const Rows& rows,
                               const TextStyle& style, MakeTable make_table, MakeRow make_row) {
   std::string text;
   for (auto first = rows.begin(); first != rows.end();) {
-    const auto last =
-        std::find_if(first, rows.end(), [&](const auto& row) { return row.pid != first->pid; });
+    const auto last = std::find_if(first, rows.end(), [&](const auto& row) {
+      return row.pid != first->pid || row.host != first->host;
+    });
     TextTable table = make_table();
     std::for_each(first, last, [&](const auto& row) { table.add(make_row(row)); });
-    text += title_of(what, report, first->pid, style) + table.render(style) + "\n";
+    text += title_of(what, report, *first, style) + table.render(style) + "\n";
     first = last;
   }
   return text;
@@ -198,7 +204,9 @@ std::string process_title(const analysis::ProcessReport& process) {
 
 std::string callback_title(const Report& report, const CallbackReport& callback) {
   const auto id = printable(callback.logical_id);
-  return report.processes.size() > 1 ? fmt::format("{} (pid {})", id, callback.pid) : id;
+  if (report.processes.size() < 2) return id;
+  const auto host = report.trace.hosts.size() > 1 ? " on " + printable(callback.host) : "";
+  return fmt::format("{} (pid {}{})", id, callback.pid, host);
 }
 
 std::string callback_tables(const Report& report, const TextStyle& style) {

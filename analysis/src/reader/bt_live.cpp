@@ -77,8 +77,8 @@ std::vector<LiveSession> live_sessions(const std::string& relay) {
 }
 
 struct LiveReader::Graph {
-  Graph(std::string source_url, Analyzer& analyzer, LiveNumbers before)
-      : url(std::move(source_url)), decoder(analyzer, before) {}
+  Graph(std::string source_url, Analyzer& analyzer, LiveNumbers& numbers)
+      : url(std::move(source_url)), decoder(analyzer, &numbers) {}
 
   std::string url;
   Plugin plugin = bt::find_plugin("ctf");
@@ -87,8 +87,8 @@ struct LiveReader::Graph {
   bt::Graph graph{bt_graph_create(0)};  // last: it ends before what it feeds
 };
 
-LiveReader::LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers before)
-    : graph_(std::make_unique<Graph>(url, analyzer, before)) {
+LiveReader::LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers& numbers)
+    : graph_(std::make_unique<Graph>(url, analyzer, numbers)) {
   auto* graph = const_cast<bt_graph*>(graph_->graph.get());
   const auto parameters = parameters_of(url);
   const bt_component_source* source = nullptr;
@@ -130,7 +130,5 @@ LiveReader::Step LiveReader::step() {
   }
   fail("cannot go on reading " + graph_->url);
 }
-
-LiveNumbers LiveReader::numbers() const noexcept { return graph_->decoder.numbers(); }
 
 }  // namespace cie::analysis

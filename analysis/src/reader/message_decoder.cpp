@@ -74,13 +74,11 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
     if (environment(trace, "tracer_name") == "lttng-modules") of_trace->state.priority_offset = 100;
   }
   const auto* stream_class = bt_stream_borrow_class_const(stream);
-  const auto channel =
-      channels_
-          .try_emplace({trace, bt_stream_class_get_id(stream_class)},
-                       first_.channels + static_cast<std::uint32_t>(channels_.size()))
-          .first->second;
+  const auto [channel, is_new] =
+      channels_.try_emplace({trace, bt_stream_class_get_id(stream_class)}, numbers_.channels);
+  if (is_new) ++numbers_.channels;
   Stream state;
-  state.index = StreamIndex{first_.streams + begun_++};
+  state.index = StreamIndex{numbers_.streams++};
   state.trace = of_trace.get();
   state.packet_context = FieldTable(packet_context_class(stream_class), kPacketNames);
   state.has_packet_times =
@@ -102,7 +100,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   const char* name = bt_stream_get_name(stream);
   const EventHead head{.time = {}, .stream = state.index, .cpu = {}, .pid = {}, .tid = {}};
   streams_[stream] = std::move(state);
-  push(head, StreamBegin{.channel = channel,
+  push(head, StreamBegin{.channel = channel->second,
                          .domain = of_trace->domain,
                          .host = of_trace->host,
                          .clock_uuid = clock_uuid,

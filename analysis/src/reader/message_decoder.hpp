@@ -21,19 +21,15 @@ namespace cie::analysis::bt {
 
 class MessageDecoder {
  public:
-  // `analyzer` is borrowed and fed. Streams and channels are numbered from the given numbers on.
-  explicit MessageDecoder(Analyzer& analyzer, LiveNumbers first = {})
-      : analyzer_(analyzer), first_(first) {}
+  // `analyzer` is borrowed and fed. `numbers`, borrowed: the next numbers of streams and channels,
+  // of which decoders that feed one analyzer take turns; null: nobody else feeds it.
+  explicit MessageDecoder(Analyzer& analyzer, LiveNumbers* numbers = nullptr)
+      : analyzer_(analyzer), numbers_(numbers != nullptr ? *numbers : own_numbers_) {}
 
   void consume(const bt_message* message);
   // Reading stopped here: everything that was still to come is missing.
   void damaged(const std::string& reason);
   std::uint64_t events() const noexcept { return events_; }
-  // One past the numbers used.
-  LiveNumbers numbers() const noexcept {
-    return {.streams = first_.streams + begun_,
-            .channels = first_.channels + static_cast<std::uint32_t>(channels_.size())};
-  }
 
  private:
   // One class of events: where its payload and contexts have what we read.
@@ -73,8 +69,8 @@ class MessageDecoder {
   void push(const EventHead& head, const EventBody& body);
 
   Analyzer& analyzer_;
-  LiveNumbers first_;
-  std::uint32_t begun_ = 0;  // streams
+  LiveNumbers own_numbers_;
+  LiveNumbers& numbers_;
   std::unordered_map<const bt_stream*, Stream> streams_;
   std::unordered_map<const bt_event_class*, EventPlan> plans_;
   std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;

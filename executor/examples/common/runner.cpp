@@ -100,7 +100,7 @@ void add_options(CLI::App& app, RunSettings& settings) {
 }
 
 cie::Context::Options context_options(const RunSettings& settings) {
-  return {.domain = settings.domain, .loopback = true, .tag = settings.tag};
+  return {.domain = settings.domain, .loopback = !settings.is_networked, .tag = settings.tag};
 }
 
 void run(const Nodes& nodes, const RunSettings& settings, const std::function<void()>& on_hangup) {

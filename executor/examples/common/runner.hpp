@@ -30,11 +30,13 @@ struct RunSettings {
   std::string on_error = "refuse";
   std::uint32_t domain = 77;
   std::string tag{};
+  bool is_networked = false;  // DDS as CYCLONEDDS_URI has it, rather than on loopback only
 };
 
 void add_options(CLI::App& app, RunSettings& settings);
 
-// A context on the loopback interface that only processes of the same tag see.
+// A context on the loopback interface that only processes of the same tag see, or, networked, one
+// as any application of DDS has.
 cie::Context::Options context_options(const RunSettings& settings);
 
 // Runs the nodes for the duration, or until SIGINT or SIGTERM. At SIGHUP the spec is read again,

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <vector>
@@ -100,6 +101,9 @@ int run(Settings settings) {
     run_part(settings);
     return 0;
   }
+  if (settings.common.is_networked) {
+    throw std::invalid_argument("--network goes with --part sensing or --part planning");
+  }
   if (settings.common.tag.empty()) settings.common.tag = "demo-" + std::to_string(getpid());
   PlanningProcess planning{settings.common};
   settings.part = "sensing";
@@ -117,6 +121,8 @@ int command_line(int argc, char** argv) {
   app.add_option("--part", settings.part, "Run one of the two processes only")
       ->check(CLI::IsMember({"both", "sensing", "planning"}))
       ->capture_default_str();
+  app.add_flag("--network", settings.common.is_networked,
+               "The other part may run on another machine (with --part, without --tag)");
   return example::run_main(argc, argv, app, settings.common, [&settings] { return run(settings); });
 }
 

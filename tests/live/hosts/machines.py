@@ -71,8 +71,8 @@ class Running:
     """A program on a machine. What it says goes into a file, so that nothing waits for a reader."""
 
     def __init__(self, machine, command, environment):
-        self.log = scratch / f"{machine.name}-{machine.count}.log"
-        machine.count += 1
+        self.log = scratch / f"{machine.name}-{len(machine.programs)}-{machine.init}.log"
+        machine.programs.append(self)
         with open(self.log, "wb") as log:
             self.process = subprocess.Popen(
                 [*machine.enter, "--", *map(str, command)], stdin=subprocess.DEVNULL, stdout=log, stderr=log,
@@ -106,7 +106,7 @@ class Machine:
 
     def __init__(self, name, monotonic=None):
         self.name = name
-        self.count = 0
+        self.programs = []
         namespaces = ["--net", "--uts", "--mount", "--ipc", "--pid"]
         clock = [] if monotonic is None else ["--time", f"--monotonic={monotonic}"]
         prepare = ("mount -t tmpfs none /dev/shm && mkdir -p /run/lttng && mount -t tmpfs none /run/lttng && "
@@ -145,6 +145,9 @@ class Machine:
             os.kill(self.init, signal.SIGKILL)
         self.outside.wait()
         self.outside.stdout.close()
+        for program in self.programs:  # nsenter, whose program is gone
+            program.process.kill()
+            program.process.wait()
 
 
 class Network:

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import signal
+import socket
 import statistics
 import subprocess
 import unittest
@@ -82,7 +83,7 @@ class Command(unittest.TestCase):
                               *app("--instances", 400, "--period-us", 5000, "--burst", 5))))
         of_summary = {"count", "min", "max", "sum", "mean", "p50", "p90", "p99", "p99_9"}
         self.assertLessEqual(of_summary, found)
-        self.assertEqual(found - of_summary - {"severity"}, documented - of_summary - {"severity"})
+        self.assertEqual(found - of_summary - {"severity"}, documented - of_summary - {"severity", "session", "silent_ns"})
 
     def test_a_count_ends_it_and_the_command(self):
         done = live("--batch", "-n", 2, "--interval", 0.3, "--", *app("--until-signal", "--period-us", 1000))
@@ -198,9 +199,25 @@ class Session(unittest.TestCase):
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.relay.create("a")
         self.relay.create("b")
-        done = live("--json", self.relay.url)
-        self.assertEqual(done.returncode, 2)
-        self.assertRegex(done.stderr, f"{self.relay.url}/host/[^/]+/[ab], {self.relay.url}/host/[^/]+/[ab]")
+        done = live("--json", "c")
+        self.assertEqual(done.returncode, 4, "there is no relay daemon at the usual place")
+
+    def test_all_sessions_of_a_relay_daemon(self):
+        for name in ("a", "b"):
+            self.relay.create(name)
+        program = self.follow(self.relay.url)
+        program.until(lambda s: {h["session"] for h in s["hosts"]} == {"a", "b"})
+        self.relay.command("start", "b")
+        subprocess.run(app("--instances", 50, "--period-us", 1000), check=True, stdout=subprocess.DEVNULL)
+        seen = program.until(lambda s: (callback(s, TIMER) or {"total": {"instances": 0}})["total"]["instances"] == 50)
+        self.assertEqual({h["host"] for h in seen["hosts"]}, {socket.gethostname()})
+        self.relay.command("destroy", "a")
+        program.until(lambda s: {h["session"]: h["state"] for h in s["hosts"]}.get("b") in ("streaming", "silent")
+                      and {h["session"]: h["state"] for h in s["hosts"]}.get("a", "ended") == "ended")
+        self.relay.command("destroy", "b")
+        out, err = program.process.communicate(timeout=60)
+        self.assertEqual(program.process.returncode, 0, err)
+        self.assertEqual(json.loads(out.splitlines()[-1])["source"]["state"], "ended")
 
     def test_a_relay_daemon_that_hangs_or_dies_is_told_and_waited_for(self):
         url = self.relay.create("mine")

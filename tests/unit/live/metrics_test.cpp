@@ -111,5 +111,24 @@ TEST(Metrics, ALostSourceIsNotUp) {
   }
 }
 
+TEST(Metrics, SayWhichMachinesAreHeardOf) {
+  Metrics metrics;
+  Snapshot snapshot;
+  snapshot.sequence = 1;
+  metrics.add(snapshot);
+  EXPECT_EQ(metrics.text().find("cie_live_host_up"), std::string::npos) << "there is one session";
+  for (const auto state : {SourceState::streaming, SourceState::silent, SourceState::ended}) {
+    snapshot.hosts.emplace_back();
+    snapshot.hosts.back().host = std::string(label(state));
+    snapshot.hosts.back().session = "s";
+    snapshot.hosts.back().state = state;
+  }
+  metrics.add(snapshot);
+  const auto text = metrics.text();
+  EXPECT_TRUE(has_line(text, "cie_live_host_up{host=\"streaming\",session=\"s\"} 1"));
+  EXPECT_TRUE(has_line(text, "cie_live_host_up{host=\"silent\",session=\"s\"} 0"));
+  EXPECT_TRUE(has_line(text, "cie_live_host_up{host=\"ended\",session=\"s\"} 0"));
+}
+
 }  // namespace
 }  // namespace cie::live

@@ -1,5 +1,6 @@
 #include "monitor.hpp"
 
+#include "support/move_to_host.hpp"
 #include "support/trace_text.hpp"
 
 #include <gtest/gtest.h>
@@ -137,6 +138,31 @@ TEST(Monitor, WhatEndedIsForgottenAfterAWhile) {
   const auto result = watched.analyzer.look();
   EXPECT_EQ(monitor.describe(result, now + std::chrono::seconds(30)).callbacks.size(), 2U);
   EXPECT_TRUE(monitor.describe(result, now + std::chrono::seconds(90)).callbacks.empty());
+}
+
+TEST(Monitor, WindowsAreByTheClockOfEachHost) {
+  constexpr const char* kTwoHosts = R"(
+  process robot pid=100
+  callback plan timer period=100
+  process desk pid=200
+  callback show timer period=100
+  100 start plan release=100
+  110 end plan
+  120 start show release=120
+  150 end show)";
+  constexpr std::int64_t kHour = 3'600'000'000'000;
+  for (const std::int64_t moved : {100, 200}) {  // whose clock is an hour ahead
+    Watched watched(kTwoHosts);
+    test::move_to_host(watched.trace, moved, {.name = "other", .monotonic = kHour, .realtime = 0});
+    while (watched.next < watched.trace.events.size())
+      watched.analyzer.consume(watched.trace.events[watched.next++]);
+    const auto snapshot =
+        watched.monitor.describe(watched.analyzer.look(), std::chrono::steady_clock::now());
+    EXPECT_EQ(watched.callback(snapshot, "plan").instances, 1U) << moved;
+    EXPECT_EQ(watched.callback(snapshot, "show").instances, 1U) << moved;
+    EXPECT_EQ(watched.callback(snapshot, "plan").host, moved == 100 ? "other" : "robot");
+    EXPECT_EQ(snapshot.time_ns, 150 + (moved == 200 ? kHour : 0)) << "of the host heard of last";
+  }
 }
 
 }  // namespace

@@ -15,6 +15,11 @@ Snapshot full() {
   s.state = SourceState::lost;
   s.source = "net://x/host/y/z";
   s.message = "gone";
+  s.hosts = {{.host = "y\"",
+              .session = "z",
+              .state = SourceState::ended,
+              .silent_ns = 11,
+              .message = "cut off"}};
   s.time_ns = std::numeric_limits<std::int64_t>::max();
   s.delay_ns = 5;
   s.lost_events.reset();
@@ -69,6 +74,9 @@ TEST(SnapshotJson, IsOneLineThatComesBackAsItWas) {
   EXPECT_EQ(back.callbacks.at(0).logical_id, "a\x1b[2J\"\n\xEF\xBF\xBD");
   EXPECT_EQ(back.time_ns, std::numeric_limits<std::int64_t>::max());
   EXPECT_FALSE(back.lost_events);
+  EXPECT_EQ(back.hosts.at(0).host, "y\"");
+  EXPECT_EQ(back.hosts.at(0).state, SourceState::ended);
+  EXPECT_EQ(back.hosts.at(0).silent_ns, 11);
   EXPECT_EQ(back.callbacks.at(0).recent.at(0).missed, 6U);
 }
 

@@ -22,8 +22,8 @@ struct LiveSession {
 // What the relay daemon at net://HOST[:PORT] offers. Throws UnreadableTrace if it does not answer.
 std::vector<LiveSession> live_sessions(const std::string& relay);
 
-// Numbers of streams and channels, which go on when a session is read again after its connection
-// was lost: see LiveReader.
+// The next numbers of streams and channels, for all readers of one analyzer: of several sessions,
+// or of one that is read again after its connection was lost.
 struct LiveNumbers {
   std::uint32_t streams = 0;
   std::uint32_t channels = 0;
@@ -40,16 +40,14 @@ class LiveReader {
     end       // the session ended, or the relay daemon said good-bye
   };
 
-  // `analyzer` is borrowed. `before`: the numbers that another reader of the same analyzer has
-  // used. Throws UnreadableTrace.
-  LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers before = {});
+  // Both are borrowed. Throws UnreadableTrace.
+  LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers& numbers);
   ~LiveReader();
   LiveReader(const LiveReader&) = delete;
   LiveReader& operator=(const LiveReader&) = delete;
 
   // Throws UnreadableTrace when the session does not exist or the connection is lost.
   Step step();
-  LiveNumbers numbers() const noexcept;
 
  private:
   struct Graph;

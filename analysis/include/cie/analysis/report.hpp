@@ -74,7 +74,7 @@ struct Preemptor {
 
 struct CallbackReport {
   std::uint32_t index = 0;  // as Instance::callback; not part of the JSON
-  std::string host{};       // not part of the JSON
+  std::string host{};       // in the JSON where there are several
   std::string logical_id;
   std::int64_t pid = 0;
   std::string node;
@@ -125,7 +125,7 @@ struct ThreadSchedReport {
 };
 
 struct ThreadReport {
-  std::string host{};  // not part of the JSON
+  std::string host{};  // in the JSON where there are several
   std::int64_t pid = 0;
   std::int64_t tid = 0;
   std::string name;
