@@ -166,6 +166,7 @@ struct RotateArguments {
     to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
   }
 };
+
 // HOST[:PORT], or the same as a URL. LTTng takes control and data port; ours follow each other.
 void apply_relay(Options& options, std::string_view text) {
   if (text.empty()) return;
