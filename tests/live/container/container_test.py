@@ -24,8 +24,8 @@ TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 
 def every_callback_ran(trace, processes=1):
     done = subprocess.run([harness.options.programs / "cie", "report", trace, "--format", "json"], capture_output=True,
-                          text=True, timeout=200, check=True)
-    callbacks = json.loads(done.stdout)["callbacks"]
+                          text=True, timeout=200, check=False)
+    callbacks = json.loads(done.stdout)["callbacks"] if done.returncode == 0 else []
     return (len({callback["pid"] for callback in callbacks}) == processes
             and all(callback["instances"] > 0 for callback in callbacks))
 
