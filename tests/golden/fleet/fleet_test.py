@@ -8,6 +8,7 @@ import collections
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -336,4 +337,5 @@ class Fleet(unittest.TestCase):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # so that servers and folders go
     unittest.main(argv=sys.argv[:1], verbosity=2)
