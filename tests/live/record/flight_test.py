@@ -187,6 +187,8 @@ class Flight(unittest.TestCase):
             said = self.end(recorder, 4)
             self.assertIn("--kernel=yes: ", said)
             self.skipTest(f"not possible here: {said}")
+        self.addCleanup(recorder.wait)
+        self.addCleanup(recorder.terminate)  # which ends the application, too
         time.sleep(1)
         for number in (1, 2):  # what one snapshot took is there for the next one, too
             saved = run(CIE, "record", "--save", directory)

@@ -65,7 +65,7 @@ class Rotate(unittest.TestCase):
         self.addCleanup(recorder.stdout.close)
         self.addCleanup(recorder.stderr.close)
         self.addCleanup(recorder.wait)
-        self.addCleanup(recorder.kill)
+        self.addCleanup(recorder.terminate)  # which ends the application, too
         wait_for(lambda: ready.exists() or recorder.poll() is not None, "the application runs")
         self.application = int(ready.read_text())
         return recorder, directory
