@@ -6,6 +6,7 @@ is missing, and what is said names the machine.
 """
 
 import contextlib
+import itertools
 import json
 import os
 import re
@@ -21,6 +22,7 @@ from machines import FAULT_APP, Network, report, verdicts, wait_until
 
 TIMING = {"R1", "R2", "Q1"}  # rules that a busy machine violates
 SOON = {"LTTNG_NETWORK_SOCKET_TIMEOUT": "3000"}  # ms until a silent network counts as cut
+NUMBERS = itertools.count()
 START = re.compile(r"cie:callback_start: .*seq = (\d+)")
 
 
@@ -30,10 +32,10 @@ class Recorded:
     def __init__(self, network, name, environment):
         self.name = name
         self.machine = network[name]
-        self.counts = machines.scratch / f"{name}-{id(self)}.counts"
+        self.manifest_folder = f"{name}-{next(NUMBERS)}"
+        self.counts = machines.scratch / f"{self.manifest_folder}.counts"
         self.counts.mkdir()
-        self.ready = machines.scratch / f"{name}-{id(self)}.ready"
-        self.manifest_folder = f"{name}-{id(self)}"
+        self.ready = machines.scratch / f"{self.manifest_folder}.ready"
         self.recorder = self.machine.record(
             self.manifest_folder, FAULT_APP, self.counts, "--ready", self.ready, "--period-us", "500",
             options=["--flush-interval", "100"], **environment)
