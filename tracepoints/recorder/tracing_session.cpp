@@ -107,7 +107,10 @@ void TracingSession::HandleDeleter::operator()(lttng_handle* handle) const noexc
 }
 
 TracingSession::TracingSession(const std::string& name, const Options& options)
-    : name_(name), directory_(options.directory), is_snapshot_(options.snapshot.has_value()) {
+    : name_(name),
+      directory_(options.directory),
+      is_snapshot_(options.snapshot.has_value()),
+      is_divided_(options.rotate.has_value()) {
   const Descriptor descriptor(is_snapshot_ ? lttng_session_descriptor_snapshot_create(name.c_str())
                                            : lttng_session_descriptor_local_create(
                                                  name.c_str(), options.directory.c_str()));
@@ -303,7 +306,9 @@ bool TracingSession::stop() {
   if (!drain()) {
     return false;
   }
-  if (is_snapshot_ || !(is_live_ || has_stream_that_ends_before(begin))) {
+  // Where the streams are not simply below the directory, whether one needs it is not known.
+  const bool is_needed = is_live_ || is_divided_ || has_stream_that_ends_before(begin);
+  if (is_snapshot_ || !is_needed) {
     return true;
   }
   close_packets_again();

@@ -105,6 +105,7 @@ class TracingSession {
   std::string name_;
   std::filesystem::path directory_;  // of a recording; relay daemons have their own
   bool is_snapshot_ = false;
+  bool is_divided_ = false;  // into chunks
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
   bool exists_ = false;
   bool is_live_ = false;   // sent to a relay daemon
