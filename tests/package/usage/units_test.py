@@ -60,6 +60,13 @@ class Units(unittest.TestCase):
             self.assertTrue(used)
             self.assertEqual([option for option in used if option not in known], [])
 
+    def test_a_program_that_starts_others_ends_them_itself(self):
+        """systemd would tell all at once: `cie live` then found its stream broken, and the unit had failed."""
+        starting = [path for path in UNITS if re.search(r"^ExecStart=/usr/bin/cie live\b", read(path), re.M)]
+        self.assertTrue(starting)
+        for path in starting:
+            self.assertRegex(read(path), r"(?m)^KillMode=mixed$", path)
+
     def test_users_are_made(self):
         for path in UNITS:
             user = re.search(r"^User=(.*)$", read(path), re.M)
