@@ -35,13 +35,31 @@ function(cie_compile_options target)
       -fno-sanitize-recover=all)
     target_link_options(${target} PRIVATE -fsanitize=${CIE_SANITIZE})
   endif()
+  if(CIE_SANITIZE MATCHES thread)
+    # ThreadSanitizer knows no fences, which g++ therefore refuses; Boost.Asio's are not needed where its
+    # queue of work is under a mutex.
+    target_compile_definitions(${target} PRIVATE BOOST_ASIO_DISABLE_FENCED_BLOCK)
+  endif()
 endfunction()
 
-# Each public header is compiled alone, so that it includes what it uses.
+# What most sources include, compiled once for a target, where the build asks for it (AddressSanitizer's tree
+# does): a quarter of the time. It hides a missing #include, which the trees without it find. Where g++ 12
+# optimises, it gives false warnings about strings (-Warray-bounds).
+function(cie_precompile_headers target)
+  if(CIE_PRECOMPILED_HEADERS)
+    foreach(header algorithm chrono filesystem functional map memory mutex optional ostream set span string
+        unordered_map variant vector)
+      target_precompile_headers(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:<${header}$<ANGLE-R>>")
+    endforeach()
+  endif()
+endfunction()
+
+# cie_check_headers(cie_analysis [FOLDER]): each public header (of the folder of include/) is compiled alone,
+# with what the target is linked to, so that it includes what it uses.
 function(cie_check_headers target)
   get_target_property(source_dir ${target} SOURCE_DIR)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE "${source_dir}/include"
-    "${source_dir}/include/*.hpp")
+    "${source_dir}/include/${ARGV1}/*.hpp")
   set(units "")
   foreach(header IN LISTS headers)
     string(REPLACE "/" "_" unit "${header}")
@@ -74,6 +92,7 @@ function(cie_library target)
     PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_compile_features(${target} PUBLIC cxx_std_20)
   cie_compile_options(${target})
+  cie_precompile_headers(${target})
   install(TARGETS ${target} EXPORT cieTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)

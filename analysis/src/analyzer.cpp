@@ -1,63 +1,24 @@
 #include <cie/analysis/analyzer.hpp>
 
-#include "chain_tracker.hpp"
-#include "enforcement_tracker.hpp"
-#include "facts.hpp"
-#include "host_clocks.hpp"
-#include "instance_builder.hpp"
-#include "recording_tracker.hpp"
-#include "registry.hpp"
-#include "report_builder.hpp"
-#include "ros2/event_translator.hpp"
+#include "model/facts.hpp"
+#include "model/host_clocks.hpp"
+#include "report/report_builder.hpp"
 #include "rules/rule.hpp"
-#include "thread_timeline.hpp"
-#include "window_cut.hpp"
+#include "trackers/chain_tracker.hpp"
+#include "trackers/enforcement_tracker.hpp"
+#include "trackers/instance_builder.hpp"
+#include "trackers/recording_tracker.hpp"
+#include "trackers/registry.hpp"
+#include "trackers/thread_timeline.hpp"
+#include "trackers/window_cut.hpp"
+#include "vocabulary/ros2/event_translator.hpp"
 
+#include <algorithm>
 #include <array>
+#include <iterator>
 #include <utility>
 
 namespace cie::analysis {
-namespace {
-
-// Names of the event classes, by index of EventBody; empty for what is not an event of the trace.
-constexpr std::array<std::string_view, std::variant_size_v<EventBody>> kEventNames{
-    "",
-    "",
-    "",
-    "",
-    "",
-    "",
-    "",
-    "run_begin",
-    "run_end",
-    "node_init",
-    "group_init",
-    "callback_init",
-    "callback_fini",
-    "publisher_init",
-    "publisher_fini",
-    "thread_init",
-    "thread_fini",
-    "thread_sched",
-    "callback_release",
-    "thread_wakeup",
-    "callback_start",
-    "callback_end",
-    "publish",
-    "sample_lost",
-    "clock_sync",
-    "sched_switch",
-    "sched_waking",
-    "sched_wakeup",
-    "sched_process_fork",
-    "sched_process_exit",
-    "sched_migrate_task",
-    "sched_pi_setprio",
-    "lttng_ust_statedump:procname",
-    "",
-    ""};
-
-}  // namespace
 
 struct Analyzer::Pipeline {
   Pipeline(const AnalysisOptions& analysis_options, Observer* instance_observer)
@@ -68,31 +29,28 @@ struct Analyzer::Pipeline {
         clocks(model),
         chains(model, registry, clocks, options.spec),
         instances(model, registry, recording, timeline, clocks, chains, observer),
-        enforcement(model, registry, timeline, instances) {
+        enforcement(model, registry, recording, timeline, instances) {
     if (!options.window) return;
     cut.emplace(*options.window, model, registry, instances);
     if (options.window->from != TimeWindow{}.from) enforcement.await_window();
   }
 
   void count(const Event& event) {
-    ++by_class[event.body.index()];
-    if (!event.head.is_derived) {
-      ++model.events.total;
-      recording.count_event(event.head.stream);
-    }
+    count_only(event);
     now = event.head.time;
   }
-
-  // Of what callbacks do: the rest may be in a channel that begins earlier.
-  static bool is_of_callbacks(const Event& event) {
-    return event.body.index() > EventBody(ThreadSched{}).index() &&
-           event.body.index() < EventBody(ClockSync{}).index();
+  void count_only(const Event& event) {
+    ++by_class[event.body.index()];
+    if (event.head.is_derived) return;
+    ++model.events.total;
+    recording.count_event(event.head.stream);
   }
 
   // Passes the edges of the window that was asked for; true for a hot event outside it.
   bool is_outside(const Event& event) {
     const auto time = event.head.time;
-    if (cut->is_awaiting_begin() && is_of_callbacks(event)) {
+    // What is not of callbacks may be in a channel that begins earlier.
+    if (cut->is_awaiting_begin() && phase_of(event.body) == EventPhase::callback) {
       if (const auto begin = recording.window_of(event.head.stream).begin) cut->begin_at(*begin);
     }
     if (phase == Phase::before && !cut->is_before(time)) {
@@ -130,11 +88,23 @@ struct Analyzer::Pipeline {
     if (!head.tid) ++model.events.cie_without_tid;
     const auto who = registry.emitter_of(head);
     const auto host = registry.host_of(head);
+    if (head.cpu) note_cpu(head, host, who);
     if (head.tid && recording.has_kernel(host)) {
       timeline.on_user_event(host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);
     return who;
+  }
+
+  bool is_kernel_evidence(const EventHead& head) const {
+    return recording.is_kernel(head.stream) && recording.coverage().is_evidence(head.stream);
+  }
+
+  // A thread emitted an event on a CPU, of which the kernel may have recorded nothing.
+  void note_cpu(const EventHead& head, HostIndex host, const Emitter& who) {
+    if (recording.coverage().see(host, *head.cpu) || !who.thread) return;
+    auto& thread = model.threads[at(*who.thread)];
+    if (!thread.ran_unrecorded) thread.ran_unrecorded = ref(head);
   }
 
   void structural(const Event& event) {
@@ -144,7 +114,8 @@ struct Analyzer::Pipeline {
             [&](const StreamBegin& e) {
               recording.apply(head, e);
               translator.apply(head, e);
-              clocks.apply(registry.host_of(head), e);
+              // The kernel's trace measured the same clocks once more, or others.
+              if (e.domain == Domain::user) clocks.apply(registry.host_of(head), e);
               if (!e.is_snapshot) return;
               if (!cut) {
                 cut.emplace(options.window.value_or(TimeWindow{}), model, registry, instances);
@@ -157,7 +128,7 @@ struct Analyzer::Pipeline {
             [&](const Discarded& e) {
               recording.apply(head, e);
               if (!recording.is_kernel(head.stream)) translator.lose(head);
-              if (recording.is_kernel(head.stream)) {
+              if (is_kernel_evidence(head)) {
                 timeline.add_hole(registry.host_of(head),
                                   {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
               }
@@ -165,7 +136,7 @@ struct Analyzer::Pipeline {
             [&](const DamagedPacket& e) {
               recording.apply(head, e);
               if (!recording.is_kernel(head.stream)) translator.lose(head);
-              if (recording.is_kernel(head.stream)) {
+              if (is_kernel_evidence(head)) {
                 timeline.add_hole(registry.host_of(head), {.begin = e.begin.value_or(head.time),
                                                            .end = e.end.value_or(head.time),
                                                            .cpu = head.cpu.value_or(-1)});
@@ -181,10 +152,26 @@ struct Analyzer::Pipeline {
     std::visit([&](const auto& body) { on(event.head, who, body); }, event.body);
   }
 
+  // Numbers count from the beginning of the process, whatever of it was recorded. Which instance
+  // is next is not known before the first one or the registration is seen; a snapshot's
+  // registration may be long ago.
+  void note_queue(CallbackFacts& callback, const CallbackRelease& e) const {
+    callback.first_release =
+        std::min(callback.first_release.value_or(e.release_seq), e.release_seq);
+    callback.last_release = std::max(callback.last_release, e.release_seq);
+    const bool is_next_known = callback.registered && !(cut && cut->is_snapshot());
+    if (!callback.starts.last && !is_next_known) return;
+    const auto started = std::max(is_next_known ? callback.first_next_seq : 0,
+                                  callback.starts.last ? *callback.starts.last + 1 : 0);
+    const auto gone = started + e.overwritten;
+    const auto released = e.release_seq + 1;
+    if (released > gone) callback.longest_queue = std::max(callback.longest_queue, released - gone);
+  }
   void on(const EventHead& head, const Emitter& who, const CallbackRelease& e) {
     if (!who.process) return;
     auto& callback = model.callbacks[at(registry.callback(who, e.callback))];
     ++callback.releases;
+    note_queue(callback, e);
     if (e.overwritten > callback.overwritten) {
       callback.overwritten = e.overwritten;
       callback.overwritten_at = ref(head);
@@ -201,7 +188,11 @@ struct Analyzer::Pipeline {
     instances.apply(head, who, e);
   }
   void on(const EventHead& head, const Emitter& who, const CallbackStart& e) {
-    instances.apply(head, who, e);
+    const auto runner = registry.runner_of(head, who);
+    if (runner.thread != who.thread) {
+      enforcement.on_thread_began(registry.host_of(head), *runner.thread);
+    }
+    instances.apply(head, runner, e);
   }
   void on(const EventHead& head, const Emitter& who, const CallbackEnd& e) {
     instances.apply(head, who, e);
@@ -216,6 +207,7 @@ struct Analyzer::Pipeline {
     const auto host = registry.host_of(head);
     model.hosts[at(host)].has_switches = true;
     if (!head.cpu) return;
+    recording.coverage().note_switch(head.stream, *head.cpu);
     const bool is_told = !cut || !cut->is_before(head.time);
     const auto hole =
         timeline.on_switch(host, *head.cpu, head.time, e, is_told ? observer : nullptr);
@@ -241,7 +233,7 @@ struct Analyzer::Pipeline {
                .cpu = head.cpu,
                .waker_tid = head.cpu ? timeline.running_on(host, *head.cpu) : std::nullopt,
                .target_cpu = event.target_cpu,
-               .host = static_cast<std::uint32_t>(host)});
+               .host = host});
   }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedWaking& e) {
     const auto host = registry.host_of(head);
@@ -264,7 +256,9 @@ struct Analyzer::Pipeline {
     timeline.on_exit(registry.host_of(head), e.tid);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedMigrateTask& e) {
-    timeline.on_migrate(registry.host_of(head), e.tid, e.dest_cpu, head.time);
+    const auto host = registry.host_of(head);
+    recording.coverage().see(host, e.dest_cpu);
+    timeline.on_migrate(host, e.tid, e.dest_cpu, head.time);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const SchedPiSetprio& e) {
     enforcement.on_pi_setprio(registry.host_of(head), e);
@@ -291,7 +285,9 @@ struct Analyzer::Pipeline {
   }
   void on_state(const EventHead& head, const RunBegin& e) {
     registry.apply(head, e);
+    recording.coverage().expect(registry.host_of(head), e.online_cpus);
     translator.apply(head, e);
+    clocks.apply(registry.host_of(head), e);
   }
   void on_state(const EventHead& head, const ThreadInit& e) {
     const auto thread = registry.apply(head, e);
@@ -371,11 +367,8 @@ Analyzer& Analyzer::operator=(Analyzer&&) noexcept = default;
 
 void Analyzer::consume(const Event& event) {
   auto& pipeline = *pipeline_;
-  const auto index = event.body.index();
-  constexpr auto kFirstEvent = EventBody(RunBegin{}).index();
-  constexpr auto kFirstKernel = EventBody(SchedSwitch{}).index();
-  constexpr auto kLastState = EventBody(ThreadSched{}).index();
-  if (index < kFirstEvent) {
+  const auto phase = phase_of(event.body);
+  if (phase == EventPhase::structure) {
     pipeline.structural(event);
     return;
   }
@@ -384,9 +377,15 @@ void Analyzer::consume(const Event& event) {
     pipeline.translator.translate(event.head, *raw, [this](const Event& e) { consume(e); });
     return;
   }
-  const bool is_passing_by = pipeline.cut && pipeline.is_outside(event) && index > kLastState;
+  if (phase == EventPhase::system &&
+      !pipeline.recording.coverage().is_evidence(event.head.stream)) {
+    pipeline.count_only(event);
+    return;
+  }
+  const bool is_passing_by =
+      pipeline.cut && pipeline.is_outside(event) && phase != EventPhase::state;
   if (!is_passing_by) pipeline.count(event);
-  if (index >= kFirstKernel) {
+  if (phase == EventPhase::system) {
     if (is_passing_by) {
       pipeline.pass_by(event, Emitter{});
       return;
@@ -398,13 +397,17 @@ void Analyzer::consume(const Event& event) {
       pipeline.pass_by(event, who);
       return;
     }
-    if (index <= kLastState) {
+    if (phase == EventPhase::state) {
       pipeline.state(event);
     } else {
       pipeline.hot(event, who);
     }
   }
   pipeline.instances.advance(event.head);
+}
+
+void Analyzer::add(std::vector<Recording> recordings) {
+  std::ranges::move(recordings, std::back_inserter(pipeline_->model.recordings));
 }
 
 AnalysisResult Analyzer::look() {

@@ -2,10 +2,8 @@
 
 #include "ctf/native_reader.hpp"
 #include "ctf/read_ahead.hpp"
-#include "guard_state.hpp"
-#include "reader/bt_reader.hpp"
-#include "recording_tracker.hpp"
-#include "registry.hpp"
+#include "trackers/recording_tracker.hpp"
+#include "trackers/registry.hpp"
 
 #include <string>
 #include <system_error>
@@ -16,8 +14,8 @@
 namespace cie::analysis {
 namespace {
 
-void read_natively(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
-                   const AnalysisOptions& options) {
+void read_events(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
+                 const AnalysisOptions& options) {
   const bool has_two_cores = std::thread::hardware_concurrency() > 1;
   const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
   read(traces, sink, {.metadata_from = options.metadata_from, .progress = options.progress});
@@ -25,7 +23,7 @@ void read_natively(std::span<const std::filesystem::path> traces, const ctf::Eve
 
 // Evidence names files below the trace, as the user named it where there are several: what is said
 // of a recording does not depend on where it lies.
-void shorten_files(std::span<const std::filesystem::path> traces, VerdictReport& verdicts) {
+void shorten_files(std::span<const std::filesystem::path> traces, AnalysisResult& result) {
   std::vector<std::pair<std::string, std::string>> prefixes;  // and what stands for them
   for (const auto& trace : traces) {
     std::error_code error;
@@ -34,10 +32,15 @@ void shorten_files(std::span<const std::filesystem::path> traces, VerdictReport&
   }
   const auto shorten = [&prefixes](std::string& file) {
     for (const auto& [whole, name] : prefixes) {
-      if (file.starts_with(whole)) file.replace(0, whole.size(), name);
+      for (auto at = file.find(whole); at != std::string::npos; at = file.find(whole, at)) {
+        file.replace(at, whole.size(), name);
+        at += name.size();
+      }
     }
   };
-  for (auto& rule : verdicts.rules) {
+  for (auto& defect : result.report.defects)
+    shorten(defect.advice);
+  for (auto& rule : result.verdicts.rules) {
     for (auto& subject : rule.subjects) {
       for (auto& evidence : subject.evidence)
         shorten(evidence.file);
@@ -50,54 +53,35 @@ void shorten_files(std::span<const std::filesystem::path> traces, VerdictReport&
 AnalysisResult analyze(std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options, Observer* observer) {
   Analyzer analyzer(options, observer);
-  guard_tick();
-  if (options.reader == Reader::babeltrace2) {
-    bt::read_traces(traces, analyzer);
-  } else {
-    read_natively(
-        traces, [&analyzer](const Event& event) { analyzer.consume(event); }, options);
-  }
-  guard_reading_ended();
+  analyzer.add(find_recordings(traces, options.is_content_checked));
+  read_events(
+      traces, [&analyzer](const Event& event) { analyzer.consume(event); }, options);
   auto result = analyzer.finish();
   for (const auto& trace : traces)
     result.report.trace.paths.push_back(trace.string());
-  shorten_files(traces, result.verdicts);
+  shorten_files(traces, result);
   return result;
 }
 
 std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path> traces,
                                           const AnalysisOptions& options) {
-  std::optional<Timestamp> begin;
-  std::optional<Timestamp> end;
-  if (options.reader == Reader::babeltrace2) {
-    auto all = options;
-    all.window.reset();
-    const auto summary = analyze(traces, all).report.trace;
-    begin = summary.begin;
-    end = summary.end;
-  } else {
-    Model model;
-    Registry registry(model);
-    RecordingTracker recording(model, registry);
-    guard_tick();
-    read_natively(
-        traces,
-        [&recording](const Event& event) {
-          const auto apply = [&](const auto& e) { recording.apply(event.head, e); };
-          std::visit(Overloaded{[&](const StreamBegin& e) { apply(e); },
-                                [&](const StreamEnd& e) { apply(e); },
-                                [&](const PacketBegin& e) { apply(e); },
-                                [&](const PacketEnd& e) { apply(e); }, [](const auto&) {}},
-                     event.body);
-        },
-        options);
-    guard_reading_ended();
-    recording.finish();
-    begin = model.begin;
-    end = model.end;
-  }
-  if (!begin || !end) return std::nullopt;
-  return TimeWindow{.from = *begin, .to = *end};
+  Model model;
+  Registry registry(model);
+  RecordingTracker recording(model, registry);
+  read_events(
+      traces,
+      [&recording](const Event& event) {
+        const auto apply = [&](const auto& e) { recording.apply(event.head, e); };
+        std::visit(Overloaded{[&](const StreamBegin& e) { apply(e); },
+                              [&](const StreamEnd& e) { apply(e); },
+                              [&](const PacketBegin& e) { apply(e); },
+                              [&](const PacketEnd& e) { apply(e); }, [](const auto&) {}},
+                   event.body);
+      },
+      options);
+  recording.finish();
+  if (!model.begin || !model.end) return std::nullopt;
+  return TimeWindow{.from = *model.begin, .to = *model.end};
 }
 
 }  // namespace cie::analysis

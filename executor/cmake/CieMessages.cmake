@@ -5,6 +5,7 @@
 # what cie needs to send it. Types in a module msg, srv or action are those of ROS 2 and are called as
 # there: my_msgs::msg::Scan is my_msgs::msg::dds_::Scan_ on the wire. The files may include those of
 # cie_add_ros_messages(); link its target then.
+# idlc writes C: find_package(cie) enables that language, so that project(x CXX) is enough.
 #
 # cie_add_ros_messages(ros_messages)
 #
@@ -84,6 +85,7 @@ function(cie_generate_messages target)
   endforeach()
   set(directory "${CMAKE_CURRENT_BINARY_DIR}/${target}_include")
   file(CONFIGURE OUTPUT "${directory}/${target}.hpp" CONTENT "${header}" @ONLY)
+  message(STATUS "cie: messages of ${target}: #include <${target}.hpp>")
 
   add_library(${target} STATIC)
   target_link_libraries(${target} PRIVATE ${target}_c PUBLIC cie::executor)

@@ -1,6 +1,6 @@
 #include "app_file.hpp"
 
-#include "yaml_fields.hpp"
+#include "base/yaml_fields.hpp"
 #include "yaml_parameters.hpp"
 
 #include <algorithm>

@@ -1,5 +1,6 @@
 #include "component_loader.hpp"
 
+#include "base/text.hpp"
 #include "mapped.hpp"
 
 #include <algorithm>
@@ -38,13 +39,6 @@ std::string run_elsewhere(const std::function<void()>& function) {
     }
   }}.join();
   return failure;
-}
-
-std::string joined(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names)
-    text.append(text.empty() ? "" : ", ").append(name);
-  return text;
 }
 
 // So that all of a component's parameters can be asked for.

@@ -1,7 +1,6 @@
 #include "container.hpp"
 
 #include <algorithm>
-#include <exception>
 #include <stdexcept>
 #include <utility>
 
@@ -14,16 +13,6 @@ Context::Options network(const AppFile& app) {
   if (app.is_loopback) options.loopback = *app.is_loopback;
   if (app.discovery_tag) options.tag = *app.discovery_tag;
   return options;
-}
-
-std::string text_of(const std::exception_ptr& exception) {
-  try {
-    std::rethrow_exception(exception);
-  } catch (const std::exception& error) {
-    return error.what();
-  } catch (...) {
-    return "an exception that is no std::exception";
-  }
 }
 
 }  // namespace
@@ -39,8 +28,9 @@ Container::Container(const AppFile& app, Say say)
   options.on_change = app_.on_change;
   options.lock_memory = app_.lock_memory;
   options.prefault_stack = app_.prefault_stack;
-  options.on_parameter_problem = [this](const ParameterProblem& problem) {
-    const bool is_thrown_too = app_.on_error == OnError::refuse && !problem.is_from_outside;
+  options.on_scheduling_problem = [this](const SchedulingProblem& problem) {
+    const bool is_told_only = problem.is_from_outside || problem.is_misspelt;
+    const bool is_thrown_too = app_.on_error == OnError::refuse && !is_told_only;
     if (!is_thrown_too) say_("warning: " + problem.text());
   };
   options.on_exception = [this](const CallbackFailure& failure) { count_failure(failure); };
@@ -202,17 +192,14 @@ std::string Container::reload_spec() {
 
 void Container::run() { executor_->spin(); }
 
-void Container::cancel() noexcept { executor_->cancel(); }
-
 // Says the first one of each callback: a timer that throws would otherwise flood the terminal.
 void Container::count_failure(const CallbackFailure& failure) {
-  const std::string text = text_of(failure.exception);
+  const std::string text = failure.text();
   {
     const std::lock_guard lock{failures_mutex_};
     if (++failures_[failure.logical_id] > 1) return;
   }
-  say_("callback \"" + failure.logical_id + "\" threw: " + text +
-       " (it stays in service; further ones are counted)");
+  say_(text + " (it stays in service; further ones are counted)");
 }
 
 std::uint64_t Container::failures() const {

@@ -1,6 +1,7 @@
 // The components of one process, and the executor that serves them.
 #pragma once
 
+#include <cie/executor/cancel_on_signals.hpp>
 #include <cie/executor/context.hpp>
 #include <cie/executor/executor.hpp>
 
@@ -49,13 +50,14 @@ class Container {
   std::string with_node(const std::string& name,
                         const std::function<std::string(Node& node)>& function) const;
   // Reads the spec's file again and goes on under it. Returns what to tell the user. Throws
-  // SpecError, std::runtime_error or ParametersRefused when it cannot be used; the former stays in
+  // SpecError, std::runtime_error or SchedulingRefused when it cannot be used; the former stays in
   // force then.
   std::string reload_spec();
   bool has_spec() const noexcept;
-  // Serves the components until cancel(). Throws ParametersRefused when the spec cannot be applied.
+  // Serves the components until a signal cancels. Throws SchedulingRefused when the spec cannot be
+  // applied.
   void run();
-  void cancel() noexcept;  // async-signal-safe
+  void cancel_on(CancelOnSignals& signals) { signals.add(*executor_); }
 
   // Instances that ended by an exception.
   std::uint64_t failures() const;

@@ -1,8 +1,11 @@
 #include "control.hpp"
 
+#include "base/file_descriptor.hpp"
+
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -10,13 +13,13 @@
 #include <string_view>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include <poll.h>
 #include <pthread.h>
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -27,26 +30,13 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxRequest = 65'536;
 constexpr std::size_t kMaxAnswer = std::size_t{4} << 20U;
-constexpr int kPatienceSeconds = 5;  // for a client that connects and says nothing
+constexpr std::chrono::seconds kPatience{5};  // for a request as a whole, and for an answer
+constexpr std::size_t kMaxClients = 32;
 constexpr std::string_view kSuffix = ".sock";
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::runtime_error{what + ": " + std::generic_category().message(errno)};
 }
-
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
-    if (number_ >= 0) close(number_);
-  }
-  int get() const noexcept { return number_; }
-
- private:
-  int number_;
-};
 
 // $XDG_RUNTIME_DIR/cie-run, else /tmp/cie-run-<user id>: ours, and nobody else's to enter.
 fs::path folder() {
@@ -80,12 +70,6 @@ sockaddr_un address_of(const fs::path& path) {
 
 const sockaddr* generic(const sockaddr_un& address) {
   return reinterpret_cast<const sockaddr*>(&address);  // as the sockets interface wants it
-}
-
-void set_patience(int connection) {
-  const timeval patience{.tv_sec = kPatienceSeconds, .tv_usec = 0};
-  setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
-  setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience);
 }
 
 // Up to the end of what is sent; false if it is more than `most` or does not come.
@@ -149,13 +133,81 @@ fs::path socket_of(const fs::path& in, int pid) {
   return in / (std::to_string(pid) + std::string{kSuffix});
 }
 
+using std::chrono::steady_clock;
+
+// For poll(): not too early, and -1 for never.
+int milliseconds_until(steady_clock::time_point deadline) {
+  if (deadline == steady_clock::time_point::max()) return -1;
+  const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - steady_clock::now());
+  return static_cast<int>(std::max<std::chrono::milliseconds::rep>(left.count(), 0));
+}
+
+// A connection that gives an order: first its request comes, then its answer goes, each as far as
+// it can without waiting.
+class Client {
+ public:
+  explicit Client(FileDescriptor connection) : connection_(std::move(connection)) {}
+
+  pollfd wanted() const {
+    const short events = is_answered_ ? POLLOUT : POLLIN;
+    return {.fd = connection_.get(), .events = events, .revents = 0};
+  }
+  steady_clock::time_point deadline() const { return deadline_; }
+  bool is_over() const { return is_over_; }
+
+  // There is something to read, or room to write.
+  void go_on(const ControlServer::Handler& handler) {
+    if (!is_answered_) receive(handler);
+    if (is_answered_ && !is_over_) send();
+  }
+
+ private:
+  void receive(const ControlServer::Handler& handler) {
+    char buffer[4096];
+    const ssize_t size = recv(connection_.get(), buffer, sizeof buffer, 0);
+    if (size < 0) {
+      is_over_ = !is_passing(errno);
+    } else if (request_.size() + static_cast<std::size_t>(size) > kMaxRequest) {
+      is_over_ = true;
+    } else if (size > 0) {
+      request_.append(buffer, static_cast<std::size_t>(size));
+    } else {
+      const Answer answer = handler(split(request_));
+      answer_ = std::to_string(answer.exit_code) + answer.text;
+      is_answered_ = true;
+      deadline_ = steady_clock::now() + kPatience;
+    }
+  }
+
+  void send() {
+    const std::string_view rest = std::string_view{answer_}.substr(sent_);
+    const ssize_t size = ::send(connection_.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
+    if (size < 0) {
+      is_over_ = !is_passing(errno);
+    } else {
+      sent_ += static_cast<std::size_t>(size);
+      is_over_ = sent_ == answer_.size();
+    }
+  }
+
+  static bool is_passing(int error) { return error == EINTR || error == EAGAIN; }
+
+  FileDescriptor connection_;
+  steady_clock::time_point deadline_ = steady_clock::now() + kPatience;
+  std::string request_;
+  std::string answer_;
+  std::size_t sent_ = 0;
+  bool is_answered_ = false;
+  bool is_over_ = false;
+};
+
 }  // namespace
 
 ControlServer::ControlServer(Handler handler) : handler_(std::move(handler)) {
   path_ = socket_of(folder(), getpid());
   const sockaddr_un address = address_of(path_);
   unlink(path_.c_str());  // of a process that had this id before
-  socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   stop_ = eventfd(0, EFD_CLOEXEC);
   constexpr int kBacklog = 8;
   if (socket_ < 0 || stop_ < 0 || fchmod(socket_, 0600) != 0 ||
@@ -182,29 +234,37 @@ void ControlServer::listen() {
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
+  std::vector<Client> clients;  // the oldest first
   for (;;) {
-    pollfd wanted[2] = {{.fd = stop_, .events = POLLIN, .revents = 0},
-                        {.fd = socket_, .events = POLLIN, .revents = 0}};
-    if (poll(wanted, 2, -1) < 0) continue;  // EINTR
+    std::vector<pollfd> wanted{{.fd = stop_, .events = POLLIN, .revents = 0},
+                               {.fd = socket_, .events = POLLIN, .revents = 0}};
+    auto next_deadline = steady_clock::time_point::max();
+    for (const Client& client : clients) {
+      wanted.push_back(client.wanted());
+      next_deadline = std::min(next_deadline, client.deadline());
+    }
+    if (poll(wanted.data(), wanted.size(), milliseconds_until(next_deadline)) < 0)
+      continue;  // EINTR
     if (wanted[0].revents != 0) return;
-    const Descriptor connection{accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC)};
-    if (connection.get() >= 0) answer(connection.get());
+    for (std::size_t i = 0; i < clients.size(); ++i) {
+      if (wanted[i + 2].revents != 0) clients[i].go_on(handler_);
+    }
+    std::erase_if(clients, [now = steady_clock::now()](const Client& client) {
+      return client.is_over() || client.deadline() <= now;
+    });
+    if (wanted[1].revents == 0) continue;
+    FileDescriptor connection{accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
+    if (connection.get() < 0) continue;
+    if (clients.size() == kMaxClients) clients.erase(clients.begin());
+    clients.emplace_back(std::move(connection));
   }
-}
-
-void ControlServer::answer(int connection) const {
-  set_patience(connection);
-  std::string request;
-  if (!receive_all(connection, request, kMaxRequest)) return;
-  const Answer answer = handler_(split(request));
-  send_all(connection, std::to_string(answer.exit_code) + answer.text);
 }
 
 Answer send_order(int pid, const std::vector<std::string>& words) {
   const fs::path in = folder();
   const fs::path path = socket_of(in, pid > 0 ? pid : only_one(running_containers(in)));
   const sockaddr_un address = address_of(path);
-  const Descriptor connection{socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  const FileDescriptor connection{socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0)};
   if (connection.get() < 0 || connect(connection.get(), generic(address), sizeof address) != 0) {
     fail("cannot reach a container at " + path.string());
   }

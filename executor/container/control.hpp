@@ -18,7 +18,9 @@ struct Answer {
   std::string text;
 };
 
-// Listens on a thread of its own until destroyed, which waits for an order under way.
+// Listens on a thread of its own until destroyed, which waits for an order under way, and for no
+// client. A client has five seconds for its request as a whole, and as long for its answer; none
+// waits for another's. Orders are followed one after the other.
 class ControlServer {
  public:
   // Called on the server's thread; must not throw.
@@ -32,7 +34,6 @@ class ControlServer {
 
  private:
   void listen();
-  void answer(int connection) const;
 
   Handler handler_;
   std::filesystem::path path_;

@@ -1,4 +1,5 @@
 // cie-run: the component container. `cie run` starts it.
+#include <cie/executor/cancel_on_signals.hpp>
 #include <cie/executor/on_hangup.hpp>
 
 #include "app_file.hpp"
@@ -7,8 +8,6 @@
 #include "parameter_orders.hpp"
 #include "parameter_overrides.hpp"
 
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
@@ -34,32 +33,15 @@ constexpr const char* kDescription =
     "  param get NODE NAME, param set NODE NAME VALUE, param describe NODE NAME\n"
     "  reload                 the spec's file, as SIGHUP does";
 constexpr const char* kFooter =
-    "\nExample:\n"
-    "  cie run app.yaml --executor single\n"
-    "  cie record -o out -- cie run app.yaml\n"
-    "  cie run --control unload /demo/talker\n"
-    "  cie run --control param set /demo/talker period_ms 50\n"
-    "\n"
-    "Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 "
-    "nothing\n"
-    "could be loaded, the spec could not be applied, a callback threw, or an order was not "
-    "followed.";
+    R"(
+Example:
+  cie run app.yaml --executor single
+  cie record -o out -- cie run app.yaml
+  cie run --control unload /demo/talker
+  cie run --control param set /demo/talker period_ms 50
 
-// For the signal handler. A signal that comes before the container is there is remembered.
-std::atomic<Container*> running{nullptr};
-std::atomic<bool> is_asked_to_stop{false};
-
-void on_signal(int) {
-  is_asked_to_stop = true;
-  if (Container* const container = running; container != nullptr) container->cancel();
-}
-
-void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  for (const int signal : {SIGINT, SIGTERM})
-    sigaction(signal, &action, nullptr);
-}
+Exit codes: 0 ended as asked, 2 wrong usage or APP.yaml or its spec cannot be used, 4 nothing
+could be loaded, the spec could not be applied, a callback threw, or an order was not followed.)";
 
 void say(const std::string& line) {
   static std::mutex mutex;
@@ -70,18 +52,6 @@ void say(const std::string& line) {
 std::string counted(std::size_t count, const std::string& what) {
   return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
 }
-
-// The container is there while it is the signal handler's.
-class Registration {
- public:
-  explicit Registration(Container& container) {
-    running = &container;
-    if (is_asked_to_stop) container.cancel();
-  }
-  Registration(const Registration&) = delete;
-  Registration& operator=(const Registration&) = delete;
-  ~Registration() { running = nullptr; }
-};
 
 Answer unusable(const std::string& text) {
   return {.exit_code = unusable_input, .text = text + "\n"};
@@ -153,14 +123,14 @@ std::unique_ptr<ControlServer> listen_for_orders(Container& container) {
   }
 }
 
-int serve(Container& container, const AppFile& app) {
+int serve(Container& container, const AppFile& app, CancelOnSignals& signals) {
   const std::size_t loaded = container.load_all();
   if (loaded == 0) {
     say("none of the components could be loaded");
     return failed;
   }
   try {
-    const Registration registration{container};
+    container.cancel_on(signals);
     const auto control = listen_for_orders(container);
     const auto hangup = reload_on_hangup(container);
     const std::size_t missing = app.components.size() - loaded;
@@ -186,8 +156,8 @@ struct Arguments {
 };
 
 int run(const Arguments& arguments) {
-  catch_signals();
   try {
+    CancelOnSignals signals;  // first: a signal that comes while components load counts
     AppFile app = AppFile::load(arguments.file);
     if (!arguments.executor.empty()) app.executor = arguments.executor;
     for (const std::string& file : arguments.parameter_files)
@@ -196,7 +166,7 @@ int run(const Arguments& arguments) {
       override_parameter(app, assignment);
     if (app.spec) hold_hangups();
     Container container{app, say};
-    return serve(container, app);
+    return serve(container, app, signals);
   } catch (const SpecError& error) {
     say(error.what());
     return unusable_input;

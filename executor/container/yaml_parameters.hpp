@@ -3,7 +3,7 @@
 
 #include <cie/executor/parameters.hpp>
 
-#include "yaml_document.hpp"
+#include "base/yaml_document.hpp"
 
 #include <filesystem>
 #include <string>

@@ -8,6 +8,7 @@ namespace cie::sim {
 Application::Application(const System& system, Machine& machine, Tape& tape)
     : system_(system), machine_(machine), tape_(tape) {
   number_entities();
+  truth_.arrivals.resize(system_.callbacks.size());
 }
 
 void Application::number_entities() {

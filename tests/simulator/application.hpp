@@ -53,6 +53,7 @@ class Application {
     std::uint32_t group = 0;
     std::deque<Arrival> queue{};
     std::optional<Ns> due{};  // timers, once armed
+    std::uint64_t taken = 0;  // samples
     std::uint64_t started = 0;
     std::uint64_t ended = 0;
     std::uint64_t released = 0;

@@ -38,8 +38,8 @@ ChainTruth::Run run_of(const System& system, const Truth& truth, const std::vect
   run.write = *truth.instances[path.back().instance].end;
   for (std::size_t i = 0; i < path.size(); ++i) {
     const auto& instance = truth.instances[path[i].instance];
-    run.is_exact =
-        run.is_exact && system.callbacks[static_cast<std::size_t>(instance.callback)].tells_release;
+    run.tells_release.push_back(
+        system.callbacks[static_cast<std::size_t>(instance.callback)].tells_release);
     const auto leaves = i + 1 < path.size() ? path[i + 1].published : run.write;
     run.processing.push_back(leaves - instance.release);
     if (i > 0) run.communication.push_back(instance.release - path[i].published);
@@ -82,18 +82,15 @@ std::vector<ChainTruth> chains_of(const System& system, const Truth& truth) {
   return chains;
 }
 
-// From each read that led to a run, until the end of the first run that began after it.
+// From each read, whether it led to a run or not, until the end of the first run that began after
+// it. Before the first run the chain warms up.
 std::vector<Ns> ChainTruth::reaction_times() const {
   std::vector<Ns> times;
-  for (std::size_t i = 0; i < runs.size(); ++i) {
-    const auto is_same = [read = runs[i].read](const Run& run) { return run.read == read; };
-    if (std::find_if(runs.begin(), runs.begin() + static_cast<std::ptrdiff_t>(i), is_same) !=
-        runs.begin() + static_cast<std::ptrdiff_t>(i)) {
-      continue;
-    }
+  for (const auto read : all_reads) {
+    if (read < runs.front().read) continue;
     const auto later =
-        std::ranges::find_if(runs, [&](const Run& run) { return run.read > runs[i].read; });
-    if (later != runs.end()) times.push_back(later->write - runs[i].read);
+        std::ranges::find_if(runs, [read](const Run& run) { return run.read > read; });
+    if (later != runs.end()) times.push_back(later->write - read);
   }
   return times;
 }

@@ -138,7 +138,7 @@ std::vector<Mutant> execution_mutants() {
        reentrant_unknown,
        [](Case& c) { forget_threads(c, B); },
        {"E2"},
-       {"T5", "M2", "M3", "M4", "R1"},
+       {"T5", "M2", "M3", "M4", "M6", "M9", "E3", "R1"},
        false},
       {"E2",
        "an instance that starts within the one before",

@@ -178,6 +178,7 @@ Application::Taken Application::take(int index) {
   if (callback.kind != CallbackKind::timer) {
     const auto arrival = state.queue.front();
     state.queue.pop_front();
+    ++state.taken;
     return {.release = arrival.time, .missed = 0, .message = arrival.message};
   }
   const auto skipped = (machine_.now() - *state.due) / callback.period;
@@ -322,9 +323,11 @@ void Application::deliver(ThreadNumber by, const Delivery& delivery) {
     state.queue.pop_front();
     ++state.overwritten;
   }
+  truth_.arrivals[index].push_back(
+      {.time = machine_.now(), .waiting = state.queue.size() + (state.taken - state.started)});
   emit(system_.callbacks[index].process, by,
        CallbackRelease{.callback = CallbackId{state.id},
-                       .release_seq = state.released,
+                       .release_seq = state.released - 1,
                        .overwritten = state.overwritten});
 }
 

@@ -17,9 +17,9 @@ namespace cie::sim {
 struct ChainTruth {
   std::vector<int> hops{};  // callbacks
   struct Run {
-    Ns read = 0;   // start of the first callback's instance
-    Ns write = 0;  // end of the last one's
-    bool is_exact = true;
+    Ns read = 0;                        // start of the first callback's instance
+    Ns write = 0;                       // end of the last one's
+    std::vector<bool> tells_release{};  // of each hop
     std::vector<Ns> processing{};
     std::vector<Ns> communication{};
   };

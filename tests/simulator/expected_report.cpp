@@ -1,3 +1,5 @@
+#include <cie/analysis/report_rows.hpp>
+
 #include "simulator/comparison.hpp"
 
 #include <algorithm>
@@ -37,9 +39,11 @@ void Comparison::compare_callback(std::size_t index) {
   const auto& callback = system_.callbacks[index];
   const auto& meant = figures_[index];
   const auto pid = truth_.pids[static_cast<std::size_t>(callback.process)];
+  const analysis::ReportRows rows(observed_.result.report);
   const auto& all = observed_.result.report.callbacks;
-  const auto found = std::ranges::find_if(
-      all, [&](const auto& c) { return c.logical_id == callback.id && c.pid == pid; });
+  const auto found = std::ranges::find_if(all, [&](const auto& c) {
+    return c.logical_id == callback.id && rows.process_of(c).pid == pid;
+  });
   if (found == all.end()) {
     found_.push_back(callback.id + " is not in the report");
     return;
@@ -50,6 +54,9 @@ void Comparison::compare_callback(std::size_t index) {
   equal(name + "open", said.incomplete, meant.open);
   const bool is_timer = callback.kind == CallbackKind::timer;
   equal(name + "has missed releases", said.missed_releases.has_value(), is_timer);
+  compare_queue(index, said.longest_queue);
+  equal(name + "has exceptions", said.exceptions.has_value(), true);
+  equal(name + "exceptions", said.exceptions.value_or(0), 0U);
   if (is_timer && is_whole()) equal(name + "missed", *said.missed_releases, meant.missed);
   std::map<std::int64_t, std::uint64_t> by_thread;
   for (const auto& thread : said.threads) {
@@ -79,11 +86,35 @@ void Comparison::compare_callback(std::size_t index) {
   equal(name + "preempted by", text(instead), text(meant.instead));
 }
 
+void Comparison::compare_queue(std::size_t index, const std::optional<std::uint64_t>& said) {
+  if (!is_whole()) return;
+  const auto& callback = system_.callbacks[index];
+  const bool is_told =
+      callback.kind == CallbackKind::subscription &&
+      std::ranges::any_of(truth_.arrivals, [](const auto& of) { return !of.empty(); });
+  equal(callback.id + " has a queue", said.has_value(), is_told);
+  if (!said) return;
+  // A start in the nanosecond of an arrival may stand before or after it in the recording.
+  std::uint64_t least = 0;
+  std::uint64_t most = 0;
+  for (const auto& arrival : truth_.arrivals[index]) {
+    const auto starts = static_cast<std::uint64_t>(
+        std::ranges::count_if(truth_.instances, [&](const InstanceTruth& instance) {
+          return instance.callback == static_cast<int>(index) && instance.start == arrival.time;
+        }));
+    least = std::max(least, arrival.waiting - std::min(arrival.waiting, starts));
+    most = std::max(most, arrival.waiting + starts);
+  }
+  equal(callback.id + " longest queue", std::clamp(*said, least, most), *said);
+}
+
 void Comparison::compare_threads() {
+  const analysis::ReportRows rows(observed_.result.report);
   for (const auto& meant : truth_.threads) {
     const auto& all = observed_.result.report.threads;
-    const auto said = std::ranges::find_if(
-        all, [&](const auto& t) { return t.tid == meant.tid && t.pid == meant.pid; });
+    const auto said = std::ranges::find_if(all, [&](const auto& t) {
+      return t.tid == meant.tid && rows.process_of(t).pid == meant.pid;
+    });
     const auto name = "thread " + std::to_string(meant.tid) + ' ';
     equal(name + "is in the report", said != all.end(), true);
     if (said == all.end()) continue;
@@ -111,21 +142,31 @@ void Comparison::compare_chain(const ChainTruth& chain) {
   if (said == all.end()) return;
   equal(name + "instances", said->instances, chain.runs.size());
   Numbers latency;
+  Numbers undivided;
   std::vector<Numbers> processing(ids.size());
   std::vector<Numbers> communication(ids.size() - 1);
   for (const auto& run : chain.runs) {
-    if (!run.is_exact) continue;
+    if (!run.tells_release.front()) continue;
     Ns total = 0;
+    Ns rest = 0;
+    bool is_divided = true;
     for (std::size_t i = 0; i < ids.size(); ++i) {
+      const auto between = i == 0 ? 0 : run.communication[i - 1];
+      total += between + run.processing[i];
+      if (!run.tells_release[i]) {
+        rest += between + run.processing[i];
+        is_divided = false;
+        continue;
+      }
       processing[i].push_back(run.processing[i]);
-      total += run.processing[i];
-      if (i + 1 == ids.size()) break;
-      communication[i].push_back(run.communication[i]);
-      total += run.communication[i];
+      if (i > 0) communication[i - 1].push_back(between);
     }
     latency.push_back(total);
+    if (!is_divided) undivided.push_back(rest);
   }
   compare_summary(name + "path latency", said->path_latency, latency);
+  compare_summary(name + "undivided", said->undivided, undivided);
+  equal(name + "hops", said->hop_table.size(), ids.size());
   for (std::size_t i = 0; i < said->hop_table.size(); ++i) {
     const auto& hop = said->hop_table[i];
     compare_summary(name + "processing", hop.processing, processing[i]);

@@ -9,7 +9,9 @@
 #include "support/verdicts.hpp"
 
 #include <algorithm>
+#include <map>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -80,8 +82,78 @@ TEST(SimulatedLaws, ThinningMovesVerdictsOnlyTowardsInconclusive) {
     const test::Verified reduced(less, spec);
     if (const auto lacking = test::unfounded(reduced); !lacking.empty()) RC_FAIL(lacking);
     const test::Deletion deletion{.before = c.trace, .after = less};
-    if (const auto broken = test::broken_by(deletion, full, reduced); !broken.empty()) {
+    const test::Verified user(test::without_kernel(c.trace), spec);
+    if (const auto broken = test::broken_by(deletion, full, reduced, user); !broken.empty()) {
       RC_FAIL(broken);
+    }
+  }));
+}
+
+// The kernel's record, whole or with holes, on one time axis with the rest or not.
+test::TextTrace with_any_kernel(const test::TextTrace& trace, Random& random) {
+  auto both = random.one_in(5) ? trace : with_kernel_holes(trace, random);
+  if (!random.one_in(8)) return both;
+  const auto* uuid = random.one_in(2) ? "" : "another boot";
+  for (auto& event : both.events) {
+    auto* stream = std::get_if<analysis::StreamBegin>(&event.body);
+    if (stream != nullptr && stream->domain == analysis::Domain::kernel) stream->clock_uuid = uuid;
+  }
+  return both;
+}
+
+TEST(SimulatedLaws, KernelEventsWithHolesOrWithoutNeverDecideLess) {
+  EXPECT_TRUE(rc::check("L6", [] {
+    Random random(*rc::gen::arbitrary<std::uint64_t>());
+    const auto c = drawn_case(random);
+    const auto spec = c.spec.text();
+    const auto both =
+        with_any_kernel(random.one_in(3) ? thinned(c.trace, random) : c.trace, random);
+    const test::Verified user(test::without_kernel(both), spec, c.options);
+    const test::Verified verified(both, spec, c.options);
+    if (const auto lacking = test::unfounded(verified); !lacking.empty()) RC_FAIL(lacking);
+    if (const auto broken = test::broken_by_kernel(user, verified); !broken.empty()) {
+      RC_FAIL(broken);
+    }
+  }));
+}
+
+// By callback, process and number.
+using Measured = std::map<std::tuple<std::string, std::int64_t, std::uint64_t>, analysis::Instance>;
+
+struct Instances final : analysis::Observer {
+  Measured all;
+  void on_instance(const analysis::Instance& instance) override {
+    all.try_emplace({std::string(instance.logical_id), instance.pid, instance.seq}, instance);
+  }
+};
+
+Measured measured(const test::TextTrace& trace) {
+  Instances instances;
+  test::analyze(trace, {}, &instances);
+  return std::move(instances.all);
+}
+
+// What is measured beside holes is what is measured without them.
+TEST(SimulatedLaws, HolesInTheKernelsRecordLeaveNoWrongNumber) {
+  EXPECT_TRUE(rc::check("10b", [] {
+    Random random(*rc::gen::arbitrary<std::uint64_t>());
+    const auto trace = simulate(system_of(*shapes())).tape.trace({});
+    const auto whole = measured(trace);
+    const auto some = measured(with_kernel_holes(trace, random, false));
+    RC_ASSERT(some.size() == whole.size());
+    for (const auto& [key, instance] : some) {
+      const auto& meant = whole.at(key);
+      const auto expect_same = [&](const char* part, const auto& said, const auto& truth) {
+        if (!said || said == truth) return;
+        RC_FAIL(std::get<0>(key) + " seq " + std::to_string(std::get<2>(key)) + " (start " +
+                std::to_string(meant.start.ns) + "): " + part + ' ' + std::to_string(said->ns) +
+                ", not " + (truth ? std::to_string(truth->ns) : "unknown"));
+      };
+      expect_same("execution", instance.execution, meant.execution);
+      expect_same("preempted", instance.preempted, meant.preempted);
+      expect_same("blocked", instance.blocked, meant.blocked);
+      expect_same("wake delay", instance.wake_delay, meant.wake_delay);
+      expect_same("waking", instance.waking, meant.waking);
     }
   }));
 }

@@ -120,6 +120,34 @@ void remove_thread_events(Case& c, Place place) {
   --body<RunEnd>(event<RunEnd>(c.trace, kAny)).threads;
 }
 
+// The thread says that its work for callbacks ends, and its callback goes on there.
+void end_thread_early(Case& c, Place place) {
+  const auto tid = static_cast<std::uint32_t>(tid_of(c, place));
+  const auto time = quiet_time(c);
+  const auto is_of_it = [tid](const auto& body, const EventHead&) { return body.tid == tid; };
+  auto fini = event<ThreadFini>(c.trace, is_of_it);
+  c.trace.erase<ThreadFini>(is_of_it);
+  const auto later =
+      c.trace.erase<ThreadSched>([&](const ThreadSched& read, const EventHead& head) {
+        return read.tid == tid && head.time.ns >= time;
+      });
+  fini.head.time.ns = time;
+  body<ThreadFini>(fini).read_backs -= static_cast<std::uint32_t>(later);
+  insert(c.trace, fini);
+  c.spec.of(name_of(c, place)).foreign_work_budget.reset();  // its work goes on
+}
+
+// Nothing of the callback was recorded; the totals of its process still count it.
+void lose_callback(Case& c, Place place) {
+  const auto id = id_of(c, place);
+  const auto is_of_it = [id](const auto& body, const EventHead&) { return body.callback == id; };
+  c.trace.erase<CallbackInit>(is_of_it);
+  c.trace.erase<CallbackFini>(is_of_it);
+  c.trace.erase<CallbackStart>(is_of_it);
+  c.trace.erase<CallbackEnd>(is_of_it);
+  c.trace.erase<CallbackRelease>(is_of_it);
+}
+
 void never_run(Case& c, Place place) {
   const auto is_of_it = [&](const auto& body, const EventHead&) {
     return body.callback == id_of(c, place);
@@ -156,6 +184,13 @@ std::vector<Mutant> specified() {
        {}},
       {"M1", "a misspelt id", {}, [](Case& c) { c.spec.of("/n0@F").id = "/n0@f"; }, {"M1"}, {}},
       {"M1", "a callback that never runs", {}, [](Case& c) { never_run(c, F); }, {"M1"}, {}},
+      {"M1",
+       "a misspelt member of a chain",
+       {},
+       [](Case& c) { c.spec.chains.at(0).callbacks.back() = "/n0@c"; },
+       {"M1"},
+       {"Q2"}},
+      {"M1", "a misspelt thread", {}, [](Case& c) { c.spec.of("recv").id = "recw"; }, {"M1"}, {}},
   };
 }
 
@@ -252,6 +287,12 @@ std::vector<Mutant> owners() {
        },
        {"M7"},
        {}},
+      {"M7",
+       "a callback of which nothing was recorded",
+       {},
+       [](Case& c) { lose_callback(c, F); },
+       {},
+       {"T4", "M1", "M2", "M7", "M8"}},
       {"M8", "a reentrant group", {}, [](Case& c) { make_reentrant(c, F); }, {"M8"}, {}},
       {"M8", "another reentrant group", {}, [](Case& c) { make_reentrant(c, B); }, {"M8"}, {}},
       {"M8",
@@ -280,6 +321,18 @@ std::vector<Mutant> owners() {
        {},
        [](Case& c) { remove_thread_events(c, C); },
        {"M9"},
+       {"S4"}},
+      {"M9",
+       "a timer that goes on after the end of its thread",
+       {},
+       [](Case& c) { end_thread_early(c, F); },
+       {"M4", "M9"},
+       {"S4"}},
+      {"M9",
+       "a subscription that goes on after the end of its thread",
+       {},
+       [](Case& c) { end_thread_early(c, C); },
+       {"M4", "M9"},
        {"S4"}},
   };
 }

@@ -14,7 +14,10 @@ bool is_kernel(const Event& event) {
   const auto index = event.body.index();
   return index >= EventBody(SchedSwitch{}).index() && index <= EventBody(SchedPiSetprio{}).index();
 }
-bool is_state(const Event& event) { return event.body.index() <= EventBody(ThreadSched{}).index(); }
+bool is_state(const Event& event) {
+  const auto phase = analysis::phase_of(event.body);
+  return phase == analysis::EventPhase::structure || phase == analysis::EventPhase::state;
+}
 
 // A stream: who writes it. Kernel streams have no process.
 struct Key {

@@ -108,7 +108,108 @@ class Thinner {
   test::TextTrace thin_;
 };
 
+class KernelHoles {
+ public:
+  KernelHoles(const test::TextTrace& trace, Random& random, bool has_silent_ones)
+      : trace_(trace), random_(random), has_silent_ones_(has_silent_ones) {
+    for (const auto& event : trace_.events) {
+      const auto* stream = std::get_if<StreamBegin>(&event.body);
+      if (stream != nullptr && stream->domain == Domain::kernel) {
+        streams_.push_back(event.head.stream);
+      }
+    }
+  }
+
+  test::TextTrace run() {
+    if (streams_.empty()) return std::move(trace_);
+    for (auto holes = random_.between(1, 4); holes > 0; --holes) {
+      switch (random_.between(0, 5)) {
+        case 0:
+          remove_stream(any_stream());
+          break;
+        case 1:
+          end_early(any_stream());
+          break;
+        case 2:
+          if (has_silent_ones_) leave_out_switches();
+          break;
+        default:
+          lose();
+          break;
+      }
+    }
+    return std::move(trace_);
+  }
+
+ private:
+  StreamIndex any_stream() {
+    const auto last = static_cast<Ns>(streams_.size()) - 1;
+    return streams_[static_cast<std::size_t>(random_.between(0, last))];
+  }
+  Ns any_time() { return kBeginning + random_.between(0, 30'000'000); }
+
+  void remove_stream(StreamIndex stream) {
+    std::erase_if(trace_.events,
+                  [stream](const Event& event) { return event.head.stream == stream; });
+  }
+
+  void end_early(StreamIndex stream) {
+    const auto end = any_time();
+    std::erase_if(trace_.events, [&](const Event& event) {
+      return event.head.stream == stream && event.head.time.ns > end && !test::is_structural(event);
+    });
+    for (auto& event : trace_.events) {
+      if (event.head.stream != stream) continue;
+      if (event.head.time.ns > end) event.head.time = {end};
+    }
+    std::ranges::stable_sort(trace_.events, {}, [](const Event& e) { return e.head.time; });
+  }
+
+  void leave_out_switches() {
+    const auto rarity = random_.between(2, 200);
+    trace_.erase<SchedSwitch>(
+        [&](const SchedSwitch&, const EventHead&) { return random_.one_in(rarity); });
+  }
+
+  void lose() {
+    const auto from = any_time();
+    const auto until = from + random_.between(0, random_.one_in(2) ? 500'000 : 5'000'000);
+    const auto stream = any_stream();
+    const auto lost =
+        static_cast<std::uint64_t>(std::erase_if(trace_.events, [&](const Event& event) {
+          const auto time = event.head.time.ns;
+          return event.head.stream == stream && time >= from && time <= until &&
+                 !test::is_structural(event);
+        }));
+    EventBody loss = Discarded{.begin = {from}, .end = {until}, .count = lost, .packets = false};
+    if (random_.one_in(3)) {
+      loss = Discarded{.begin = {from}, .end = {until}, .count = 1, .packets = true};
+    } else if (random_.one_in(3)) {
+      loss = DamagedPacket{.reason = "cut", .begin = Timestamp{from}, .end = Timestamp{until}};
+    }
+    // A reader tells of a gap where it begins.
+    const auto place = std::ranges::upper_bound(trace_.events, Timestamp{from}, {},
+                                                [](const Event& e) { return e.head.time; });
+    trace_.events.insert(place, {.head = {.time = {from},
+                                          .stream = stream,
+                                          .cpu = std::nullopt,
+                                          .pid = std::nullopt,
+                                          .tid = std::nullopt},
+                                 .body = loss});
+  }
+
+  test::TextTrace trace_;
+  Random& random_;
+  bool has_silent_ones_;
+  std::vector<StreamIndex> streams_;
+};
+
 }  // namespace
+
+test::TextTrace with_kernel_holes(const test::TextTrace& trace, Random& random,
+                                  bool has_silent_ones) {
+  return KernelHoles(trace, random, has_silent_ones).run();
+}
 
 test::TextTrace thinned(const test::TextTrace& trace, Random& random) {
   return Thinner(trace, random).run();

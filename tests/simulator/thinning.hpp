@@ -12,4 +12,10 @@ namespace cie::sim {
 // events carry no numbers that would show it.
 test::TextTrace thinned(const test::TextTrace& trace, Random& random);
 
+// With holes in the kernel's record alone, of several kinds at once: events discarded and counted,
+// packets lost or damaged, streams that end early or are missing, and, if asked for, switches that
+// the kernel does not report: these may be missed, where those that are left fit together.
+test::TextTrace with_kernel_holes(const test::TextTrace& trace, Random& random,
+                                  bool has_silent_ones = true);
+
 }  // namespace cie::sim

@@ -166,6 +166,19 @@ std::vector<Mutant> messages() {
        asking_of_chain([](Spec::Chain& chain) { --*chain.data_age; }),
        {"Q2"},
        {}},
+      {"Q2",
+       "messages that nobody can follow",
+       {},
+       [](Case& c) {
+         for (auto& event : c.trace.events) {
+           if (auto* start = std::get_if<CallbackStart>(&event.body)) {
+             start->source_timestamp_realtime_ns = 0;
+             start->writer_gid = 0;
+           }
+         }
+       },
+       {},
+       {"Q2"}},
   };
 }
 

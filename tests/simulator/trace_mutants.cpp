@@ -2,6 +2,7 @@
 #include "simulator/mutants.hpp"
 
 #include <algorithm>
+#include <set>
 
 namespace cie::sim {
 namespace {
@@ -66,20 +67,33 @@ std::vector<Mutant> readable() {
        {},
        [](Case& c) { put(c, Domain::kernel, quiet_time(c), DamagedPacket{.reason = "cut"}); },
        {},
-       {"T1", "T2", "M6", "S3", "S4", "S5"}},
+       {"T1", "M6"}},  // whose budget needs the kernel throughout
       {"T1",
        "nothing but damaged packets",
        {},
        [](Case& c) {
          const auto time = quiet_time(c);
          std::erase_if(c.trace.events, [](const Event& e) {
-           return e.body.index() >= EventBody(RunBegin{}).index();
+           return analysis::phase_of(e.body) != analysis::EventPhase::structure;
          });
          put(c, Domain::user, time, DamagedPacket{.reason = "cut short"});
        },
        {"T1"},
-       {"T5", "M1"}},
+       {"T5", "M1", "Q2"}},
   };
+}
+
+// As if the kernel's tracer had not had this processor.
+void lose_processor(Case& c, std::int32_t cpu) {
+  std::set<StreamIndex> gone;
+  for (const auto& event : c.trace.events) {
+    const auto* begin = std::get_if<StreamBegin>(&event.body);
+    if (begin != nullptr && begin->domain == Domain::kernel && event.head.cpu == cpu) {
+      gone.insert(event.head.stream);
+    }
+  }
+  std::erase_if(c.trace.events,
+                [&gone](const Event& event) { return gone.contains(event.head.stream); });
 }
 
 std::vector<Mutant> lossless() {
@@ -97,7 +111,22 @@ std::vector<Mutant> lossless() {
        {},
        lossless(Domain::kernel, false),
        {"T2"},
-       {"M6", "S3", "S4", "S5"}},
+       {"M6"}},
+      {"T2",
+       "a processor that the kernel's tracer did not have, where nothing may be lost",
+       {},
+       [](Case& c) {
+         lose_processor(c, 1);
+         c.options.require_lossless = true;
+       },
+       {"T2"},
+       {"M6", "R4"}},
+      {"R4",
+       "a processor that the kernel's tracer did not have",
+       {},
+       [](Case& c) { lose_processor(c, 1); },
+       {},
+       {"M6", "R4"}},  // of what may have run there only durations are known
       {"T2",
        "an instance discarded",
        {},
@@ -148,6 +177,12 @@ std::vector<Mutant> contiguous() {
        [](Case& c) { lose_instance(c, F, 0); },
        {},
        with(kInstanceRules, {"T3", "T4", "R2", "S2"})},
+      {"T3",
+       "an end missing",
+       {},
+       [](Case& c) { remove(c.trace, of_callback<CallbackEnd>(c, F, 2)); },
+       {},
+       with(kInstanceRules, {"T3", "T4", "R2"})},
       {"T3",
        "a read-back missing",
        {},
@@ -241,6 +276,29 @@ std::vector<Mutant> sane() {
        },
        {},
        {"T6", "M6", "R4"}},  // as without kernel events
+      {"T6",
+       "the kernel's clock has no uuid",
+       {},
+       [](Case& c) {
+         for (auto& event : c.trace.events) {
+           auto* begin = std::get_if<StreamBegin>(&event.body);
+           if (begin != nullptr && begin->domain == Domain::kernel) begin->clock_uuid = "";
+         }
+       },
+       {},
+       {"T6", "M6", "R4"}},
+      {"T6",
+       "the kernel's clock has no uuid, and its priorities are others'",
+       {},
+       [](Case& c) {
+         for (auto& event : c.trace.events) {
+           auto* begin = std::get_if<StreamBegin>(&event.body);
+           if (begin != nullptr && begin->domain == Domain::kernel) begin->clock_uuid = "";
+           if (auto* change = std::get_if<SchedSwitch>(&event.body)) --change->next_prio;
+         }
+       },
+       {},
+       {"T6", "M6", "R4"}},
   };
 }
 

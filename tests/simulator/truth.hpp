@@ -49,14 +49,21 @@ struct ThreadTruth {
   Ns execution = 0;         // until then
 };
 
+// A sample that was put into a queue, the tracer having been told.
+struct ArrivalTruth {
+  Ns time = 0;
+  std::uint64_t waiting = 0;  // in the queue, or taken for an instance yet to begin
+};
+
 struct Truth {
   std::vector<InstanceTruth> instances{};  // by start
   std::vector<MessageTruth> messages{};
-  std::vector<ThreadTruth> threads{};        // announced ones
-  std::vector<std::int64_t> pids{};          // by process
-  std::vector<std::uint64_t> overwritten{};  // samples, by callback
-  std::vector<Ns> announced;                 // when each announcement was complete
-  std::uint64_t inherited = 0;               // priorities, through mutexes
+  std::vector<ThreadTruth> threads{};                 // announced ones
+  std::vector<std::int64_t> pids{};                   // by process
+  std::vector<std::uint64_t> overwritten{};           // samples, by callback
+  std::vector<std::vector<ArrivalTruth>> arrivals{};  // by callback
+  std::vector<Ns> announced;                          // when each announcement was complete
+  std::uint64_t inherited = 0;                        // priorities, through mutexes
 };
 
 }  // namespace cie::sim

@@ -77,8 +77,9 @@ TEST(Truth, EveryNumberOfAnAttachedRecordingIsExact) {
   EXPECT_TRUE(rc::check("attached recordings", is_exact));
 }
 
-// Günzel, Teper et al. (ECRTS 2023): the maximum reaction time equals the maximum data age. Reads
-// that led nowhere cannot make it larger: an earlier one that led somewhere waited longer.
+// Günzel, Teper et al. (ECRTS 2023): the maximum reaction time equals the maximum data age, once
+// the first chain has begun. Reads that led nowhere cannot make it larger: an earlier one that led
+// somewhere waited longer.
 TEST(Truth, MaximumReactionTimeEqualsMaximumDataAge) {
   const auto is_equal = [] {
     const auto system = system_of(*shapes());
@@ -99,12 +100,6 @@ TEST(Truth, MaximumReactionTimeEqualsMaximumDataAge) {
         }
       }
       RC_ASSERT(std::ranges::max(reactions) == age);
-      for (const auto read : chain.all_reads) {
-        if (read < runs.front().read) continue;  // warm-up
-        const auto answer = std::ranges::find_if(
-            runs, [read](const ChainTruth::Run& run) { return run.read > read; });
-        if (answer != runs.end()) RC_ASSERT(answer->write - read <= age);
-      }
     }
   };
   EXPECT_TRUE(rc::check("MRT = MDA", is_equal));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <set>
 #include <utility>
 #include <variant>
@@ -43,6 +44,17 @@ bool looks_crashed(const TextTrace& before, const TextTrace& after) {
   return ends(before) != ends(after);
 }
 
+bool has_kernel_lost(const TextTrace& before, const TextTrace& after) {
+  const auto count = [](const TextTrace& trace) {
+    return std::ranges::count_if(trace.events, [](const Event& event) {
+      const auto index = event.body.index();
+      return index >= analysis::EventBody(analysis::SchedSwitch{}).index() &&
+             index <= analysis::EventBody(analysis::SchedPiSetprio{}).index();
+    });
+  };
+  return count(before) != count(after);
+}
+
 // Threads that were announced, read back, ended or seen to begin an instance.
 Named threads_named(const TextTrace& trace) {
   Named named;
@@ -61,6 +73,16 @@ Named threads_named(const TextTrace& trace) {
         event.body);
   }
   return named;
+}
+
+// Incarnations of a thread have one name.
+std::map<std::string, Verdict> worst_by_subject(const analysis::RuleVerdict& rule) {
+  std::map<std::string, Verdict> worst;
+  for (const auto& subject : rule.subjects) {
+    auto& of_subject = worst.try_emplace(subject.subject, subject.verdict).first->second;
+    of_subject = std::max(of_subject, subject.verdict);
+  }
+  return worst;
 }
 
 }  // namespace
@@ -107,7 +129,8 @@ std::string unfounded(const Verified& verified) {
   return lacking;
 }
 
-std::string broken_by(const Deletion& deletion, const Verified& full, const Verified& reduced) {
+std::string broken_by(const Deletion& deletion, const Verified& full, const Verified& reduced,
+                      const Verified& user) {
   const auto& [trace, less, has_crashed] = deletion;
   const bool is_cut_short = looks_crashed(trace, less);
   // A callback or thread of which nothing is left has no subject any more; T4 counts it. Nor does
@@ -127,8 +150,46 @@ std::string broken_by(const Deletion& deletion, const Verified& full, const Veri
     // Without kernel events CPUs are only sampled, by the events themselves. A lost instance leaves
     // M4 standing (L5), unless a thread is known that it may have moved to.
     if (rule.id == "S4" || rule.id == "M4" || may_vanish) continue;
+    const bool is_of_kernel = user[rule.id] != Verdict::fail && has_kernel_lost(trace, less);
+    if (is_of_kernel && after == user[rule.id]) continue;
     if (before == Verdict::fail && after != Verdict::fail && after != Verdict::inconclusive) {
       return "lost FAIL: " + explain(full, rule.id) + "is:\n" + explain(reduced, rule.id);
+    }
+  }
+  return {};
+}
+
+TextTrace without_kernel(const TextTrace& trace) {
+  std::set<analysis::StreamIndex> kernel;
+  for (const auto& event : trace.events) {
+    const auto* stream = std::get_if<analysis::StreamBegin>(&event.body);
+    if (stream != nullptr && stream->domain == analysis::Domain::kernel) {
+      kernel.insert(event.head.stream);
+    }
+  }
+  TextTrace user = trace;
+  std::erase_if(user.events,
+                [&kernel](const Event& event) { return kernel.contains(event.head.stream); });
+  return user;
+}
+
+std::string broken_by_kernel(const Verified& user, const Verified& both) {
+  for (const auto& rule : user.result.verdicts.rules) {
+    if (rule.id == "T1" || rule.id == "T6") continue;  // they judge the traces themselves
+    const auto report = [&](const char* what) {
+      return std::string(what) + ":\n" + explain(both, rule.id) + "without the kernel:\n" +
+             explain(user, rule.id);
+    };
+    const bool was_open = rule.verdict == Verdict::inconclusive;
+    if (!was_open && both[rule.id] == Verdict::inconclusive) return report("undecided again");
+    const auto with_kernel = worst_by_subject(both.rule(rule.id));
+    for (const auto& [subject, before] : worst_by_subject(rule)) {
+      const auto found = with_kernel.find(subject);
+      const auto after = found != with_kernel.end() ? found->second : Verdict::not_applicable;
+      if (before == Verdict::fail && after != Verdict::fail) return report("lost FAIL");
+      if (before == Verdict::pass && after != Verdict::pass && after != Verdict::fail) {
+        return report("lost PASS");
+      }
     }
   }
   return {};

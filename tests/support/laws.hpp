@@ -21,8 +21,16 @@ struct Deletion {
   const TextTrace& after;
   bool has_crashed = false;  // the process, without any deletion
 };
-// L2: with events deleted no pass becomes a fail, and no fail a pass.
-std::string broken_by(const Deletion& deletion, const Verified& full, const Verified& reduced);
+// L2: with events deleted no pass becomes a fail, and no fail a pass. A fail that only the kernel's
+// events show is, without them, what the user's (`user`: of the full recording) say.
+std::string broken_by(const Deletion& deletion, const Verified& full, const Verified& reduced,
+                      const Verified& user);
+
+// The same recording without the kernel's streams.
+TextTrace without_kernel(const TextTrace& trace);
+// L6: what the user's events decide (`user`) stays decided with the kernel's, with holes or without
+// (`both`), and the kernel's show no less than a violation where there was one.
+std::string broken_by_kernel(const Verified& user, const Verified& both);
 
 // Subjects of a rule with their verdicts and evidence.
 std::string explain(const Verified& verified, const std::string& rule);

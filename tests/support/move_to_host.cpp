@@ -1,6 +1,7 @@
 #include "support/move_to_host.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 namespace cie::test {
@@ -37,6 +38,44 @@ class Shift {
 };
 
 }  // namespace
+
+TextTrace beside(const TextTrace& trace, const TextTrace& other, const OtherHost& host) {
+  constexpr std::uint64_t kOtherWriters = 1'000'000'000;
+  TextTrace both = trace;
+  both.more.insert(both.more.end(), {other.strings, other.cpus});
+  const std::string_view name = both.strings->emplace_back(host.name);
+  std::vector<Event> theirs = other.events;
+  for (auto& event : theirs) {
+    event.head.stream = StreamIndex{static_cast<std::uint32_t>(event.head.stream) +
+                                    static_cast<std::uint32_t>(kOther)};
+    if (auto* begin = std::get_if<StreamBegin>(&event.body)) {
+      begin->channel += static_cast<std::uint32_t>(kOther);
+      begin->host = name;
+      begin->clock_uuid = name;
+      begin->clock_offset_ns += host.realtime - host.monotonic;
+    }
+    if (auto* run = std::get_if<RunBegin>(&event.body)) run->host = name;
+    if (auto* publisher = std::get_if<PublisherInit>(&event.body))
+      publisher->writer_gid += kOtherWriters;
+    if (auto* start = std::get_if<CallbackStart>(&event.body); start && start->writer_gid != 0) {
+      start->writer_gid += kOtherWriters;
+      start->source_timestamp_realtime_ns += host.realtime;
+    }
+  }
+  // In order of true time.
+  std::vector<Event> all;
+  std::ranges::merge(
+      both.events, theirs, std::back_inserter(all), {},
+      [](const Event& event) { return event.head.time; },
+      [](const Event& event) { return event.head.time; });
+  for (auto& event : all) {
+    if (event.head.stream < kOther) continue;
+    event.head.time.ns += host.monotonic;
+    std::visit(Shift(host), event.body);
+  }
+  both.events = std::move(all);
+  return both;
+}
 
 void move_to_host(TextTrace& trace, std::int64_t pid, const OtherHost& host) {
   const std::string_view name = trace.strings->emplace_back(host.name);

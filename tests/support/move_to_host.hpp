@@ -17,4 +17,8 @@ struct OtherHost {
 // Has the process of that pid run on another host: its times are what the clocks there show.
 void move_to_host(TextTrace& trace, std::int64_t pid, const OtherHost& host);
 
+// The trace with all of `other` beside it, which happened on another host: names, pids, tids and
+// ids of both may be the same. Writers of messages have identities of their own.
+TextTrace beside(const TextTrace& trace, const TextTrace& other, const OtherHost& host);
+
 }  // namespace cie::test

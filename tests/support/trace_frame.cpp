@@ -1,8 +1,18 @@
 #include "support/trace_writer.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::test::text {
+namespace {
+
+constexpr std::uint32_t kCpus = 2;
+
+StreamIndex kernel_stream(std::int32_t cpu) {
+  return StreamIndex{static_cast<std::uint32_t>(kKernel) + static_cast<std::uint32_t>(cpu)};
+}
+
+}  // namespace
 
 RunBegin Writer::run_begin(const Process& process, std::int64_t time, const std::string& spec,
                            RunMoment moment) {
@@ -16,7 +26,7 @@ RunBegin Writer::run_begin(const Process& process, std::int64_t time, const std:
           .process_start_ns = process.from - 1,
           .monotonic_ns = time,
           .realtime_ns = 1'000'000'000 + time,
-          .online_cpus = 2,
+          .online_cpus = kCpus,
           .spec_sha256 = keep(spec),
           .moment = moment};
 }
@@ -117,27 +127,38 @@ void Writer::frame() {
     begin = std::min(begin, event.head.time.ns);
   std::stable_sort(trace_.events.begin(), trace_.events.end(),
                    [](const Event& a, const Event& b) { return a.head.time < b.head.time; });
+  // One stream of the user's, and of the kernel's one for each CPU.
+  std::vector<std::pair<StreamIndex, std::int32_t>> streams{{kUser, 0}};
+  std::int32_t cpus = has_kernel_ ? static_cast<std::int32_t>(kCpus) : 0;
+  for (auto& event : trace_.events) {
+    const auto cpu = event.head.cpu.value_or(0);
+    if (has_kernel_) cpus = std::max(cpus, cpu + 1);
+    if (event.head.stream == kKernel) event.head.stream = kernel_stream(cpu);
+  }
+  for (std::int32_t cpu = 0; cpu < cpus; ++cpu)
+    streams.emplace_back(kernel_stream(cpu), cpu);
   std::vector<Event> framed;
-  const auto edge = [&framed](std::int64_t time, StreamIndex stream, EventBody body) {
-    framed.push_back(Event{
-        .head =
-            {.time = {time}, .stream = stream, .cpu = 0, .pid = std::nullopt, .tid = std::nullopt},
-        .body = body});
+  const auto edge = [&framed](std::int64_t time, const auto& stream, EventBody body) {
+    framed.push_back(Event{.head = {.time = {time},
+                                    .stream = stream.first,
+                                    .cpu = stream.second,
+                                    .pid = std::nullopt,
+                                    .tid = std::nullopt},
+                           .body = body});
   };
-  std::vector<StreamIndex> streams{kUser};
-  if (has_kernel_) streams.push_back(kKernel);
-  for (const auto stream : streams) {
+  for (const auto& stream : streams) {
+    const bool is_kernel = stream.first != kUser;
     edge(begin - 1, stream,
-         StreamBegin{.channel = static_cast<std::uint32_t>(stream),
-                     .domain = stream == kKernel ? Domain::kernel : Domain::user,
+         StreamBegin{.channel = static_cast<std::uint32_t>(is_kernel ? kKernel : kUser),
+                     .domain = is_kernel ? Domain::kernel : Domain::user,
                      .host = "robot",
                      .clock_uuid = "boot",
                      .clock_offset_ns = 1'000'000'000,
-                     .path = stream == kKernel ? "kernel" : "ust"});
+                     .path = is_kernel ? "kernel" : "ust"});
     edge(begin - 1, stream, PacketBegin{});
   }
   framed.insert(framed.end(), trace_.events.begin(), trace_.events.end());
-  for (const auto stream : streams) {
+  for (const auto& stream : streams) {
     edge(last_ + 1, stream, PacketEnd{});
     edge(last_ + 1, stream, StreamEnd{});
   }

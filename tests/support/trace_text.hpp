@@ -16,8 +16,7 @@
 // Directives (names are words; a callback's thread has the callback's name):
 //   process NAME [pid=100] [executor=isolated] [spec=SHA256] [from=T] [until=T] [attached] [crash]
 //       what is declared from here on belongs to it; one is there without being declared
-//   callback NAME [timer|subscription|service|client|waitable] [id=LOGICAL] [period=10]
-//   [deadline=0]
+//   callback NAME [timer|subscription|service|client|waitable] [id=LOGICAL] [period=10] [deadline=0]
 //       [topic=/t] [group=NAME] [next=0] [cpu=0] [pooled]      pooled: no thread of its own
 //   group NAME [reentrant]
 //   thread NAME pool|worker|callback [of=CALLBACK] [cpu=0] [tid=N] [silent]   silent: not announced
@@ -25,11 +24,11 @@
 //   kernel                             a kernel channel even if no line needs it
 // Verbs (C callback, T thread, P publisher; any user event takes cpu=N and `on=T`):
 //   release C [overwritten=N] · wakeup C · lost C count=N
-//   start C [release=T|none] [missed=N] [seq=N] [from=P:SEQ]     release: the last release or
-//   wakeup end C [seq=N] [exception] · publish P on=T [seq=N] initial|applied|audit T
-//   [policy=fifo|rr|other|batch|idle|deadline] [priority= nice= runtime=
-//       deadline= period= cpus=0,1 error= n= slice= util_min= util_max= change=] [old]   old: as
-//       recordings had it before slice and clamps
+//   start C [release=T|none] [missed=N] [seq=N] [from=P:SEQ]     release: the last release or wakeup
+//   end C [seq=N] [exception] · publish P on=T [seq=N]
+//   initial|applied|audit T [policy=fifo|rr|other|batch|idle|deadline] [priority= nice= runtime=
+//       deadline= period= cpus=0,1 error= n= slice= util_min= util_max= change=]
+//       [old]                          as recordings had it before slice and clamps
 //   begin T · finish T                 thread_init, thread_fini, instead of those that are added
 //   init C · fini C                    callback_init (again), callback_fini, likewise
 //   reload [spec=SHA256]               run_begin again, for another spec
@@ -59,6 +58,7 @@ struct TextTrace {
   // What the events' views look at.
   std::shared_ptr<std::deque<std::string>> strings;
   std::shared_ptr<std::deque<std::vector<std::uint32_t>>> cpus;
+  std::vector<std::shared_ptr<const void>> more{};  // of traces that became part of this one
 
   // Removes events of one kind for which the predicate holds; returns how many.
   template <typename Body, typename Predicate>

@@ -1,6 +1,7 @@
 // cie-collect: receives what `cie record --to` of several machines sends.
 #include "collection.hpp"
-#include "options.hpp"
+#include "options/options.hpp"
+#include "system/error.hpp"
 #include "version.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include <string>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace {
 
@@ -27,8 +29,8 @@ cie::record::NetworkAddress listen_address(const std::string& text) {
   const auto address = cie::record::parse_address("--listen", is_port ? "127.0.0.1:" + text : text,
                                                   cie::record::kRelayPort);
   if (address.port > UINT16_MAX - 2) {
-    throw cie::record::UsageError("--listen: three ports follow each other; there are none after " +
-                                  std::to_string(address.port));
+    throw cie::record::UsageError(fmt::format(
+        "--listen: three ports follow each other; there are none after {}", address.port));
   }
   return address;
 }
@@ -50,7 +52,7 @@ int main(int argc, char** argv) {
       "together: cie report DIR. A directory that is there already is continued.\n"
       "Exit status: 0 ended by a signal, 2 usage, 4 no relay daemon.");
   std::string directory;
-  std::string listen = "127.0.0.1:" + std::to_string(cie::record::kRelayPort);
+  std::string listen = fmt::format("127.0.0.1:{}", cie::record::kRelayPort);
   app.add_option("-o,--output", directory, "Directory for the recordings")
       ->type_name("DIR")
       ->required();

@@ -1,15 +1,18 @@
 #include "collection.hpp"
 
-#include "error.hpp"
-#include "stream_check.hpp"
+#include <cie/tracepoints/utf8.hpp>
+
+#include "ctf/stream_check.hpp"
+#include "system/error.hpp"
+#include "system/text.hpp"
 
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
-#include <sstream>
 #include <utility>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 namespace cie::record {
@@ -28,6 +31,11 @@ std::set<fs::path> directories_in(const fs::path& directory) {
   return found;
 }
 
+// For the terminal: HOST and SESSION are what another machine calls itself.
+std::string shown(const fs::path& session, const fs::path& directory) {
+  return printable(session.lexically_relative(directory).string());
+}
+
 std::string summary_of(const fs::path& session) {
   std::uint64_t packets = 0;
   std::uint64_t discarded = 0;
@@ -39,12 +47,11 @@ std::string summary_of(const fs::path& session) {
     lost += stream.lost_packets;
     damaged += stream.is_damaged ? 1 : 0;
   }
-  std::ostringstream text;
-  text << packets << " packets";
-  if (discarded > 0) text << ", LOST: " << discarded << " events discarded at their host";
-  if (lost > 0) text << ", LOST: " << lost << " packets";
-  if (damaged > 0) text << ", " << damaged << " streams end within a packet";
-  return text.str();
+  std::string text = fmt::format("{} packets", packets);
+  if (discarded > 0) text += fmt::format(", LOST: {} events discarded at their host", discarded);
+  if (lost > 0) text += fmt::format(", LOST: {} packets", lost);
+  if (damaged > 0) text += fmt::format(", {} streams end within a packet", damaged);
+  return text;
 }
 
 }  // namespace
@@ -72,7 +79,7 @@ std::set<fs::path> Collection::sessions() const {
 void Collection::tell_of_new_sessions() {
   for (const fs::path& session : sessions()) {
     if (before_.contains(session) || !known_.insert(session).second) continue;
-    std::fprintf(stderr, "receiving %s\n", session.lexically_relative(options_.directory).c_str());
+    std::fprintf(stderr, "receiving %s\n", shown(session, options_.directory).c_str());
   }
 }
 
@@ -96,7 +103,7 @@ void Collection::run() {
 
 void Collection::print_summary() const {
   for (const fs::path& session : known_) {
-    std::fprintf(stderr, "%s: %s\n", session.lexically_relative(options_.directory).c_str(),
+    std::fprintf(stderr, "%s: %s\n", shown(session, options_.directory).c_str(),
                  summary_of(session).c_str());
   }
   if (known_.empty()) {

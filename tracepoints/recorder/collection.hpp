@@ -1,9 +1,9 @@
 // What several machines send to this one, into one directory.
 #pragma once
 
-#include "network_address.hpp"
-#include "relay_daemon.hpp"
-#include "signals.hpp"
+#include "lttng/relay_daemon.hpp"
+#include "system/network_address.hpp"
+#include "system/signals.hpp"
 
 #include <filesystem>
 #include <memory>

@@ -1,9 +1,11 @@
 // cie-record: records a run with LTTng into a directory.
-#include "flight_recorder.hpp"
-#include "live_stream.hpp"
-#include "options.hpp"
-#include "recording.hpp"
+#include "keeping/flight_recorder.hpp"
+#include "kernel/kernel_trial.hpp"
+#include "options/command_line.hpp"
+#include "record.hpp"
+#include "system/error.hpp"
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -32,15 +34,21 @@ int main(int argc, char** argv) {
       std::printf("%s\n", cie::record::ask_to_save(*parsed.save, parsed.save_reason).c_str());
       return 0;
     }
+    if (parsed.is_kernel_trial) {
+      const auto text = cie::record::kernel_trial_json(parsed.options->kernel_route,
+                                                       parsed.options->kernel_buffer_size,
+                                                       std::chrono::seconds(1));
+      std::printf("%s\n", text.c_str());
+      return 0;
+    }
     if (!parsed.options) {
       std::fputs(parsed.text.c_str(), stdout);
       return 0;
     }
     if (parsed.options->live_socket >= 0) {
-      return cie::record::stream_live(std::move(*parsed.options)) ? 0 : kFailed;
+      return cie::record::stream_live(*parsed.options) ? 0 : kFailed;
     }
-    cie::record::Recording recording(std::move(*parsed.options));
-    return recording.run() ? 0 : kFailed;
+    return cie::record::record(*parsed.options) ? 0 : kFailed;
   } catch (const cie::record::UsageError& error) {
     return fail(kUsage, error.what());
   } catch (const std::exception& error) {

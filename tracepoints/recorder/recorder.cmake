@@ -3,71 +3,90 @@ pkg_check_modules(LTTNG_CTL REQUIRED IMPORTED_TARGET lttng-ctl>=2.13)
 pkg_check_modules(LIBTRACEEVENT REQUIRED IMPORTED_TARGET libtraceevent)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(fmt REQUIRED)
 
 add_library(cie_recorder STATIC
-  recorder/child_process.cpp
   recorder/collection.cpp
-  recorder/ctf_stream.cpp
-  recorder/deadline_watch.cpp
-  recorder/error.cpp
-  recorder/flight_recorder.cpp
-  recorder/kernel_clock.cpp
-  recorder/kernel_events.cpp
-  recorder/kernel_reader.cpp
-  recorder/kernel_recording.cpp
-  recorder/kernel_ring.cpp
-  recorder/kernel_snapshots.cpp
-  recorder/kernel_source.cpp
-  recorder/live_stream.cpp
-  recorder/manifest.cpp
-  recorder/network_address.cpp
-  recorder/options.cpp
-  recorder/pending_chunk.cpp
-  recorder/processes.cpp
-  recorder/recording.cpp
-  recorder/recording_always_on.cpp
-  recorder/recording_messages.cpp
-  recorder/recording_relay.cpp
-  recorder/relay_daemon.cpp
-  recorder/relay_link.cpp
-  recorder/rotation.cpp
-  recorder/session_daemon.cpp
-  recorder/signals.cpp
-  recorder/stream_check.cpp
-  recorder/switch_check.cpp
-  recorder/tracefs.cpp
-  recorder/tracefs_source.cpp
-  recorder/tracing_session.cpp)
+  recorder/ctf/stream_check.cpp
+  recorder/keeping/chunk_names.cpp
+  recorder/keeping/chunks_keeping.cpp
+  recorder/keeping/directory_keeping.cpp
+  recorder/keeping/flight_recorder.cpp
+  recorder/keeping/kernel_beside.cpp
+  recorder/keeping/kernel_snapshots.cpp
+  recorder/keeping/live_keeping.cpp
+  recorder/keeping/manifest.cpp
+  recorder/keeping/outcome.cpp
+  recorder/keeping/relay_keeping.cpp
+  recorder/keeping/rotation.cpp
+  recorder/keeping/snapshots_keeping.cpp
+  recorder/keeping/tracing.cpp
+  recorder/kernel/ctf_stream.cpp
+  recorder/kernel/kernel_clock.cpp
+  recorder/kernel/kernel_events.cpp
+  recorder/kernel/kernel_reader.cpp
+  recorder/kernel/kernel_recording.cpp
+  recorder/kernel/kernel_ring.cpp
+  recorder/kernel/kernel_source.cpp
+  recorder/kernel/kernel_trial.cpp
+  recorder/kernel/switch_check.cpp
+  recorder/kernel/tracefs.cpp
+  recorder/kernel/tracefs_source.cpp
+  recorder/lttng/deadline_watch.cpp
+  recorder/lttng/event_watch.cpp
+  recorder/lttng/lttng_calls.cpp
+  recorder/lttng/pending_chunk.cpp
+  recorder/lttng/process_watch.cpp
+  recorder/lttng/relay_daemon.cpp
+  recorder/lttng/relay_link.cpp
+  recorder/lttng/session_channels.cpp
+  recorder/lttng/session_daemon.cpp
+  recorder/lttng/tracing_session.cpp
+  recorder/options/command_line.cpp
+  recorder/record.cpp
+  recorder/system/child_process.cpp
+  recorder/system/console.cpp
+  recorder/system/directory_claim.cpp
+  recorder/system/error.cpp
+  recorder/system/instant.cpp
+  recorder/system/network_address.cpp
+  recorder/system/processes.cpp
+  recorder/system/signals.cpp
+  recorder/system/temporary_directory.cpp
+  recorder/system/text.cpp
+  recorder/target/registration.cpp
+  recorder/target/target.cpp)
 target_link_libraries(cie_recorder
   PUBLIC cie_schema PkgConfig::LTTNG_CTL
-  PRIVATE PkgConfig::LIBTRACEEVENT nlohmann_json::nlohmann_json CLI11::CLI11)
+  PRIVATE PkgConfig::LIBTRACEEVENT nlohmann_json::nlohmann_json CLI11::CLI11 fmt::fmt)
 target_include_directories(cie_recorder
-  PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/recorder"
+  PUBLIC "${CMAKE_CURRENT_SOURCE_DIR}/recorder" "${CMAKE_CURRENT_SOURCE_DIR}"
   PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_compile_options(cie_recorder)
+cie_precompile_headers(cie_recorder)
 
 # Kernel events by BPF, if there is what it takes to build that; by tracefs in any case.
 find_program(CIE_BPF_CLANG clang DOC "clang, to compile the BPF programs of cie-record")
 pkg_check_modules(LIBBPF IMPORTED_TARGET libbpf>=1.0)
 if(CIE_BPF_CLANG AND LIBBPF_FOUND)
-  set(source "${CMAKE_CURRENT_SOURCE_DIR}/recorder/sched.bpf.c")
+  set(source "${CMAKE_CURRENT_SOURCE_DIR}/recorder/kernel/sched.bpf.c")
   set(object "${CMAKE_CURRENT_BINARY_DIR}/sched.bpf.o")
   add_custom_command(OUTPUT "${object}"
     COMMAND "${CIE_BPF_CLANG}" -target bpf -O2 -g -ffreestanding -Wall -Wextra -Werror
       -idirafter "/usr/include/${CMAKE_LIBRARY_ARCHITECTURE}" -c "${source}" -o "${object}"
-    DEPENDS "${source}" "${CMAKE_CURRENT_SOURCE_DIR}/recorder/kernel_record.h"
+    DEPENDS "${source}" "${CMAKE_CURRENT_SOURCE_DIR}/recorder/kernel/kernel_record.h"
     COMMENT "Compiling the BPF programs" VERBATIM)
-  set_source_files_properties(recorder/sched_bpf_object.cpp PROPERTIES
+  set_source_files_properties(recorder/kernel/sched_bpf_object.cpp PROPERTIES
     COMPILE_DEFINITIONS "CIE_SCHED_BPF_OBJECT=\"${object}\"" OBJECT_DEPENDS "${object}")
-  target_sources(cie_recorder PRIVATE recorder/bpf_source.cpp recorder/sched_bpf_object.cpp)
+  target_sources(cie_recorder PRIVATE recorder/kernel/bpf_source.cpp recorder/kernel/sched_bpf_object.cpp)
   target_link_libraries(cie_recorder PRIVATE PkgConfig::LIBBPF)
 else()
   message(STATUS "clang or libbpf not found: cie-record has no BPF, only tracefs, for kernel events")
-  target_sources(cie_recorder PRIVATE recorder/no_bpf_source.cpp)
+  target_sources(cie_recorder PRIVATE recorder/kernel/no_bpf_source.cpp)
 endif()
 
 cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)
-cie_program(cie-collect SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11)
+cie_program(cie-collect SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11 fmt::fmt)
 target_include_directories(cie-collect PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_install_manual()
 # An always-on recorder. systemd looks for units and users of packages below /usr/lib, whatever the architecture.

@@ -13,11 +13,10 @@ namespace cie::cli {
 namespace {
 
 constexpr const char* kDescription =
-    "What scheduling theory says of a recording's callbacks. Takes from the recording each "
-    "callback's\n"
-    "longest execution time, shortest inter-arrival time, priority and CPU, computes the longest\n"
-    "response time that these can lead to (response-time analysis per CPU; SCHED_DEADLINE by\n"
-    "admission and EDF tests), and holds what was observed against it.";
+    R"(What scheduling theory says of a recording's callbacks. Takes from the recording each callback's
+longest execution time, shortest inter-arrival time, priority and CPU, computes the longest
+response time that these can lead to (response-time analysis per CPU; SCHED_DEADLINE by
+admission and EDF tests), and holds what was observed against it.)";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -28,8 +27,8 @@ constexpr const char* kFooter =
     "\n"
     "Execution times need the kernel's events: cie record --kernel. Formulas: analysis/README.md.\n"
     "Exit codes: 0 done, 1 a deadline is not guaranteed or an observed response time exceeds its\n"
-    "bound without explanation, 2 wrong usage or spec, 4 trace unreadable or result not "
-    "writable.\n";
+    "bound without explanation, 2 wrong usage or spec, 3 there are deadlines and none could be\n"
+    "bounded, 4 trace unreadable or result not writable.\n";
 
 }  // namespace
 
@@ -60,7 +59,6 @@ int analyze_command(const Arguments& arguments) {
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
   analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
-                                    .reader = reader.value(),
                                     .metadata_from = reader.metadata()};
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());
@@ -68,14 +66,16 @@ int analyze_command(const Arguments& arguments) {
   window.check(result.report);
   const auto schedulability = analysis::schedulability_of(result.report, options.spec);
   if (format == "text") {
-    viewer_export::write_schedulability_text(output.stream(), schedulability, text_style(output));
+    viewer_export::write_schedulability_text(output.stream(), schedulability, result.report,
+                                             text_style(output));
     output.commit();
   } else {
     write_data(output, [&](std::ostream& out) {
-      viewer_export::write_schedulability_json(out, schedulability);
+      viewer_export::write_schedulability_json(out, schedulability, result.report);
     });
   }
-  return schedulability.has_finding() ? violation : ok;
+  if (schedulability.has_finding()) return violation;
+  return schedulability.is_undecided() ? inconclusive : ok;
 }
 
 }  // namespace cie::cli

@@ -1,11 +1,11 @@
 #include "command_line.hpp"
 
+#include <cie/tracepoints/nearest_name.hpp>
 #include <cie/viewer_export/output_file.hpp>
 
 #include <algorithm>
 #include <cstddef>
 #include <memory>
-#include <numeric>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -13,25 +13,6 @@
 
 namespace cie::cli {
 namespace {
-
-// Edits (insert, delete, replace, swap neighbours) that turn one word into the other.
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::vector<std::size_t>> table(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) {
-    table[i][0] = i;
-  }
-  std::iota(table[0].begin(), table[0].end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    for (std::size_t k = 1; k <= b.size(); ++k) {
-      const std::size_t replaced = table[i - 1][k - 1] + (a[i - 1] == b[k - 1] ? 0 : 1);
-      table[i][k] = std::min({table[i - 1][k] + 1, table[i][k - 1] + 1, replaced});
-      if (i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1]) {
-        table[i][k] = std::min(table[i][k], table[i - 2][k - 2] + 1);
-      }
-    }
-  }
-  return table[a.size()][b.size()];
-}
 
 // Starts with how to call the command, as manual pages do.
 class UsageFirst final : public CLI::Formatter {
@@ -121,34 +102,9 @@ bool CommandLine::parse(const Arguments& arguments) {
   if (!unknown.empty()) {
     const auto name = unknown.front().substr(0, unknown.front().find('='));
     throw UsageError(
-        fmt::format("unknown option \"{}\"{}", name, suggestion(name, option_names(*app_))));
+        fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(*app_))));
   }
   return true;
-}
-
-std::string_view nearest(std::string_view word, const std::vector<std::string>& candidates) {
-  constexpr std::size_t kLongest = 64;  // nobody misspells an essay
-  std::string_view best;
-  std::size_t best_distance = 0;
-  if (word.size() > kLongest) {
-    return best;
-  }
-  for (const auto& candidate : candidates) {
-    const auto edits = distance(word, candidate);
-    // A third of the letters may be wrong, and at least two.
-    const bool is_near = edits <= std::max<std::size_t>(2, candidate.size() / 3) &&
-                         edits < std::max(word.size(), candidate.size()) - 1;
-    if (is_near && (best.empty() || edits < best_distance)) {
-      best = candidate;
-      best_distance = edits;
-    }
-  }
-  return best;
-}
-
-std::string suggestion(std::string_view word, const std::vector<std::string>& candidates) {
-  const auto meant = nearest(word, candidates);
-  return meant.empty() ? std::string{} : fmt::format("; did you mean \"{}\"?", meant);
 }
 
 void check_choice(std::string_view option, const std::string& value,
@@ -161,9 +117,9 @@ void check_choice(std::string_view option, const std::string& value,
     throw UsageError(fmt::format("{} {} is not available in this version; available: {}", option,
                                  value, listed(available)));
   }
-  throw UsageError(fmt::format("{} does not know \"{}\"{}{}available: {}", option, value,
-                               suggestion(value, available),
-                               nearest(value, available).empty() ? "; " : " ", listed(available)));
+  throw UsageError(fmt::format(
+      "{} does not know \"{}\"{}{}available: {}", option, value, did_you_mean(value, available),
+      nearest_name(value, available).empty() ? "; " : " ", listed(available)));
 }
 
 void require_traces(const std::vector<std::filesystem::path>& traces) {

@@ -55,11 +55,6 @@ class CommandLine {
   std::unique_ptr<CLI::App> app_;
 };
 
-// The candidate that `word` was probably meant to be; empty if none is near.
-std::string_view nearest(std::string_view word, const std::vector<std::string>& candidates);
-// "; did you mean "verify"?", or nothing.
-std::string suggestion(std::string_view word, const std::vector<std::string>& candidates);
-
 // Throws UsageError unless `value` is one of `available`; those of `planned` get their own message.
 void check_choice(std::string_view option, const std::string& value,
                   const std::vector<std::string>& available,

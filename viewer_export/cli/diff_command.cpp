@@ -21,14 +21,14 @@ constexpr const char* kDescription =
     "by logical id. Reports keep few quantiles, so comparing recordings decides more.";
 
 constexpr const char* kFooter =
-    "Examples:\n"
-    "  cie diff before after                              what became worse\n"
-    "  cie diff before after --tolerance 2                more than 2 % counts\n"
-    "  cie diff before.json after -f json -o diff.json    for programs\n"
-    "\n"
-    "Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, 2 wrong "
-    "usage,\n"
-    "4 input unreadable or result not writable.\n";
+    R"(Examples:
+  cie diff before after                              what became worse
+  cie diff before after --tolerance 2                more than 2 % counts
+  cie diff before.json after -f json -o diff.json    for programs
+
+Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, 2 wrong usage,
+4 input unreadable or result not writable.
+)";
 
 double tolerance_of(const std::string& text) {
   double percent = 0;
@@ -45,8 +45,8 @@ std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& in
   if (!std::filesystem::is_directory(input)) return samples_in_report(input);
   analysis::SampleCollector collector;
   ProgressBar bar(reader.is_progress_wanted());
-  const auto result = analyze_with_progress(
-      {input}, {.reader = reader.value(), .metadata_from = reader.metadata()}, bar, &collector);
+  const auto result =
+      analyze_with_progress({input}, {.metadata_from = reader.metadata()}, bar, &collector);
   return collector.samples(result.report);
 }
 

@@ -1,5 +1,7 @@
 #include "doctor.hpp"
 
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -122,11 +124,12 @@ Finding group_budget(const Machine& machine) {
                  "echo 950000 > " + path + ", and likewise in the groups above it");
 }
 
+constexpr const char* kUseOfKernelEvents =
+    "without them execution times and preemption stay unknown; give the recorder CAP_BPF and "
+    "CAP_PERFMON (`setcap cap_bpf,cap_perfmon+ep` on cie-record), or run it as root";
+
 Finding kernel_events(const Machine& machine) {
   constexpr std::string_view kId = "kernel-events";
-  constexpr const char* kUse =
-      "without them execution times and preemption stay unknown; give the recorder CAP_BPF and "
-      "CAP_PERFMON (`setcap cap_bpf,cap_perfmon+ep` on cie-record), or run it as root";
   const bool may_bpf = machine.has_capability(kSysAdmin) ||
                        (machine.has_capability(kBpf) && machine.has_capability(kPerfmon));
   const bool has_btf = machine.has("/sys/kernel/btf/vmlinux");
@@ -134,7 +137,7 @@ Finding kernel_events(const Machine& machine) {
   const bool has_tracefs =
       machine.has("/sys/kernel/tracing") || machine.has("/sys/kernel/debug/tracing");
   if (machine.is_root() && has_tracefs) return fine(kId, "by tracefs");
-  if (!may_bpf) return warning(kId, "this user may not record the scheduler", kUse);
+  if (!may_bpf) return warning(kId, "this user may not record the scheduler", kUseOfKernelEvents);
   return warning(
       kId, "this kernel has neither BTF nor tracefs",
       "build it with CONFIG_DEBUG_INFO_BTF or CONFIG_FTRACE; without them execution times "
@@ -220,12 +223,68 @@ std::vector<Finding> examine(const Machine& machine) {
   return findings;
 }
 
+Finding examine_kernel_trial(const std::string& trial, const Finding& promised) {
+  constexpr std::string_view kId = "kernel-events";
+  constexpr double kNanosecond = 1e-9;
+  const auto told = nlohmann::json::parse(trial, nullptr, false);
+  if (!told.is_object() || told.value("schema", "") != "cie.kernel-trial/1") {
+    throw std::runtime_error("cie-record is of another version");
+  }
+  try {
+    if (told.contains("reason")) {
+      return warning(kId, "they cannot be recorded: " + told.at("reason").get<std::string>(),
+                     promised.advice.empty() ? kUseOfKernelEvents : promised.advice);
+    }
+    std::uint64_t switches = 0;
+    std::uint64_t untold = 0;
+    std::uint64_t lost = 0;
+    std::vector<std::string> holes;
+    for (const auto& cpu : told.at("cpus")) {
+      const auto here = cpu.at("untold").get<std::uint64_t>();
+      const auto all = cpu.at("switches").get<std::uint64_t>() + here;
+      switches += all;
+      untold += here;
+      lost += cpu.at("lost").get<std::uint64_t>();
+      if (here > 0) {
+        holes.push_back(
+            fmt::format("{} of {} on CPU {}", here, all, cpu.at("cpu").get<unsigned>()));
+      }
+    }
+    const auto text =
+        fmt::format("by {}, tried for {:.1f} s: ", told.at("route").get<std::string>(),
+                    kNanosecond * told.at("length_ns").get<double>());
+    if (switches == 0) {
+      return warning(kId, text + "the kernel told no switch of threads", kUseOfKernelEvents);
+    }
+    if (untold > 0) {
+      const auto percent = 100 * static_cast<double>(untold) / static_cast<double>(switches);
+      const auto share =
+          percent < 10 ? fmt::format("{:.2g}", percent) : fmt::format("{:.0f}", percent);
+      return warning(kId,
+                     fmt::format("{}the kernel did not tell {} of {} switches, {} %: {}", text,
+                                 untold, switches, share, fmt::join(holes, ", ")),
+                     "execution times of instances around them are not measured, all others are; "
+                     "virtual machines do this, and the machine itself does not");
+    }
+    if (lost > 0) {
+      return warning(kId, fmt::format("{}{} events were lost, the buffers were full", text, lost),
+                     "cie record --kernel-buffer 16m");
+    }
+    return fine(kId, fmt::format("{}{} switches, none is missing", text, switches));
+  } catch (const nlohmann::json::exception& error) {
+    throw std::runtime_error(std::string("cie-record is of another version: ") + error.what());
+  }
+}
+
 namespace {
 
-nlohmann::json manifest_of(const fs::path& recording) {
-  std::ifstream file(recording / "manifest.json");
-  const auto manifest = nlohmann::json::parse(file, nullptr, false);
-  if (manifest.is_object() && manifest.value("schema", "") == "cie.recording/1") return manifest;
+RecordingManifest manifest_of(const fs::path& recording) {
+  try {
+    if (auto manifest = load_recording_manifest(recording)) return *std::move(manifest);
+  } catch (const ManifestError& error) {
+    throw std::runtime_error("\"" + (recording / kManifestName).string() +
+                             "\" is damaged: " + error.what());
+  }
   throw std::runtime_error("\"" + recording.string() +
                            "\" is no recording of cie record: it has no manifest.json of one");
 }
@@ -250,30 +309,24 @@ Finding examine_buffers(const fs::path& recording) {
   constexpr double kNanosecond = 1e-9;
   constexpr double kEnough = 2;  // seconds; a consumer daemon that must wait waits shorter
   const auto manifest = manifest_of(recording);
-  try {
-    std::uint64_t discarded = 0;
-    for (const auto& channel : manifest.at("channels"))
-      discarded += channel.at("discarded_events").get<std::uint64_t>();
-    const auto& session = manifest.at("session");
-    const auto subbuf = session.at("subbuf_size").get<std::uint64_t>();
-    const auto count = session.at("num_subbuf").get<std::uint64_t>();
-    const double seconds = kNanosecond * (manifest.at("end").at("monotonic_ns").get<double>() -
-                                          manifest.at("begin").at("monotonic_ns").get<double>());
-    const auto bytes = static_cast<double>(most_bytes_of_a_cpu(recording, "events"));
-    const double rate = seconds > 0 ? bytes / seconds : 0;
-    const double lasts = rate > 0 ? static_cast<double>(subbuf * count) / rate : INFINITY;
-    const auto advice = fmt::format("cie record --num-subbuf {}", 2 * count);
-    if (discarded > 0) {
-      return problem(kId, fmt::format("too small: {} events were discarded", discarded), advice);
-    }
-    if (rate == 0) return fine(kId, "the recording holds no events of callbacks");
-    const auto what = fmt::format("the busiest CPU wrote {:.1f} kB/s, for which they last {:.1f} s",
-                                  rate / 1000, lasts);
-    return lasts >= kEnough ? fine(kId, what) : warning(kId, what, advice);
-  } catch (const nlohmann::json::exception& error) {
-    throw std::runtime_error("\"" + (recording / "manifest.json").string() +
-                             "\" is damaged: " + error.what());
+  std::uint64_t discarded = 0;
+  for (const auto& channel : manifest.channels)
+    discarded += channel.discarded_events;
+  const auto& session = manifest.session;
+  const double seconds = kNanosecond * (static_cast<double>(manifest.end.monotonic_ns) -
+                                        static_cast<double>(manifest.begin.monotonic_ns));
+  const auto bytes = static_cast<double>(most_bytes_of_a_cpu(recording, "events"));
+  const double rate = seconds > 0 ? bytes / seconds : 0;
+  const double lasts =
+      rate > 0 ? static_cast<double>(session.subbuf_size * session.num_subbuf) / rate : INFINITY;
+  const auto advice = fmt::format("cie record --num-subbuf {}", 2 * session.num_subbuf);
+  if (discarded > 0) {
+    return problem(kId, fmt::format("too small: {} events were discarded", discarded), advice);
   }
+  if (rate == 0) return fine(kId, "the recording holds no events of callbacks");
+  const auto what = fmt::format("the busiest CPU wrote {:.1f} kB/s, for which they last {:.1f} s",
+                                rate / 1000, lasts);
+  return lasts >= kEnough ? fine(kId, what) : warning(kId, what, advice);
 }
 
 }  // namespace cie::cli

@@ -22,8 +22,14 @@ struct Finding {
   std::string advice;  // what to change; empty if ok
 };
 
-// Every check of the machine, in a fixed order. Nothing is changed.
+// Every check of the machine, in a fixed order. Nothing is changed. The kernel's events are judged
+// by what the kernel and this user's rights promise.
 std::vector<Finding> examine(const Machine& machine);
+
+// The finding about the kernel's events by what was seen when they were recorded for a moment, in
+// place of what was `promised`. `trial` is what `cie-record --try-kernel` prints, a line of
+// cie.kernel-trial/1. Throws std::runtime_error if it is none.
+Finding examine_kernel_trial(const std::string& trial, const Finding& promised);
 
 // Whether the buffers of a recording are large enough for what they recorded, from its manifest and
 // its files. Throws std::runtime_error if it is no recording of `cie record`.

@@ -1,11 +1,19 @@
 #include "command_line.hpp"
+#include "commands.hpp"
 #include "doctor.hpp"
 #include "exit_code.hpp"
-#include "json.hpp"
+#include "json/json.hpp"
 #include "output.hpp"
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -15,9 +23,9 @@ namespace {
 using viewer_export::Json;
 
 constexpr const char* kDescription =
-    "Says whether this machine is fit to run callbacks under real-time policies, to trace and to\n"
-    "record them, and what to change where it is not. Nothing is changed. Rights and limits are\n"
-    "those of the user who asks.";
+    R"(Says whether this machine is fit to run callbacks under real-time policies, to trace and to
+record them, and what to change where it is not. Nothing is changed; the scheduler is recorded
+for a second, and thrown away. Rights and limits are those of the user who asks.)";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -66,6 +74,31 @@ void write_json_of(std::ostream& out, const std::vector<Finding>& findings) {
                                   {"checks", std::move(checks)}});
 }
 
+// What `cie-record --try-kernel` prints. Throws std::runtime_error.
+std::string kernel_trial() {
+  const auto command = viewer_export::shell_quoted(program_path("cie-record")) + " --try-kernel";
+  struct Close {
+    void operator()(std::FILE* pipe) const noexcept { ::pclose(pipe); }
+  };
+  const std::unique_ptr<std::FILE, Close> pipe(::popen(command.c_str(), "re"));
+  if (!pipe) throw std::runtime_error("cie-record cannot be started");
+  std::string text;
+  std::array<char, 4096> part{};
+  while (const auto size = std::fread(part.data(), 1, part.size(), pipe.get()))
+    text.append(part.data(), size);
+  return text;
+}
+
+// Whether the scheduler can be recorded is tried, where this machine is the one in question.
+void try_kernel_events(std::vector<Finding>& findings) {
+  const auto promised = std::ranges::find(findings, "kernel-events", &Finding::id);
+  try {
+    *promised = examine_kernel_trial(kernel_trial(), *promised);
+  } catch (const std::exception& error) {
+    promised->what += fmt::format("; not tried: {}", error.what());
+  }
+}
+
 }  // namespace
 
 int doctor_command(const Arguments& arguments) {
@@ -87,6 +120,7 @@ int doctor_command(const Arguments& arguments) {
   }
 
   auto findings = examine(Machine(root));
+  if (root == "/") try_kernel_events(findings);
   if (!recording.empty()) findings.push_back(examine_buffers(recording));
   auto output = open_output(target);
   write_data(output, [&](std::ostream& out) {

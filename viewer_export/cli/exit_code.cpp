@@ -5,19 +5,21 @@
 namespace cie::cli {
 
 int exit_code(const analysis::VerdictReport& verdicts, OnInconclusive on_inconclusive) {
-  const bool is_unreadable = std::any_of(
-      verdicts.rules.begin(), verdicts.rules.end(),
-      [](const auto& rule) { return rule.id == "T1" && rule.verdict == analysis::Verdict::fail; });
-  if (is_unreadable) {
+  const auto readable = std::ranges::find(verdicts.rules, "T1", &analysis::RuleVerdict::id);
+  const bool is_judged = readable != verdicts.rules.end();
+  if (is_judged && readable->verdict == analysis::Verdict::fail) {
     return unreadable;
   }
   switch (verdicts.verdict) {
     case analysis::Verdict::fail:
       return violation;
     case analysis::Verdict::inconclusive:
-      return on_inconclusive == OnInconclusive::warn   ? ok
-             : on_inconclusive == OnInconclusive::fail ? violation
-                                                       : inconclusive;
+      if (on_inconclusive == OnInconclusive::fail) return violation;
+      // What was not read, or read by guess, may hold anything: no warning says enough of it.
+      if (is_judged && analysis::counted_verdict(*readable) == analysis::Verdict::inconclusive) {
+        return inconclusive;
+      }
+      return on_inconclusive == OnInconclusive::warn ? ok : inconclusive;
     case analysis::Verdict::pass:
     case analysis::Verdict::not_applicable:
       break;

@@ -18,7 +18,8 @@ enum ExitCode : std::uint8_t {
 // What --inconclusive asks for.
 enum class OnInconclusive : std::uint8_t { report, warn, fail };
 
-// An unreadable trace (T1) wins over everything.
+// An unreadable trace (T1) wins over everything, and one of which a part was not read is never
+// waived by OnInconclusive::warn.
 int exit_code(const analysis::VerdictReport& verdicts, OnInconclusive on_inconclusive);
 
 }  // namespace cie::cli

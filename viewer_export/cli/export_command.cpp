@@ -21,35 +21,33 @@ namespace cie::cli {
 namespace {
 
 constexpr const char* kDescription =
-    "Converts a trace for a viewer. Perfetto shows every thread with its callbacks, the waits "
-    "from\n"
-    "release to start, arrows from each publish to the callbacks it caused, and what the kernel's\n"
-    "scheduler did, when that was recorded. The callback graph shows who takes whose messages,\n"
-    "with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every\n"
-    "number of the report, for SQL and data frames: all in an SQLite database (sqlite), or one by\n"
-    "one (csv, jsonl, parquet); those of many machines' recordings go into one ClickHouse "
-    "database\n"
-    "(clickhouse), or into Parquet files by day, host and process (--partition). Chrome JSON,\n"
-    "speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP serve other people's tools.";
+    R"(Converts a trace for a viewer. Perfetto shows every thread with its callbacks, the waits from
+release to start, arrows from each publish to the callbacks it caused, and what the kernel's
+scheduler did, when that was recorded. The callback graph shows who takes whose messages,
+with latencies: in Graphviz's language, or drawn by it. Tables hold every instance and every
+number of the report, for SQL and data frames: all in an SQLite database (sqlite), or one by
+one (csv, jsonl, parquet); those of many machines' recordings go into one ClickHouse database
+(clickhouse), or into Parquet files by day, host and process (--partition). Chrome JSON,
+speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP serve other people's tools.)";
 
 constexpr const char* kFooter =
-    "Examples:\n"
-    "  cie export recordings/latest --to perfetto -o run.pftrace\n"
-    "  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size\n"
-    "  cie export run1 --to chrome -o run1.json                     where only JSON is taken\n"
-    "  cie export run1 --to speedscope -o run1.speedscope.json      flame graphs of threads\n"
-    "  cie export run1 --to otlp -o run1.jsonl                      OpenTelemetry spans\n"
-    "  cie export run1 --to mcap -o run1.mcap                       Foxglove, PlotJuggler\n"
-    "  cie export run1 --to svg -o graph.svg                        the callback graph\n"
-    "  cie export run1 --to dot -o graph.dot                        the same, for Graphviz\n"
-    "  cie export run1 --to sqlite -o run1.db                       all tables, for SQL\n"
-    "  cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)\n"
-    "  cie export run1 --to clickhouse --label software=1.2 -o run1.ch; run1.ch/load.sh\n"
-    "  cie export run1 --to parquet --partition -o fleet            beside other recordings there\n"
-    "\n"
-    "Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with "
-    "trace_processor.\n"
-    "Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.\n";
+    R"(Examples:
+  cie export recordings/latest --to perfetto -o run.pftrace
+  cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size
+  cie export run1 --to chrome -o run1.json                     where only JSON is taken
+  cie export run1 --to speedscope -o run1.speedscope.json      flame graphs of threads
+  cie export run1 --to otlp -o run1.jsonl                      OpenTelemetry spans
+  cie export run1 --to mcap -o run1.mcap                       Foxglove, PlotJuggler
+  cie export run1 --to svg -o graph.svg                        the callback graph
+  cie export run1 --to dot -o graph.dot                        the same, for Graphviz
+  cie export run1 --to sqlite -o run1.db                       all tables, for SQL
+  cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)
+  cie export run1 --to clickhouse --label software=1.2 -o run1.ch; run1.ch/load.sh
+  cie export run1 --to parquet --partition -o fleet            beside other recordings there
+
+Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.
+Exit codes: 0 done, 2 wrong usage, 4 trace unreadable or result not writable.
+)";
 
 int export_graph(const std::vector<std::filesystem::path>& traces,
                  const analysis::AnalysisOptions& options, ProgressBar& bar, bool is_drawn,
@@ -137,7 +135,6 @@ int export_command(const Arguments& arguments) {
   check(wishes);
   const auto spec = load_spec(wishes.spec_file);
   const analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
-                                          .reader = reader.value(),
                                           .metadata_from = reader.metadata()};
   ProgressBar bar(reader.is_progress_wanted());
   if (wishes.is_fleet()) {

@@ -5,9 +5,9 @@
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
-#include "gzip_stream.hpp"
 #include "inputs.hpp"
 #include "output.hpp"
+#include "output/gzip_stream.hpp"
 
 #include <cstdio>
 

@@ -1,20 +1,35 @@
 #include "inputs.hpp"
 
+#include "words/text_layout.hpp"
+
 namespace cie::cli {
+
 ReaderOption::ReaderOption(CommandLine& line) {
-  line.option("--reader", "READER", choice_,
-              "Who decodes the traces: native (default) or babeltrace2 (CTF 1.8 only)");
   line.option("--metadata", "FILE", metadata_,
               "Metadata of a like recording, for traces whose own is lost");
   line.flag("-q,--quiet", is_quiet_, "No progress on the terminal");
 }
 
-analysis::Reader ReaderOption::value() const {
-  check_choice("--reader", choice_, {"native", "babeltrace2"});
-  if (choice_ != "native" && !metadata_.empty()) {
-    throw UsageError("--metadata is for the native reader");
-  }
-  return choice_ == "native" ? analysis::Reader::native : analysis::Reader::babeltrace2;
+Arguments ReaderOption::arguments() const {
+  Arguments arguments;
+  if (!metadata_.empty()) arguments.insert(arguments.end(), {"--metadata", metadata_});
+  return arguments;
+}
+
+std::string input_arguments(const std::vector<std::filesystem::path>& traces,
+                            const ReaderOption& reader, const std::string& spec,
+                            const std::string& window) {
+  Arguments arguments;
+  for (const auto& trace : traces)
+    arguments.push_back(trace.string());
+  if (!spec.empty()) arguments.insert(arguments.end(), {"--spec", spec});
+  if (!window.empty()) arguments.push_back("--window=" + window);  // it may begin with a dash
+  const auto of_reader = reader.arguments();
+  arguments.insert(arguments.end(), of_reader.begin(), of_reader.end());
+  std::string text;
+  for (const auto& argument : arguments)
+    text += (text.empty() ? "" : " ") + viewer_export::shell_quoted(argument);
+  return text;
 }
 
 std::optional<SchedulingSpec> load_spec(const std::string& file) {

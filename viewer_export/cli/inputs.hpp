@@ -7,7 +7,6 @@
 #include "command_line.hpp"
 #include "progress_bar.hpp"
 
-#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -18,8 +17,7 @@ namespace cie::cli {
 // Empty for an empty name. Throws SpecError.
 std::optional<SchedulingSpec> load_spec(const std::string& file);
 
-// "--reader native|babeltrace2", "--metadata FILE" and "--quiet" of every command that reads
-// traces.
+// "--metadata FILE" and "--quiet" of every command that reads traces.
 class ReaderOption {
  public:
   // Adds it to `line`, which reads into this object when it parses.
@@ -27,18 +25,23 @@ class ReaderOption {
   ReaderOption(const ReaderOption&) = delete;
   ReaderOption& operator=(const ReaderOption&) = delete;
 
-  // After parsing. Throws UsageError.
-  analysis::Reader value() const;
-  // File of "--metadata"; empty if it was not given.
+  // After parsing: file of "--metadata"; empty if it was not given.
   std::filesystem::path metadata() const { return metadata_; }
+  // The options as they were given, for a command line that reads likewise.
+  Arguments arguments() const;
   // Whether progress may be shown.
   bool is_progress_wanted() const noexcept { return !is_quiet_; }
 
  private:
-  std::string choice_ = "native";
   std::string metadata_;
   bool is_quiet_ = false;
 };
+
+// What follows a command that is printed for pasting, so that it reads the same as this one: traces
+// and options, quoted for a shell. `window`: as the option's text.
+std::string input_arguments(const std::vector<std::filesystem::path>& traces,
+                            const ReaderOption& reader, const std::string& spec,
+                            const std::string& window = {});
 
 // analysis::analyze, while `bar` shows how much is read. Throws UnreadableTrace.
 analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem::path>& traces,

@@ -25,7 +25,7 @@ struct LiveOptions {
   live::SortKey sort = live::SortKey::response;
   std::string filter;
   std::string listen_address;  // empty: no server
-  int listen_port = 0;
+  std::uint16_t listen_port = 0;
   std::string flight_directory;  // of a recorder that keeps snapshots; empty: none
   live::SaveLimits save_limits;
 };

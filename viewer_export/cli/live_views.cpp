@@ -15,6 +15,12 @@
 namespace cie::cli {
 namespace {
 
+constexpr const char* kOpenWarning =
+    R"(cie live: warning: this is no loopback address. Everybody who reaches this machine can read the names of
+hosts, processes, threads, callbacks and topics, response times and verdicts there: without a password,
+and not encrypted. To keep it to this machine: --listen PORT, and a tunnel (ssh -L) for who is elsewhere.
+)";
+
 // At once: what reads may be waiting for this line.
 void print(const std::string& text) {
   const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
@@ -31,7 +37,9 @@ LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
     server_.emplace(options.listen_address, options.listen_port);
     const auto note = fmt::format("{} and {}metrics", server_->url(), server_->url());
     fmt::print(stderr, "cie live: {}\n", note);
-    pages_.set_note("serving " + note);
+    const bool is_open = !server_->is_loopback();
+    if (is_open) fmt::print(stderr, "{}", kOpenWarning);
+    pages_.set_note((is_open ? "serving to the whole network " : "serving ") + note);
   }
   if (options.view == LiveOptions::View::screen) {
     screen_.emplace();

@@ -1,6 +1,6 @@
 // `cie`: chooses the subcommand, and turns errors into one line and an exit code.
 #include <cie/analysis/analyzer.hpp>
-#include <cie/analysis/guard.hpp>
+#include <cie/tracepoints/nearest_name.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/viewer_export/output_file.hpp>
 #include <cie/viewer_export/version.hpp>
@@ -8,7 +8,9 @@
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
-#include "text_layout.hpp"
+#include "memory_limit.hpp"
+#include "output.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <array>
@@ -52,11 +54,13 @@ using viewer_export::OutputFile;
 
 std::string overview() {
   std::string text =
-      "cie runs callbacks isolated, one thread per callback, and shows from LTTng traces that "
-      "they\n"
-      "are, and how long they take to respond.\n\n"
-      "Usage: cie COMMAND [ARGUMENTS]\n\n"
-      "Commands:\n";
+      R"(cie runs callbacks isolated, one thread per callback, and shows from LTTng traces that they
+are, and how long they take to respond.
+
+Usage: cie COMMAND [ARGUMENTS]
+
+Commands:
+)";
   for (const auto& command : commands()) {
     text += fmt::format("  {:<11}{}\n", command.name, command.summary);
   }
@@ -98,7 +102,7 @@ int dispatch(Arguments arguments) {
   if (name == "run" || name == "record" || name == "collect") {
     start_program("cie-" + name, arguments);
   }
-  throw UsageError(fmt::format("there is no command \"{}\"{}", name, suggestion(name, names)));
+  throw UsageError(fmt::format("there is no command \"{}\"{}", name, did_you_mean(name, names)));
 }
 
 // A descriptor that is closed would be given to the next file that is opened, and receive what is
@@ -114,11 +118,19 @@ void reserve_standard_descriptors() {
 }
 
 int fail(std::string_view what, int code, std::string_view hint = "") {
-  fmt::print(stderr, "cie: {}\n", viewer_export::printable(what));
+  fmt::print(stderr, "cie: {}\n", printable(what));
   if (!hint.empty()) {
     fmt::print(stderr, "{}\n", hint);
   }
   return code;
+}
+
+// As programs end that do not know of the pipe: quietly, by SIGPIPE (a shell says 141). Everything
+// that was held has been given back.
+int end_with_the_pipe() {
+  std::signal(SIGPIPE, SIG_DFL);
+  std::raise(SIGPIPE);
+  return unreadable;  // the signal is blocked
 }
 
 int run(const Arguments& arguments) {
@@ -134,6 +146,8 @@ int run(const Arguments& arguments) {
     return fail(error.what(), usage_error, hint);
   } catch (const SpecError& error) {
     return fail(error.what(), usage_error);
+  } catch (const viewer_export::ClosedPipe&) {
+    return end_with_the_pipe();
   } catch (const analysis::UnreadableTrace& error) {
     return fail(error.what(), unreadable);
   } catch (const std::bad_alloc&) {
@@ -145,15 +159,6 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
-// Commands that read traces do so in a child process: see analysis/guard.hpp.
-int guarded(const Arguments& arguments) {
-  try {
-    return analysis::run_guarded([&arguments] { return run(arguments); });
-  } catch (const std::exception& error) {
-    return fail(error.what(), unreadable);
-  }
-}
-
 }  // namespace cie::cli
 
 int main(int argc, char** argv) {
@@ -163,10 +168,11 @@ int main(int argc, char** argv) {
     return !arguments.empty() && std::find(names.begin(), names.end(), arguments[0]) != names.end();
   };
   if (is_one_of({"run", "record", "collect"})) return cie::cli::run(arguments);
-  // A closed pipe and a file size limit are errors with a message, not a silent end.
+  // A closed pipe is an error of the write, so that temporary files are removed first; a file size
+  // limit is an error with a message.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  if (is_one_of({"report", "instances", "verify", "analyze", "export"}))
-    return cie::cli::guarded(arguments);
+  cie::cli::end_with_a_message_instead_of_aborting();
+  if (!is_one_of({"live", "doctor"})) cie::cli::limit_memory();
   return cie::cli::run(arguments);
 }

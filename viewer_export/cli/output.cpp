@@ -1,11 +1,14 @@
 #include "output.hpp"
 
-#include "text_layout.hpp"
+#include "exit_code.hpp"
+#include "words/text_layout.hpp"
 
 #include <array>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
+#include <new>
 #include <streambuf>
 #include <string_view>
 #include <system_error>
@@ -29,6 +32,26 @@ extern "C" void remove_temporary(int signal_number) {
   std::raise(signal_number);
 }
 
+std::string_view cause_of(const std::exception_ptr& error) noexcept {
+  try {
+    if (error) std::rethrow_exception(error);
+  } catch (const std::bad_alloc&) {
+    return "cie: out of memory\n";
+  } catch (...) {
+  }
+  return "cie: an error of ours that it cannot go on after; please report it\n";
+}
+
+[[noreturn]] void end_with_a_message() {
+  if (temporary_name.front() != '\0') {
+    ::unlink(temporary_name.data());
+  }
+  const auto text = cause_of(std::current_exception());
+  const auto written = ::write(STDERR_FILENO, text.data(), text.size());
+  static_cast<void>(written);
+  ::_exit(unreadable);
+}
+
 void remember_temporary(const std::filesystem::path& path) {
   const auto& name = path.native();
   temporary_name.fill('\0');
@@ -50,7 +73,7 @@ class PrintableLines final : public std::streambuf {
  public:
   explicit PrintableLines(std::ostream& out) : out_(out) {}
   void finish() {
-    out_ << viewer_export::printable(line_);
+    out_ << printable(line_);
     line_.clear();
   }
 
@@ -72,6 +95,8 @@ class PrintableLines final : public std::streambuf {
 };
 
 }  // namespace
+
+void end_with_a_message_instead_of_aborting() noexcept { std::set_terminate(end_with_a_message); }
 
 OutputFile open_output(const std::string& target) { return OutputFile(target, remember_temporary); }
 

@@ -16,6 +16,11 @@ namespace cie::cli {
 // The target of `-o`: a file, or "-". A temporary file vanishes when a signal ends the program.
 viewer_export::OutputFile open_output(const std::string& target);
 
+// From now on what no exception can leave ends the program as other errors do, with a message and
+// the exit code of errors of ours, and not by a signal: lack of memory within the standard
+// library's noexcept functions, for one. A temporary file is removed.
+void end_with_a_message_instead_of_aborting() noexcept;
+
 // Colours on a terminal that has them and unless NO_COLOR is set (https://no-color.org).
 viewer_export::TextStyle text_style(const viewer_export::OutputFile& output);
 viewer_export::TextStyle text_style(bool is_terminal);

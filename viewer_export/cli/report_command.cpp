@@ -6,6 +6,7 @@
 #include "inputs.hpp"
 #include "output.hpp"
 #include "window_option.hpp"
+#include "words/text_layout.hpp"
 
 namespace cie::cli {
 namespace {
@@ -15,16 +16,16 @@ constexpr const char* kDescription =
     "releases, which thread ran it, and the chains that messages make of callbacks.";
 
 constexpr const char* kFooter =
-    "Examples:\n"
-    "  cie report recordings/latest                       a table for reading\n"
-    "  cie report run1 --spec app.yaml                    with the chains that the spec names\n"
-    "  cie report run1 --format json -o run1.json         everything, for programs\n"
-    "  cie report run1 --format html -o run1.html         the same with pictures, for a browser\n"
-    "  cie report run1 --window +2s..-1s                  without its first and last seconds\n"
-    "  cie report robot desk                              two recordings of one run, merged by "
-    "time\n"
-    "\n"
-    "Exit codes: 0 done, 2 wrong usage or spec, 4 trace unreadable or result not writable.\n";
+    R"(Examples:
+  cie report recordings/latest                       a table for reading
+  cie report run1 --spec app.yaml                    with the chains that the spec names
+  cie report run1 --format json -o run1.json         everything, for programs
+  cie report run1 --format html -o run1.html         the same with pictures, for a browser
+  cie report run1 --window +2s..-1s                  without its first and last seconds
+  cie report robot desk                              two recordings of one run, merged by time
+
+Exit codes: 0 done, 2 wrong usage or spec, 4 trace unreadable or result not writable.
+)";
 
 }  // namespace
 
@@ -50,7 +51,6 @@ int report_command(const Arguments& arguments) {
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
   analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
-                                    .reader = reader.value(),
                                     .metadata_from = reader.metadata()};
   window.resolve(traces, options);
   viewer_export::HtmlReport page;
@@ -58,13 +58,14 @@ int report_command(const Arguments& arguments) {
   const auto result =
       analyze_with_progress(traces, options, bar, format == "html" ? &page : nullptr);
   window.check(result.report);
+  const auto input = input_arguments(traces, reader, spec_file, window.text());
   if (format == "text") {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
-                                     text_style(output));
+                                     text_style(output), printable(input));
     output.commit();
   } else if (format == "html") {
     write_data(output,
-               [&](std::ostream& out) { page.write(out, result, spec ? &*spec : nullptr); });
+               [&](std::ostream& out) { page.write(out, result, spec ? &*spec : nullptr, input); });
   } else {
     write_data(output, [&](std::ostream& out) {
       (format == "json" ? viewer_export::write_report_json : viewer_export::write_report_csv)(

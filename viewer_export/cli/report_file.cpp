@@ -2,41 +2,49 @@
 
 #include <cie/analysis/analyzer.hpp>
 
+#include "json/row_json.hpp"
+
+#include <algorithm>
+#include <array>
+#include <exception>
 #include <fstream>
 #include <string>
-
-#include <nlohmann/json.hpp>
+#include <string_view>
 
 namespace cie::cli {
 namespace {
 
-using Json = nlohmann::json;
+using analysis::CallbackReport;
+using analysis::Isolation;
+using viewer_export::Json;
 
-analysis::OrderStatistics order_statistics(const Json& summary) {
-  if (summary.is_null()) return {};
-  analysis::Summary s;
-  s.count = summary.at("count").get<std::uint64_t>();
-  s.min = summary.at("min").get<std::int64_t>();
-  s.max = summary.at("max").get<std::int64_t>();
-  s.p50 = summary.at("p50").get<std::int64_t>();
-  s.p90 = summary.at("p90").get<std::int64_t>();
-  s.p99 = summary.at("p99").get<std::int64_t>();
-  s.p99_9 = summary.at("p99_9").get<std::int64_t>();
-  return analysis::OrderStatistics::of(s);
+// Version 1 has all that is compared, under the same names.
+constexpr std::array<std::string_view, 2> kSchemas{"cie.report/1", "cie.report/2"};
+
+analysis::OrderStatistics order_statistics(const std::optional<analysis::Summary>& summary) {
+  return summary ? analysis::OrderStatistics::of(*summary) : analysis::OrderStatistics{};
 }
 
-analysis::CallbackSample sample_of(const Json& callback) {
-  analysis::CallbackSample sample;
-  sample.logical_id = callback.at("logical_id").get<std::string>();
-  sample.instances = callback.at("instances").get<std::uint64_t>();
-  if (const auto& missed = callback.at("missed_releases"); !missed.is_null()) {
-    sample.missed_releases = missed.get<std::uint64_t>();
+CallbackReport callback_in(const Json& json) {
+  CallbackReport callback;
+  viewer_export::RowReader reader(json);
+  fields(reader, callback);
+  if (!json.contains("isolation")) {  // a report of before there was such a key
+    callback.isolation = json.at("isolated").get<bool>() ? Isolation::isolated
+                         : callback.threads.empty()      ? Isolation::never_ran
+                                                         : Isolation::not_isolated;
   }
-  sample.isolated = callback.at("isolated").get<bool>();
-  sample.response_time = order_statistics(callback.at("response_time_ns"));
-  sample.start_latency = order_statistics(callback.at("start_latency_ns"));
-  sample.duration = order_statistics(callback.at("duration_ns"));
-  return sample;
+  return callback;
+}
+
+analysis::CallbackSample sample_of(const CallbackReport& callback) {
+  return {.logical_id = callback.logical_id,
+          .instances = callback.instances,
+          .missed_releases = callback.missed_releases,
+          .isolation = callback.isolation,
+          .response_time = order_statistics(callback.response_time),
+          .start_latency = order_statistics(callback.start_latency),
+          .duration = order_statistics(callback.duration)};
 }
 
 }  // namespace
@@ -49,16 +57,19 @@ std::vector<analysis::CallbackSample> samples_in_report(const std::filesystem::p
   };
   std::ifstream stream(file);
   if (!stream) throw fail("it cannot be opened");
+  std::vector<analysis::CallbackSample> samples;
   try {
     const auto report = Json::parse(stream);
-    if (report.at("schema") != "cie.report/1") throw fail("its schema is not cie.report/1");
-    std::vector<analysis::CallbackSample> samples;
+    const auto& schema = report.at("schema").get_ref<const std::string&>();
+    if (std::ranges::find(kSchemas, schema) == kSchemas.end()) {
+      throw std::runtime_error("its schema is neither cie.report/1 nor cie.report/2");
+    }
     for (const auto& callback : report.at("callbacks"))
-      samples.push_back(sample_of(callback));
-    return samples;
-  } catch (const Json::exception& error) {
+      samples.push_back(sample_of(callback_in(callback)));
+  } catch (const std::exception& error) {
     throw fail(error.what());
   }
+  return samples;
 }
 
 }  // namespace cie::cli

@@ -8,8 +8,8 @@
 
 namespace cie::cli {
 
-// The callbacks of a `cie.report/1`. Throws analysis::UnreadableTrace, naming the file and what is
-// wrong with it.
+// The callbacks of a `cie.report/2`, or of its version 1. Throws analysis::UnreadableTrace, naming
+// the file and what is wrong with it.
 std::vector<analysis::CallbackSample> samples_in_report(const std::filesystem::path& file);
 
 }  // namespace cie::cli

@@ -3,7 +3,7 @@
 #include <cie/analysis/rule_pages.hpp>
 
 #include "command_line.hpp"
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <cstddef>

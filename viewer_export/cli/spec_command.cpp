@@ -5,7 +5,7 @@
 #include "inputs.hpp"
 #include "output.hpp"
 #include "spec_template.hpp"
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <fmt/format.h>
 
@@ -29,14 +29,14 @@ constexpr const char* kFooter =
 void check_spec(const std::string& file, const std::string& target) {
   const auto spec = SchedulingSpec::load(file);
   auto output = open_output(target);
-  output.stream() << fmt::format(
-      "{}: good: {}, {}, {}; sha256 {}\n", viewer_export::printable(spec.name()),
-      viewer_export::counted(spec.callbacks().size(), "callback"),
-      viewer_export::counted(spec.threads().size(), "thread"),
-      viewer_export::counted(spec.chains().size(), "chain"), spec.sha256());
+  output.stream() << fmt::format("{}: good: {}, {}, {}; sha256 {}\n", printable(spec.name()),
+                                 viewer_export::counted(spec.callbacks().size(), "callback"),
+                                 viewer_export::counted(spec.threads().size(), "thread"),
+                                 viewer_export::counted(spec.chains().size(), "chain"),
+                                 spec.sha256());
   for (const auto& [section, line] : spec.not_applied()) {
     output.stream() << fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied\n",
-                                   viewer_export::printable(spec.name()), line, section);
+                                   printable(spec.name()), line, section);
   }
   output.commit();
 }

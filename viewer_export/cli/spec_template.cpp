@@ -1,8 +1,9 @@
 #include "spec_template.hpp"
 
+#include <cie/analysis/report_rows.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <array>
@@ -22,6 +23,7 @@ namespace {
 
 using analysis::CallbackReport;
 using analysis::Report;
+using analysis::ReportRows;
 using analysis::Summary;
 using analysis::ThreadReport;
 using analysis::ThreadSchedReport;
@@ -104,14 +106,13 @@ Parameters merged(const std::optional<Parameters>& first, Parameters second) {
   return unknown("it ran with different parameters");
 }
 
-Parameters parameters_of(const CallbackReport& callback, const Report& report) {
+Parameters parameters_of(const CallbackReport& callback, const ReportRows& rows) {
   std::optional<Parameters> found;
   for (const auto& place : callback.threads) {
-    for (const ThreadReport& thread : report.threads) {
-      if (thread.pid != callback.pid || thread.tid != place.tid) continue;
-      if (thread.callbacks.size() > 1) return unknown("it shared a thread with other callbacks");
-      found = merged(found, parameters_of(thread));
-    }
+    const auto* thread = rows.find(place.thread);
+    if (thread == nullptr) continue;
+    if (thread->callbacks.size() > 1) return unknown("it shared a thread with other callbacks");
+    found = merged(found, parameters_of(*thread));
   }
   return found ? *found : unknown("it did not run");
 }
@@ -131,8 +132,8 @@ struct CallbackEntry {
   std::optional<std::int64_t> least_inter_arrival;
   std::optional<std::int64_t> most_inter_arrival;
 
-  void add(const CallbackReport& callback, const Report& report) {
-    parameters = merged(parameters, parameters_of(callback, report));
+  void add(const CallbackReport& callback, const ReportRows& rows) {
+    parameters = merged(parameters, parameters_of(callback, rows));
     instances += callback.instances;
     missed_releases = std::max(missed_releases, callback.missed_releases.value_or(0));
     keep_most(response_time, callback.response_time);
@@ -164,7 +165,7 @@ std::string observed(const CallbackEntry& entry) {
 
 // True if a spec can name it; otherwise a comment says that it cannot.
 bool begin_entry(std::ostream& out, std::string_view key, const std::string& id) {
-  const std::string shown = viewer_export::printable(id);
+  const std::string shown = printable(id);
   const bool is_callback = key == "id";
   if (id.empty() || shown != id ||
       (is_callback && (id.find('*') != std::string::npos || id.ends_with("@Waitable")))) {
@@ -186,12 +187,13 @@ void write_parameters(std::ostream& out, const Parameters& parameters) {
 }
 
 void write_callbacks(std::ostream& out, const Report& report) {
+  const ReportRows rows(report);
   std::vector<std::pair<std::string, CallbackEntry>> entries;  // in the report's order
   std::map<std::string, std::size_t> places;
   for (const CallbackReport& callback : report.callbacks) {
     const auto [place, is_new] = places.try_emplace(callback.logical_id, entries.size());
     if (is_new) entries.emplace_back(callback.logical_id, CallbackEntry{});
-    entries[place->second].second.add(callback, report);
+    entries[place->second].second.add(callback, rows);
   }
   out << (entries.empty() ? "callback_groups: []\n" : "callback_groups:\n");
   for (const auto& [id, entry] : entries) {
@@ -210,7 +212,7 @@ void write_workers(std::ostream& out, const Report& report, std::string_view sec
   std::map<std::string, std::optional<Parameters>> entries;
   for (const ThreadReport& thread : report.threads) {
     const bool is_of_dds = std::ranges::find(kDdsThreads, thread.name) != kDdsThreads.end();
-    if (thread.role != "worker" || is_of_dds != are_of_dds) continue;
+    if (thread.role != ThreadRole::worker || is_of_dds != are_of_dds) continue;
     auto& entry = entries[thread.name];
     entry = merged(entry, parameters_of(thread));
   }

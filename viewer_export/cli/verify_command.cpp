@@ -19,11 +19,9 @@ namespace cie::cli {
 namespace {
 
 constexpr const char* kDescription =
-    "Judges a trace by rules: does every callback have a thread of its own, did instances "
-    "overlap,\n"
-    "do the threads run as the spec says? Each verdict is PASS, FAIL, INCONCLUSIVE (the trace "
-    "does\n"
-    "not show enough, for instance because events were lost) or NOT_APPLICABLE.";
+    R"(Judges a trace by rules: does every callback have a thread of its own, did instances overlap,
+do the threads run as the spec says? Each verdict is PASS, FAIL, INCONCLUSIVE (the trace does
+not show enough, for instance because events were lost) or NOT_APPLICABLE.)";
 
 constexpr const char* kFooter =
     "Examples:\n"
@@ -89,7 +87,7 @@ void write_as(const std::string& format, std::ostream& out,
   } else if (format == "tap") {
     viewer_export::write_verify_tap(out, result.verdicts, result.report);
   } else {
-    viewer_export::write_verify_json(out, result.verdicts);
+    viewer_export::write_verify_json(out, result.verdicts, result.report);
   }
 }
 
@@ -112,10 +110,12 @@ int verify_command(const Arguments& arguments) {
   line.option("-f,--format", "FORMAT", format, "text (default), json, junit, sarif or tap");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.option("--inconclusive", "HOW", inconclusive_choice,
-              "warn: exit 0 when inconclusive; fail: exit 1");
+              "warn: exit 0 when inconclusive, T1 excepted; fail: exit 1");
   line.option("--only", "IDS", only, "Judge by these rules alone, for instance M2,M3");
   line.option("--skip", "IDS", skip, "Leave these rules out");
   line.flag("--require-lossless", options.require_lossless, "Any lost event is a violation (T2)");
+  line.flag("--check", options.is_content_checked,
+            "Hold every file of the recording against its SHA-256 in the manifest (T1)");
   line.flag("--allow-crash", options.allow_crash,
             "A process that did not end cleanly is no objection (T4)");
   line.option("--explain", "ID", explained, "Print the page of a rule, for instance M2");
@@ -142,7 +142,6 @@ int verify_command(const Arguments& arguments) {
   const auto spec = load_spec(spec_file);
   options.spec = spec ? &*spec : nullptr;
   auto output = open_output(target);
-  options.reader = reader.value();
   options.metadata_from = reader.metadata();
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());

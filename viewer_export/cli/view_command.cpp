@@ -3,19 +3,19 @@
 
 #include "command_line.hpp"
 #include "exit_code.hpp"
+#include "http_server.hpp"
 #include "inputs.hpp"
-#include "local_http.hpp"
-#include "spool.hpp"
+#include "output/spool.hpp"
 
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cstdio>
+#include <memory>
+#include <optional>
 #include <sstream>
-#include <thread>
+#include <stdexcept>
 
 #include <fmt/format.h>
-#include <httplib.h>
 #include <signal.h>
 
 namespace cie::cli {
@@ -26,17 +26,17 @@ constexpr const char* kDescription =
     "Serves both on this machine's loopback address only, until Ctrl-C.";
 
 constexpr const char* kFooter =
-    "Examples:\n"
-    "  cie view recordings/latest\n"
-    "  cie view run1 --spec app.yaml --port 0        any free port, for the report's page only\n"
-    "\n"
-    "ui.perfetto.dev may fetch from 127.0.0.1:9001 and no other port; nothing is uploaded, its\n"
-    "script runs in your browser. To keep files instead: cie report -f html, cie export --to "
-    "perfetto.\n"
-    "Exit codes: 0 ended by Ctrl-C, 2 wrong usage or spec, 4 trace unreadable or port taken.\n";
+    R"(Examples:
+  cie view recordings/latest
+  cie view run1 --spec app.yaml --port 0        any free port, for the report's page only
+
+ui.perfetto.dev may fetch from 127.0.0.1:9001 and no other port; nothing is uploaded, its
+script runs in your browser. To keep files instead: cie report -f html, cie export --to perfetto.
+Exit codes: 0 ended by Ctrl-C, 2 wrong usage or spec, 4 trace unreadable or port taken.
+)";
 
 constexpr const char* kHost = "127.0.0.1";
-constexpr int kPerfettoPort =
+constexpr std::uint16_t kPerfettoPort =
     9001;  // the only one that the viewer's content security policy allows
 constexpr const char* kViewer = "https://ui.perfetto.dev";
 
@@ -95,50 +95,40 @@ class SpoolBuffer final : public std::streambuf {
 
 // What is served.
 struct Pages {
-  std::string report;
+  std::shared_ptr<const std::string> report;
   viewer_export::Spool timeline{{}};
 };
 
-void set_up(httplib::Server& server, const Pages& pages, const int& port) {
-  server.set_pre_routing_handler(
-      [&port](const httplib::Request& request, httplib::Response& response) {
-        if (viewer_export::is_called_by_loopback(request, kHost, port)) {
-          return httplib::Server::HandlerResponse::Unhandled;
-        }
-        response.status = 403;
-        return httplib::Server::HandlerResponse::Handled;
-      });
-  server.Get("/", [&pages](const httplib::Request&, httplib::Response& response) {
-    response.set_header("Cache-Control", "no-store");
-    response.set_content(pages.report, "text/html; charset=utf-8");
-  });
-  const auto allow_viewer = [](httplib::Response& response) {
-    response.set_header("Access-Control-Allow-Origin", kViewer);
-    response.set_header("Access-Control-Allow-Private-Network", "true");
-    response.set_header("Cache-Control", "no-store");
+live::HttpResponse timeline(const viewer_export::Spool& spool) {
+  live::HttpResponse response{.fields = {{"Content-Type", "application/octet-stream"}},
+                              .size = spool.size()};
+  response.read = [&spool](std::uint64_t offset, std::span<char> part) {
+    spool.read(offset, part);
   };
-  server.Options("/trace.pftrace",
-                 [allow_viewer](const httplib::Request&, httplib::Response& response) {
-                   allow_viewer(response);
-                   response.set_header("Access-Control-Allow-Methods", "GET");
-                   response.status = 204;
-                 });
-  server.Get("/trace.pftrace",
-             [allow_viewer, &pages](const httplib::Request&, httplib::Response& response) {
-               allow_viewer(response);
-               response.set_content_provider(
-                   pages.timeline.size(), "application/octet-stream",
-                   [&pages](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                     std::array<char, 65536> part{};
-                     const auto piece = std::span(part).first(std::min(length, part.size()));
-                     pages.timeline.read(offset, piece);
-                     return sink.write(piece.data(), piece.size());
-                   });
-             });
+  return response;
+}
+
+live::HttpResponse response_to(const live::HttpRequest& request, const Pages& pages) {
+  const bool is_question = request.method == "OPTIONS";
+  live::HttpResponse response{.status = 404};
+  if (request.path == "/" && !is_question) {
+    response = live::text_response(pages.report, "text/html; charset=utf-8");
+  } else if (request.path == "/trace.pftrace") {
+    // A browser asks first whether a public page may reach into this machine.
+    if (is_question) {
+      response = {.status = 204, .fields = {{"Access-Control-Allow-Methods", "GET"}}};
+    } else {
+      response = timeline(pages.timeline);
+    }
+    response.fields.emplace_back("Access-Control-Allow-Origin", kViewer);
+    response.fields.emplace_back("Access-Control-Allow-Private-Network", "true");
+  }
+  response.fields.emplace_back("Cache-Control", "no-store");
+  return response;
 }
 
 // Throws UsageError.
-int port_of(const std::string& text) {
+std::uint16_t port_of(const std::string& text) {
   std::uint16_t port = 0;
   const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), port);
   if (error != std::errc{} || rest != text.data() + text.size() || text.empty()) {
@@ -148,14 +138,15 @@ int port_of(const std::string& text) {
 }
 
 void make(const std::vector<std::filesystem::path>& traces,
-          const analysis::AnalysisOptions& options, ProgressBar& bar, Pages& pages) {
+          const analysis::AnalysisOptions& options, const std::string& input, ProgressBar& bar,
+          Pages& pages) {
   viewer_export::HtmlReport page;
   viewer_export::PerfettoExport perfetto({});
   Both both(page, perfetto);
   const auto result = analyze_with_progress(traces, options, bar, &both);
   std::ostringstream report;
-  page.write(report, result, options.spec);
-  pages.report = std::move(report).str();
+  page.write(report, result, options.spec, input);
+  pages.report = std::make_shared<const std::string>(std::move(report).str());
   SpoolBuffer buffer(pages.timeline);
   std::ostream timeline(&buffer);
   timeline.exceptions(std::ios::badbit | std::ios::failbit);
@@ -180,7 +171,7 @@ int view_command(const Arguments& arguments) {
     return ok;
   }
   require_traces(traces);
-  int port = port_of(port_text);
+  const auto port = port_of(port_text);
   const auto spec = load_spec(spec_file);
 
   // Signals are waited for below; threads started from here on leave them alone.
@@ -190,40 +181,30 @@ int view_command(const Arguments& arguments) {
     sigaddset(&signals, number);
 
   Pages pages;
-  httplib::Server server;
-  server.set_socket_options(viewer_export::use_port_alone);
-  set_up(server, pages, port);
-  // Before the work: a port that is taken is said at once.
-  const int bound = port == 0                          ? server.bind_to_any_port(kHost)
-                    : server.bind_to_port(kHost, port) ? port
-                                                       : -1;
-  if (bound < 0) {
+  std::optional<live::HttpServer> server;
+  try {  // before the work: a port that is taken is said at once
+    server.emplace(kHost, port, [&pages](const live::HttpRequest& request) {
+      return response_to(request, pages);
+    });
+  } catch (const std::runtime_error&) {
     fmt::print(stderr, "cie: port {} of {} is taken: end what uses it, or choose another --port\n",
                port, kHost);
     return unreadable;
   }
-  port = bound;
   ProgressBar bar(reader.is_progress_wanted());
-  make(traces,
-       {.spec = spec ? &*spec : nullptr,
-        .reader = reader.value(),
-        .metadata_from = reader.metadata()},
-       bar, pages);
+  make(traces, {.spec = spec ? &*spec : nullptr, .metadata_from = reader.metadata()},
+       input_arguments(traces, reader, spec_file), bar, pages);
 
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  std::thread serving([&server] { server.listen_after_bind(); });
-  while (!server.is_running())  // it cannot be stopped before
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  fmt::print("The report:   http://{}:{}/\n", kHost, port);
-  if (port == kPerfettoPort) {
-    fmt::print("The timeline: {}/#!/?url=http://{}:{}/trace.pftrace\n", kViewer, kHost, port);
+  server->start();
+  fmt::print("The report:   {}\n", server->url());
+  if (server->port() == kPerfettoPort) {
+    fmt::print("The timeline: {}/#!/?url={}trace.pftrace\n", kViewer, server->url());
   }
   fmt::print("Ctrl-C ends.\n");
   std::fflush(stdout);
   int received = 0;
   sigwait(&signals, &received);
-  server.stop();
-  serving.join();
   return ok;
 }
 

@@ -35,6 +35,8 @@ class WindowOption {
   // ends, for which it is read. Throws UsageError and UnreadableTrace.
   void resolve(const std::vector<std::filesystem::path>& traces,
                analysis::AnalysisOptions& options) const;
+  // As it was written; empty if it was not given.
+  const std::string& text() const noexcept { return text_; }
   // Throws UsageError if the window has nothing in common with what was read.
   void check(const analysis::Report& report) const;
 

@@ -1,23 +1,40 @@
-
-// --- what the timeline knows: columns of numbers per lane ---------------------------------------
+// What the timeline knows: columns of numbers per lane.
 // Unknown is NaN. Times are relative to lanes.base_ns.
-const decode = async () => {
+import {facts, lanes, report, title} from "./recording.js";
+
+export const decode = async () => {
   const text = document.getElementById("columns").textContent;
   const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
   let at = 0;
   const number = () => {
-    let value = 0, scale = 1, byte;
-    do { byte = bytes[at++]; value += (byte & 127) * scale; scale *= 128; } while (byte & 128);
+    let value = 0;
+    let scale = 1;
+    let byte;
+    do {
+      byte = bytes[at++];
+      value += (byte & 127) * scale;
+      scale *= 128;
+    } while (byte & 128);
     return value;
   };
-  const signed = value => value % 2 ? -(value + 1) / 2 : value / 2;
-  const optional = () => { const value = number(); return value === 0 ? NaN : signed(value - 1); };
+  const signed = value => (value % 2 ? -(value + 1) / 2 : value / 2);
+  const optional = () => {
+    const value = number();
+    return value === 0 ? Number.NaN : signed(value - 1);
+  };
   for (const lane of lanes.lanes) {
-    const column = read => { const c = new Float64Array(lane.count); for (let i = 0; i < c.length; ++i) c[i] = read(i); return c; };
+    const column = read => {
+      const c = new Float64Array(lane.count);
+      for (let i = 0; i < c.length; ++i) c[i] = read(i);
+      return c;
+    };
     let before = 0;
-    lane.start = column(() => before += signed(number()));
+    lane.start = column(() => {
+      before += signed(number());
+      return before;
+    });
     lane.wait = column(optional);
     lane.duration = column(optional);
     lane.execution = column(optional);
@@ -25,20 +42,23 @@ const decode = async () => {
     lane.blocked = column(optional);
     lane.wake = column(optional);
     let seq = 0;
-    lane.seq = column(() => seq += signed(number()));
+    lane.seq = column(() => {
+      seq += signed(number());
+      return seq;
+    });
     const place = column(number);
     lane.tid = i => lane.tids[Math.floor(place[i] / 2)];
     lane.isExact = i => place[i] % 2 === 1;
-    lane.response = i => lane.isExact(i) ? lane.wait[i] + lane.duration[i] : NaN;
-    lane.callbackReport = lane.callback === null ? null : report.callbacks[lane.callback];
-    lane.title = lane.callbackReport ? title(lane.callbackReport) : lane.logical_id || "callback that was never registered";
-    lane.deadline = lane.callback === null ? null : facts.callbacks[lane.callback].deadline_ns;
+    lane.response = i => (lane.isExact(i) ? lane.wait[i] + lane.duration[i] : Number.NaN);
+    lane.callbackReport = report.callbacks[lane.callback];
+    lane.title = title(lane.callbackReport);
+    lane.deadline = facts.callbacks[lane.callback].deadline_ns;
     lane.isLate = i => lane.deadline !== null && lane.response(i) > lane.deadline;
   }
 };
-const laneOf = callback => lanes.lanes.find(lane => lane.callback === callback);
+export const laneOf = callback => lanes.lanes.find(lane => lane.callback === callback);
 // Numbers of a lane's instances, slowest first.
-const slowest = (lane, n) => {
+export const slowest = (lane, n) => {
   const known = [];
   for (let i = 0; i < lane.count; ++i) if (!Number.isNaN(lane.response(i))) known.push(i);
   known.sort((a, b) => lane.response(b) - lane.response(a) || a - b);
@@ -46,11 +66,14 @@ const slowest = (lane, n) => {
 };
 // Whom an instance waited for: runs of others, or earlier ones of its own callback, on its thread between its release
 // and its start, longest in sum first: [lane, ns]. Of runs that are not drawn nothing is known.
-const waitedFor = (lane, i) => {
+export const waitedFor = (lane, i) => {
   if (!(lane.wait[i] > 0)) return [];
-  const tid = lane.tid(i), to = lane.start[i], from = to - lane.wait[i], found = [];
+  const tid = lane.tid(i);
+  const to = lane.start[i];
+  const from = to - lane.wait[i];
+  const found = [];
   for (const other of lanes.lanes) {
-    if (other.callbackReport !== null && lane.callbackReport !== null && other.callbackReport.pid !== lane.callbackReport.pid || !other.tids.includes(tid)) continue;
+    if (other.callbackReport.process !== lane.callbackReport.process || !other.tids.includes(tid)) continue;
     let sum = 0;
     for (let k = 0; k < other.count; ++k) {
       if (other.tid(k) !== tid || other.start[k] >= to || Number.isNaN(other.duration[k])) continue;
@@ -61,13 +84,17 @@ const waitedFor = (lane, i) => {
   return found.sort((a, b) => b[1] - a[1]);
 };
 // Where an instance's response time went: [what, its class, ns]. The parts add up to it.
-const partsOf = (lane, i) => {
+export const partsOf = (lane, i) => {
   const parts = [["waited to start", "wait", lane.wait[i]]];
   if (Number.isNaN(lane.execution[i])) {
     parts.push(["ran or was kept from running", "run", lane.duration[i]]);
   } else {
-    parts.push(["executed", "run", lane.execution[i]], ["preempted", "preempted", lane.preempted[i]],
-               ["blocked", "blocked", lane.blocked[i]], ["waited for a CPU after waking", "wake", lane.wake[i]]);
+    parts.push(
+      ["executed", "run", lane.execution[i]],
+      ["preempted", "preempted", lane.preempted[i]],
+      ["blocked", "blocked", lane.blocked[i]],
+      ["waited for a CPU after waking", "wake", lane.wake[i]],
+    );
   }
   return parts.filter(part => part[2] > 0);
 };

@@ -1,33 +1,140 @@
+// The timeline: a lane for each callback, drawn on a canvas.
+import {el, svg} from "./dom.js";
+import {partsOf} from "./instances.js";
+import {lanes, section} from "./recording.js";
+import {count, plural, time} from "./words.js";
 
-// --- timeline ---------------------------------------------------------------------------------------
-const timeline = {
+export const timeline = {
   build() {
     if (!lanes.lanes.length) return;
-    const kept = lanes.lanes.reduce((n, l) => n + l.count, 0), of = lanes.lanes.reduce((n, l) => n + l.of, 0);
-    this.canvas = el("canvas", {tabindex: "0", role: "img", "aria-label": "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything."});
-    this.tip = el("p", {class: "tip soft", role: "status"}, "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything. Point at a run to read it.");
-    this.search = el("input", {type: "search", placeholder: "Lanes by name", "aria-label": "Show only lanes with this name", oninput: () => { this.top = 0; this.choose(); this.draw(); }});
+    const kept = lanes.lanes.reduce((n, l) => n + l.count, 0);
+    const of = lanes.lanes.reduce((n, l) => n + l.of, 0);
+    this.canvas = el("canvas", {
+      tabindex: "0",
+      role: "img",
+      "aria-label": "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything.",
+    });
+    this.tip = el(
+      "p",
+      {class: "tip soft", role: "status"},
+      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything. Point at a run to read it.",
+    );
+    this.search = el("input", {
+      type: "search",
+      placeholder: "Lanes by name",
+      "aria-label": "Show only lanes with this name",
+      oninput: () => {
+        this.top = 0;
+        this.choose();
+        this.draw();
+      },
+    });
     const button = (text, label, action) => el("button", {type: "button", "aria-label": label, onclick: action}, text);
-    const colour = (kind, text) => el("span", {}, svg("svg", {width: 11, height: 11, "aria-hidden": "true"}, svg("rect", {class: `f-${kind}`, width: 11, height: 11})), text);
-    section("timeline", "Timeline", el("div", {class: "bar"}, this.search, button("+", "Zoom in", () => this.zoom(.5)), button("\u2212", "Zoom out", () => this.zoom(2)), button("\u2190", "Earlier", () => this.pan(-.3)), button("\u2192", "Later", () => this.pan(.3)), button("All", "Show everything", () => this.all()), button("\u25B2", "Lanes above", () => this.scroll(-5)), button("\u25BC", "Lanes below", () => this.scroll(5))),
-      this.canvas, this.tip, el("div", {class: "key"}, colour("wait", "released, not started"), colour("run", "runs"), colour("preempted", "preempted meanwhile (its share)"), colour("fail", "beyond its deadline, or never ended")),
-      kept < of ? el("p", {class: "soft"}, `${plural(kept, "run")} of ${count(of)} are drawn: an even choice, all that never ended or missed releases, and the slowest of each callback. Tables and histograms count every one.`) : null);
-    this.end = Math.max(...lanes.lanes.map(l => { let e = 0; for (let i = 0; i < l.count; ++i) e = Math.max(e, l.start[i] + (l.duration[i] || 0)); return e; }), 1);
-    this.begin = Math.min(0, ...lanes.lanes.map(l => l.count ? l.start[0] - (l.wait[0] > 0 ? l.wait[0] : 0) : 0));
-    for (const l of lanes.lanes) { l.longest = 0; for (let i = 0; i < l.count; ++i) l.longest = Math.max(l.longest, (l.duration[i] || 0), 0); l.longestWait = 0; for (let i = 0; i < l.count; ++i) if (l.wait[i] > l.longestWait) l.longestWait = l.wait[i]; }
+    const colour = (kind, text) =>
+      el(
+        "span",
+        {},
+        svg(
+          "svg",
+          {width: 11, height: 11, "aria-hidden": "true"},
+          svg("rect", {class: `f-${kind}`, width: 11, height: 11}),
+        ),
+        text,
+      );
+    section(
+      "timeline",
+      "Timeline",
+      el(
+        "div",
+        {class: "bar"},
+        this.search,
+        button("+", "Zoom in", () => this.zoom(0.5)),
+        button("\u2212", "Zoom out", () => this.zoom(2)),
+        button("\u2190", "Earlier", () => this.pan(-0.3)),
+        button("\u2192", "Later", () => this.pan(0.3)),
+        button("All", "Show everything", () => this.all()),
+        button("\u25B2", "Lanes above", () => this.scroll(-5)),
+        button("\u25BC", "Lanes below", () => this.scroll(5)),
+      ),
+      this.canvas,
+      this.tip,
+      el(
+        "div",
+        {class: "key"},
+        colour("wait", "released, not started"),
+        colour("run", "runs"),
+        colour("preempted", "preempted meanwhile (its share)"),
+        colour("fail", "beyond its deadline, or never ended"),
+      ),
+      kept < of
+        ? el(
+            "p",
+            {class: "soft"},
+            `${plural(kept, "run")} of ${count(of)} are drawn: an even choice, all that never ended or missed releases, and the slowest of each callback. Tables and histograms count every one.`,
+          )
+        : null,
+    );
+    this.end = Math.max(
+      ...lanes.lanes.map(l => {
+        let e = 0;
+        for (let i = 0; i < l.count; ++i) e = Math.max(e, l.start[i] + (l.duration[i] || 0));
+        return e;
+      }),
+      1,
+    );
+    this.begin = Math.min(0, ...lanes.lanes.map(l => (l.count ? l.start[0] - (l.wait[0] > 0 ? l.wait[0] : 0) : 0)));
+    for (const l of lanes.lanes) {
+      l.longest = 0;
+      for (let i = 0; i < l.count; ++i) l.longest = Math.max(l.longest, l.duration[i] || 0, 0);
+      l.longestWait = 0;
+      for (let i = 0; i < l.count; ++i) if (l.wait[i] > l.longestWait) l.longestWait = l.wait[i];
+    }
     this.top = 0;
     this.choose();
-    this.canvas.addEventListener("wheel", e => { if (!e.ctrlKey && !e.metaKey && Math.abs(e.deltaX) > Math.abs(e.deltaY)) this.pan(Math.sign(e.deltaX) * .1); else if (e.shiftKey) this.scroll(Math.sign(e.deltaY) * 2); else this.zoom(e.deltaY > 0 ? 1.25 : .8, this.timeAt(e.offsetX)); e.preventDefault(); }, {passive: false});
+    this.canvas.addEventListener(
+      "wheel",
+      e => {
+        if (!e.ctrlKey && !e.metaKey && Math.abs(e.deltaX) > Math.abs(e.deltaY)) this.pan(Math.sign(e.deltaX) * 0.1);
+        else if (e.shiftKey) this.scroll(Math.sign(e.deltaY) * 2);
+        else this.zoom(e.deltaY > 0 ? 1.25 : 0.8, this.timeAt(e.offsetX));
+        e.preventDefault();
+      },
+      {passive: false},
+    );
     let from = null;
-    this.canvas.addEventListener("pointerdown", e => { from = {x: e.offsetX, from: this.from, to: this.to}; this.canvas.setPointerCapture(e.pointerId); });
-    this.canvas.addEventListener("pointerup", () => { from = null; });
+    this.canvas.addEventListener("pointerdown", e => {
+      from = {x: e.offsetX, from: this.from, to: this.to};
+      this.canvas.setPointerCapture(e.pointerId);
+    });
+    this.canvas.addEventListener("pointerup", () => {
+      from = null;
+    });
     this.canvas.addEventListener("pointermove", e => {
-      if (from) { const d = (from.x - e.offsetX) / this.width * (from.to - from.from); this.view(from.from + d, from.to + d); return; }
+      if (from) {
+        const d = ((from.x - e.offsetX) / this.width) * (from.to - from.from);
+        this.view(from.from + d, from.to + d);
+        return;
+      }
       this.point(e.offsetX, e.offsetY);
     });
     this.canvas.addEventListener("keydown", e => {
-      const action = {"+": () => this.zoom(.5), "=": () => this.zoom(.5), "-": () => this.zoom(2), ArrowLeft: () => this.pan(-.2), ArrowRight: () => this.pan(.2), ArrowUp: () => this.scroll(-1), ArrowDown: () => this.scroll(1), PageUp: () => this.scroll(-10), PageDown: () => this.scroll(10), 0: () => this.all(), Home: () => this.all()}[e.key];
-      if (action && !e.ctrlKey && !e.metaKey && !e.altKey) { action(); e.preventDefault(); }
+      const action = {
+        "+": () => this.zoom(0.5),
+        "=": () => this.zoom(0.5),
+        "-": () => this.zoom(2),
+        ArrowLeft: () => this.pan(-0.2),
+        ArrowRight: () => this.pan(0.2),
+        ArrowUp: () => this.scroll(-1),
+        ArrowDown: () => this.scroll(1),
+        PageUp: () => this.scroll(-10),
+        PageDown: () => this.scroll(10),
+        0: () => this.all(),
+        Home: () => this.all(),
+      }[e.key];
+      if (action && !e.ctrlKey && !e.metaKey && !e.altKey) {
+        action();
+        e.preventDefault();
+      }
     });
     new ResizeObserver(() => this.draw()).observe(this.canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
@@ -39,10 +146,15 @@ const timeline = {
     const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
     this.lanes = lanes.lanes.filter(l => words.every(w => l.title.toLowerCase().includes(w)));
   },
-  all() { this.view(this.begin, this.end); },
-  timeAt(x) { return this.from + Math.max(0, x - this.label) / Math.max(this.width - this.label, 1) * (this.to - this.from); },
+  all() {
+    this.view(this.begin, this.end);
+  },
+  timeAt(x) {
+    return this.from + (Math.max(0, x - this.label) / Math.max(this.width - this.label, 1)) * (this.to - this.from);
+  },
   view(from, to) {
-    const all = this.end - this.begin, span = Math.min(Math.max(to - from, 100), all);
+    const all = this.end - this.begin;
+    const span = Math.min(Math.max(to - from, 100), all);
     this.from = Math.min(Math.max(from, this.begin), this.end - span);
     this.to = this.from + span;
     this.draw();
@@ -51,12 +163,19 @@ const timeline = {
     const middle = around === undefined ? (this.from + this.to) / 2 : around;
     this.view(middle - (middle - this.from) * factor, middle + (this.to - middle) * factor);
   },
-  pan(share) { const d = (this.to - this.from) * share; this.view(this.from + d, this.to + d); },
-  scroll(rows) { this.top = Math.max(0, Math.min(this.top + rows, this.lanes.length - this.rows)); this.draw(); },
+  pan(share) {
+    const d = (this.to - this.from) * share;
+    this.view(this.from + d, this.to + d);
+  },
+  scroll(rows) {
+    this.top = Math.max(0, Math.min(this.top + rows, this.lanes.length - this.rows));
+    this.draw();
+  },
   show(lane, i) {
     this.search.value = "";
     this.choose();
-    const response = lane.wait[i] > 0 ? lane.wait[i] : 0, length = response + (lane.duration[i] || 1000);
+    const response = lane.wait[i] > 0 ? lane.wait[i] : 0;
+    const length = response + (lane.duration[i] || 1000);
     this.marked = {lane, i};
     this.top = Math.max(0, Math.min(this.lanes.indexOf(lane) - 3, this.lanes.length - this.rows));
     this.view(lane.start[i] - response - length, lane.start[i] + length * 2);
@@ -65,7 +184,10 @@ const timeline = {
     this.canvas.focus({preventScroll: true});
   },
   tell(lane, i) {
-    const parts = [`${lane.title}, run #${count(lane.seq[i])} on thread ${lane.tid(i)}`, `starts ${time(lane.start[i] - this.begin)} into the view`];
+    const parts = [
+      `${lane.title}, run #${count(lane.seq[i])} on thread ${lane.tid(i)}`,
+      `starts ${time(lane.start[i] - this.begin)} into the view`,
+    ];
     if (!Number.isNaN(lane.response(i))) parts.push(`response ${time(lane.response(i))}`);
     for (const [what, , ns] of partsOf(lane, i)) parts.push(`${what} ${time(ns)}`);
     if (Number.isNaN(lane.duration[i])) parts.push("never ended");
@@ -74,25 +196,50 @@ const timeline = {
   },
   // First instance that may reach into the view, by its start.
   firstAt(lane, t) {
-    let low = 0, high = lane.count;
-    while (low < high) { const m = (low + high) >> 1; if (lane.start[m] < t) low = m + 1; else high = m; }
+    let low = 0;
+    let high = lane.count;
+    while (low < high) {
+      const m = (low + high) >> 1;
+      if (lane.start[m] < t) low = m + 1;
+      else high = m;
+    }
     return low;
   },
   point(x, y) {
-    const row = this.top + Math.floor((y - 20) / this.row), lane = this.lanes[row];
+    const row = this.top + Math.floor((y - 20) / this.row);
+    const lane = this.lanes[row];
     if (!lane || x < this.label || y < 20) return;
-    const t = this.timeAt(x), near = (this.to - this.from) / this.width * 3;
-    let best = -1, distance = near;
-    for (let i = this.firstAt(lane, t - lane.longest - near); i < lane.count && lane.start[i] - lane.longestWait <= t + near; ++i) {
-      const from = lane.start[i] - (lane.wait[i] > 0 ? lane.wait[i] : 0), to = lane.start[i] + (lane.duration[i] || 0);
+    const t = this.timeAt(x);
+    const near = ((this.to - this.from) / this.width) * 3;
+    let best = -1;
+    let distance = near;
+    for (
+      let i = this.firstAt(lane, t - lane.longest - near);
+      i < lane.count && lane.start[i] - lane.longestWait <= t + near;
+      ++i
+    ) {
+      const from = lane.start[i] - (lane.wait[i] > 0 ? lane.wait[i] : 0);
+      const to = lane.start[i] + (lane.duration[i] || 0);
       const d = t < from ? from - t : t > to ? t - to : 0;
-      if (d < distance || d === 0) { best = i; distance = d; }
+      if (d < distance || d === 0) {
+        best = i;
+        distance = d;
+      }
     }
     if (best >= 0) this.tell(lane, best);
   },
-  draw() { if (!this.pending) { this.pending = true; requestAnimationFrame(() => { this.pending = false; this.paint(); }); } },
+  draw() {
+    if (!this.pending) {
+      this.pending = true;
+      requestAnimationFrame(() => {
+        this.pending = false;
+        this.paint();
+      });
+    }
+  },
   paint() {
-    const canvas = this.canvas, ratio = devicePixelRatio || 1;
+    const canvas = this.canvas;
+    const ratio = devicePixelRatio || 1;
     this.width = canvas.clientWidth || 800;
     this.label = this.width < 600 ? 90 : 240;
     this.row = 18;
@@ -101,46 +248,84 @@ const timeline = {
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(this.width * ratio);
     canvas.height = Math.round(height * ratio);
-    const g = canvas.getContext("2d"), style = getComputedStyle(document.documentElement), colour = name => style.getPropertyValue(`--${name}`).trim();
+    const g = canvas.getContext("2d");
+    const style = getComputedStyle(document.documentElement);
+    const colour = name => style.getPropertyValue(`--${name}`).trim();
     g.scale(ratio, ratio);
     g.fillStyle = colour("paper");
     g.fillRect(0, 0, this.width, height);
-    const span = this.to - this.from, scale = (this.width - this.label) / span, X = t => this.label + (t - this.from) * scale;
+    const span = this.to - this.from;
+    const scale = (this.width - this.label) / span;
+    const X = t => this.label + (t - this.from) * scale;
     g.font = "11px system-ui, sans-serif";
     g.strokeStyle = colour("line");
-    const step = Math.pow(10, Math.ceil(Math.log10(span / 8)));
-    for (const s of [step / 5, step / 2, step]) if (span / s <= 10) { this.step = s; break; }
+    const step = 10 ** Math.ceil(Math.log10(span / 8));
+    for (const s of [step / 5, step / 2, step])
+      if (span / s <= 10) {
+        this.step = s;
+        break;
+      }
     g.fillStyle = colour("soft");
     const firstTick = Math.ceil((this.from - this.begin) / this.step) * this.step + this.begin;
     for (let t = firstTick; t <= this.to; t += this.step) {
-      g.beginPath(); g.moveTo(X(t), 14); g.lineTo(X(t), height); g.stroke();
+      g.beginPath();
+      g.moveTo(X(t), 14);
+      g.lineTo(X(t), height);
+      g.stroke();
       // Four digits would not tell neighbours apart.
       const isFine = this.step < (t - this.begin) / 2000 && t !== firstTick;
       g.fillText(isFine ? `+${time(t - firstTick)}` : time(t - this.begin), X(t) + 2, 11);
     }
-    const c = {wait: colour("wait"), run: colour("run"), preempted: colour("preempted"), fail: colour("fail"), ink: colour("ink"), line: colour("line")};
+    const c = {
+      wait: colour("wait"),
+      run: colour("run"),
+      preempted: colour("preempted"),
+      fail: colour("fail"),
+      ink: colour("ink"),
+      line: colour("line"),
+    };
     this.lanes.slice(this.top, this.top + this.rows).forEach((lane, k) => {
       const y = 20 + k * this.row;
       g.save();
-      g.beginPath(); g.rect(0, y, this.label - 6, this.row); g.clip();
-      g.fillStyle = c.ink; g.textAlign = "right";
+      g.beginPath();
+      g.rect(0, y, this.label - 6, this.row);
+      g.clip();
+      g.fillStyle = c.ink;
+      g.textAlign = "right";
       g.fillText(lane.title, this.label - 8, y + 12.5);
       g.restore();
       g.textAlign = "left";
       g.save();
-      g.beginPath(); g.rect(this.label, y, this.width - this.label, this.row); g.clip();
+      g.beginPath();
+      g.rect(this.label, y, this.width - this.label, this.row);
+      g.clip();
       this.paintLane(g, lane, y, X, c);
       g.restore();
     });
     g.fillStyle = c.line;
-    if (this.lanes.length > this.rows) g.fillRect(this.width - 4, 20 + this.top / this.lanes.length * (height - 20), 4, this.rows / this.lanes.length * (height - 20));
+    if (this.lanes.length > this.rows)
+      g.fillRect(
+        this.width - 4,
+        20 + (this.top / this.lanes.length) * (height - 20),
+        4,
+        (this.rows / this.lanes.length) * (height - 20),
+      );
   },
   paintLane(g, lane, y, X, c) {
-    const first = this.firstAt(lane, this.from - lane.longest), last = this.firstAt(lane, this.to + lane.longestWait);
-    const height = this.row - 6, perPixel = (last - first) / Math.max(this.width - this.label, 1);
-    const bar = (from, to, kind, top, h) => { const x = Math.max(X(from), this.label - 1); g.fillStyle = c[kind]; g.fillRect(x, top, Math.max(Math.min(X(to), this.width) - x, .7), h); };
-    if (perPixel > 4) {  // one column for all runs of a pixel: how much of it is busy, and whether one is late
-      const columns = Math.ceil(this.width - this.label), busy = new Float32Array(columns), late = new Uint8Array(columns);
+    const first = this.firstAt(lane, this.from - lane.longest);
+    const last = this.firstAt(lane, this.to + lane.longestWait);
+    const height = this.row - 6;
+    const perPixel = (last - first) / Math.max(this.width - this.label, 1);
+    const bar = (from, to, kind, top, h) => {
+      const x = Math.max(X(from), this.label - 1);
+      g.fillStyle = c[kind];
+      g.fillRect(x, top, Math.max(Math.min(X(to), this.width) - x, 0.7), h);
+    };
+    if (perPixel > 4) {
+      // one column for all runs of a pixel: how much of it is busy, and whether one is late
+      const columns = Math.ceil(this.width - this.label);
+      const busy = new Float32Array(columns);
+      const late = new Uint8Array(columns);
       const width = (this.to - this.from) / columns;
       for (let i = first; i < last; ++i) {
         const at = Math.floor((lane.start[i] - this.from) / width);
@@ -157,16 +342,19 @@ const timeline = {
       return;
     }
     for (let i = first; i < last; ++i) {
-      const start = lane.start[i], open = Number.isNaN(lane.duration[i]), end = open ? this.end : start + lane.duration[i];
-      if (lane.wait[i] > 0) bar(start - lane.wait[i], start, "wait", y + 3 + height * .3, height * .4);
+      const start = lane.start[i];
+      const open = Number.isNaN(lane.duration[i]);
+      const end = open ? this.end : start + lane.duration[i];
+      if (lane.wait[i] > 0) bar(start - lane.wait[i], start, "wait", y + 3 + height * 0.3, height * 0.4);
       bar(start, end, open || lane.isLate(i) ? "fail" : "run", y + 3, height);
-      if (lane.preempted[i] > 0) bar(end - lane.preempted[i], end, "preempted", y + 3 + height * .7, height * .3);
+      if (lane.preempted[i] > 0) bar(end - lane.preempted[i], end, "preempted", y + 3 + height * 0.7, height * 0.3);
       if (this.marked && this.marked.lane === lane && this.marked.i === i) {
-        g.strokeStyle = c.ink; g.lineWidth = 2;
+        g.strokeStyle = c.ink;
+        g.lineWidth = 2;
         const x = X(start - (lane.wait[i] > 0 ? lane.wait[i] : 0));
         g.strokeRect(x - 2, y + 1, Math.max(X(end) - x, 1) + 4, this.row - 2);
         g.lineWidth = 1;
       }
     }
-  }
+  },
 };

@@ -1,6 +1,6 @@
 #include "batch_text.hpp"
 
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <ctime>
@@ -13,7 +13,6 @@ namespace {
 using analysis::Verdict;
 using viewer_export::format_duration;
 using viewer_export::Look;
-using viewer_export::printable;
 using viewer_export::TextTable;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
@@ -110,6 +109,19 @@ std::vector<std::string> headline(const Snapshot& s) {
 
 std::string name_of(const CallbackView& callback, const Snapshot& snapshot) {
   return snapshot.hosts.empty() ? callback.logical_id : callback.host + ' ' + callback.logical_id;
+}
+
+std::string_view isolation_of(const CallbackView& callback) {
+  if (!callback.isolation) return "isolation unknown";
+  switch (*callback.isolation) {
+    case analysis::Isolation::isolated:
+      return "isolated";
+    case analysis::Isolation::not_isolated:
+      return "not isolated";
+    case analysis::Isolation::never_ran:
+      break;
+  }
+  return "never ran";
 }
 
 std::vector<std::string> host_lines(const Snapshot& s) {

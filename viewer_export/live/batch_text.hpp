@@ -19,6 +19,8 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
 std::vector<std::string> headline(const Snapshot& snapshot);
 // What a callback is called: with its machine in front, where several are followed.
 std::string name_of(const CallbackView& callback, const Snapshot& snapshot);
+// "isolated", "not isolated", "never ran" or "isolation unknown".
+std::string_view isolation_of(const CallbackView& callback);
 // What became of each machine, where several are followed.
 std::vector<std::string> host_lines(const Snapshot& snapshot);
 

@@ -18,28 +18,27 @@ void CpuUsage::begin(const analysis::Report& report, std::chrono::steady_clock::
   ++round_;
   local_.clear();
   for (const auto& process : report.processes) {
-    local_[{process.host, process.pid}] =
+    const bool is_here =
         !process.boot_id.empty() && process.boot_id == boot_id_ && process.pid_ns == pid_ns_;
+    if (is_here) local_[process.index] = process.pid;
   }
 }
 
-bool CpuUsage::is_local(const std::string& host, std::int64_t pid) const {
-  const auto found = local_.find({host, pid});
-  return found != local_.end() && found->second;
-}
+bool CpuUsage::is_local(analysis::ProcessIndex process) const { return local_.contains(process); }
 
 std::string CpuUsage::task(const analysis::ThreadReport& thread) const {
-  return proc_ + '/' + std::to_string(thread.pid) + "/task/" + std::to_string(thread.tid);
+  return proc_ + '/' + std::to_string(local_.at(thread.process)) + "/task/" +
+         std::to_string(thread.tid);
 }
 
 bool CpuUsage::is_gone(const analysis::ThreadReport& thread) const {
   struct stat status {};
-  return is_local(thread.host, thread.pid) && ::stat(task(thread).c_str(), &status) != 0;
+  return is_local(thread.process) && ::stat(task(thread).c_str(), &status) != 0;
 }
 
 // The first number of schedstat is the time on a CPU, in nanoseconds.
 std::optional<std::int64_t> CpuUsage::busy(const analysis::ThreadReport& thread) const {
-  if (!is_local(thread.host, thread.pid)) return thread.busy_ns;
+  if (!is_local(thread.process)) return thread.busy_ns;
   std::int64_t value = 0;
   if (std::ifstream(task(thread) + "/schedstat") >> value) return value;
   return std::nullopt;
@@ -48,7 +47,7 @@ std::optional<std::int64_t> CpuUsage::busy(const analysis::ThreadReport& thread)
 std::optional<double> CpuUsage::of(const analysis::ThreadReport& thread) {
   const auto value = busy(thread);
   if (!value) return std::nullopt;
-  auto& sample = samples_[{thread.host, thread.pid, thread.tid}];
+  auto& sample = samples_[thread.index];
   const auto before =
       std::exchange(sample, Sample{.busy_ns = *value, .time = now_, .round = round_});
   const auto elapsed =

@@ -9,7 +9,6 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <tuple>
 
 namespace cie::live {
 
@@ -22,27 +21,27 @@ class CpuUsage {
   // Per cent of one CPU since the round before; empty where it is unknown, or for the first time.
   std::optional<double> of(const analysis::ThreadReport& thread);
   // The process is one of this machine and pid namespace.
-  bool is_local(const std::string& host, std::int64_t pid) const;
+  bool is_local(analysis::ProcessIndex process) const;
   // A thread of this machine that has ended.
   bool is_gone(const analysis::ThreadReport& thread) const;
   // Ends the round: forgets threads that were not asked for.
   void end();
 
  private:
-  using Key = std::tuple<std::string, std::int64_t, std::int64_t>;  // host, pid, tid
   struct Sample {
     std::int64_t busy_ns = 0;
     std::chrono::steady_clock::time_point time;
     std::uint64_t round = 0;
   };
+  // Of a local one.
   std::string task(const analysis::ThreadReport& thread) const;
   std::optional<std::int64_t> busy(const analysis::ThreadReport& thread) const;
 
   std::string proc_;
   std::string boot_id_;
   std::uint64_t pid_ns_ = 0;
-  std::map<std::pair<std::string, std::int64_t>, bool> local_;  // by host and pid
-  std::map<Key, Sample> samples_;
+  std::map<analysis::ProcessIndex, std::int64_t> local_;  // pids of those that are
+  std::map<analysis::ThreadIndex, Sample> samples_;
   std::chrono::steady_clock::time_point now_;
   std::uint64_t round_ = 0;
 };

@@ -3,7 +3,7 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <cstddef>
 #include <string>

@@ -1,181 +1,101 @@
 #include "live_server.hpp"
 
-#include "html_files.hpp"
-#include "local_http.hpp"
+#include "html/html_files.hpp"
+#include "http_server.hpp"
 #include "snapshot_json.hpp"
 
-#include <atomic>
-#include <chrono>
-#include <condition_variable>
 #include <mutex>
-#include <stdexcept>
-#include <thread>
+#include <string_view>
 #include <utility>
-
-#include <fmt/format.h>
-#include <httplib.h>
 
 namespace cie::live {
 namespace {
 
-using std::chrono::milliseconds;
+using Text = std::shared_ptr<const std::string>;
 
-constexpr int kMaxFollowers = 16;  // pages that are open at once
-constexpr int kOtherThreads = 8;
-constexpr milliseconds kKeepAlive{5000};
-constexpr std::time_t kWritePatience = 5;  // seconds; who reads nothing for longer is cut off
-
-bool is_loopback(const std::string& address) {
-  return address == "localhost" || address == "::1" || address.rfind("127.", 0) == 0;
+HttpResponse answer(Text text, const char* type) {
+  auto response = text_response(std::move(text), type);
+  response.fields.emplace_back("Cache-Control", "no-store");
+  response.fields.emplace_back("X-Content-Type-Options", "nosniff");
+  return response;
 }
 
-// In a URL.
-std::string host_of(const std::string& address) {
-  return address.find(':') == std::string::npos ? address : '[' + address + ']';
+HttpResponse answer(std::string text, const char* type) {
+  return answer(std::make_shared<const std::string>(std::move(text)), type);
 }
 
-void send_text(httplib::Response& response, std::string_view text, const char* type) {
-  response.set_header("Cache-Control", "no-store");
-  response.set_header("X-Content-Type-Options", "nosniff");
-  response.set_content(std::string(text), type);
+HttpResponse page() {
+  auto response = answer(std::string(viewer_export::kLiveHtml), "text/html; charset=utf-8");
+  response.fields.emplace_back(
+      "Content-Security-Policy",
+      "default-src 'none'; script-src 'self'; style-src 'self'; connect-src "
+      "'self'; img-src data:; base-uri 'none'; form-action 'none'; "
+      "frame-ancestors 'none'");
+  return response;
+}
+
+HttpResponse event_stream() {
+  return {.fields = {{"Content-Type", "text/event-stream"}, {"Cache-Control", "no-store"}},
+          .is_event_stream = true};
 }
 
 }  // namespace
 
 struct LiveServer::Server {
-  std::string address;
-  int port = 0;
-  httplib::Server http;
-  std::thread serving;
+  Server(const std::string& address, std::uint16_t port)
+      : http(address, port, [this](const HttpRequest& request) { return response_to(request); }) {}
 
-  std::mutex mutex;
-  std::condition_variable published;
-  std::string line;  // the last snapshot
-  std::string metrics_text;
-  std::uint64_t number = 0;  // of it
-  bool is_ending = false;
+  HttpResponse response_to(const HttpRequest& request) {
+    if (request.method == "OPTIONS") return {.status = 405};
+    if (request.path == "/") return page();
+    if (request.path == "/live.css") {
+      return answer(std::string(viewer_export::kReportCss) + std::string(viewer_export::kLiveCss),
+                    "text/css; charset=utf-8");
+    }
+    if (request.path == "/live.js") {
+      return answer(std::string(viewer_export::kLiveJs), "text/javascript; charset=utf-8");
+    }
+    if (request.path == "/events") return event_stream();
+    const std::scoped_lock lock(mutex);
+    if (request.path == "/metrics") {
+      return answer(metrics_text, "text/plain; version=0.0.4; charset=utf-8");
+    }
+    if (request.path == "/snapshot.json") {
+      return line ? answer(line, "application/json") : HttpResponse{.status = 503};
+    }
+    return {.status = 404};
+  }
 
   Metrics metrics;
-  std::atomic<int> followers = 0;
-
-  bool is_for_us(const httplib::Request& request) const {
-    if (!is_loopback(address)) return true;
-    return viewer_export::is_called_by_loopback(request, host_of(address), port);
-  }
-
-  // One event of the stream, when there is one the follower has not had. False: it is over.
-  bool send_next(std::uint64_t& seen, httplib::DataSink& sink) {
-    std::string text = ": still here\n\n";
-    {
-      std::unique_lock lock(mutex);
-      published.wait_for(lock, kKeepAlive, [&] { return is_ending || number != seen; });
-      if (is_ending) return false;
-      if (number != seen) text = "data: " + line + "\n\n";
-      seen = number;
-    }
-    return sink.write(text.data(), text.size());
-  }
-
-  void follow(httplib::Response& response) {
-    if (followers.fetch_add(1) >= kMaxFollowers) {
-      --followers;
-      response.status = 503;
-      return;
-    }
-    response.set_header("Cache-Control", "no-store");
-    response.set_chunked_content_provider(
-        "text/event-stream",
-        [this, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-          return send_next(seen, sink);
-        },
-        [this](bool) { --followers; });
-  }
-
-  void set_up() {
-    http.set_socket_options(viewer_export::use_port_alone);
-    http.set_write_timeout(kWritePatience);
-    http.new_task_queue = [] { return new httplib::ThreadPool(kMaxFollowers + kOtherThreads); };
-    http.set_pre_routing_handler(
-        [this](const httplib::Request& request, httplib::Response& response) {
-          if (is_for_us(request)) return httplib::Server::HandlerResponse::Unhandled;
-          response.status = 403;
-          return httplib::Server::HandlerResponse::Handled;
-        });
-    http.Get("/", [](const httplib::Request&, httplib::Response& response) {
-      response.set_header("Content-Security-Policy",
-                          "default-src 'none'; script-src 'self'; style-src 'self'; connect-src "
-                          "'self'; img-src data:; base-uri 'none'; form-action 'none'; "
-                          "frame-ancestors 'none'");
-      send_text(response, viewer_export::kLiveHtml, "text/html; charset=utf-8");
-    });
-    http.Get("/live.css", [](const httplib::Request&, httplib::Response& response) {
-      send_text(response,
-                std::string(viewer_export::kReportCss) + std::string(viewer_export::kLiveCss),
-                "text/css; charset=utf-8");
-    });
-    http.Get("/live.js", [](const httplib::Request&, httplib::Response& response) {
-      send_text(response, viewer_export::kLiveJs, "text/javascript; charset=utf-8");
-    });
-    http.Get("/events",
-             [this](const httplib::Request&, httplib::Response& response) { follow(response); });
-    http.Get("/metrics", [this](const httplib::Request&, httplib::Response& response) {
-      const std::scoped_lock lock(mutex);
-      send_text(response, metrics_text, "text/plain; version=0.0.4; charset=utf-8");
-    });
-    http.Get("/snapshot.json", [this](const httplib::Request&, httplib::Response& response) {
-      const std::scoped_lock lock(mutex);
-      if (line.empty()) {
-        response.status = 503;
-        return;
-      }
-      send_text(response, line + '\n', "application/json");
-    });
-  }
+  std::mutex mutex;
+  Text line;  // the last snapshot; null: none yet
+  Text metrics_text;
+  HttpServer http;  // the last member: its thread uses the others
 };
 
-LiveServer::LiveServer(const std::string& address, int port) : server_(std::make_unique<Server>()) {
-  auto& server = *server_;
-  server.address = address;
-  server.metrics_text = server.metrics.text();
-  server.set_up();
-  server.port = port == 0                                 ? server.http.bind_to_any_port(address)
-                : server.http.bind_to_port(address, port) ? port
-                                                          : -1;
-  if (server.port < 0) {
-    throw std::runtime_error(fmt::format(
-        "cannot listen on port {} of {}: is it taken, or not an address of this machine?", port,
-        address));
-  }
-  server.serving = std::thread([&server] { server.http.listen_after_bind(); });
-  while (!server.http.is_running())  // it cannot be stopped before
-    std::this_thread::sleep_for(milliseconds(1));
+LiveServer::LiveServer(const std::string& address, std::uint16_t port)
+    : server_(std::make_unique<Server>(address, port)) {
+  server_->metrics_text = std::make_shared<const std::string>(server_->metrics.text());
+  server_->http.start();
 }
 
-LiveServer::~LiveServer() {
-  {
-    const std::scoped_lock lock(server_->mutex);
-    server_->is_ending = true;
-  }
-  server_->published.notify_all();
-  server_->http.stop();
-  server_->serving.join();
-}
+LiveServer::~LiveServer() = default;
 
-std::string LiveServer::url() const {
-  return fmt::format("http://{}:{}/", host_of(server_->address), server_->port);
-}
+std::string LiveServer::url() const { return server_->http.url(); }
+
+bool LiveServer::is_loopback() const { return server_->http.is_loopback(); }
 
 void LiveServer::publish(const Snapshot& snapshot) {
-  auto line = json_line(snapshot, true);
+  const auto line = json_line(snapshot, true);
   server_->metrics.add(snapshot);
-  auto metrics = server_->metrics.text();
+  auto document = std::make_shared<const std::string>(line + '\n');
+  auto metrics = std::make_shared<const std::string>(server_->metrics.text());
   {
     const std::scoped_lock lock(server_->mutex);
-    server_->line = std::move(line);
+    server_->line = std::move(document);
     server_->metrics_text = std::move(metrics);
-    ++server_->number;
   }
-  server_->published.notify_all();
+  server_->http.publish(line);
 }
 
 }  // namespace cie::live

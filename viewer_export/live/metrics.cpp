@@ -1,6 +1,6 @@
 #include "metrics.hpp"
 
-#include "utf8.hpp"
+#include <cie/tracepoints/utf8.hpp>
 
 #include <algorithm>
 #include <array>
@@ -24,7 +24,7 @@ std::string labels_of(std::initializer_list<Label> labels) {
     text += text.empty() ? '{' : ',';
     text += name;
     text += "=\"";
-    for (const char c : viewer_export::valid_utf8(value)) {
+    for (const char c : valid_utf8(value)) {
       if (c == '\\' || c == '"') text += '\\';
       text += c == '\n' ? std::string("\\n") : std::string(1, c);
     }

@@ -1,9 +1,9 @@
 #include "monitor.hpp"
 
 #include <cie/analysis/deadline.hpp>
+#include <cie/analysis/report_rows.hpp>
 
 #include <algorithm>
-#include <map>
 #include <string>
 #include <utility>
 
@@ -25,8 +25,9 @@ std::size_t class_of(std::int64_t response_ns) {
 void count_losses(const analysis::Report& report, Snapshot& snapshot) {
   snapshot.lost_events = report.trace.lost_events;
   for (const auto& defect : report.defects) {
-    if (defect.kind == "discarded-packets") snapshot.lost_packets = defect.count;
-    snapshot.defects.push_back({.kind = defect.kind,
+    if (defect.kind == analysis::DefectKind::discarded_packets)
+      snapshot.lost_packets = defect.count;
+    snapshot.defects.push_back({.kind = std::string(label(defect.kind)),
                                 .severity = std::string(label(defect.severity)),
                                 .count = defect.count});
   }
@@ -101,13 +102,12 @@ Timestamp Monitor::HostClock::present(steady_clock::time_point now) {
 
 void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::time_point time,
                                  Snapshot& snapshot) {
-  std::map<std::pair<std::string, std::int64_t>, bool> ended;
-  for (const auto& process : report.processes)
-    ended[{process.host, process.pid}] = process.has_ended;
+  const analysis::ReportRows rows(report);
   for (const auto& known : report.callbacks) {
-    const auto now = clocks_[known.host_number].present(time);
+    const auto& process = rows.process_of(known);
+    const auto now = clocks_[process.host_index].present(time);
     CallbackView view;
-    view.has_ended = ended[{known.host, known.pid}];
+    view.has_ended = process.has_ended;
     auto found = callbacks_.find(known.index);
     if (found == callbacks_.end() && view.has_ended) continue;
     auto& mine = found != callbacks_.end() ? found->second : callbacks_[known.index];
@@ -118,14 +118,14 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
     if (!mine.has_deadline && known.logical_id.rfind('?', 0) != 0) {
       look_up_deadline(mine, known.logical_id, known.deadline_ns.value_or(0));
     }
-    view.index = known.index;
-    view.host = known.host;
-    view.pid = known.pid;
+    view.index = static_cast<std::uint32_t>(known.index);
+    view.host = process.host;
+    view.pid = process.pid;
     view.logical_id = known.logical_id;
-    view.kind = known.kind;
+    if (known.kind) view.kind = label(*known.kind);
     for (const auto& thread : known.threads)
       view.tids.push_back(thread.tid);
-    view.is_isolated = known.isolated;
+    view.isolation = known.isolation;
     view.deadline_ns = mine.deadline_ns;
     const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
@@ -149,16 +149,20 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
 
 void Monitor::describe_threads(const analysis::Report& report, steady_clock::time_point now,
                                Snapshot& snapshot) {
+  const analysis::ReportRows rows(report);
   cpu_.begin(report, now);
   for (const auto& thread : report.threads) {
     if (cpu_.is_gone(thread)) continue;
-    snapshot.threads.push_back({.host = thread.host,
-                                .pid = thread.pid,
-                                .tid = thread.tid,
-                                .name = thread.name,
-                                .role = thread.role.value_or(""),
-                                .callbacks = thread.callbacks,
-                                .cpu_percent = cpu_.of(thread)});
+    const auto& process = rows.process_of(thread);
+    snapshot.threads.push_back(
+        {.index = static_cast<std::uint32_t>(thread.index),
+         .host = process.host,
+         .pid = process.pid,
+         .tid = thread.tid,
+         .name = thread.name,
+         .role = thread.role ? std::string(label(*thread.role)) : std::string(),
+         .callbacks = thread.callbacks,
+         .cpu_percent = cpu_.of(thread)});
   }
   cpu_.end();
 }
@@ -192,7 +196,7 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
   describe_threads(report, now, snapshot);
   const bool is_here = std::any_of(report.processes.begin(), report.processes.end(),
                                    [this](const analysis::ProcessReport& p) {
-                                     return p.host_number == heard_ && cpu_.is_local(p.host, p.pid);
+                                     return p.host_index == heard_ && cpu_.is_local(p.index);
                                    });
   if (is_here && latest.ns > 0) {
     // CLOCK_MONOTONIC is std::chrono::steady_clock on Linux.

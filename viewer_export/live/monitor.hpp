@@ -67,11 +67,11 @@ class Monitor final : public analysis::Observer {
                         Snapshot& snapshot);
 
   const SchedulingSpec* spec_;
-  std::unordered_map<std::uint32_t, OfCallback> callbacks_;
+  std::unordered_map<analysis::CallbackIndex, OfCallback> callbacks_;
   VerdictLog verdicts_;
   CpuUsage cpu_;
-  std::unordered_map<std::uint32_t, HostClock> clocks_;  // by host
-  std::uint32_t heard_ = 0;                              // the host of which an instance came last
+  std::unordered_map<analysis::HostIndex, HostClock> clocks_;
+  analysis::HostIndex heard_{};  // the host of which an instance came last
   std::uint64_t sequence_ = 0;
   std::uint64_t events_ = 0;
   std::optional<std::chrono::steady_clock::time_point> described_;

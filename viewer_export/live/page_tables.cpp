@@ -15,7 +15,6 @@ using viewer_export::display_width;
 using viewer_export::elide;
 using viewer_export::format_duration;
 using viewer_export::Look;
-using viewer_export::printable;
 
 constexpr std::size_t kMinName = 12;
 constexpr double kSecond = 1e9;
@@ -109,8 +108,7 @@ Pages::Table Pages::instances(std::size_t columns) const {
   table.rows.push_back(text_line(fmt::format(
       "{}  pid {}  deadline {}  {}  since the start: {}, max {}", callback->kind, callback->pid,
       callback->deadline_ns ? format_duration(*callback->deadline_ns) : "-",
-      callback->is_isolated ? "isolated" : "not isolated",
-      viewer_export::counted(callback->total_instances, "instance"),
+      isolation_of(*callback), viewer_export::counted(callback->total_instances, "instance"),
       duration(callback->total_response, &Summary::max, callback->is_exact))));
   table.rows.push_back(
       text_line(fmt::format("{:>12}{:>9}{:>5}{:>12}{:>12}{:>12}{:>8}", "seq", "tid", "CPU",

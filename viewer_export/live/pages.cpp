@@ -14,7 +14,6 @@ using analysis::Verdict;
 using viewer_export::display_width;
 using viewer_export::elide;
 using viewer_export::Look;
-using viewer_export::printable;
 
 constexpr std::size_t kRowsAround = 6;  // of the table
 

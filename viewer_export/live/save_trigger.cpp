@@ -22,7 +22,8 @@ void SaveTrigger::see(const Snapshot& snapshot) {
 void SaveTrigger::see_violations(const Snapshot& snapshot) {
   for (const auto& change : snapshot.changes) {
     if (change.to != analysis::Verdict::fail || change.rule == kDeadlineRule) continue;
-    if (told_.size() >= kMostTold || !told_.emplace(change.rule, change.subject).second) continue;
+    if (told_.size() >= kMostTold) continue;
+    if (!told_.insert(verdict_key(change.rule, change.about, change.subject)).second) continue;
     add(change.rule, fmt::format("{} {}: {}", change.rule, change.name, change.subject));
   }
 }

@@ -4,6 +4,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "snapshot.hpp"
+#include "verdict_log.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -46,8 +47,8 @@ class SaveTrigger {
 
   SaveLimits limits_;
   const SchedulingSpec* spec_;
-  std::set<std::pair<std::string, std::string>> told_;  // rule and subject
-  std::map<std::uint32_t, std::uint64_t> late_;         // by CallbackView::index
+  std::set<VerdictKey> told_;
+  std::map<std::uint32_t, std::uint64_t> late_;  // by CallbackView::index
   std::string reason_;  // the first of those since the last one saved; empty: there was none
   std::set<std::string> others_;  // what kind the further ones are
   std::optional<Clock::time_point> last_;

@@ -2,6 +2,7 @@
 // line of JSON (snapshot_json.hpp) from the process that reads the system.
 #pragma once
 
+#include <cie/analysis/report.hpp>
 #include <cie/analysis/statistics.hpp>
 #include <cie/analysis/verdict.hpp>
 
@@ -51,8 +52,8 @@ struct CallbackView {
   std::string logical_id;  // "?3" while its registration was not seen
   std::string kind;
   std::vector<std::int64_t> tids;
-  bool is_isolated = false;
-  bool has_ended = false;  // its process has
+  std::optional<analysis::Isolation> isolation;  // empty: unknown
+  bool has_ended = false;                        // its process has
   std::optional<std::int64_t> deadline_ns;
 
   // In the window.
@@ -75,6 +76,7 @@ struct CallbackView {
 };
 
 struct ThreadView {
+  std::uint32_t index = 0;  // its number, for as long as the analysis runs
   std::string host;
   std::int64_t pid = 0;
   std::int64_t tid = 0;
@@ -88,6 +90,7 @@ struct ThreadView {
 struct VerdictView {
   std::string rule;  // "M2"
   std::string name;
+  analysis::Subject about{};
   std::string subject;
   analysis::Verdict verdict = analysis::Verdict::fail;
   std::int64_t since_ns = 0;
@@ -99,6 +102,7 @@ struct VerdictChange {
   std::int64_t time_ns = 0;  // of the trace, when that was noticed
   std::string rule;
   std::string name;
+  analysis::Subject about{};
   std::string subject;
   analysis::Verdict from = analysis::Verdict::not_applicable;
   analysis::Verdict to = analysis::Verdict::not_applicable;

@@ -1,18 +1,21 @@
 #include "snapshot_json.hpp"
 
-#include "json.hpp"
+#include <cie/analysis/report_fields.hpp>
 
-#include <concepts>
+#include "json/json.hpp"
+
 #include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace cie::live {
 namespace {
 
-using analysis::Summary;
+using analysis::Is;
+using analysis::Isolation;
 using analysis::Verdict;
 using viewer_export::Json;
 
@@ -20,21 +23,6 @@ constexpr const char* kSchema = "cie.live/1";
 
 // Each type's fields are named once, in the order of the document: fields() shows them to a Writer
 // or a Reader, which calls it again for what has fields itself.
-template <typename T, typename Plain>
-concept Is = std::same_as<std::remove_const_t<T>, Plain>;
-
-void fields(auto& visit, Is<Summary> auto& s) {
-  visit("count", s.count);
-  visit("min", s.min);
-  visit("max", s.max);
-  visit("sum", s.sum);
-  visit("mean", s.mean);
-  visit("p50", s.p50);
-  visit("p90", s.p90);
-  visit("p99", s.p99);
-  visit("p99_9", s.p99_9);
-}
-
 void fields(auto& visit, Is<RecentInstance> auto& i) {
   visit("seq", i.seq);
   visit("tid", i.tid);
@@ -55,7 +43,8 @@ void fields(auto& visit, Is<CallbackView> auto& c) {
   visit("logical_id", c.logical_id);
   visit("kind", c.kind);
   visit("tids", c.tids);
-  visit("isolated", c.is_isolated);
+  visit.derived("isolated", c.isolation == Isolation::isolated);
+  visit("isolation", c.isolation);
   visit("ended", c.has_ended);
   visit("deadline_ns", c.deadline_ns);
   visit("exact", c.is_exact);
@@ -79,6 +68,7 @@ void fields(auto& visit, Is<CallbackView> auto& c) {
 }
 
 void fields(auto& visit, Is<ThreadView> auto& t) {
+  visit("index", t.index);
   visit("host", t.host);
   visit("pid", t.pid);
   visit("tid", t.tid);
@@ -92,6 +82,8 @@ void fields(auto& visit, Is<VerdictView> auto& v) {
   visit("rule", v.rule);
   visit("name", v.name);
   visit("subject", v.subject);
+  visit("kind", v.about.kind);
+  visit("index", v.about.index);
   visit("verdict", v.verdict);
   visit("since_ns", v.since_ns);
   visit("note", v.note);
@@ -102,6 +94,8 @@ void fields(auto& visit, Is<VerdictChange> auto& c) {
   visit("rule", c.rule);
   visit("name", c.name);
   visit("subject", c.subject);
+  visit("kind", c.about.kind);
+  visit("index", c.about.index);
   visit("from", c.from);
   visit("to", c.to);
   visit("note", c.note);
@@ -164,6 +158,8 @@ class Writer {
     Writer inner(json_[name], with_recent_);
     visit(inner);
   }
+  // What follows from another field.
+  void derived(const char* name, bool value) { json_[name] = value; }
   void recent(const char* name, const std::vector<RecentInstance>& instances) {
     if (with_recent_) (*this)(name, instances);
   }
@@ -181,7 +177,9 @@ class Writer {
     }
   }
   Json json_of(Verdict verdict) const { return analysis::label(verdict); }
+  Json json_of(analysis::SubjectKind kind) const { return analysis::label(kind); }
   Json json_of(SourceState state) const { return label(state); }
+  Json json_of(Isolation isolation) const { return analysis::label(isolation); }
   template <typename T>
   Json json_of(const std::optional<T>& value) const {
     return value ? json_of(*value) : Json(nullptr);
@@ -221,6 +219,7 @@ class Reader {
     Reader inner(json_.at(name));
     visit(inner);
   }
+  void derived(const char* /*name*/, bool /*value*/) {}
   void recent(const char* name, std::vector<RecentInstance>& instances) {
     if (json_.contains(name)) (*this)(name, instances);
   }
@@ -239,6 +238,14 @@ class Reader {
     verdict = labelled(
         json, {Verdict::not_applicable, Verdict::pass, Verdict::inconclusive, Verdict::fail});
   }
+  static void read(const Json& json, analysis::SubjectKind& kind) {
+    using enum analysis::SubjectKind;
+    kind = labelled(json, {trace, process, thread, callback, group, topic, chain});
+  }
+  static void read(const Json& json, Isolation& isolation) {
+    isolation =
+        labelled(json, {Isolation::isolated, Isolation::not_isolated, Isolation::never_ran});
+  }
   static void read(const Json& json, SourceState& state) {
     state = labelled(json, {SourceState::waiting, SourceState::streaming, SourceState::silent,
                             SourceState::lost, SourceState::ended});
@@ -246,7 +253,10 @@ class Reader {
   template <typename T>
   static void read(const Json& json, std::optional<T>& value) {
     value.reset();
-    if (!json.is_null()) read(json, value.emplace());
+    if (json.is_null()) return;
+    T known;
+    read(json, known);
+    value = std::move(known);
   }
   template <typename T>
   static void read(const Json& json, std::vector<T>& values) {

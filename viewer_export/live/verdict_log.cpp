@@ -17,13 +17,18 @@ std::string note_of(const SubjectVerdict& verdict) {
 
 }  // namespace
 
+VerdictKey verdict_key(const std::string& rule, const analysis::Subject& about,
+                       const std::string& subject) {
+  return {rule, about.kind, about.index, about.index ? std::string() : subject};
+}
+
 VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
                                    analysis::Timestamp now) {
   Noted noted;
   ++round_;
   for (const auto& rule : verdicts.rules) {
     for (const auto& subject : rule.subjects) {
-      auto& known = known_[{rule.id, subject.subject}];
+      auto& known = known_[verdict_key(rule.id, subject.about, subject.subject)];
       const auto before = known.verdict;
       const bool is_first = known.round == 0;
       known.round = round_;
@@ -34,6 +39,7 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
         noted.changes.push_back({.time_ns = now.ns,
                                  .rule = rule.id,
                                  .name = rule.name,
+                                 .about = subject.about,
                                  .subject = subject.subject,
                                  .from = before,
                                  .to = subject.verdict,
@@ -42,13 +48,14 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
       if (subject.verdict < Verdict::inconclusive) continue;
       noted.current.push_back({.rule = rule.id,
                                .name = rule.name,
+                               .about = subject.about,
                                .subject = subject.subject,
                                .verdict = subject.verdict,
                                .since_ns = known.since_ns,
                                .note = note_of(subject)});
     }
   }
-  // Subjects that are no longer judged (their names changed) need not be remembered.
+  // Subjects that are no longer judged need not be remembered.
   std::erase_if(known_, [this](const auto& entry) { return entry.second.round != round_; });
   std::ranges::stable_sort(noted.current, [](const VerdictView& a, const VerdictView& b) {
     return a.verdict > b.verdict;

@@ -8,11 +8,19 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 namespace cie::live {
+
+// A rule and a subject of it; the subject's name where it has no row, because others' names change
+// when a second process appears.
+using VerdictKey =
+    std::tuple<std::string, analysis::SubjectKind, std::optional<std::uint32_t>, std::string>;
+VerdictKey verdict_key(const std::string& rule, const analysis::Subject& about,
+                       const std::string& subject);
 
 class VerdictLog {
  public:
@@ -34,7 +42,7 @@ class VerdictLog {
     std::int64_t since_ns = 0;
     std::uint64_t round = 0;
   };
-  std::map<std::pair<std::string, std::string>, Known> known_;  // by rule and subject
+  std::map<VerdictKey, Known> known_;
   std::uint64_t round_ = 0;
 };
 

@@ -1,11 +1,11 @@
 -- Callbacks that were late: releases skipped (timers; NULL for others), and responses beyond the
 -- deadline that the callback declares (NULL: it declares none). Exact releases only.
 SELECT logical_id, pid, missed_releases, deadline_ns, count(response_ns) AS judged,
-  sum(CASE WHEN response_ns > deadline_ns THEN 1 WHEN response_ns <= deadline_ns THEN 0 END) AS late
+  sum(CASE WHEN response_ns > deadline_ns THEN 1 WHEN response_ns <= deadline_ns THEN 0 END) AS late, host
 FROM callbacks
 JOIN (
-  SELECT logical_id, pid, CASE WHEN release_source = 'exact' THEN end_ns - release_ns END AS response_ns
+  SELECT host, logical_id, pid, CASE WHEN release_source = 'exact' THEN end_ns - release_ns END AS response_ns
   FROM instances
-  WHERE end_ns IS NOT NULL) AS responses USING (logical_id, pid)
-GROUP BY logical_id, pid, missed_releases, deadline_ns
-ORDER BY logical_id, pid
+  WHERE end_ns IS NOT NULL) AS responses USING (host, logical_id, pid)
+GROUP BY host, logical_id, pid, missed_releases, deadline_ns
+ORDER BY logical_id, pid, host

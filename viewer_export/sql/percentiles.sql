@@ -5,12 +5,12 @@ SELECT logical_id, pid, max(n) AS instances, min(response_ns) AS min_ns,
   max(CASE WHEN 100 * (place - 1) < 50 * n THEN response_ns END) AS p50_ns,
   max(CASE WHEN 100 * (place - 1) < 90 * n THEN response_ns END) AS p90_ns,
   max(CASE WHEN 100 * (place - 1) < 99 * n THEN response_ns END) AS p99_ns,
-  max(response_ns) AS max_ns
+  max(response_ns) AS max_ns, host
 FROM (
-  SELECT logical_id, pid, end_ns - release_ns AS response_ns,
-    row_number() OVER (PARTITION BY logical_id, pid ORDER BY end_ns - release_ns) AS place,
-    count(*) OVER (PARTITION BY logical_id, pid) AS n
+  SELECT host, logical_id, pid, end_ns - release_ns AS response_ns,
+    row_number() OVER (PARTITION BY host, logical_id, pid ORDER BY end_ns - release_ns) AS place,
+    count(*) OVER (PARTITION BY host, logical_id, pid) AS n
   FROM instances
   WHERE release_source = 'exact' AND end_ns IS NOT NULL) AS ranked
-GROUP BY logical_id, pid
-ORDER BY logical_id, pid
+GROUP BY host, logical_id, pid
+ORDER BY logical_id, pid, host

@@ -2,14 +2,14 @@
 
 #include <cie/analysis/analyzer.hpp>
 
-#include "../guard_state.hpp"
-#include "../reader/discovery.hpp"
-#include "merge_offsets.hpp"
-#include "metadata_file.hpp"
-#include "metadata_parser.hpp"
-#include "metadata_rebuild.hpp"
-#include "stream_reader.hpp"
-#include "tournament.hpp"
+#include "ctf/metadata/metadata_file.hpp"
+#include "ctf/metadata/metadata_parser.hpp"
+#include "ctf/salvage/metadata_rebuild.hpp"
+#include "ctf/stream/coverage.hpp"
+#include "ctf/stream/merge_offsets.hpp"
+#include "ctf/stream/stream_reader.hpp"
+#include "ctf/stream/tournament.hpp"
+#include "recording/discovery.hpp"
 
 #include <algorithm>
 #include <deque>
@@ -30,8 +30,21 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMemory = 32U << 20U;  // of all pieces of streams together
 constexpr std::size_t kSmallestPiece = 64U << 10U;
 constexpr std::size_t kLargestPiece = 1U << 20U;
-constexpr const char* kAdvice =
-    "; compare its files with the recording's manifest, or record again";
+constexpr const char* kOtherUuid = ": its packets have another uuid than its metadata";
+
+// What to do about a trace that cannot be read, from a directory or file of it. Only recordings by
+// `cie record` have a manifest, in one of the directories around.
+std::string advice(fs::path place) {
+  constexpr int kLevels = 8;
+  for (int level = 0; level < kLevels && place.has_relative_path(); ++level) {
+    std::error_code ignored;
+    if (fs::is_regular_file(place / "manifest.json", ignored)) {
+      return "; compare its files with the recording's manifest, or record again";
+    }
+    place = place.parent_path();
+  }
+  return "; see whether all of its files were copied whole";
+}
 
 // What tells streams apart and orders them.
 struct StreamKey {
@@ -86,7 +99,6 @@ class Reader {
         std::error_code error;
         const auto canonical = fs::weakly_canonical(directory, error);
         if (seen.insert(error ? directory : canonical).second) add_directory(directory);
-        guard_tick();
       }
     }
     for (auto& [directory, metadata] : perfs_)
@@ -181,12 +193,14 @@ class Reader {
   }
 
   static Metadata own_schema(const fs::path& directory, const std::string& reason) {
+    const auto remedy =
+        advice(fs::absolute(directory)) + "; or read it with --metadata, that of a trace like it";
+    if (!looks_recorded(directory)) throw UnreadableTrace(reason + remedy);
     try {
       return parse_metadata(rebuild_metadata(directory));
     } catch (const MetadataError& error) {
       throw UnreadableTrace(reason + ", and the schema of `cie record` does not fit (" +
-                            error.what() + ")" + kAdvice +
-                            "; or read it with --metadata, that of a recording like it");
+                            error.what() + ")" + remedy);
     }
   }
 
@@ -211,8 +225,7 @@ class Reader {
       }
       if (file.file.size() == 0) continue;
       if (progress_ != nullptr) progress_->total += file.file.size();
-      file.first = PacketScanner(file.file, *plan, kSmallestPiece).first();
-      guard_tick();
+      file.first = PacketScanner(file.file, *plan, kSmallestPiece).next_header();
       files_[key_of(name, file, path)].push_back(std::move(file));
     }
   }
@@ -238,6 +251,7 @@ class Reader {
     const auto share = kMemory / std::max<std::size_t>(files_.size(), 1);
     const auto piece = std::clamp(share, kSmallestPiece, kLargestPiece);
     std::map<std::tuple<std::string, bool, std::uint64_t>, std::uint32_t> channels;
+    std::vector<Stream> streams;
     MergeOffsets offsets;
     for (auto& [key, files] : files_) {
       std::stable_sort(files.begin(), files.end(), [](const StreamFile& a, const StreamFile& b) {
@@ -248,7 +262,7 @@ class Reader {
         };
         return order(a) < order(b);
       });
-      StreamIdentity identity{.index = StreamIndex{static_cast<std::uint32_t>(streams_.size())},
+      StreamIdentity identity{.index = StreamIndex{static_cast<std::uint32_t>(streams.size())},
                               .channel = static_cast<std::uint32_t>(channels.size()),
                               .merge_offset_ns = 0,
                               .piece = piece,
@@ -262,10 +276,67 @@ class Reader {
       }
       if (const auto salvaged = salvaged_traces_.extract(key.trace)) {
         salvaged_.emplace_back(identity.index, salvaged.mapped());
+      } else if (files.front().first && files.front().first->other_uuid) {
+        salvaged_.emplace_back(identity.index, files.front().file.path() + kOtherUuid);
       }
-      streams_.push_back(std::make_unique<StreamReader>(std::move(files), identity));
+      identity.is_idle = !PacketTimes(files).has_events();
+      streams.emplace_back(std::move(files), identity);
     }
     files_.clear();
+    leave_out(streams);
+    for (auto& [files, identity] : streams)
+      streams_.push_back(std::make_unique<StreamReader>(std::move(files), identity));
+  }
+
+  using Stream = std::pair<std::vector<StreamFile>, StreamIdentity>;
+
+  // A channel's window is what all of its streams cover. Where they have nothing in common, it is
+  // what most of them have. The others are named, and no losses: LTTng writes no packet for a CPU
+  // on which nothing happened between two flushes.
+  void leave_out(std::vector<Stream>& streams) {
+    std::map<std::uint32_t, std::vector<Stream*>> channels;
+    for (auto& stream : streams) {
+      const auto& first = stream.first.front().first;
+      const bool has_times = first && first->begin && first->stream->has_packet_times;
+      if (has_times) channels[stream.second.channel].push_back(&stream);
+    }
+    for (auto& [number, members] : channels) {
+      const auto idle =
+          std::stable_partition(members.begin(), members.end(),
+                                [](const Stream* stream) { return !stream->second.is_idle; });
+      if (idle != members.begin()) leave_out({members.begin(), idle}, {idle, members.end()});
+    }
+  }
+
+  // `idle` streams cover everything up to their ends.
+  void leave_out(std::span<Stream* const> busy, std::span<Stream* const> idle) {
+    Timestamp latest{std::numeric_limits<std::int64_t>::min()};
+    for (const auto* stream : busy) {
+      const auto& first = *stream->first.front().first;
+      latest = std::max(latest, first.stream->clock.time_of(*first.begin));
+    }
+    const auto times_of = [](const Stream* stream, Timestamp enough) {
+      return PacketTimes(stream->first).times(enough).value_or(TimeWindow{});
+    };
+    // Most streams reach the latest begin within a packet or two, so that little is read twice.
+    const auto reaches = [&](const Stream* stream) {
+      return times_of(stream, latest).to >= latest;
+    };
+    if (std::ranges::all_of(busy, reaches) && std::ranges::all_of(idle, reaches)) return;
+    std::vector<TimeWindow> times;
+    for (const auto* stream : busy)
+      times.push_back(times_of(stream, TimeWindow{}.to));
+    auto [without, common] = left_out(times);
+    for (const auto* stream : idle) {
+      const auto end = times_of(stream, TimeWindow{}.to).to;
+      without.push_back(end < common.from);
+      if (!without.back()) common.to = std::min(common.to, end);
+    }
+    for (std::size_t i = 0; i < without.size(); ++i) {
+      if (!without[i]) continue;
+      auto& stream = *(i < busy.size() ? busy[i] : idle[i - busy.size()]);
+      stream.second.is_left_out = true;
+    }
   }
 
   // What the merge needs to know of a stream to choose the next one, before it emits anything: to
@@ -314,13 +385,14 @@ class Reader {
   }
 
   void check_anything_read() const {
-    const Damage* damage = nullptr;
+    const StreamReader* damaged = nullptr;
     for (const auto& stream : streams_) {
       if (stream->packets() > 0) return;
-      if (damage == nullptr && stream->first_damage()) damage = &*stream->first_damage();
+      if (damaged == nullptr && stream->first_damage()) damaged = stream.get();
     }
-    if (damage == nullptr) return;  // metadata without any packet: an empty recording
-    throw UnreadableTrace("cannot read any packet of the trace: " + damage->reason + kAdvice);
+    if (damaged == nullptr) return;  // metadata without any packet: an empty recording
+    throw UnreadableTrace("cannot read any packet of the trace: " +
+                          damaged->first_damage()->reason + advice(damaged->path()));
   }
 
   fs::path metadata_from_;

@@ -3,7 +3,7 @@
 
 #include <cie/analysis/progress.hpp>
 
-#include "event_writer.hpp"
+#include "ctf/stream/event_writer.hpp"
 
 #include <filesystem>
 #include <functional>

@@ -1,6 +1,6 @@
 #include "read_ahead.hpp"
 
-#include "../event_batch.hpp"
+#include "vocabulary/event_batch.hpp"
 
 #include <array>
 #include <condition_variable>

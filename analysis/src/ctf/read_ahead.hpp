@@ -1,7 +1,7 @@
 // Reads traces on a thread of its own, ahead of whoever consumes the events.
 #pragma once
 
-#include "native_reader.hpp"
+#include "ctf/native_reader.hpp"
 
 #include <filesystem>
 #include <span>

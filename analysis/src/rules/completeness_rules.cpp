@@ -1,16 +1,20 @@
 #include "completeness_rules.hpp"
 
-#include "../subjects.hpp"
+#include <cie/tracepoints/nearest_name.hpp>
+
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/subjects.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -34,9 +38,9 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
         judgement.doubt(proof.gap(thread));
       });
   std::ranges::move(of_threads, std::back_inserter(verdicts));
-  for (const auto& publisher : model.publishers) {
-    Judgement judgement(names.topic(publisher));
-    judgement.doubt(proof.gap(publisher));
+  for (std::size_t i = 0; i < model.publishers.size(); ++i) {
+    Judgement judgement(names.topic(PublisherIndex{static_cast<std::uint32_t>(i)}));
+    judgement.doubt(proof.gap(model.publishers[i]));
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;
@@ -86,51 +90,90 @@ std::uint64_t known_instances(const Model& model, const CallbackFacts& callback)
   return count;
 }
 
-void judge_specified(const RuleContext& context, const SpecEntry& entry,
+// What the spec names exactly.
+struct Asked {
+  std::string id;
+  std::string place;  // "spec.yaml:3 specifies fusion"
+};
+
+// Names of the trace that one which is not in it may have been meant to be: above all those that
+// the spec does not name.
+class Suggestions {
+ public:
+  explicit Suggestions(std::vector<std::string> names, std::vector<std::string> unnamed)
+      : names_(std::move(names)), unnamed_(std::move(unnamed)) {}
+
+  std::string of(std::string_view name) {
+    if (given_ == kMost) return {};
+    ++given_;
+    const auto best = did_you_mean(name, unnamed_);
+    return best.empty() ? did_you_mean(name, names_) : best;
+  }
+
+ private:
+  static constexpr int kMost = 256;  // a spec of another system has thousands that are missing
+  int given_ = 0;
+  std::vector<std::string> names_;
+  std::vector<std::string> unnamed_;
+};
+
+// Nothing proves absence in a trace that may lack something.
+void overrule_incomplete(const Model& model, const Proof& proof, Judgement& judgement) {
+  bool is_any = false;
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+    if (!model.processes[i].has_cie_events) continue;
+    is_any = true;
+    judgement.overrule(proof.incompleteness(index));
+  }
+  if (!is_any) {
+    judgement.overrule(evidence("run_begin", moment(model.begin.value_or(Timestamp{})),
+                                "the trace holds no process of ours"));
+  }
+}
+
+// `event` announces what is missing; run_end has its total.
+void fail_missing(const Model& model, const char* event, const std::string& note,
+                  std::uint32_t RunTotals::*total, const char* seen, Judgement& judgement) {
+  judgement.fail(evidence(event, moment(model.begin.value_or(Timestamp{})), note));
+  for (const auto& process : model.processes) {
+    if (!process.run_end) continue;
+    judgement.fail(
+        evidence("run_end", process.run_end->at, std::to_string((*process.run_end).*total) + seen));
+  }
+}
+
+void judge_specified(const RuleContext& context, const Asked& asked,
                      const std::vector<CallbackIndex>& registered, const Subjects& names,
-                     const Proof& proof, std::vector<SubjectVerdict>& verdicts) {
+                     const Proof& proof, Suggestions& suggestions,
+                     std::vector<SubjectVerdict>& verdicts) {
   const auto& model = context.model;
   const bool has_run = std::ranges::any_of(registered, [&model](CallbackIndex index) {
     return known_instances(model, model.callbacks[at(index)]) > 0;
   });
-  const auto asked = place(context, entry.line) + " specifies " + entry.id;
   const auto judge = [&](Judgement judgement, const CallbackFacts* callback) {
     judgement.check();
     if (callback != nullptr && known_instances(model, *callback) > 0) {
       conclude(std::move(judgement), verdicts);
       return;
     }
-    bool is_any = false;
-    for (std::size_t i = 0; i < model.processes.size(); ++i) {
-      const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
-      if (!model.processes[i].has_cie_events) continue;
-      is_any = true;
-      judgement.overrule(proof.incompleteness(index));
-    }
     if (callback != nullptr) {
       judgement.fail(evidence("callback_init", *callback->registered,
-                              asked + ", which was registered here and never ran"));
+                              asked.place + ", which was registered here and never ran"));
       if (callback->fini) {
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
     } else {
-      judgement.fail(evidence("callback_init", moment(model.begin.value_or(Timestamp{})),
-                              asked + ", which was never registered"));
-      for (const auto& process : model.processes) {
-        if (!process.run_end) continue;
-        judgement.fail(evidence("run_end", process.run_end->at,
-                                std::to_string(process.run_end->callbacks) +
-                                    " callbacks were registered, all of them seen"));
-      }
+      fail_missing(model, "callback_init",
+                   asked.place + ", which was never registered" + suggestions.of(asked.id),
+                   &RunTotals::callbacks, " callbacks were registered, all of them seen",
+                   judgement);
     }
-    if (!is_any) {
-      judgement.overrule(evidence("run_begin", moment(model.begin.value_or(Timestamp{})),
-                                  "the trace holds no process of ours"));
-    }
+    overrule_incomplete(model, proof, judgement);
     conclude(std::move(judgement), verdicts);
   };
   if (registered.empty()) {
-    judge(Judgement(Subjects::callback_named(entry.id)), nullptr);
+    judge(Judgement(NamedSubject::without_row(SubjectKind::callback, asked.id)), nullptr);
   }
   for (const auto index : registered) {
     const auto& callback = model.callbacks[at(index)];
@@ -140,30 +183,103 @@ void judge_specified(const RuleContext& context, const SpecEntry& entry,
   }
 }
 
-std::vector<SubjectVerdict> judge_specified_seen(const RuleContext& context) {
-  std::vector<SubjectVerdict> verdicts;
-  if (context.options.spec == nullptr) return verdicts;
+// Each callback once: by its own entry, else by the first chain that it is a member of.
+std::vector<Asked> callbacks_asked_for(const RuleContext& context) {
+  const auto& spec = *context.options.spec;
+  std::vector<Asked> asked;
+  std::set<std::string_view> ids;
+  for (const auto& entry : spec.callbacks()) {
+    if (entry.is_wildcard()) continue;
+    ids.insert(entry.id);
+    asked.push_back(
+        {.id = entry.id, .place = place(context, entry.line) + " specifies " + entry.id});
+  }
+  for (const auto& chain : spec.chains()) {
+    for (const auto& id : chain.callbacks) {
+      if (!ids.insert(id).second) continue;
+      asked.push_back(
+          {.id = id,
+           .place = place(context, chain.line) + " has " + id + " in chain " + chain.name});
+    }
+  }
+  return asked;
+}
+
+void judge_callbacks_specified(const RuleContext& context, const Proof& proof,
+                               std::vector<SubjectVerdict>& verdicts) {
   const Subjects names(context.model);
-  const Proof proof(context.model);
+  const auto asked = callbacks_asked_for(context);
   std::map<std::string_view, std::vector<CallbackIndex>> by_id;
   for (const auto index : callbacks_in_order(context.model)) {
     const auto& callback = context.model.callbacks[at(index)];
     if (callback.registered) by_id[callback.logical_id].push_back(index);
   }
-  for (const auto& entry : context.options.spec->callbacks()) {
-    if (!entry.is_wildcard()) {
-      judge_specified(context, entry, by_id[entry.id], names, proof, verdicts);
-    }
+  std::set<std::string_view> named;
+  for (const auto& each : asked)
+    named.insert(each.id);
+  std::vector<std::string> all;
+  std::vector<std::string> unnamed;
+  for (const auto& [id, lifetimes] : by_id) {
+    all.emplace_back(id);
+    if (!named.contains(id)) unnamed.emplace_back(id);
   }
+  Suggestions suggestions(std::move(all), std::move(unnamed));
+  const std::vector<CallbackIndex> none;
+  for (const auto& each : asked) {
+    const auto found = by_id.find(each.id);
+    judge_specified(context, each, found == by_id.end() ? none : found->second, names, proof,
+                    suggestions, verdicts);
+  }
+}
+
+// Those of DDS aside: which of its threads exist depends on how it is configured, and their names
+// are known, so none is misspelt.
+void judge_threads_specified(const RuleContext& context, const Proof& proof,
+                             std::vector<SubjectVerdict>& verdicts) {
+  const auto& model = context.model;
+  const auto& spec = *context.options.spec;
+  std::set<std::string_view> announced;
+  for (const auto& thread : model.threads) {
+    if (thread.announced && thread.role != ThreadRole::callback) announced.insert(thread.name);
+  }
+  std::vector<std::string> all(announced.begin(), announced.end());
+  std::vector<std::string> unnamed;
+  std::ranges::copy_if(all, std::back_inserter(unnamed), [&spec](const std::string& name) {
+    return spec.find_thread(name) == nullptr;
+  });
+  Suggestions suggestions(std::move(all), std::move(unnamed));
+  for (const auto& entry : spec.threads()) {
+    if (entry.is_dds_thread) continue;
+    Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id));
+    judgement.check();
+    if (!announced.contains(entry.id)) {
+      fail_missing(model, "thread_init",
+                   place(context, entry.line) + " specifies thread " + entry.id +
+                       ", which was never announced" + suggestions.of(entry.id),
+                   &RunTotals::threads, " threads were announced, all of them seen", judgement);
+      overrule_incomplete(model, proof, judgement);
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+}
+
+std::vector<SubjectVerdict> judge_specified_seen(const RuleContext& context) {
+  std::vector<SubjectVerdict> verdicts;
+  if (context.options.spec == nullptr) return verdicts;
+  const Proof proof(context.model);
+  judge_callbacks_specified(context, proof, verdicts);
+  judge_threads_specified(context, proof, verdicts);
   return verdicts;
 }
 
 }  // namespace
 
 const Rule kSeqContiguous{
-    "T3", "seq-contiguous",
+    "T3",
+    "seq-contiguous",
     "The numbers that each callback, publisher and thread counts its events with have no hole: "
-    "nothing was lost silently. The first start of a callback carries the number its "
+    "nothing was lost silently. Of a callback both starts and ends are numbered; an instance that "
+    "never ended has no end to lose. The first start of a callback carries the number its "
     "announcement promised; an end below the first start belongs to an instance that the "
     "recording's begin cut.\n"
     "Why it matters: A tracer's own count of losses can be wrong or missing; contiguous numbers "
@@ -171,10 +287,12 @@ const Rule kSeqContiguous{
     "Inconclusive when a number jumps: the hole is named, and every rule that judges each "
     "instance of that subject is INCONCLUSIVE as well.\n"
     "Remedy: see T2; after a copy, compare the files with the recording's manifest.",
-    judge_seq_contiguous};
+    judge_seq_contiguous,
+    {.is_about_trace = true}};
 
 const Rule kRunComplete{
-    "T4", "run-complete",
+    "T4",
+    "run-complete",
     "The process was seen from its run_begin to its run_end, and what it counted (callbacks, "
     "threads, groups, publishers, instances started and ended, messages, read-backs) is what "
     "the trace shows.\n"
@@ -185,18 +303,21 @@ const Rule kRunComplete{
     "accepts an interrupted process; the other rules judge what was seen.\n"
     "Remedy: start the recording before the application and end the application before the "
     "recording; find out why it crashed.",
-    judge_run_complete};
+    judge_run_complete,
+    {.is_about_trace = true}};
 
 const Rule kSpecifiedCallbackSeen{
-    "M1", "specified-callback-seen",
-    "Every callback that the scheduling spec names exactly was registered and ran at least "
-    "once.\n"
-    "Why it matters: A misspelt id configures nothing, silently: the callback that was meant "
-    "runs with default parameters.\n"
+    "M1",
+    "specified-callback-seen",
+    "Every callback that the scheduling spec names exactly, in an entry or in a chain, was "
+    "registered and ran at least once, and every thread of non_ros_threads was announced.\n"
+    "Why it matters: A misspelt id configures nothing, and a chain with one is never judged, "
+    "silently: what was meant runs with default parameters and without bounds.\n"
     "Inconclusive when it was not seen, and there is no proof that nothing is missing from the "
     "trace.\n"
-    "Remedy: take ids from cie spec template; let the recording last until the callback has "
-    "run; remove entries of callbacks that are gone.",
-    judge_specified_seen};
+    "Remedy: write the id that \"did you mean\" suggests, or take ids from cie spec template; let "
+    "the recording last until the callback has run; remove entries of what is gone.",
+    judge_specified_seen,
+    {.spec = true}};
 
 }  // namespace cie::analysis

@@ -4,10 +4,11 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "../facts.hpp"
-#include "../subjects.hpp"
 #include "judgement.hpp"
+#include "model/facts.hpp"
+#include "model/subjects.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
@@ -40,6 +41,18 @@ std::vector<SubjectVerdict> judge_threads(const Model& model, const Judge& judge
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;
+}
+
+// Starts without the context vtid belong to no thread: a rule about threads would judge the others
+// alone, or none.
+inline void note_missing_vtid(const Model& model, std::vector<SubjectVerdict>& verdicts) {
+  const auto found = std::ranges::find_if(
+      model.callbacks, [](const CallbackFacts& facts) { return facts.starts_without_tid != 0; });
+  if (found == model.callbacks.end()) return;
+  Judgement judgement(NamedSubject::trace());
+  judgement.doubt(evidence("vtid", found->starts.first_at,
+                           "starts without the context vtid belong to no thread"));
+  conclude(std::move(judgement), verdicts);
 }
 
 }  // namespace cie::analysis

@@ -52,17 +52,23 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
             judgement.fail(evidence("callback_end", second->second, seq + " ends a second time"));
           } else {
             judgement.fail(evidence(
-                "callback_end", callback.max_end_at.value_or(EventRef{}),
+                "callback_end", callback.ended.last_at,
                 counted(callback.second_ends, "end") + " of instances that had ended before"));
           }
         }
-        if (fini && callback.max_end_seq && *callback.max_end_seq >= fini->started) {
-          judgement.fail(evidence("callback_end", *callback.max_end_at,
-                                  "ends seq " + std::to_string(*callback.max_end_seq)));
+        if (fini && callback.ended.last && *callback.ended.last >= fini->started) {
+          judgement.fail(evidence("callback_end", callback.ended.last_at,
+                                  "ends seq " + std::to_string(*callback.ended.last)));
           judgement.fail(evidence("callback_fini", fini->at,
                                   "but only " + std::to_string(fini->started) + " started"));
         }
         judge_unpaired(model, proof, callback, judgement);
+        if (const auto& first = callback.first_exception) {
+          judgement.remark(evidence("callback_end", first->second,
+                                    counted(callback.exceptions, "instance") +
+                                        " ended by an exception, first seq " +
+                                        std::to_string(first->first)));
+        }
       });
 }
 
@@ -114,8 +120,8 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
   const auto& model = context.model;
   const Proof proof(model);
   const ThreadLosses losses(model, proof);
-  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
-                                  Judgement& judgement) {
+  auto verdicts = judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
+                                           Judgement& judgement) {
     if (thread.ran.empty() && !is_isolated(thread)) return;
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
@@ -133,14 +139,18 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
       }
     }
   });
+  note_missing_vtid(model, verdicts);
+  return verdicts;
 }
 
 }  // namespace
 
 const Rule kStartEndPaired{
-    "E1", "start-end-paired",
+    "E1",
+    "start-end-paired",
     "Each instance that starts ends, once. FAIL when a cleanly ended process counts other "
     "numbers of starts and ends, when an instance ends twice, or when more ends than started. "
+    "One that an exception ended is complete; PASS says how many. "
     "Instances that the recording or a crash cuts are listed in the report, not judged.\n"
     "Why it matters: A callback that never ends holds its thread; one that ends twice is not "
     "recorded rightly, and its times mean nothing.\n"
@@ -148,26 +158,32 @@ const Rule kStartEndPaired{
     "lost.\n"
     "Remedy: look for a callback that blocks for ever or leaves by exit() or longjmp(); call "
     "each tracepoint once.",
-    judge_paired};
+    judge_paired,
+    {.instances = true}};
 
 const Rule kNonReentrant{
-    "E2", "non-reentrant",
+    "E2",
+    "non-reentrant",
     "No two instances of one callback overlap in time.\n"
     "Why it matters: User code is seldom written to run twice at once: what it shares with "
     "itself is not protected.\n"
     "Inconclusive when events of the callback were lost between the two.\n"
     "Remedy: put the callback into a mutually exclusive group.",
-    judge_non_reentrant};
+    judge_non_reentrant,
+    {.instances = true}};
 
 const Rule kNoNesting{
-    "E3", "no-nesting",
+    "E3",
+    "no-nesting",
     "No callback starts inside an instance of another on the same thread, as happens when user "
     "code spins an executor inside a callback.\n"
     "Why it matters: The inner callback runs at the outer one's priority and its time is "
     "counted twice.\n"
-    "Inconclusive when events of a callback on that thread were lost.\n"
+    "Inconclusive when events of a callback on that thread were lost, or the context vtid is "
+    "absent.\n"
     "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
     "callback of the client instead.",
-    judge_no_nesting};
+    judge_no_nesting,
+    {.instances = true}};
 
 }  // namespace cie::analysis

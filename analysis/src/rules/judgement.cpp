@@ -52,7 +52,11 @@ void Judgement::overrule(const std::optional<Evidence>& reason) {
 void Judgement::remark(Evidence note) { append(remarks_, std::move(note)); }
 
 std::optional<SubjectVerdict> Judgement::finish() && {
-  SubjectVerdict verdict{.subject = std::move(subject_), .checked = checked_, .evidence = {}};
+  SubjectVerdict verdict{.about = subject_.about,
+                         .subject = std::move(subject_.name) + subject_.place,
+                         .place = std::move(subject_.place),
+                         .checked = checked_,
+                         .evidence = {}};
   if (!overruling_.empty()) {
     verdict.verdict = Verdict::inconclusive;
     verdict.evidence = std::move(overruling_);

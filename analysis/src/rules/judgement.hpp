@@ -4,7 +4,8 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "../facts.hpp"
+#include "model/facts.hpp"
+#include "model/subjects.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -26,7 +27,7 @@ std::string counted(std::uint64_t count, std::string_view noun);
 
 class Judgement {
  public:
-  explicit Judgement(std::string subject) : subject_(std::move(subject)) {}
+  explicit Judgement(NamedSubject subject) : subject_(std::move(subject)) {}
 
   // `count` more instances or events were judged.
   void check(std::uint64_t count = 1) noexcept { checked_ += count; }
@@ -45,7 +46,7 @@ class Judgement {
   std::optional<SubjectVerdict> finish() &&;
 
  private:
-  std::string subject_;
+  NamedSubject subject_;
   std::uint64_t checked_ = 0;
   std::vector<Evidence> witnesses_;
   std::vector<Evidence> overruling_;

@@ -1,8 +1,8 @@
 #include "mapping_rules.hpp"
 
-#include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/subjects.hpp"
 #include "proof.hpp"
 #include "thread_losses.hpp"
 #include "thread_questions.hpp"
@@ -40,18 +40,6 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
                       " on this thread");
 }
 
-// An event class or context that is missing altogether leaves a rule without subjects.
-void note_missing_vtid(const RuleContext& context, std::vector<SubjectVerdict>& verdicts) {
-  for (const auto& callback : context.model.callbacks) {
-    if (callback.starts_without_tid == 0) continue;
-    Judgement judgement("trace");
-    judgement.doubt(evidence("vtid", callback.starts.first_at,
-                             "starts without the context vtid belong to no thread"));
-    conclude(std::move(judgement), verdicts);
-    return;
-  }
-}
-
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   const auto& model = context.model;
   const Proof proof(model);
@@ -66,7 +54,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
         judgement.doubt(losses.on(index));
         if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
       });
-  note_missing_vtid(context, verdicts);
+  note_missing_vtid(model, verdicts);
   return verdicts;
 }
 
@@ -135,10 +123,17 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
       });
 }
 
-void judge_move(const Model& model, const Move& move, Judgement& judgement) {
+void judge_move(const Model& model, const Proof& proof, const Move& move, Judgement& judgement) {
   const auto& from = thread_of(model, move.from);
   const auto& to = thread_of(model, move.to);
   if (move.registered_again || lifetime(to).first < lifetime(from).first) return;
+  // The same thread, announced again, if that announcement was lost.
+  if (to.former_fini && !to.announced && proof.incompleteness(to.process)) {
+    judgement.doubt(evidence("thread_init", move.first_on_to,
+                             "started on " + thread_name(to) + " after its thread_fini"));
+    judgement.doubt(proof.incompleteness(to.process));
+    return;
+  }
   switch (succession(model, from, to)) {
     case Succession::together:
       break;  // threads that live together are M3's concern
@@ -166,7 +161,8 @@ void judge_move(const Model& model, const Move& move, Judgement& judgement) {
 }
 
 // There is a thread that a lost instance of the callback may have moved to or from: one announced
-// for it, or one that is not another callback's and lived only before or after one of its own.
+// for it, or one that is not another callback's and lived only before or after one of its own. By
+// what user space shows: that the kernel saw an exit makes no move likelier (law L6).
 bool may_have_moved(const Model& model, const CallbackFacts& callback) {
   std::optional<Timestamp> first_exit;
   std::optional<Timestamp> last_activity;
@@ -174,7 +170,7 @@ bool may_have_moved(const Model& model, const CallbackFacts& callback) {
     const auto& thread = thread_of(model, pair.thread);
     const auto time = pair.last_activity.time;
     last_activity = last_activity ? std::max(*last_activity, time) : time;
-    if (!has_exited(thread)) continue;
+    if (!thread.fini) continue;
     const auto exit = lifetime(thread).second;
     first_exit = first_exit ? std::min(*first_exit, exit) : exit;
   }
@@ -192,7 +188,7 @@ bool may_have_moved(const Model& model, const CallbackFacts& callback) {
     if (first_exit && begin > *first_exit) return true;
     const bool is_announcement_lost = !thread.announced && thread.read_backs.count != 0;
     if (is_announcement_lost || (!thread.announced && begin > *last_activity)) return true;
-    if (has_exited(thread) && end < *last_activity) return true;
+    if (thread.fini && end < *last_activity) return true;
   }
   return false;
 }
@@ -208,9 +204,9 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
           judgement.doubt(proof.loss(index));
         }
         for (const auto& move : callback.moves)
-          judge_move(model, move, judgement);
+          judge_move(model, proof, move, judgement);
       });
-  note_missing_vtid(context, verdicts);
+  note_missing_vtid(model, verdicts);
   return verdicts;
 }
 
@@ -221,7 +217,7 @@ EventRef last_sign(const CallbackFacts& callback) {
     if (sign.time > last.time) last = sign;
   };
   if (callback.starts.last) consider(callback.starts.last_at);
-  if (callback.max_end_at) consider(*callback.max_end_at);
+  if (callback.ended.last) consider(callback.ended.last_at);
   if (callback.fini) consider(callback.fini->at);
   return last;
 }
@@ -229,6 +225,7 @@ EventRef last_sign(const CallbackFacts& callback) {
 std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
   const auto& model = context.model;
   const Subjects names(model);
+  const Proof proof(model);
   std::map<std::pair<std::size_t, std::string>, std::vector<CallbackIndex>> by_id;
   std::vector<SubjectVerdict> verdicts;
   for (const auto index : callbacks_in_order(model)) {
@@ -249,6 +246,8 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
     });
     Judgement judgement(names.callback(indices.front()));
     judgement.check(indices.size());
+    judgement.doubt(
+        proof.unseen_callbacks(model.callbacks[at(indices.front())].process));  // of any id
     for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
       const auto& earlier = model.callbacks[at(indices[i])];
       const auto& later = model.callbacks[at(indices[i + 1])];
@@ -275,7 +274,8 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
 }  // namespace
 
 const Rule kOneCallbackPerThread{
-    "M2", "one-callback-per-thread",
+    "M2",
+    "one-callback-per-thread",
     "Each thread ran one callback only. Threads are told apart by incarnation, so a reused tid "
     "is another thread.\n"
     "Why it matters: Callbacks that share a thread wait for each other whatever their "
@@ -284,10 +284,12 @@ const Rule kOneCallbackPerThread{
     "may have been another callback's.\n"
     "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
     "group of its own.",
-    judge_one_callback};
+    judge_one_callback,
+    {.instances = true}};
 
 const Rule kOneThreadPerCallback{
-    "M3", "one-thread-per-callback",
+    "M3",
+    "one-thread-per-callback",
     "Each callback ran on one thread at a time: it never ran on two threads that were alive "
     "together.\n"
     "Why it matters: A callback that wanders between threads has no priority and no CPU of its "
@@ -295,25 +297,30 @@ const Rule kOneThreadPerCallback{
     "Inconclusive when the context vtid is absent, instances were lost, or it cannot be told "
     "whether the earlier thread still lived.\n"
     "Remedy: use the isolated executor (--executor isolated) in place of a pool of threads.",
-    judge_one_thread};
+    judge_one_thread,
+    {.instances = true}};
 
 const Rule kMappingPersistent{
-    "M4", "mapping-persistent",
+    "M4",
+    "mapping-persistent",
     "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
     "one (or reused its tid) without being registered anew.\n"
     "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
-    "Inconclusive when the earlier thread's exit was lost.\n"
+    "Inconclusive when the earlier thread's exit was lost, or a new thread_init after a "
+    "thread_fini may have been.\n"
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",
-    judge_persistent};
+    judge_persistent,
+    {.instances = true}};
 
 const Rule kUniqueLogicalId{
     "M7", "unique-logical-id",
     "No two callbacks of one process live under the same logical id.\n"
     "Why it matters: With equal ids one entry of a spec configures whichever comes first, and "
     "the other runs unconfigured.\n"
-    "Inconclusive when whether the earlier callback of the id still lived is unknown, and for a "
-    "callback that was never seen to be registered.\n"
+    "Inconclusive when whether the earlier callback of the id still lived is unknown, for a "
+    "callback that was never seen to be registered, and where the process counts callbacks of "
+    "which no event was seen.\n"
     "Remedy: give callbacks explicit names, or periods that differ.",
     judge_unique_id};
 

@@ -1,9 +1,9 @@
 #include "message_rules.hpp"
 
-#include "../host_clocks.hpp"
-#include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/host_clocks.hpp"
+#include "model/subjects.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 
@@ -60,6 +60,7 @@ std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
 struct Bound {
   const char* name;
   std::optional<std::int64_t> limit;
+  const char* needs;  // to be measured
   const Statistics& measured;
   const std::optional<ChainExtreme>& max;
 };
@@ -77,7 +78,12 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
                  const std::optional<ClockError>& error, Judgement& judgement) {
   if (!bound.limit) return;
   judgement.check(bound.measured.count());
-  if (!bound.max) return;
+  if (!bound.max) {
+    judgement.doubt(
+        evidence("callback_end", moment(context.model.end.value_or(Timestamp{})),
+                 "no " + std::string(bound.name) + " could be measured: " + bound.needs));
+    return;
+  }
   const auto verdict = judge_largest(bound.max->value, error, *bound.limit);
   if (verdict == Verdict::pass) return;
   const auto finding = std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
@@ -132,18 +138,28 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
     const auto chain = std::ranges::find_if(model.chains, [&asked](const ChainFacts& facts) {
       return facts.specified && facts.name == asked.name;
     });
-    Judgement judgement(chain == model.chains.end() ? "chain " + asked.name
-                                                    : subjects.chain(*chain));
+    Judgement judgement(
+        chain == model.chains.end()
+            ? NamedSubject::without_row(SubjectKind::chain, asked.name)
+            : subjects.chain(ChainIndex{static_cast<std::uint32_t>(chain - model.chains.begin())}));
     judgement.overrule(loss_on(context, asked, proof));
+    if (chain == model.chains.end() || chain->instances == 0) {
+      judgement.doubt(evidence("callback_end", moment(model.end.value_or(Timestamp{})),
+                               place(context, asked.line) +
+                                   " specifies it, and no message of the trace leads along it: no "
+                                   "instance of the chain could be linked"));
+    }
     if (chain != model.chains.end()) {
+      constexpr const char* kTwo =
+          "it takes two instances of the chain with nothing lost between them";
       const auto error = clock_error(model, *chain);
       for (const auto& bound :
-           {Bound{"path latency", asked.path_latency_ns, chain->path_latency,
-                  chain->max_path_latency},
-            Bound{"reaction time", asked.reaction_time_ns, chain->reaction_time,
+           {Bound{"path latency", asked.path_latency_ns, "no first release is known",
+                  chain->path_latency, chain->max_path_latency},
+            Bound{"reaction time", asked.reaction_time_ns, kTwo, chain->reaction_time,
                   chain->max_reaction_time},
-            Bound{"data age", asked.data_age_ns, chain->data_age, chain->max_data_age}}) {
-        judge_bound(context, asked, bound, error, judgement);
+            Bound{"data age", asked.data_age_ns, kTwo, chain->data_age, chain->max_data_age}}) {
+        if (chain->instances > 0) judge_bound(context, asked, bound, error, judgement);
       }
       if (chain->incomplete != 0) {
         judgement.overrule(evidence("publish", chain->first_incomplete.value_or(EventRef{}),
@@ -153,8 +169,9 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
       }
       if (asked.path_latency_ns && chain->inexact != 0) {
         judgement.doubt(evidence("release", moment(model.begin.value_or(Timestamp{})),
-                                 "a release on " + std::to_string(chain->inexact) +
-                                     " instances of the chain is not known exactly"));
+                                 "the first release of " + counted(chain->inexact, "instance") +
+                                     " of the chain is not known exactly, or the clocks of its "
+                                     "hosts cannot be related"));
       }
     }
     conclude(std::move(judgement), verdicts);
@@ -176,15 +193,20 @@ const Rule kNoQueueOverflow{
     judge_queues};
 
 const Rule kChainBounds{
-    "Q2", "chain-bounds",
+    "Q2",
+    "chain-bounds",
     "Path latency, reaction time and data age of the chains in the spec stay within their "
     "bounds.\n"
     "Why it matters: What the vehicle does depends on the whole path from sensor to actuator: "
     "every callback can be in time and the path too late.\n"
-    "Inconclusive when the publish of a message on the chain was not seen, a callback of it "
-    "lost instances, or a release on it is not known exactly; between hosts also when what their "
+    "Inconclusive when no instance of the chain could be linked (cie report --spec lists it with "
+    "0), nothing of what is bounded could be measured, the publish of a message on the chain was "
+    "not seen, a callback of it lost instances, or, for the path latency, the first release of an "
+    "instance is not known exactly (later ones need not be); between hosts also when what their "
     "clocks may differ by decides.\n"
-    "Remedy: the hop table of cie report --spec shows which callback or message takes the time.",
-    judge_chains};
+    "Remedy: the hop table of cie report --spec shows which callback or message takes the time; "
+    "where nothing could be linked, M1 says whether its callbacks exist.",
+    judge_chains,
+    {.spec = true}};
 
 }  // namespace cie::analysis

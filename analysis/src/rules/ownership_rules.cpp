@@ -1,8 +1,8 @@
 #include "ownership_rules.hpp"
 
-#include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/subjects.hpp"
 #include "thread_losses.hpp"
 #include "thread_questions.hpp"
 
@@ -63,13 +63,15 @@ void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFact
     return;
   }
   const auto budget = *entry.foreign_work_budget_ns;
-  if (const auto loss = proof.kernel_loss(thread)) {
+  const auto host = model.processes[at(thread.process)].host;
+  const auto loss = thread.first_wait ? proof.kernel_loss(host, *thread.first_wait, end.time)
+                                      : proof.kernel_loss(thread);
+  if (loss) {
     judgement.doubt(loss);
     return;
   }
   if (!thread.foreign_ns || !thread.foreign_span_ns || !thread.first_wait) {
-    const bool has_switches =
-        model.hosts[at(model.processes[at(thread.process)].host)].has_switches;
+    const bool has_switches = model.hosts[at(host)].has_switches;
     judgement.doubt(evidence(
         "sched_switch", end,
         has_switches ? "on-CPU time outside callbacks is not known without gap"
@@ -94,8 +96,8 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const Proof proof(model);
   const auto unknown = unknown_threads(model, proof);
   const ThreadLosses losses(model, proof);
-  return judge_threads(
-      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+  auto verdicts =
+      judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
@@ -112,6 +114,8 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
           }
         }
       });
+  note_missing_vtid(model, verdicts);
+  return verdicts;
 }
 
 void judge_group(const Model& model, const GroupFacts& group,
@@ -169,10 +173,11 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   }
   std::vector<SubjectVerdict> verdicts;
   std::set<std::pair<ProcessIndex, GroupId>> seen;
-  for (const auto& group : model.groups) {
+  for (std::size_t i = 0; i < model.groups.size(); ++i) {
+    const auto& group = model.groups[i];
     seen.insert({group.process, group.id});
     const auto threads = isolated.of(group);
-    Judgement judgement(names.group(group));
+    Judgement judgement(names.group(GroupIndex{static_cast<std::uint32_t>(i)}));
     if (!threads.empty()) {
       judge_group(model, group, threads, judgement);
       judgement.doubt(proof.unseen_callbacks(group.process));
@@ -189,10 +194,7 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     }
     const auto id = thread.group.value_or(kNoGroup);
     if (thread.group) seen.insert({thread.process, id});
-    GroupFacts group;
-    group.process = thread.process;
-    group.id = id;
-    Judgement judgement(names.group(group));
+    Judgement judgement(names.group(thread.process, id));
     judgement.doubt(evidence(
         "group_init", *thread.announced,
         "the group of isolated thread " + std::to_string(thread.tid) + " was never announced"));
@@ -201,24 +203,49 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   return verdicts;
 }
 
+// In a process that ended in order every thread tells its end, unless it was replaced: what of a
+// callback that stayed with it came after that?
+bool is_end_lost(const Model& model, const ThreadFacts& thread) {
+  if (thread.fini || !model.processes[at(thread.process)].run_end) return false;
+  return std::ranges::any_of(thread.ran, [&model](const CallbackOnThread& pair) {
+    const auto& threads = model.callbacks[at(pair.callback)].ran_on;
+    return std::ranges::all_of(threads, [&pair](const CallbackOnThread& other) {
+      return other.last_activity.time <= pair.last_activity.time;
+    });
+  });
+}
+
 std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& model = context.model;
   const Proof proof(model);
-  return judge_threads(model, [&](ThreadIndex, const ThreadFacts& thread, Judgement& judgement) {
+  auto verdicts = judge_threads(model, [&](ThreadIndex, const ThreadFacts& thread,
+                                           Judgement& judgement) {
     if (thread.ran.empty()) return;
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
-    if (!thread.announced) {
-      judgement.overrule(proof.incompleteness(thread.process));
-      const auto& first = first_start_on(thread);
-      judgement.fail(evidence("callback_start", first, "a callback ran here, first at this time"));
-      if (const auto& end = model.processes[at(thread.process)].run_end) {
-        judgement.fail(evidence("run_end", end->at,
-                                "all " + std::to_string(end->threads) +
-                                    " announced threads were seen; this one was not announced"));
+    if (thread.announced) {
+      if (is_end_lost(model, thread)) {
+        judgement.doubt(evidence("thread_fini", model.processes[at(thread.process)].run_end->at,
+                                 "the end of thread " + std::to_string(thread.tid) +
+                                     " was not seen: callbacks may have started after it"));
       }
+      return;
+    }
+    judgement.overrule(proof.incompleteness(thread.process));
+    if (thread.former_fini) {
+      judgement.fail(evidence("thread_fini", *thread.former_fini,
+                              "the thread of this tid ends its work for callbacks"));
+    }
+    const auto& first = first_start_on(thread);
+    judgement.fail(evidence("callback_start", first, "a callback ran here, first at this time"));
+    if (const auto& end = model.processes[at(thread.process)].run_end) {
+      judgement.fail(evidence("run_end", end->at,
+                              "all " + std::to_string(end->threads) +
+                                  " announced threads were seen; this one was not announced"));
     }
   });
+  note_missing_vtid(model, verdicts);
+  return verdicts;
 }
 
 }  // namespace
@@ -231,23 +258,29 @@ std::map<ThreadIndex, Evidence> unknown_threads(const Model& model, const Proof&
     unknown.emplace(thread_index(i),
                     evidence("thread_init", first_start_on(thread),
                              "thread " + std::to_string(thread.tid) +
-                                 " was never seen to be announced: its role is unknown"));
+                                 (thread.former_fini
+                                      ? " was not seen to be announced again after its thread_fini"
+                                      : " was never seen to be announced") +
+                                 ": its role is unknown"));
   }
   return unknown;
 }
 
 const Rule kNoForeignWork{
-    "M6", "no-foreign-work",
+    "M6",
+    "no-foreign-work",
     "An isolated thread works for its own callback alone: it starts no other, and its work "
     "outside callbacks stays within foreign_work_budget (nanoseconds per second; without one it "
     "is not judged).\n"
     "Why it matters: Work that no callback accounts for delays the callback at its own "
     "priority, and no analysis of callbacks sees it.\n"
-    "Inconclusive when a callback on it lost instances, the kernel's record has a gap, or (for the "
-    "budget) there are no kernel events, or read-backs or the end of the thread were lost.\n"
+    "Inconclusive when a callback on it lost instances, the context vtid is absent, or (for the "
+    "budget) there are no kernel events, their record has a hole, or read-backs or the end of the "
+    "thread were lost.\n"
     "Remedy: register the callback to the thread that runs it; move other work to a thread of "
     "its own (Executor::spawn_thread); record with --kernel.",
-    judge_foreign_work};
+    judge_foreign_work,
+    {.instances = true}};
 
 const Rule kSingleCallbackGroup{
     "M8", "single-callback-group",
@@ -261,13 +294,17 @@ const Rule kSingleCallbackGroup{
     judge_groups};
 
 const Rule kThreadKnown{
-    "M9", "thread-known",
-    "Every thread that ran a callback was announced by the executor.\n"
+    "M9",
+    "thread-known",
+    "Every thread that ran a callback was announced by the executor, and runs none after its "
+    "thread_fini unless it is announced anew (it may still publish).\n"
     "Why it matters: Of a thread that nobody announced nobody knows the role or applied "
     "parameters: its callbacks run by chance.\n"
-    "Inconclusive when no announcement was seen, and there is no proof that nothing is missing.\n"
+    "Inconclusive when no announcement was seen, and there is no proof that nothing is missing, when "
+    "the thread_fini of a thread that was not replaced was lost, or the context vtid is absent.\n"
     "Remedy: run callbacks from the executor's threads only; call no callback from a thread of "
     "your own.",
-    judge_known};
+    judge_known,
+    {.instances = true}};
 
 }  // namespace cie::analysis

@@ -232,7 +232,8 @@ std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
 }  // namespace
 
 const Rule kParametersAsSpecified{
-    "S1", "parameters-as-specified",
+    "S1",
+    "parameters-as-specified",
     "What the kernel reported when a thread's parameters were last applied is what the spec "
     "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. "
     "After a reload the spec to judge by is the new one. On a process that was attached to, the "
@@ -244,10 +245,12 @@ const Rule kParametersAsSpecified{
     "trace) are judged by the priorities and CPUs of sched_switch.\n"
     "Remedy: look at the request's errno in the evidence (CAP_SYS_NICE, rtprio limits and "
     "cpusets are the usual causes); judge by the spec that the application was started with.",
-    judge_specified};
+    judge_specified,
+    {.spec = true}};
 
 const Rule kParametersBeforeFirstCallback{
-    "S2", "parameters-before-first-callback",
+    "S2",
+    "parameters-before-first-callback",
     "A thread was configured before its callback ran for the first time; the evidence counts "
     "the instances that ran unconfigured. Not judged where a reload brought the spec into the "
     "running process.\n"
@@ -256,6 +259,7 @@ const Rule kParametersBeforeFirstCallback{
     "Inconclusive when the first start, or an earlier read-back, may have been lost.\n"
     "Remedy: let the application apply the spec itself before it spins; configurators outside "
     "the process come too late by nature.",
-    judge_before};
+    judge_before,
+    {.spec = true}};
 
 }  // namespace cie::analysis

@@ -53,6 +53,50 @@ std::optional<Evidence> gap_of(const SequenceFacts& numbers, const char* event,
   return std::nullopt;
 }
 
+// What a subject's totals count from: the number its first registration promised, or the first one
+// seen where the registration is an announcement that came later.
+std::uint64_t first_number(const SequenceFacts& numbers, const std::optional<EventRef>& registered,
+                           std::uint64_t promised) {
+  if (!registered) return numbers.first.value_or(promised);
+  return std::min(numbers.first.value_or(promised), promised);
+}
+
+// Instances that were seen to start and not to end.
+std::uint64_t open_instances(const CallbackFacts& facts) {
+  const auto unpaired = facts.ends_before_first + facts.second_ends + facts.ends_without_start;
+  const auto paired = facts.ended.count - std::min(facts.ended.count, unpaired);
+  return facts.starts.count - std::min(facts.starts.count, paired);
+}
+
+// Instances that never end are told by started - ended.
+std::uint64_t unended(const CallbackTotals& totals) {
+  return totals.started - std::min(totals.started, totals.ended);
+}
+
+// More instances are open than never ended. Of one that ended twice the first end may be the lost
+// one; it counts.
+bool tells_lost_end(const CallbackFacts& facts, const CallbackTotals& totals) {
+  const auto first = first_number(facts.starts, facts.registered, facts.first_next_seq);
+  return open_instances(facts) > unended(totals) ||
+         (first == 0 && facts.ended.count < totals.ended);
+}
+
+// An end whose start was not seen, although it would be in the record.
+std::optional<Evidence> lost_start(const CallbackFacts& facts) {
+  if (facts.first_end_without_start) {
+    const auto& [seq, where] = *facts.first_end_without_start;
+    return evidence("callback_end", where,
+                    "seq " + std::to_string(seq) + " ends, whose start was not seen");
+  }
+  // A number promised to the next start cannot end before that start.
+  if (facts.registered && !facts.starts.first && facts.ended.last &&
+      *facts.ended.last >= facts.first_next_seq) {
+    return evidence("callback_end", facts.ended.last_at,
+                    "seq " + std::to_string(*facts.ended.last) + " ends, whose start was not seen");
+  }
+  return std::nullopt;
+}
+
 std::string describe_loss(const Loss& loss) {
   std::string text = loss.count ? std::to_string(*loss.count) + " lost" : "an unknown number lost";
   text += " until " + std::to_string(loss.end.ns);
@@ -69,6 +113,11 @@ Evidence evidence_of(const Loss& loss) {
                   .pid = std::nullopt,
                   .tid = std::nullopt,
                   .note = describe_loss(loss)};
+}
+
+Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time) {
+  return evidence("cpus_not_recorded", moment(time),
+                  analysis::counted(cpus, "CPU") + " without a kernel stream");
 }
 
 Proof::Proof(const Model& model)
@@ -137,7 +186,22 @@ const std::optional<Evidence>& Proof::loss(ThreadIndex thread) const {
 }
 
 std::optional<Evidence> Proof::gap(const CallbackFacts& callback) const {
-  return gap_of(callback.starts, "callback_start", "seq");
+  if (auto gap = gap_of(callback.starts, "callback_start", "seq")) return gap;
+  const auto first = first_number(callback.starts, callback.registered, callback.first_next_seq);
+  const bool is_every_start_seen =
+      callback.fini && callback.fini->started == first + callback.starts.count;
+  if (!is_every_start_seen) {
+    if (auto lost = lost_start(callback)) return lost;
+  }
+  return is_any_end_lost(callback) ? gap_of(callback.ended, "callback_end", "seq") : std::nullopt;
+}
+
+bool Proof::is_any_end_lost(const CallbackFacts& callback) const {
+  if (callback.ended.missing == 0) return false;
+  if (callback.fini) return tells_lost_end(callback, *callback.fini);
+  return std::ranges::any_of(callback.open, [&](const OpenInstance& open) {
+    return open.seq < *callback.ended.last && !is_cut_by_end(model_, open);
+  });
 }
 
 std::optional<Evidence> Proof::gap(const PublisherFacts& publisher) const {
@@ -182,6 +246,9 @@ std::optional<Evidence> Proof::kernel_loss(HostIndex host, Timestamp begin, Time
                     .tid = std::nullopt,
                     .note = "more losses than could be kept"};
   }
+  if (const auto cpus = model_.hosts[at(host)].cpus_not_recorded; cpus != 0) {
+    return evidence_of_missing_cpus(cpus, begin);
+  }
   const auto found = kernel_losses_.find(host);
   if (found == kernel_losses_.end()) return std::nullopt;
   const auto& losses = found->second;
@@ -193,6 +260,14 @@ std::optional<Evidence> Proof::kernel_loss(HostIndex host, Timestamp begin, Time
 std::optional<Evidence> Proof::kernel_loss(const ThreadFacts& thread) const {
   const auto [begin, end] = lifetime(thread);
   return kernel_loss(model_.processes[at(thread.process)].host, begin, end);
+}
+
+std::optional<Evidence> Proof::kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
+  const auto record = kernel_begins_.find(host);
+  if (record != kernel_begins_.end() && record->second > begin) {
+    return evidence("sched_switch", moment(record->second), "the kernel's record begins here");
+  }
+  return kernel_loss(host, begin, end);
 }
 
 std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
@@ -207,8 +282,14 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
 }
 
 void Proof::find_losses() {
+  for (const auto& stream : model_.streams) {
+    if (stream.domain != Domain::kernel || !stream.is_evidence || !stream.begin) continue;
+    auto& begin = kernel_begins_.try_emplace(stream.host, *stream.begin).first->second;
+    begin = std::min(begin, *stream.begin);
+  }
   std::map<HostIndex, std::vector<Interval>> all;
   for (const auto& loss : model_.losses) {
+    if (!loss.is_evidence) continue;
     if (loss.domain == Domain::kernel) {
       all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss});
       continue;
@@ -251,18 +332,7 @@ std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last)
 // Without totals, a start or end that stands alone tells that its partner was lost, unless the
 // record's end cut it.
 std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
-  if (facts.first_end_without_start) {
-    const auto& [seq, where] = *facts.first_end_without_start;
-    return evidence("callback_end", where,
-                    "seq " + std::to_string(seq) + " ends, whose start was not seen");
-  }
-  // A number promised to the next start cannot end before that start.
-  if (facts.registered && !facts.starts.first && facts.max_end_seq &&
-      *facts.max_end_seq >= facts.first_next_seq) {
-    return evidence(
-        "callback_end", *facts.max_end_at,
-        "seq " + std::to_string(*facts.max_end_seq) + " ends, whose start was not seen");
-  }
+  if (auto lost = lost_start(facts)) return lost;
   const auto open = std::ranges::find_if(facts.open, [this](const OpenInstance& instance) {
     return !is_cut_by_end(model_, instance);
   });
@@ -271,18 +341,6 @@ std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
                   "seq " + std::to_string(open->seq) + " starts, whose end was not seen");
 }
 
-namespace {
-
-// What a subject's totals count from: the number its first registration promised, or the first one
-// seen where the registration is an announcement that came later.
-std::uint64_t first_number(const SequenceFacts& numbers, const std::optional<EventRef>& registered,
-                           std::uint64_t promised) {
-  if (!registered) return numbers.first.value_or(promised);
-  return std::min(numbers.first.value_or(promised), promised);
-}
-
-}  // namespace
-
 void Proof::prove(CallbackIndex index) {
   const auto& facts = model_.callbacks[at(index)];
   auto& process = processes_[at(facts.process)];
@@ -290,7 +348,7 @@ void Proof::prove(CallbackIndex index) {
   ++process.callbacks_named;
   if (facts.registered) ++process.callbacks_registered;
 
-  loss = gap(facts);
+  loss = gap_of(facts.starts, "callback_start", "seq");
   if (!loss && !facts.registered) {
     loss = evidence("callback_init", facts.starts.first_at,
                     "the callback of this id was never registered");
@@ -308,14 +366,9 @@ void Proof::prove(CallbackIndex index) {
       loss->note += counted(facts.fini->started, started);
     }
     // Instances that never end are told by started - ended; more that are open lost their end.
-    const auto unended = facts.fini->started - std::min(facts.fini->started, facts.fini->ended);
-    const auto unpaired = facts.ends_before_first + facts.second_ends + facts.ends_without_start;
-    const auto paired = facts.ends - std::min(facts.ends, unpaired);
-    const auto open = facts.starts.count - std::min(facts.starts.count, paired);
-    // Of an instance that ended twice the first end may be the lost one; it counts.
-    const bool is_any_end_lost = first == 0 && facts.ends < facts.fini->ended;
-    const bool is_end_lost = open > unended || is_any_end_lost;
-    const bool is_surplus = first == 0 && open < unended;
+    const auto open = open_instances(facts);
+    const bool is_end_lost = tells_lost_end(facts, *facts.fini);
+    const bool is_surplus = first == 0 && open < unended(*facts.fini);
     compare(facts.process, total("ended"), facts.fini->ended,
             is_end_lost || is_surplus ? started - open : facts.fini->ended);
     if (!loss && is_end_lost) {
@@ -347,7 +400,7 @@ void Proof::prove(CallbackIndex index) {
     loss = lost_partner(facts);
     auto last = facts.registered ? facts.registered->time : Timestamp{};
     if (facts.starts.last) last = std::max(last, facts.starts.last_at.time);
-    if (facts.max_end_at) last = std::max(last, facts.max_end_at->time);
+    if (facts.ended.last) last = std::max(last, facts.ended.last_at.time);
     // Without numbers any loss, whenever it was, may have been one of its events.
     if (!facts.is_accounted) last = Timestamp{std::numeric_limits<std::int64_t>::min()};
     if (!loss) loss = untold_loss(facts.process, last);
@@ -417,7 +470,6 @@ void Proof::prove(ThreadIndex index) {
     loss = untold_loss(facts.process, facts.read_backs.count != 0 ? facts.read_backs.last_at.time
                                                                   : facts.announced->time);
   }
-  if (!loss && kernel_loss(facts)) is_anything_lost_ = true;
   is_anything_lost_ = is_anything_lost_ || loss.has_value();
 }
 

@@ -4,7 +4,7 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "../facts.hpp"
+#include "model/facts.hpp"
 
 #include <map>
 #include <optional>
@@ -13,6 +13,8 @@
 namespace cie::analysis {
 
 Evidence evidence_of(const Loss& loss);
+// The kernel's record of a machine is without so many of its CPUs.
+Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time);
 
 class Proof {
  public:
@@ -33,7 +35,7 @@ class Proof {
   const std::optional<Evidence>& loss(CallbackIndex callback) const;
   // Why not every message of the publisher is known to have been seen; empty if all were.
   std::optional<Evidence> loss(const PublisherFacts& publisher) const;
-  // The same for numbers alone (T3).
+  // The same for numbers alone (T3), of starts and of ends.
   std::optional<Evidence> gap(const CallbackFacts& callback) const;
   std::optional<Evidence> gap(const PublisherFacts& publisher) const;
   std::optional<Evidence> gap(const ThreadFacts& thread) const;
@@ -44,9 +46,12 @@ class Proof {
   bool may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
                           std::optional<std::uint32_t> before) const;
 
-  // Kernel events were lost while the thread lived, or between two points of it.
+  // Kernel events were lost, or never recorded of some CPU, while the thread lived, or between two
+  // points of time. What is no evidence loses nothing.
   std::optional<Evidence> kernel_loss(const ThreadFacts& thread) const;
   std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const;
+  // The same, or the kernel's record began later than the first of the two.
+  std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const;
   // Callbacks that `run_end` counts and no event names: they may have run anywhere.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
 
@@ -77,6 +82,9 @@ class Proof {
   void prove(const PublisherFacts& publisher);
   void prove(ThreadIndex index);
   void prove(ProcessIndex index);
+  // A number is missing among those of the ends, and not of an instance that never ended or was
+  // still running when the record ended.
+  bool is_any_end_lost(const CallbackFacts& callback) const;
   std::optional<Evidence> lost_partner(const CallbackFacts& facts) const;
   // A loss in the user's streams after `last` whose victims no total tells.
   std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
@@ -88,6 +96,7 @@ class Proof {
   bool is_anything_lost_ = false;
   std::map<HostIndex, const Loss*> last_user_loss_;
   std::map<HostIndex, std::vector<Interval>> kernel_losses_;  // disjoint, ascending
+  std::map<HostIndex, Timestamp> kernel_begins_;              // of the first packet
 };
 
 }  // namespace cie::analysis

@@ -1,8 +1,7 @@
 #include "restart_rule.hpp"
 
-#include "../enforcement_tracker.hpp"
-#include "../subjects.hpp"
 #include "judgement.hpp"
+#include "model/subjects.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
 

@@ -5,7 +5,7 @@
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/verdict.hpp>
 
-#include "facts.hpp"
+#include "model/facts.hpp"
 
 #include <string_view>
 #include <vector>
@@ -17,11 +17,19 @@ struct RuleContext {
   const AnalysisOptions& options;
 };
 
+// What a rule is about, and without what it has nothing to judge.
+struct RuleNeeds {
+  bool is_about_trace = false;  // the recording itself: nothing about processes makes it doubtful
+  bool instances = false;       // of callbacks: without any start it has no subject
+  bool spec = false;
+};
+
 struct Rule {
   std::string_view id;    // "M2"
   std::string_view name;  // "one-callback-per-thread"
   std::string_view page;  // what it means, why it matters, what makes it inconclusive, the remedy
   std::vector<SubjectVerdict> (*judge)(const RuleContext&);
+  RuleNeeds needs{};
 };
 
 // Every rule, in the contract's order.

@@ -1,11 +1,11 @@
 #include <cie/analysis/rule_pages.hpp>
 
-#include "../subjects.hpp"
 #include "completeness_rules.hpp"
 #include "execution_rules.hpp"
 #include "judgement.hpp"
 #include "mapping_rules.hpp"
 #include "message_rules.hpp"
+#include "model/recorded_parts.hpp"
 #include "ownership_rules.hpp"
 #include "parameter_rules.hpp"
 #include "restart_rule.hpp"
@@ -56,28 +56,24 @@ bool comes_before(const SubjectVerdict& a, const SubjectVerdict& b) {
   const auto key = [](const SubjectVerdict& verdict) {
     return std::tuple(verdict.subject, verdict.verdict, verdict.checked,
                       verdict.evidence.empty() ? Timestamp{} : verdict.evidence.front().time,
-                      verdict.evidence.empty() ? std::string() : verdict.evidence.front().note);
+                      verdict.evidence.empty() ? std::string() : verdict.evidence.front().note,
+                      verdict.about.index);
   };
   return key(a) < key(b);
 }
 
 // Rules that judge instances have no subject at all when no start was recorded.
-bool judges_instances(std::string_view rule) {
-  constexpr std::string_view kRules = "M2 M3 M4 M6 M9 E1 E2 E3 R1 R2 R3 R4 R5 ";
-  return kRules.find(rule) != std::string_view::npos;
-}
-
 std::optional<SubjectVerdict> absent_starts(const Rule& rule, const Model& model) {
-  if (!judges_instances(rule.id) || model.events.by_name.contains("callback_start")) {
+  if (!rule.needs.instances || model.events.by_name.contains("callback_start")) {
     return std::nullopt;
   }
   const auto& callbacks = model.callbacks;
   const auto has_run = std::ranges::find_if(callbacks, [](const CallbackFacts& callback) {
-    return callback.ends != 0 || callback.starts_outside != 0 ||
+    return callback.ended.count != 0 || callback.starts_outside != 0 ||
            (callback.fini && callback.fini->started != 0);
   });
   if (has_run == callbacks.end()) return std::nullopt;
-  Judgement judgement("trace");
+  Judgement judgement(NamedSubject::trace());
   const bool has_outside = std::ranges::any_of(
       callbacks, [](const CallbackFacts& callback) { return callback.starts_outside != 0; });
   judgement.doubt(evidence("callback_start", moment(model.begin.value_or(Timestamp{})),
@@ -100,20 +96,24 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
   }
 }
 
-// Of processes whose events cannot be told apart neither a pass nor a violation is proven. Subjects
-// name their process when there are several; one that names none may be any process's.
+// One of them, or one that had its pid before or after.
+bool has_pid_of(const ProcessFacts& process, const ProcessFacts& other) {
+  return process.host == other.host && process.pid == other.pid;
+}
+
+// Of processes whose events cannot be told apart neither a pass nor a violation is proven. A
+// subject of no process, or of several, may be any process's.
 void doubt_shared_pids(const Rule& rule, const Model& model,
                        std::vector<SubjectVerdict>& subjects) {
-  const Subjects names(model);
-  for (std::size_t i = 0; i < model.processes.size(); ++i) {
-    const auto& process = model.processes[i];
+  for (const auto& process : model.processes) {
     if (!process.shares_pid_since) continue;
-    const auto own = names.suffix(ProcessIndex{static_cast<std::uint32_t>(i)});
     for (auto& subject : subjects) {
-      const bool is_other =
-          subject.subject.find(" (pid ") != std::string::npos && !subject.subject.ends_with(own);
-      const bool is_about_trace = subject.subject == "trace" && rule.id.starts_with('T');
-      if (is_other || is_about_trace || subject.verdict == Verdict::not_applicable) continue;
+      const bool is_about_trace =
+          subject.about.kind == SubjectKind::trace && rule.needs.is_about_trace;
+      if (is_about_trace || subject.verdict == Verdict::not_applicable) continue;
+      if (subject.about.process &&
+          !has_pid_of(model.processes[at(*subject.about.process)], process))
+        continue;
       subject.verdict = Verdict::inconclusive;
       subject.evidence = {
           evidence("run_begin", *process.shares_pid_since,
@@ -124,13 +124,38 @@ void doubt_shared_pids(const Rule& rule, const Model& model,
   }
 }
 
-RuleVerdict judge(const Rule& rule, const RuleContext& context) {
+// L7: of what is missing nobody knows what a rule would have said, so what is left does not pass in
+// its place. A subject is judged as ever: its numbers and totals tell what it lost.
+void doubt_missing_part(const Rule& rule, const RuleContext& context, const std::string& missing,
+                        std::vector<SubjectVerdict>& subjects) {
+  if (rule.needs.is_about_trace || (context.options.spec == nullptr && rule.needs.spec)) return;
+  const auto doubt = evidence("missing_part", moment(context.model.begin.value_or(Timestamp{})),
+                              "not all that was recorded is here: " + missing);
+  if (rule.id == kSpecifiedCallbackSeen.id) {  // what was never seen may be in the missing part
+    for (auto& subject : subjects) {
+      if (subject.verdict != Verdict::fail) continue;
+      subject.verdict = Verdict::inconclusive;
+      subject.evidence.insert(subject.evidence.begin(), doubt);
+    }
+  }
+  const bool is_doubted = std::ranges::any_of(subjects, [](const SubjectVerdict& subject) {
+    return subject.about.kind == SubjectKind::trace && subject.verdict >= Verdict::inconclusive;
+  });
+  if (is_doubted) return;
+  Judgement judgement(NamedSubject::trace());
+  judgement.doubt(doubt);
+  conclude(std::move(judgement), subjects);
+}
+
+RuleVerdict judge(const Rule& rule, const RuleContext& context,
+                  const std::optional<std::string>& missing) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
   if (verdict.subjects.empty()) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
   doubt_shared_pids(rule, context.model, verdict.subjects);
+  if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);
   std::ranges::stable_sort(verdict.subjects, comes_before);
   for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
@@ -185,8 +210,9 @@ std::vector<RulePage> rule_pages() {
 
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
+  const auto missing = missing_user_part(context.model);
   for (const auto& rule : rules()) {
-    report.rules.push_back(judge(rule, context));
+    report.rules.push_back(judge(rule, context, missing));
   }
   report.verdict = overall_verdict(report);
   return report;

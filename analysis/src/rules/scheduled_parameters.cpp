@@ -69,6 +69,8 @@ void judge_thread(const RuleContext& context, const Proof& proof, const ThreadFa
   judgement.check();
   const auto& last = thread.scheduled.back();
   if (!is_as_asked(last, entry.parameters)) {
+    const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
+    if (is_raised) judgement.overrule(proof.kernel_loss(thread));  // perhaps inherited
     judgement.fail(evidence("sched_switch", last.last,
                             asks(context, entry) + "; the kernel schedules thread " +
                                 std::to_string(thread.tid) + " with " +

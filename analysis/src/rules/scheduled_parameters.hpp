@@ -5,8 +5,8 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 
-#include "../facts.hpp"
 #include "judgement.hpp"
+#include "model/facts.hpp"
 #include "proof.hpp"
 #include "rule.hpp"
 

@@ -1,9 +1,8 @@
 #include "stability_rules.hpp"
 
-#include "../enforcement_tracker.hpp"
-#include "../subjects.hpp"
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/subjects.hpp"
 #include "ownership_rules.hpp"
 #include "proof.hpp"
 #include "thread_questions.hpp"
@@ -40,15 +39,19 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
                             "applied: " + describe(applied) + whose(model, thread)));
     judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
   }
-  if (thread.priority_mismatch) {
-    const auto& [applied, priority] = *thread.priority_mismatch;
+  const auto host = model.processes[at(thread.process)].host;
+  auto hole = proof.kernel_loss(thread);
+  for (const auto* mismatch : {&thread.lowered_priority, &thread.raised_priority}) {
+    if (!*mismatch) continue;
+    const auto& [applied, priority] = **mismatch;
+    if (mismatch == &thread.raised_priority) {
+      if (const auto gap = proof.kernel_gap(host, applied.at.time, priority.at.time)) {
+        hole = gap;  // perhaps inherited, and that was lost
+        continue;
+      }
+    }
     if (proof.may_hide_read_back(index, applied.n, std::nullopt)) {
       judgement.overrule(proof.loss(index));
-    }
-    if (!thread.audit_mismatch &&
-        priority.prio < kernel_priority(applied)) {  // perhaps inherited, and that was lost
-      const auto host = model.processes[at(thread.process)].host;
-      judgement.overrule(proof.kernel_loss(host, applied.at.time, priority.at.time));
     }
     judgement.fail(evidence("thread_sched", applied.at,
                             "applied: " + describe(applied) + whose(model, thread)));
@@ -56,10 +59,13 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
                             "the kernel schedules it with " + priority_text(priority.prio)));
   }
   judgement.doubt(proof.loss(index));
-  judgement.doubt(proof.kernel_loss(thread));
   if (thread.audits_checked + thread.switches_checked == 0) {
     judgement.doubt(evidence("thread_sched", thread.read_backs.last_at,
-                             "no audit and no sched_switch to compare with"));
+                             "no later audit and no sched_switch to compare with"));
+  } else if (hole) {
+    if (thread.audits_checked == 0) judgement.doubt(hole);
+    judgement.remark(evidence("by read-back", thread.read_backs.last_at,
+                              "the kernel's record of its switches has holes"));
   }
 }
 
@@ -88,33 +94,34 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
   const Proof proof(model);
-  return judge_threads(
-      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
-        if (!is_known(thread) && thread.ran.empty()) return;
-        judgement.check(thread.cpus_checked);
-        if (thread.cpu_violation) {
-          const auto& [mask, where] = *thread.cpu_violation;
-          if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
-            judgement.overrule(proof.loss(index));
-          }
-          judgement.fail(evidence("thread_sched", mask.at,
-                                  "last read back: " + describe(mask) + whose(model, thread)));
-          judgement.fail(evidence("cpu", where,
-                                  "ran on CPU " + std::to_string(where.cpu.value_or(-1)) +
-                                      ", which is outside that mask"));
-        }
-        judgement.doubt(proof.loss(index));
-        judgement.doubt(proof.kernel_loss(thread));
-        const EventRef begin = moment(lifetime(thread).first, thread.tid);
-        if (!thread.last_read_back) {
-          judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
-        } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
-          judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
-        } else if (thread.switch_cpus_checked == 0) {
-          judgement.remark(evidence("sampled", begin,
-                                    "only the CPUs of its own events were seen, not its switches"));
-        }
-      });
+  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
+                                  Judgement& judgement) {
+    if (!is_known(thread) && thread.ran.empty()) return;
+    judgement.check(thread.cpus_checked);
+    if (thread.cpu_violation) {
+      const auto& [mask, where] = *thread.cpu_violation;
+      if (proof.may_hide_read_back(index, mask.n, std::nullopt)) {
+        judgement.overrule(proof.loss(index));
+      }
+      judgement.fail(evidence("thread_sched", mask.at,
+                              "last read back: " + describe(mask) + whose(model, thread)));
+      judgement.fail(evidence(
+          "cpu", where,
+          "ran on CPU " + std::to_string(where.cpu.value_or(-1)) + ", which is outside that mask"));
+    }
+    judgement.doubt(proof.loss(index));
+    const EventRef begin = moment(lifetime(thread).first, thread.tid);
+    if (!thread.last_read_back) {
+      judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
+    } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
+      judgement.doubt(evidence("cpu_id", begin, "events do not tell their CPU"));
+    } else if (thread.switch_cpus_checked == 0) {
+      judgement.remark(evidence("sampled", begin,
+                                "only the CPUs of its own events were seen, not its switches"));
+    } else if (proof.kernel_loss(thread)) {
+      judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
+    }
+  });
 }
 
 bool is_ever_real_time(const ThreadFacts& thread) {
@@ -126,8 +133,10 @@ bool is_ever_real_time(const ThreadFacts& thread) {
                              [](const ReadBack& read) { return is_real_time(read.policy); });
 }
 
-void judge_fork(const ForkFacts& fork, Judgement& judgement) {
+void judge_fork(const ForkFacts& fork, const Proof& proof, Judgement& judgement) {
   if (!fork.child_first) return;
+  // It may have run before, and been given its priority by then.
+  if (proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time)) return;
   judgement.check();
   if (!is_real_time_priority(fork.child_first->prio)) return;
   judgement.fail(evidence("sched_process_fork", fork.at,
@@ -170,8 +179,9 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
       continue;
     }
     // A child that never spoke: it has no process of ours to be named with.
-    Judgement judgement("thread " + std::to_string(fork.child_tid));
-    judge_fork(fork, judgement);
+    Judgement judgement(
+        NamedSubject::without_row(SubjectKind::thread, std::to_string(fork.child_tid)));
+    judge_fork(fork, proof, judgement);
     conclude(std::move(judgement), verdicts);
   }
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
@@ -196,11 +206,14 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     }
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
-      judge_fork(*fork->second, judgement);
-    judgement.doubt(proof.kernel_loss(thread));
+      judge_fork(*fork->second, proof, judgement);
     if (!model.hosts[at(model.processes[at(thread.process)].host)].has_forks) {
       judgement.remark(evidence("announced only", begin,
                                 "no fork events: children that were not announced are not seen"));
+    } else if (proof.kernel_loss(thread)) {
+      judgement.remark(evidence("announced only", begin,
+                                "the kernel's record has holes: children that were not announced "
+                                "may not be seen"));
     }
     conclude(std::move(judgement), verdicts);
   }
@@ -212,11 +225,13 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
 const Rule kParametersUnchanged{
     "S3", "parameters-unchanged",
     "A thread keeps the parameters that were last applied: every later audit agrees with them, "
-    "and so does the priority in every sched_switch, intervals of priority inheritance aside.\n"
+    "and so does the priority in every sched_switch, intervals of priority inheritance aside. On "
+    "a process that was attached to, the first audit stands for what was applied. Where the "
+    "kernel's record has holes, PASS says \"by read-back\".\n"
     "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "
     "the application had been given, and it goes on as if nothing had happened.\n"
-    "Inconclusive when there is neither an audit nor a kernel event to compare with, or "
-    "read-backs or kernel events were lost.\n"
+    "Inconclusive when there is neither a later audit nor a whole record of the kernel's to "
+    "compare with, or read-backs were lost.\n"
     "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
     "syscalls:sys_enter_sched_set* events) and stop it; on_change: reapply has the executor put "
     "it right.",
@@ -225,11 +240,11 @@ const Rule kParametersUnchanged{
 const Rule kAllowedCpusOnly{
     "S4", "allowed-cpus-only",
     "A thread ran only on CPUs of the mask that was last read back before. Without kernel "
-    "events only the CPUs of the thread's own events are known: PASS then says \"sampled\".\n"
+    "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
+    "record not all others: PASS then says \"sampled\".\n"
     "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
     "cache.\n"
-    "Inconclusive when there is no read-back of the mask, or read-backs or kernel events were "
-    "lost.\n"
+    "Inconclusive when there is no read-back of the mask, or read-backs were lost.\n"
     "Remedy: find who changed the mask after it was applied (taskset, a cpuset); give the "
     "spec's affinity and read it back.",
     judge_allowed_cpus};
@@ -238,10 +253,11 @@ const Rule kNoParameterLeak{
     "S5", "no-parameter-leak",
     "No thread inherited a real-time policy that it was not given: announced threads are judged "
     "by what they read back at creation, other children of real-time threads by the priority "
-    "they first run with. Without fork events PASS says \"announced only\".\n"
+    "they first run with. Without fork events, or where the kernel's record has holes, PASS says "
+    "\"announced only\".\n"
     "Why it matters: A helper thread that inherits SCHED_FIFO by accident competes with the "
     "callbacks it was meant to stay away from.\n"
-    "Inconclusive when the thread's first read-back, or kernel events, were lost.\n"
+    "Inconclusive when the thread's first read-back was lost.\n"
     "Remedy: SCHED_FLAG_RESET_ON_FORK for real-time threads, or create threads before raising "
     "the priority.",
     judge_no_leak};

@@ -1,6 +1,6 @@
 #include "thread_losses.hpp"
 
-#include "../subjects.hpp"
+#include "model/subjects.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include <cie/analysis/verdict.hpp>
 
-#include "../facts.hpp"
+#include "model/facts.hpp"
 #include "proof.hpp"
 
 #include <map>

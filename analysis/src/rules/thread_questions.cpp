@@ -155,7 +155,7 @@ bool is_cut_by_end(const Model& model, const OpenInstance& open) {
 EventRef first_sign(const CallbackFacts& callback) noexcept {
   if (callback.registered) return *callback.registered;
   if (callback.starts.first) return callback.starts.first_at;
-  if (callback.max_end_at) return *callback.max_end_at;
+  if (callback.ended.last) return callback.ended.last_at;
   if (callback.fini) return callback.fini->at;
   return callback.overwritten_at.value_or(callback.lost_at.value_or(EventRef{}));
 }

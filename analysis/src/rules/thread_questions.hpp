@@ -3,7 +3,7 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 
-#include "../facts.hpp"
+#include "model/facts.hpp"
 #include "rule.hpp"
 
 #include <cstdint>

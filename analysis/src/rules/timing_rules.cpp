@@ -49,7 +49,7 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
 std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
                                       const std::optional<Evidence>& loss) {
   const auto& fini = callback.fini;
-  const bool is_any_end_lost = fini && callback.ends < fini->ended;
+  const bool is_any_end_lost = fini && callback.ended.count < fini->ended;
   return is_any_end_lost && fini->ended > fini->started ? loss : std::nullopt;
 }
 
@@ -242,7 +242,8 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
 }  // namespace
 
 const Rule kArrivalExceedsTurnaround{
-    "R1", "arrival-exceeds-turnaround",
+    "R1",
+    "arrival-exceeds-turnaround",
     "Each instance ends before the next one is released: the shortest inter-arrival time "
     "exceeds the longest response time. Fewer than two instances are not judged.\n"
     "Why it matters: This is the assumption under which one thread per callback needs no queue: "
@@ -250,10 +251,12 @@ const Rule kArrivalExceedsTurnaround{
     "Inconclusive when releases are not known exactly, or instances were lost.\n"
     "Remedy: shorten the callback, raise its priority or give it a CPU, or slow its source "
     "down; cie report shows where the time went.",
-    judge_arrival};
+    judge_arrival,
+    {.instances = true}};
 
 const Rule kNoMissedRelease{
-    "R2", "no-missed-release",
+    "R2",
+    "no-missed-release",
     "A timer skips no more periods in a run than missed_releases_allowed says (0 by default), "
     "those before an instance that was still open included.\n"
     "Why it matters: Every skipped period is an activation that the design counts on and that "
@@ -261,10 +264,12 @@ const Rule kNoMissedRelease{
     "Inconclusive when expiries are not recorded, or instances were lost.\n"
     "Remedy: find what kept the thread from running or the instance from ending (cie report: "
     "preempted, blocked, wake delay); allow in the spec what the design can bear.",
-    judge_missed};
+    judge_missed,
+    {.instances = true}};
 
 const Rule kDeadline{
-    "R3", "deadline",
+    "R3",
+    "deadline",
     "Response times stay within the deadline: response_deadline of the spec, else the one the "
     "callback declared. Where a release is not known, FAIL needs the lower bound of the "
     "response time above the deadline and PASS the upper bound within it. An instance that "
@@ -274,22 +279,27 @@ const Rule kDeadline{
     "instances were lost.\n"
     "Remedy: the evidence names the instance: cie report tells what it waited for, cie analyze "
     "schedulability what it may have to wait for at worst.",
-    judge_deadline};
+    judge_deadline,
+    {.instances = true}};
 
 const Rule kBudget{
-    "R4", "budget",
-    "Execution times (on-CPU time, not duration) stay within the declared wcet. Without kernel "
-    "events an instance passes if its whole duration does.\n"
+    "R4",
+    "budget",
+    "Execution times (on-CPU time, not duration) stay within the declared wcet. Where the kernel's "
+    "record of an instance has a hole, lacks a CPU that it may have run on, or is absent, the "
+    "instance passes if its whole duration does.\n"
     "Why it matters: Budgets and response-time analyses rest on the wcet: one callback that "
     "takes more invalidates the bounds of all below it.\n"
     "Inconclusive when an instance took longer than the wcet and its CPU time is not known, or "
     "instances were lost.\n"
     "Remedy: record with --kernel; make the callback faster, or declare what it really takes "
     "and analyze again.",
-    judge_budget};
+    judge_budget,
+    {.instances = true, .spec = true}};
 
 const Rule kRate{
-    "R5", "rate",
+    "R5",
+    "rate",
     "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only consecutive "
     "instances are compared.\n"
     "Why it matters: Sources that send faster than declared overload everything behind them; "
@@ -297,6 +307,7 @@ const Rule kRate{
     "Inconclusive when releases are not known exactly, or instances were lost.\n"
     "Remedy: correct the source's rate, limit it, or declare what it really is and analyze "
     "again.",
-    judge_rate};
+    judge_rate,
+    {.instances = true, .spec = true}};
 
 }  // namespace cie::analysis

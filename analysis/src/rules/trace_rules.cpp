@@ -1,6 +1,7 @@
 #include "trace_rules.hpp"
 
 #include "judgement.hpp"
+#include "model/recorded_parts.hpp"
 #include "proof.hpp"
 
 #include <algorithm>
@@ -10,8 +11,6 @@
 
 namespace cie::analysis {
 namespace {
-
-constexpr const char* kTrace = "trace";
 
 struct Requirement {
   std::string_view event;
@@ -27,12 +26,15 @@ constexpr std::array<Requirement, 5> kRequired{{
 
 EventRef begin_of(const Model& model) { return moment(model.begin.value_or(Timestamp{})); }
 
-std::vector<Evidence> losses_of(const Model& model, bool only_damage) {
+bool is_damage(const Loss& loss) {
+  return loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
+}
+
+template <typename Predicate>
+std::vector<Evidence> losses_of(const Model& model, Predicate is_wanted) {
   std::vector<const Loss*> losses;
   for (const auto& loss : model.losses) {
-    const bool is_damage =
-        loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
-    if (!only_damage || is_damage) losses.push_back(&loss);
+    if (is_wanted(loss)) losses.push_back(&loss);
   }
   std::ranges::stable_sort(losses, {}, [](const Loss* loss) {
     return std::tie(loss->begin, loss->end, loss->kind, loss->domain, loss->cpu, loss->note);
@@ -44,6 +46,25 @@ std::vector<Evidence> losses_of(const Model& model, bool only_damage) {
   return evidences;
 }
 
+// What the recordings' manifests and their files do not agree about. However many files are gone,
+// some are named, and all are counted.
+void doubt_files(const Model& model, Judgement& judgement) {
+  constexpr std::size_t kNamed = 32;
+  std::size_t count = 0;
+  for (const auto& recording : model.recordings) {
+    for (const auto& doubt : recording.doubts) {
+      if (++count > kNamed) continue;
+      const auto where = recording.name.empty() ? std::string() : " (" + recording.name + ')';
+      judgement.doubt(
+          evidence(std::string(label(doubt.kind)), begin_of(model), doubt.note + where));
+    }
+  }
+  if (count > kNamed) {
+    judgement.doubt(evidence("missing_file", begin_of(model),
+                             "and " + counted(count - kNamed, "more file") + " of the manifest"));
+  }
+}
+
 // The verdict of a rule that has one subject.
 std::vector<SubjectVerdict> only(Judgement&& judgement) {
   std::vector<SubjectVerdict> verdicts;
@@ -52,35 +73,49 @@ std::vector<SubjectVerdict> only(Judgement&& judgement) {
 }
 
 std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
-  Judgement judgement(kTrace);
+  Judgement judgement(NamedSubject::trace());
   for (const auto& stream : context.model.streams)
     judgement.check(stream.packets);
   if (context.model.streams.empty()) judgement.check(context.model.events.total);
-  const auto damage = losses_of(context.model, true);
+  const auto damage = losses_of(context.model, is_damage);
   for (const auto& item : damage) {
     if (context.model.events.total == 0) judgement.fail(item);
     judgement.doubt(item);
   }
+  doubt_files(context.model, judgement);
   return only(std::move(judgement));
 }
 
 std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   const auto& model = context.model;
-  Judgement judgement(kTrace);
+  Judgement judgement(NamedSubject::trace());
   judgement.check(model.events.total);
-  const auto losses = losses_of(model, false);
-  const bool is_proof_lost = !losses.empty() && Proof(model).is_anything_lost();
-  for (const auto& loss : losses) {
+  const auto is_of_users = [](const Loss& loss) { return loss.domain == Domain::user; };
+  const bool is_proof_lost =
+      std::ranges::any_of(model.losses, is_of_users) && Proof(model).is_anything_lost();
+  for (const auto& loss : losses_of(model, [](const Loss&) { return true; })) {
     if (context.options.require_lossless) judgement.fail(loss);
-    if (is_proof_lost) judgement.doubt(loss);
     judgement.remark(loss);
   }
+  for (const auto& loss : losses_of(model, is_of_users)) {
+    if (is_proof_lost) judgement.doubt(loss);
+  }
+  for (const auto& host : model.hosts) {
+    if (host.cpus_not_recorded == 0) continue;
+    const auto missing =
+        evidence_of_missing_cpus(host.cpus_not_recorded, model.begin.value_or(Timestamp{}));
+    if (context.options.require_lossless) judgement.fail(missing);
+    judgement.remark(missing);
+  }
+  for (const auto& part : unseen_parts(model))
+    judgement.doubt(
+        evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));
   return only(std::move(judgement));
 }
 
 std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
   const auto& events = context.model.events;
-  Judgement judgement(kTrace);
+  Judgement judgement(NamedSubject::trace());
   const auto missing = [&](std::string_view what, std::string note) {
     judgement.doubt(evidence(std::string(what), begin_of(context.model), std::move(note)));
   };
@@ -109,7 +144,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
 
 std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   const auto& model = context.model;
-  Judgement judgement(kTrace);
+  Judgement judgement(NamedSubject::trace());
   judgement.check(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
   const auto& regressions = model.time_regressions;
   if (regressions.first) {
@@ -130,32 +165,43 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
 }  // namespace
 
 const Rule kTraceReadable{
-    "T1", "trace-readable",
+    "T1",
+    "trace-readable",
     "Every packet of the trace could be decoded; one that could not is skipped and named, and "
     "the rest is used.\n"
     "Why it matters: What a damaged packet held may have been the very event that breaks a "
     "rule, so the rules count it as lost.\n"
     "Inconclusive when some packets were damaged and skipped, or were read with another "
-    "recording's metadata. When nothing at all can be decoded, cie ends with exit code 4.\n"
-    "Remedy: record again, or check the disk and the copy with the checksums of the recording's "
-    "manifest.",
-    judge_readable};
+    "recording's metadata; or when a file that the recording's manifest names is missing or has "
+    "another size (with --check: another SHA-256). When nothing at all can be decoded, cie ends "
+    "with exit code 4.\n"
+    "Remedy: check the disk and the copy (a recording by cie record has checksums in its "
+    "manifest), or record again.",
+    judge_readable,
+    {.is_about_trace = true}};
 
 const Rule kNoLoss{
-    "T2", "no-loss",
+    "T2",
+    "no-loss",
     "The tracer threw nothing away that a verdict needed. Loss is judged per subject: "
     "contiguous numbers and totals prove that a callback or thread lost nothing, so a loss that "
-    "cost no subject its proof passes and is named. FAIL only with --require-lossless.\n"
+    "cost no subject its proof passes and is named. What the kernel's record lacks takes the parts "
+    "of instances (R4, M6's budget) and no other verdict: it is named, and passes. FAIL only with "
+    "--require-lossless.\n"
     "Why it matters: Tracers discard events when a buffer is full, mostly when the system is "
     "busiest: what is missing is seldom the harmless part.\n"
-    "Inconclusive when events or packets were discarded and some subject of a rule lost its "
-    "proof with them.\n"
+    "Inconclusive when events or packets of applications were discarded and some subject of a rule "
+    "lost its proof with them; or when nothing was seen of a process, a chunk or the kernel's "
+    "events "
+    "that the recording's manifest names.\n"
     "Remedy: larger or more sub-buffers (cie record --subbuf-size, --num-subbuf), or fewer "
     "enabled events.",
-    judge_no_loss};
+    judge_no_loss,
+    {.is_about_trace = true}};
 
 const Rule kRequiredEvents{
-    "T5", "required-events",
+    "T5",
+    "required-events",
     "The trace holds what every judgement rests on: run_begin, callback_init, thread_init, "
     "callback_start, callback_end and the contexts vpid and vtid. Whatever else a rule needs, "
     "that rule asks for.\n"
@@ -163,17 +209,22 @@ const Rule kRequiredEvents{
     "must not look as if it passed.\n"
     "Inconclusive when one of them is absent: the message names it and how to enable it.\n"
     "Remedy: record with cie record, or enable the named events and contexts.",
-    judge_required_events};
+    judge_required_events,
+    {.is_about_trace = true}};
 
 const Rule kTimeSane{
-    "T6", "time-sane",
+    "T6",
+    "time-sane",
     "Times can be compared: none runs backwards inside a stream (FAIL: no correct tracer writes "
     "that), and all streams share a clock.\n"
     "Why it matters: Response times are differences of times of several streams; with clocks "
     "that do not belong together they mean nothing.\n"
-    "Inconclusive when streams carry clocks of different boots, or of no common origin.\n"
+    "Inconclusive when streams carry clocks of different boots, or of no common origin. A kernel "
+    "trace that shares no clock with the applications' is then no evidence: the other rules judge "
+    "as if it were not there.\n"
     "Remedy: verify the traces of one boot together, others apart; after a FAIL record again "
     "with another version of the tracer.",
-    judge_time_sane};
+    judge_time_sane,
+    {.is_about_trace = true}};
 
 }  // namespace cie::analysis

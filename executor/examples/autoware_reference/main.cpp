@@ -29,9 +29,9 @@ int run(example::RunSettings settings) {
 int main(int argc, char** argv) {
   example::RunSettings settings{.program = "cie-autoware-reference"};
   CLI::App app{
-      "The Autoware reference system: 24 nodes from lidars to vehicle commands in one process.\n"
-      "Prints its key figures at the end: the latency of the hot path (from the older of two "
-      "lidar\n"
+      R"(The Autoware reference system: 24 nodes from lidars to vehicle commands in one process.
+Prints its key figures at the end: the latency of the hot path (from the older of two lidar
+)"
       "samples to the estimate made of them), dropped samples, and the planner's period."};
   app.name(settings.program);
   example::add_options(app, settings);

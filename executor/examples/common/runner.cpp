@@ -1,10 +1,9 @@
 #include "runner.hpp"
 
+#include <cie/executor/cancel_on_signals.hpp>
 #include <cie/executor/on_hangup.hpp>
 
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <optional>
@@ -16,22 +15,6 @@
 namespace example {
 namespace {
 
-// For the signal handler. A signal that comes before the executor is there is remembered.
-std::atomic<cie::Executor*> running{nullptr};
-std::atomic<bool> is_asked_to_stop{false};
-
-void on_signal(int) {
-  is_asked_to_stop = true;
-  if (cie::Executor* const executor = running; executor != nullptr) executor->cancel();
-}
-
-void catch_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  for (const int signal : {SIGINT, SIGTERM})
-    sigaction(signal, &action, nullptr);
-}
-
 std::shared_ptr<cie::SchedulingSpec> load_spec(const RunSettings& settings) {
   return std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(settings.spec));
 }
@@ -41,9 +24,9 @@ std::unique_ptr<cie::Executor> make_executor(const RunSettings& settings) {
   options.threads = settings.threads;
   options.on_error = settings.on_error == "warn" ? cie::OnError::warn : cie::OnError::refuse;
   const bool refuses = options.on_error == cie::OnError::refuse;
-  options.on_parameter_problem = [refuses, program = settings.program](const auto& problem) {
-    const bool is_thrown_too = refuses && !problem.is_from_outside;
-    if (is_thrown_too) return;
+  options.on_scheduling_problem = [refuses, program = settings.program](const auto& problem) {
+    const bool is_told_only = problem.is_from_outside || problem.is_misspelt;
+    if (refuses && !is_told_only) return;  // it is thrown, too
     std::fprintf(stderr, "%s: warning: %s\n", program.c_str(), problem.text().c_str());
   };
   if (!settings.spec.empty()) options.spec = load_spec(settings);
@@ -52,11 +35,12 @@ std::unique_ptr<cie::Executor> make_executor(const RunSettings& settings) {
 
 // Until everybody who is meant to listen does, so that no chain begins in the middle. Bounded:
 // another process may not be there.
-void wait_for_readers(const Nodes& nodes) {
+void wait_for_readers(const Nodes& nodes, const cie::CancelOnSignals& signals) {
   using namespace std::chrono_literals;
   const auto bound = std::chrono::steady_clock::now() + 5s;
   for (const auto& node : nodes) {
-    while (!node->is_connected() && !is_asked_to_stop && std::chrono::steady_clock::now() < bound) {
+    while (!node->is_connected() && !signals.is_requested() &&
+           std::chrono::steady_clock::now() < bound) {
       std::this_thread::sleep_for(5ms);
     }
   }
@@ -104,12 +88,11 @@ cie::Context::Options context_options(const RunSettings& settings) {
 }
 
 void run(const Nodes& nodes, const RunSettings& settings, const std::function<void()>& on_hangup) {
-  catch_signals();
   Work::set_load(settings.load);
   const auto executor = make_executor(settings);
   for (const auto& node : nodes)
     executor->add_node(node->node());
-  running = executor.get();
+  cie::CancelOnSignals signals{*executor};
   std::optional<cie::OnHangup> hangups;
   if (!settings.spec.empty()) {
     hangups.emplace([&] {
@@ -117,11 +100,9 @@ void run(const Nodes& nodes, const RunSettings& settings, const std::function<vo
       reload(*executor, settings);
     });
   }
-  wait_for_readers(nodes);
-  if (is_asked_to_stop) executor->cancel();
+  wait_for_readers(nodes, signals);
   executor->spin_for(std::chrono::duration_cast<std::chrono::nanoseconds>(
       std::chrono::duration<double>{settings.duration_s}));
-  running = nullptr;
 }
 
 int run_main(int argc, char** argv, CLI::App& app, const RunSettings& settings,
@@ -133,6 +114,7 @@ int run_main(int argc, char** argv, CLI::App& app, const RunSettings& settings,
       return app.exit(error) == 0 ? 0 : 2;
     }
     if (!settings.spec.empty()) cie::hold_hangups();
+    const cie::CancelOnSignals signals;  // until all is torn down
     return body();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s: %s\n", settings.program.c_str(), error.what());

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <iterator>
+#include <memory>
 
 #include <cie_messages.hpp>
 
@@ -12,13 +13,12 @@ namespace example {
 class Listener {
  public:
   explicit Listener(const cie::ComponentOptions& options) : node_(options) {
-    node_.create_subscription<cie_msgs::Sample>("greetings", 10,
-                                                [this](const cie_msgs::Sample& message) {
-                                                  if (heard_ > 0 && message.seq != last_ + 1)
-                                                    ++gaps_;
-                                                  last_ = message.seq;
-                                                  ++heard_;
-                                                });
+    subscription_ = node_.create_subscription<cie_msgs::Sample>(
+        "greetings", 10, [this](const cie_msgs::Sample& message) {
+          if (heard_ > 0 && message.seq != last_ + 1) ++gaps_;
+          last_ = message.seq;
+          ++heard_;
+        });
   }
   ~Listener() {
     std::printf("%s: heard %lu greetings with %lu gaps\n", node_.fully_qualified_name().c_str(),
@@ -35,6 +35,7 @@ class Listener {
   std::uint64_t gaps_ = 0;
   std::uint64_t last_ = 0;
   cie::Node node_;
+  std::shared_ptr<cie::Subscription<cie_msgs::Sample>> subscription_;
 };
 
 constexpr cie::ComponentClass kClasses[] = {cie::component_class<Listener>("example::Listener")};

@@ -19,7 +19,7 @@ class Talker {
         message_(cie::make_message<cie_msgs::Sample>()) {
     const std::chrono::milliseconds period{options.parameter<std::int64_t>("period_ms", 100)};
     cie::set_text(message_->frame_id, options.parameter<std::string>("text", "hi"));
-    node_.create_wall_timer(period, [this] {
+    timer_ = node_.create_wall_timer(period, [this] {
       ++message_->seq;
       publisher_->publish(*message_);
     });
@@ -30,6 +30,7 @@ class Talker {
   cie::Node node_;
   std::shared_ptr<cie::Publisher<cie_msgs::Sample>> publisher_;
   cie::MessagePtr<cie_msgs::Sample> message_;
+  std::shared_ptr<cie::Timer> timer_;  // goes before what it uses
 };
 
 constexpr cie::ComponentClass kClasses[] = {cie::component_class<Talker>("example::Talker")};

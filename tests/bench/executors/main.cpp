@@ -97,9 +97,9 @@ int run(const Settings& settings) {
 int main(int argc, char** argv) {
   bench::Settings settings;
   CLI::App app{
-      "The paper's experiment: N timers publish, N subscriptions receive. Per message: system "
-      "calls\n"
-      "and context switches of all threads of all processes (those of DDS too), CPU time, and the\n"
+      R"(The paper's experiment: N timers publish, N subscriptions receive. Per message: system calls
+and context switches of all threads of all processes (those of DDS too), CPU time, and the
+)"
       "time from publish to callback. System calls need root and tracefs."};
   app.name("cie-bench-executors");
   app.add_option("--executors", settings.executors)

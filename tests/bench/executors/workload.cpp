@@ -55,7 +55,7 @@ struct Publishing {
       // One grid for all, also for those of other processes.
       options.start = workload.phases == Phases::staggered ? step * i : 0ns;
       options.name = "timer" + std::to_string(i);
-      node.create_wall_timer(
+      timers.push_back(node.create_wall_timer(
           workload.period,
           [publisher, message, payload, is_handed_over] {
             if (is_handed_over) {
@@ -69,7 +69,7 @@ struct Publishing {
               publisher->publish(*message);
             }
           },
-          options);
+          options));
     }
   }
   bool is_connected() const {
@@ -80,6 +80,7 @@ struct Publishing {
   }
   cie::Node node;
   std::vector<std::shared_ptr<cie::Publisher<Sample>>> publishers;
+  std::vector<std::shared_ptr<cie::Timer>> timers;
 };
 
 struct Subscribing {

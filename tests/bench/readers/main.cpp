@@ -67,12 +67,6 @@ int run(int argc, char** argv) {
   print("cie instances", measure_program({cie, "instances", directory}), events, reference);
   print("cie report", measure_program({cie, "report", "--format", "json", directory}), events,
         reference);
-  if (!without_babeltrace2) {
-    print(
-        "cie report --reader babeltrace2",
-        measure_program({cie, "report", "--format", "json", "--reader", "babeltrace2", directory}),
-        events, reference);
-  }
   return 0;
 }
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from chromium import Chromium, Unavailable  # noqa: E402  pylint: disable=wrong-import-position
+from other_host import on_host  # noqa: E402  pylint: disable=wrong-import-position
 
 CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = Path(sys.argv[2]).resolve()
@@ -75,6 +76,7 @@ def columns_of(html):
         return None if value == 0 else signed(value - 1)
 
     lanes = json.loads(data_of(html, "lanes"))
+    callbacks = json.loads(data_of(html, "report"))["callbacks"]
     for lane in lanes["lanes"]:
         n, at, starts = lane["count"], lanes["base_ns"], []
         for _ in range(n):
@@ -87,7 +89,8 @@ def columns_of(html):
             numbers.append(seq)
         places = [number() for _ in range(n)]
         for i in range(n):
-            yield {"logical_id": lane["logical_id"], "pid": lane["pid"], "tid": lane["tids"][places[i] >> 1],
+            of = callbacks[lane["callback"]]
+            yield {"logical_id": of["logical_id"], "pid": of["pid"], "tid": lane["tids"][places[i] >> 1],
                    "seq": numbers[i], "start_ns": starts[i],
                    "release_ns": None if wait[i] is None else starts[i] - wait[i],
                    "end_ns": None if duration[i] is None else starts[i] + duration[i], "execution_ns": execution[i],
@@ -188,9 +191,9 @@ class Contents(Page):
     def test_whom_a_run_waited_for_ran_on_its_thread_meanwhile(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"
         self.page(trace)
-        told = self.browser.evaluate("""lanes.lanes.flatMap(l => [...Array(l.count).keys()].map(i =>
-            [l.logical_id, l.seq[i], waitedFor(l, i).map(([other, ns]) => [other.logical_id, ns])]))""")
-        runs = [{k: v if k in ("logical_id", "release_source") else int(v or -1) for k, v in row.items()}
+        told = self.browser.evaluate("""cie.lanes.lanes.flatMap(l => [...Array(l.count).keys()].map(i =>
+            [l.callbackReport.logical_id, l.seq[i], cie.waitedFor(l, i).map(([other, ns]) => [other.callbackReport.logical_id, ns])]))""")
+        runs = [{k: v if k in ("logical_id", "release_source", "status", "host") else int(v or -1) for k, v in row.items()}
                 for row in csv.DictReader(io.StringIO(cie("instances", trace)))]
         waiting = 0
         for logical_id, seq, others in told:
@@ -227,6 +230,122 @@ class Contents(Page):
         self.assertIn("beyond its deadline", " ".join(self.see("#short li")))
         self.assertEqual(self.see(".detail h3")[0].split(" (pid")[0], worst["logical_id"])
         self.assertEqual(len(self.see(".detail svg .mark")), 1)
+
+
+class TwoHosts(Page):
+    """One application on two hosts, with the same names, pids, tids and ids."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.hosts = [f"{name}-{host}" for name, host in zip(NAMES, ("left", "right"))]
+        cls.traces = [on_host(EXAMPLES / name / "trace", host, cls.folder / host) for name, host in zip(NAMES, cls.hosts)]
+
+    def pages(self):
+        """The page of both, then what the reports of each alone say, by host."""
+        path = self.folder / "both.html"
+        cie("report", *self.traces, "--format", "html", "-o", path)
+        self.browser.events.clear()
+        self.browser.open(path.as_uri() + f"?{self.id()}")
+        self.assertEqual(self.browser.troubles(), [])
+        return {host: json.loads(cie("report", trace, "--format", "json")) for host, trace in zip(self.hosts, self.traces)}
+
+    def test_every_row_and_lane_is_of_its_host(self):
+        alone = self.pages()
+        wanted = {f"{c['logical_id']} (pid {c['pid']} on {host})": c for host, report in alone.items() for c in report["callbacks"]}
+        self.assertEqual(len(wanted), sum(len(report["callbacks"]) for report in alone.values()))
+        headers = self.see("#callback-table th")
+        rows = self.browser.evaluate("""[...document.querySelectorAll("#callback-table tbody tr")].map(row =>
+            [...row.cells].map(cell => cell.dataset.ns ?? cell.textContent))""")
+        self.assertEqual(sorted(row[0] for row in rows), sorted(wanted))
+        lanes = dict(self.browser.evaluate("cie.lanes.lanes.map(l => [l.title, l.of])"))
+        for row in rows:
+            cells, callback = dict(zip(headers, row)), wanted[row[0]]
+            told = callback["response_time_ns"]
+            self.assertEqual(cells["response max"], "\u2013" if told is None else str(told["max"]), row)
+            self.assertEqual(cells["isolated"].endswith("yes"), callback["isolated"], row)
+            self.assertEqual(lanes.get(row[0], 0), callback["instances"] + callback["incomplete"], row)
+
+    def test_marks_of_the_matrix_are_of_their_threads(self):
+        alone = self.pages()
+        for host, report in alone.items():
+            marks = [text for text in self.see("#matrix ~ .scroll rect > title") if f" on {host}) on " in text]
+            self.assertEqual(len(marks), sum(len(c["threads"]) for c in report["callbacks"]))
+            self.assertEqual(sum(mark.endswith("not isolated") for mark in marks),
+                             sum(len(c["threads"]) for c in report["callbacks"] if not c["isolated"]), host)
+
+    def test_a_run_waits_for_none_of_the_other_host(self):
+        self.pages()
+        mixed = self.browser.evaluate("""cie.lanes.lanes.flatMap(l => [...Array(l.count).keys()].flatMap(i => cie.waitedFor(l, i)
+            .filter(([other]) => other.callbackReport.host !== l.callbackReport.host)))""")
+        self.assertEqual(mixed, [])
+
+    def test_messages_and_threads_are_of_their_host(self):
+        alone = self.pages()
+        drawn = self.see("#chains ~ .scroll path > title")
+        for host in alone:
+            ours = [text for text in drawn if f"on {host})" in text]
+            self.assertTrue(ours)
+            self.assertEqual([text for text in ours if text.count(f" on {host})") != 2], [], "no message left its host")
+            threads = self.browser.evaluate("""[...document.querySelectorAll("#threads ~ .scroll tbody tr")].map(row => row.cells[1].textContent)""")
+            self.assertEqual(threads.count(host), len(alone[host]["threads"]))
+
+
+class Isolation(Page):
+    """Of two callbacks that ran and one that never did, and of releases that are not known."""
+
+    def shown(self, change):
+        """The page of an example whose data `change` changed."""
+        path = self.folder / "changed.html"
+        cie("report", EXAMPLES / "isolated_ok" / "trace", "--format", "html", "-o", path)
+        html = path.read_text(encoding="utf-8")
+        report = json.loads(data_of(html, "report"))
+        change(report)
+        text = json.dumps(report).replace("<", "\\u003c")
+        path.write_text(html.replace(data_of(html, "report"), text), encoding="utf-8")
+        self.browser.events.clear()
+        self.browser.open(path.as_uri() + f"?{self.id()}")
+        self.assertEqual(self.browser.troubles(), [])
+        return report
+
+    def cells(self, header):
+        at = self.see("#callback-table th").index(header)
+        return dict(zip(self.see("#callback-table td:first-child"), self.see(f"#callback-table td:nth-child({at + 1})")))
+
+    def test_what_never_ran_is_not_accused(self):
+        def change(report):
+            for callback in report["callbacks"][:2]:
+                callback.update(isolated=False, isolation="never_ran", instances=0, threads=[], response_time_ns=None)
+        report = self.shown(change)
+        others = len(report["callbacks"]) - 2
+        self.assertIn(f"\u2713All {others} callbacks that ran had a thread of their own; 2 never ran.", self.see("#short li"))
+        shown = self.cells("isolated")
+        for callback in report["callbacks"]:
+            self.assertEqual(shown[callback["logical_id"]], "\u2713 yes" if callback["isolated"] else "\u2013 never ran")
+
+    def test_what_shares_is_counted_among_those_that_ran(self):
+        def change(report):
+            report["callbacks"][0].update(isolated=False, isolation="never_ran", instances=0, threads=[])
+            report["callbacks"][1].update(isolated=False, isolation="not_isolated")
+        report = self.shown(change)
+        self.assertIn(f"\u27171 of {len(report['callbacks']) - 1} callbacks that ran did not have a thread of their own: "
+                      f"{report['callbacks'][1]['logical_id']}; 1 never ran.", self.see("#short li"))
+
+    def test_bounds_stand_where_no_response_time_is_exact(self):
+        bounds = {"count": 7, "min": 1_000_000, "max": 2_500_000, "sum": 9, "mean": 1.0, "p50": 1_200_000, "p90": 2, "p99": 2_400_000,
+                  "p99_9": 3}
+
+        def change(report):
+            report["callbacks"][0].update(response_time_ns=None, response_time_lower_ns=bounds,
+                                          response_time_upper_ns={**bounds, "p50": 1_300_000, "p99": 2_600_000, "max": 9_000_000_000})
+        name = self.shown(change)["callbacks"][0]["logical_id"]
+        self.assertEqual(self.cells("response p50")[name], "\u2265\u202f1.200\u202fms")
+        self.assertEqual(self.cells("response max")[name], "\u2265\u202f2.500\u202fms")
+        tips = self.browser.evaluate(f"""[...document.querySelectorAll("#callback-table tbody tr")]
+            .filter(row => row.cells[0].textContent === {json.dumps(name)}).flatMap(row => [...row.cells].map(c => c.title)).filter(Boolean)""")
+        self.assertEqual(len(tips), 3)
+        for part in ("7 runs", "p50 1.200\u202fms", "max 2.500\u202fms at least", "9.000\u202fs at most"):
+            self.assertIn(part, tips[0])
 
 
 class Use(Page):

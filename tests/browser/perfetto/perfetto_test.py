@@ -8,16 +8,15 @@ import json
 import math
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
-import uuid
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import trace_processor  # noqa: E402
 from example_truth import Truth, output_of  # noqa: E402
+from other_host import on_host  # noqa: E402
 
 CHECK, CIE, MAKE_TRACE, EXAMPLES = sys.argv[1:5]
 
@@ -174,27 +173,8 @@ class TraceProcessor(Files):
         self.check_example("isolated_ok", self.exported("isolated_ok", "--gzip"))
         self.check_example("multi_threaded_fails", self.exported("multi_threaded_fails"))
 
-    def copy_of(self, name, host):
-        """The example as another host's recording: with a name and trace ids of its own."""
-        folder = os.path.join(self.folder.name, host)
-        shutil.copytree(example(name), folder, copy_function=shutil.copyfile)
-        for where, _, names in os.walk(folder):
-            if "metadata" not in names:
-                continue
-            with open(os.path.join(where, "metadata"), "rb") as file:
-                metadata = file.read()
-            old = uuid.UUID(re.search(rb'uuid = "([^"]*)"', metadata).group(1).decode())
-            new = uuid.uuid5(old, host)
-            for file_name in names:
-                path = os.path.join(where, file_name)
-                with open(path, "rb") as file:
-                    content = file.read().replace(old.bytes, new.bytes).replace(str(old).encode(), str(new).encode())
-                with open(path, "wb") as file:
-                    file.write(re.sub(rb'hostname = "[^"]*"', b'hostname = "' + host.encode() + b'"', content))
-        return folder
-
     def test_hosts_with_the_same_pids_stay_apart(self):
-        traces = [self.copy_of("isolated_ok", host) for host in ("left", "right")]
+        traces = [str(on_host(example("isolated_ok"), host, os.path.join(self.folder.name, host))) for host in ("left", "right")]
         path = os.path.join(self.folder.name, "hosts.pftrace")
         output_of(CIE, "export", *traces, "--to", "perfetto", "-o", path)
         truth = truth_of("isolated_ok")

@@ -3,9 +3,9 @@
 #include <cstdlib>
 #include <string_view>
 
-#include <ctf/metadata_file.hpp>
-#include <ctf/metadata_parser.hpp>
-#include <ctf/trace_plan.hpp>
+#include <ctf/metadata/metadata_file.hpp>
+#include <ctf/metadata/metadata_parser.hpp>
+#include <ctf/program/trace_plan.hpp>
 
 // Bytes end in a plan for every stream and event that the metadata declares, or in a MetadataError.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

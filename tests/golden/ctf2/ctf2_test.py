@@ -98,14 +98,6 @@ class Ctf2(unittest.TestCase):
         fragments = content.count(b"\x1e")
         self.assertIn(f"fragment {fragments}: it is cut at byte {len(content) - 3}", error)
 
-    def test_the_library_does_not_know_it_and_the_error_says_who_does(self):
-        copy = self.converted(EXAMPLE)
-        code, text, error = cie("report", copy, "--reader", "babeltrace2")
-        self.assertEqual((code, text), (4, ""))
-        self.assertIn("libbabeltrace2 2.0", error)
-        self.assertIn("--reader native", error)
-        self.assertEqual(error.count("\n"), 1)
-
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)

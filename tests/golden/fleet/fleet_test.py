@@ -22,7 +22,7 @@ from recordings import fleet  # noqa: E402
 
 CIE = os.path.abspath(sys.argv[1])
 QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
-ASKED = ("percentiles_arrays", "regressions_arrays", "mapping_violations", "worst")  # of ClickHouse
+ASKED = ("percentiles_arrays", "regressions_arrays", "mapping_violations", "isolation", "worst")  # of ClickHouse
 TOLERANCE = 1.05
 
 
@@ -70,7 +70,7 @@ class Fleet(unittest.TestCase):
     @classmethod
     def servers(cls, count):
         if shutil.which("clickhouse-client") is None:
-            raise unittest.SkipTest("clickhouse-client is not installed")
+            raise unittest.SkipTest(engines.lacking("clickhouse-client"))
         try:
             return engines.clickhouse_cluster(cls.folder / f"servers-{time.monotonic_ns()}", count)
         except engines.Unavailable as reason:
@@ -170,6 +170,12 @@ class Fleet(unittest.TestCase):
         self.assertEqual({tuple(row[:3]): list(row[3:7]) for row in answer}, dict(wanted))
         self.assertGreater(wanted["1.1", "M2", "one-callback-per-thread"][3], 0)
 
+    def check_isolation(self, answer):
+        """The first version isolates every callback, the second none; the simulator has all of them run."""
+        wanted = {(software, logical_id): (len(group), *((len(group), 0, 0) if software == "1.0" else (0, len(group), 0)))
+                  for software, group in self.by_software.items() for logical_id in group[0].durations}
+        self.assertEqual({tuple(row[:2]): tuple(row[2:6]) for row in answer}, wanted)
+
     def check_worst(self, answer):
         rows = sorted(((value, r) for r in self.recordings for values in r.responses.values() for value in values),
                       key=lambda pair: -pair[0])
@@ -193,6 +199,7 @@ class Fleet(unittest.TestCase):
         self.check_percentiles(answers["percentiles_arrays"])
         self.check_regressions(answers["regressions_arrays"])
         self.check_violations(answers["mapping_violations"])
+        self.check_isolation(answers["isolation"])
         self.check_worst(answers["worst"])
         self.compare_with_one_big_run(answers)
         self.compare_with_duckdb(answers)
@@ -283,7 +290,8 @@ class Fleet(unittest.TestCase):
             if table == "callbacks":  # whose statistics are a table of their own
                 rows = [{k: v for k, v in row.items() if k in
                          ("logical_id", "pid", "node", "kind", "source", "symbol", "period_ns", "group", "tids", "isolated",
-                          "instances", "incomplete", "missed_releases", "release_source", "deadline_ns")} for row in rows]
+                          "instances", "incomplete", "missed_releases", "release_source", "deadline_ns",
+                          "exceptions", "longest_queue", "isolation", "host")} for row in rows]
             columns = list(rows[0]) if rows else []
             names = ", ".join(f"`{column}`" for column in columns) or "count()"
             found = server.ask(f"SELECT {names} FROM cie.{table} WHERE (SELECT missing FROM cie.check_{table}) = 0")

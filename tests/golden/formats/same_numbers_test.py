@@ -94,8 +94,8 @@ class SameNumbers(unittest.TestCase):
             for row, chain in zip(recording.table("chains"), report["chains"], strict=True):
                 self.assertEqual((row["name"], row["pid"], row["instances"], row["hops"]),
                                  (chain["name"], as_csv(chain["pid"]), str(chain["instances"]), str(len(chain["hops"]))))
-                for quantity in ("path_latency_ns", "reaction_time_ns", "data_age_ns"):
-                    self.summary(row, quantity, chain[quantity])
+                for quantity in ("path_latency_ns", "reaction_time_ns", "data_age_ns", "undivided_ns"):
+                    self.summary(row, quantity, chain.get(quantity))
             hops = [hop for chain in report["chains"] for hop in chain["hop_table"]]
             for row, hop in zip(recording.table("chain_hops"), hops, strict=True):
                 self.assertEqual((row["from_logical_id"], row["to_logical_id"]), (hop["from"], as_csv(hop["to"])))
@@ -184,7 +184,7 @@ class SameNumbers(unittest.TestCase):
                     if callback[quantity]:
                         self.assertTrue(is_printed_as(told, callback[quantity]["max"]), (told, quantity))
                 self.assertEqual(missed, "-" if callback["missed_releases"] is None else str(callback["missed_releases"]))
-                self.assertEqual(isolated, "-" if callback["instances"] == 0 else "yes" if callback["isolated"] else "NO")
+                self.assertEqual(isolated, {"isolated": "yes", "not_isolated": "NO"}.get(callback["isolation"], "-"))
             worst = max((c["response_time_ns"]["max"] for c in recording.report["callbacks"] if c["response_time_ns"]), default=None)
             if worst:
                 self.assertTrue(is_printed_as(re.search(r"longest response time +(\S+ \S+)", text)[1], worst))

@@ -9,7 +9,7 @@ import sys
 import tempfile
 import unittest
 
-CIE, PLUGINS, EXAMPLES, MAN = sys.argv[1:5]
+CIE, PLUGINS, EXAMPLES, MAN, ROS2 = sys.argv[1:6]
 ISOLATED = f"{EXAMPLES}/isolated_ok/trace"
 MULTI = f"{EXAMPLES}/multi_threaded_fails/trace"
 
@@ -34,7 +34,7 @@ def report_of(text):
 
 class ReportSink(unittest.TestCase):
     def test_says_what_the_command_says(self):
-        for trace in ISOLATED, MULTI:
+        for trace in ISOLATED, MULTI, f"{ROS2}/isolated", f"{ROS2}/multi_threaded":
             told = babeltrace2(trace, "-c", "sink.cie.report", "-p", 'format="json"')
             self.assertEqual(report_of(told), report_of(cie("report", trace, "-f", "json")))
 

@@ -94,12 +94,6 @@ class Salvage(unittest.TestCase):
                            self.whole("multi_threaded_fails") / USER)
         self.assertEqual(helped, cie("report", self.whole("isolated_ok"), "-f", "json")[1])
 
-    def test_the_other_reader_cannot(self):
-        code, _, error = cie("report", self.whole("isolated_ok"), "--reader", "babeltrace2",
-                             "--metadata", self.whole("isolated_ok") / USER)
-        self.assertEqual(code, 2)
-        self.assertIn("native", error)
-
 
 class OwnSchema(unittest.TestCase):
     def setUp(self):

@@ -3,6 +3,7 @@
 Each has `ask(sql)`: rows of int, float, str and None. Booleans are 0 and 1.
 """
 import json
+import os
 import pathlib
 import shutil
 import socket
@@ -122,13 +123,19 @@ def clickhouse_cluster(folder: pathlib.Path, count: int) -> list:
     raise AssertionError("not reached")
 
 
+def lacking(package: str) -> str:
+    """Why a test cannot run without a Debian package: ./run says which this Debian does not have."""
+    is_absent = package in os.environ.get("CIE_NO_PACKAGES", "").split()
+    return f"not possible here: this Debian has no package {package}" if is_absent else f"{package} is not installed"
+
+
 class ClickHouse:
     """A server of its own on the loopback interface, in `folder`; it ends with close(), or with this process.
     Raises Unavailable."""
 
     def __init__(self, folder: pathlib.Path, ports: tuple = (), shards: list = ()):
         if CLICKHOUSE is None:
-            raise Unavailable("clickhouse-server is not installed")
+            raise Unavailable(lacking("clickhouse-server"))
         folder.mkdir(parents=True)
         self.folder = folder
         self.http, self.tcp = ports or free_ports(2)

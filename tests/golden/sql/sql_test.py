@@ -14,6 +14,8 @@ from pathlib import Path
 
 import engines
 
+from other_host import on_host  # of tests/browser, where engines looks
+
 CIE = os.path.abspath(sys.argv[1])
 QUESTIONS = {file.stem: file.read_text() for file in sorted(Path(sys.argv[2]).glob("*.sql"))}
 TRACES = [Path(trace).resolve() for trace in sys.argv[3:]]
@@ -116,7 +118,7 @@ class Sql(unittest.TestCase):
         for recording in self.recordings:
             whole = self.counted(recording)
             self.assertTrue(whole)
-            for logical_id, pid, n, low, p50, p90, p99, high in recording.sqlite.ask(QUESTIONS["percentiles"]):
+            for logical_id, pid, n, low, p50, p90, p99, high, _ in recording.sqlite.ask(QUESTIONS["percentiles"]):
                 if (logical_id, pid) not in whole:
                     continue
                 told = recording.callbacks[logical_id, pid]["response_time_ns"]
@@ -130,16 +132,16 @@ class Sql(unittest.TestCase):
         """Of the numbers 1 to n, at place ⌈p·n⌉."""
         import sqlite3
         database = sqlite3.connect(":memory:")
-        database.execute("CREATE TABLE instances (logical_id, pid, release_ns, end_ns, release_source)")
+        database.execute("CREATE TABLE instances (host, logical_id, pid, release_ns, end_ns, release_source)")
         for n in (1, 2, 3, 10, 99, 100, 101, 1000):
-            database.executemany("INSERT INTO instances VALUES (?, 1, 0, ?, 'exact')", [(f"/n{n}", i + 1) for i in range(n)])
-        for name, _, n, low, p50, p90, p99, high in database.execute(QUESTIONS["percentiles"]):
+            database.executemany("INSERT INTO instances VALUES ('h', ?, 1, 0, ?, 'exact')", [(f"/n{n}", i + 1) for i in range(n)])
+        for name, _, n, low, p50, p90, p99, high, _ in database.execute(QUESTIONS["percentiles"]):
             self.assertEqual((low, p50, p90, p99, high), (1, -(-50 * n // 100), -(-90 * n // 100), -(-99 * n // 100), n), name)
         database.close()
 
     def test_misses_are_the_reports(self):
         for recording in self.recordings:
-            for logical_id, pid, missed, deadline, judged, late in recording.sqlite.ask(QUESTIONS["misses"]):
+            for logical_id, pid, missed, deadline, judged, late, _ in recording.sqlite.ask(QUESTIONS["misses"]):
                 callback = recording.callbacks[logical_id, pid]
                 self.assertEqual(missed, callback["missed_releases"])
                 self.assertEqual(late is None, deadline is None or judged == 0)
@@ -150,7 +152,7 @@ class Sql(unittest.TestCase):
         parts = ("execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns")
         for recording in self.recordings:
             whole = self.counted(recording)
-            for logical_id, pid, runs, with_parts, waited, duration, *spent in recording.sqlite.ask(QUESTIONS["time_spent"]):
+            for logical_id, pid, runs, with_parts, waited, duration, *spent, _ in recording.sqlite.ask(QUESTIONS["time_spent"]):
                 if with_parts:
                     self.assertEqual(duration, sum(spent))
                 if (logical_id, pid) not in whole:
@@ -163,12 +165,34 @@ class Sql(unittest.TestCase):
     def test_mapping_is_the_reports(self):
         for recording in self.recordings:
             alone = collections.defaultdict(set)
-            for logical_id, pid, tid, _, instances, of_thread, of_callback in recording.sqlite.ask(QUESTIONS["mapping"]):
+            for logical_id, pid, tid, _, instances, of_thread, of_callback, _ in recording.sqlite.ask(QUESTIONS["mapping"]):
                 callback = recording.callbacks[logical_id, pid]
                 self.assertEqual([t["instances"] for t in callback["threads"] if t["tid"] == tid], [instances])
                 alone[logical_id, pid].add((of_thread, of_callback))
             for key, callback in recording.callbacks.items():
                 self.assertEqual(callback["isolated"], alone.get(key) == {(1, 1)}, key)
+
+    def test_isolation_counts_the_three_states(self):
+        for recording in self.recordings:
+            states = collections.Counter(c["isolation"] or "unknown" for c in recording.report["callbacks"])
+            self.assertEqual({state: n for _, state, n, _ in recording.sqlite.ask(QUESTIONS["isolation"])}, states)
+
+    def test_hosts_with_the_same_pids_and_ids_stay_apart(self):
+        """Two recordings as two hosts': every question answers of each what it answers of it alone."""
+        hosts = ("left", "right")
+        traces = [on_host(trace, host, self.folder / host) for trace, host in zip(TRACES[:2], hosts)]
+        cie("export", *traces, "--to", "sqlite", "-o", self.folder / "both.db")
+        both = engines.Sqlite(self.folder / "both.db")
+        self.addCleanup(both.close)
+        for name in ("percentiles", "misses", "time_spent", "mapping"):
+            answer = both.ask(QUESTIONS[name])
+            for host, recording in zip(hosts, self.recordings):
+                wanted = [row[:-1] for row in recording.sqlite.ask(QUESTIONS[name])]
+                self.assertEqual([row[:-1] for row in answer if row[-1] == host], wanted, (name, host))
+        chains = both.ask(QUESTIONS["chains"])
+        for host, recording in zip(hosts, self.recordings):
+            self.assertEqual([row[:2] + row[3:] for row in chains if row[2] == host],
+                             [row[:2] + row[3:] for row in recording.sqlite.ask(QUESTIONS["chains"])], host)
 
     def test_chains_add_up(self):
         checked = 0
@@ -176,13 +200,14 @@ class Sql(unittest.TestCase):
             chains = {(c["name"], c["pid"] or 0): c for c in recording.report["chains"] if c["hop_table"]}
             answers = recording.sqlite.ask(QUESTIONS["chains"])
             self.assertEqual(len(answers), len(chains))
-            for name, pid, hops, instances, inside, between in answers:
+            for name, pid, _, hops, instances, inside, between in answers:
                 chain = chains[name, pid]
                 self.assertEqual(hops, len(chain["hops"]))
                 if chain["path_latency_ns"] is None:
                     continue
                 self.assertEqual(instances, chain["path_latency_ns"]["count"])
-                self.assertEqual(inside + (between or 0), chain["path_latency_ns"]["sum"])
+                undivided = chain.get("undivided_ns") or {"sum": 0}
+                self.assertEqual(inside + (between or 0) + undivided["sum"], chain["path_latency_ns"]["sum"])
                 checked += 1
         self.assertGreater(checked, 0)
 

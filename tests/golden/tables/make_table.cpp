@@ -1,5 +1,5 @@
 // Writes a Parquet file of ROWS rows whose values follow from their number. Arguments: ROWS FILE.
-#include "table.hpp"
+#include "tables/table.hpp"
 
 #include <array>
 #include <fstream>

@@ -8,7 +8,8 @@ const bytes = readFileSync(file);
 const buffer = bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength);
 const metadata = parquetMetadata(buffer);
 const rows = await parquetReadObjects({file: buffer});
-const text = JSON.stringify({columns: metadata.schema.slice(1).map(c => [c.name, c.type]),
-                             groups: metadata.row_groups.length, rows},
-                            (_, value) => typeof value === "bigint" ? {integer: String(value)} : value);
+const text = JSON.stringify(
+  {columns: metadata.schema.slice(1).map(c => [c.name, c.type]), groups: metadata.row_groups.length, rows},
+  (_, value) => (typeof value === "bigint" ? {integer: String(value)} : value),
+);
 process.stdout.write(text);

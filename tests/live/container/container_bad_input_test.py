@@ -95,6 +95,15 @@ class BadFiles(unittest.TestCase):
         self.assertEqual(code, ENDED_WELL)
         self.assertIn("warning: " + said, told)
 
+    def test_spec_with_a_misspelt_id(self):
+        spec = harness.scratch / "misspelt.yaml"
+        spec.write_text("callback_groups:\n  - id: /a@Timer(5000000)\n")
+        code, _, told = run_and_end(app_file(component("a"), head="spec: misspelt.yaml\n"))
+        self.assertEqual(code, ENDED_WELL, told)
+        said = (f'warning: {spec}:2: "/a@Timer(5000000)": no callback has this id: it configures nothing; '
+                'did you mean "/a@Timer(50000000)"?')
+        self.assertEqual(told.count(said), 1, told)
+
     @unittest.skipIf(os.nice(0) > 3, "not possible here: runs at a nice value that an ordinary user cannot lower")
     def test_spec_of_the_domain(self):
         spec = harness.scratch / "domains.yaml"

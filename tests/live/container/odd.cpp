@@ -20,12 +20,13 @@ class OddError : public std::runtime_error {
 class Good {
  public:
   explicit Good(const cie::ComponentOptions& options) : node_(options) {
-    node_.create_wall_timer(std::chrono::milliseconds{50}, [] {});
+    timer_ = node_.create_wall_timer(std::chrono::milliseconds{50}, [] {});
   }
   cie::Node& node() { return node_; }
 
  private:
   cie::Node node_;
+  std::shared_ptr<cie::Timer> timer_;
 };
 
 class ThrowsInConstructor {
@@ -42,12 +43,13 @@ class ThrowsInConstructor {
 class ThrowsInCallback {
  public:
   explicit ThrowsInCallback(const cie::ComponentOptions& options) : node_(options) {
-    node_.create_wall_timer(std::chrono::milliseconds{10}, [] { throw OddError{"odd"}; });
+    timer_ = node_.create_wall_timer(std::chrono::milliseconds{10}, [] { throw OddError{"odd"}; });
   }
   cie::Node& node() { return node_; }
 
  private:
   cie::Node node_;
+  std::shared_ptr<cie::Timer> timer_;
 };
 
 class NamesItselfOtherwise {

@@ -15,6 +15,7 @@
 #include <fstream>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <cie_messages.hpp>
 #include <unistd.h>
@@ -56,24 +57,27 @@ int run(const char* spec, const char* report, const char* audit_period_ms) {
   const cie::Context context;
   cie::Node node{context, "app", "/enforced"};
   std::array<std::shared_ptr<cie::Publisher<cie_msgs::Sample>>, kPairs> publishers;
+  std::vector<std::shared_ptr<void>> callbacks;
   for (std::size_t i = 0; i < kPairs; ++i) {
     const std::string topic = "topic" + std::to_string(i);
     publishers[i] = node.create_publisher<cie_msgs::Sample>(topic, 10);
-    node.create_subscription<cie_msgs::Sample>(
-        topic, 10, [&counts, i](const cie_msgs::Sample&) { ++counts.subscriptions[i]; });
+    callbacks.push_back(node.create_subscription<cie_msgs::Sample>(
+        topic, 10, [&counts, i](const cie_msgs::Sample&) { ++counts.subscriptions[i]; }));
     // Periods that differ, so that the ids do.
-    node.create_wall_timer(20ms + std::chrono::microseconds{i},
-                           [&counts, i, publisher = publishers[i]] {
-                             ++counts.timers[i];
-                             publisher->publish(cie_msgs::Sample{});
-                           });
+    callbacks.push_back(node.create_wall_timer(20ms + std::chrono::microseconds{i},
+                                               [&counts, i, publisher = publishers[i]] {
+                                                 ++counts.timers[i];
+                                                 publisher->publish(cie_msgs::Sample{});
+                                               }));
   }
   cie::ExecutorOptions options;
   options.spec = std::make_shared<cie::SchedulingSpec>(cie::SchedulingSpec::load(spec));
   if (audit_period_ms != nullptr) {
     options.audit_period = std::chrono::milliseconds{std::atol(audit_period_ms)};
   }
-  options.on_parameter_problem = [](const cie::ParameterProblem& problem) { say(problem.text()); };
+  options.on_scheduling_problem = [](const cie::SchedulingProblem& problem) {
+    say(problem.text());
+  };
   cie::CallbackIsolatedExecutor executor{options};
   executor.add_node(node);
   executor.spawn_thread("reporter", [&](const std::stop_token& stop) {
@@ -94,7 +98,7 @@ int run(const char* spec, const char* report, const char* audit_period_ms) {
   int status = 0;
   try {
     executor.spin();
-  } catch (const cie::ParametersRefused&) {
+  } catch (const cie::SchedulingRefused&) {
     status = kRefused;  // each refusal was said
   }
   running = nullptr;

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <fstream>
+#include <memory>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -46,7 +48,7 @@ long faults_with(const ExecutorOptions& options) {
   CallbackIsolatedExecutor executor{options};
   Node node{context, "node"};
   long faults = -1;
-  node.create_wall_timer(1ms, [&] {
+  const auto timer = node.create_wall_timer(1ms, [&] {
     const long before = page_faults();
     EXPECT_EQ(use_stack(), static_cast<int>(kDepth / 1024));
     if (faults < 0) faults = page_faults() - before;
@@ -75,7 +77,7 @@ TEST(Stack, ThatIsTooSmallIsAProblem) {
   try {
     faults_with(options);
     FAIL() << "nothing was refused";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     EXPECT_EQ(refused.problems().front().error, ENOMEM);
     EXPECT_THAT(refused.what(), HasSubstr("prefault_stack"));
   }
@@ -100,13 +102,14 @@ TEST(Memory, IsLockedAsItIsUsed) {
   Context context{private_options()};
   CallbackIsolatedExecutor executor{locking(LockMemory::on_fault)};
   Node node{context, "node"};
+  std::vector<std::shared_ptr<Timer>> timers;
   for (int i = 1; i <= 24; ++i)
-    node.create_wall_timer(std::chrono::milliseconds{i}, [] {});
+    timers.push_back(node.create_wall_timer(std::chrono::milliseconds{i}, [] {}));
   executor.add_node(node);
   const long before = status("VmRSS");
   try {
     executor.spin_for(100ms);
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     GTEST_SKIP() << "not possible here: " << refused.what();
   }
   EXPECT_GT(status("VmLck"), 24 * 1024L) << "the stacks of 24 threads are covered";
@@ -130,7 +133,7 @@ TEST(Memory, BeyondTheLimitIsRefusedByName) {
     try {
       faults_with(locking(LockMemory::all));
       ADD_FAILURE() << "nothing was refused";
-    } catch (const ParametersRefused& refused) {
+    } catch (const SchedulingRefused& refused) {
       EXPECT_THAT(refused.what(), AllOf(HasSubstr("cannot lock memory"),
                                         HasSubstr("RLIMIT_MEMLOCK"), HasSubstr("64 kB")));
     }

@@ -77,8 +77,8 @@ TEST_P(Blocking, HoldsUpNobodyElse) {
   Gate gate;
   std::atomic<int> runs{0};
   std::atomic<int> timer_runs{0};
-  node.create_one_shot_timer(1us, [&] { gate.wait(); });
-  node.create_wall_timer(1ms, [&] { ++timer_runs; });
+  const auto timer = node.create_one_shot_timer(1us, [&] { gate.wait(); });
+  const auto second_timer = node.create_wall_timer(1ms, [&] { ++timer_runs; });
   const auto subscription =
       node.create_subscription<Sample>("data", QoS{KeepAll{}}, [&](const Sample&) { ++runs; });
   const auto publisher = node.create_publisher<Sample>("data", QoS{KeepAll{}});
@@ -93,7 +93,7 @@ TEST_P(Blocking, HoldsUpNobodyElse) {
   {
     Node other{context, "other"};
     std::atomic<int> other_runs{0};
-    other.create_wall_timer(1ms, [&] { ++other_runs; });
+    const auto third_timer = other.create_wall_timer(1ms, [&] { ++other_runs; });
     executor->add_node(other);
     EXPECT_TRUE(eventually([&] { return other_runs > 2; }));
   }
@@ -108,8 +108,8 @@ TEST_P(Blocking, IsWaitedForByCancelAndByNobodyElse) {
   Node node{context, "node"};
   Gate gate;
   std::atomic<int> runs{0};
-  node.create_one_shot_timer(1us, [&] { gate.wait(); });
-  node.create_wall_timer(1ms, [&] { ++runs; });
+  const auto timer = node.create_one_shot_timer(1us, [&] { gate.wait(); });
+  const auto second_timer = node.create_wall_timer(1ms, [&] { ++runs; });
   executor->add_node(node);
   Spinning spinning{*executor};
   ASSERT_TRUE(eventually([&] { return gate.is_entered() && runs > 2; }));
@@ -170,12 +170,13 @@ TEST_P(Dying, MayPublishFromItsDestructor) {
     for (int round = 0; round < kRounds; ++round) {
       Node goes{context, "goes"};
       const auto publisher = goes.create_publisher<Sample>("last_words", QoS{KeepAll{}});
-      goes.create_wall_timer(1ms, PublishesAtItsEnd{publisher, ends});
-      goes.create_waitable("go", PublishesAtItsEnd{publisher, ends});
+      const auto timer = goes.create_wall_timer(1ms, PublishesAtItsEnd{publisher, ends});
+      const auto guard_condition =
+          goes.create_guard_condition("go", PublishesAtItsEnd{publisher, ends});
       executor->add_node(goes);
       // The subscription is to what it publishes itself.
-      goes.create_subscription<Sample>("last_words", QoS{KeepAll{}},
-                                       PublishesAtItsEnd{publisher, ends});
+      const auto second_subscription = goes.create_subscription<Sample>(
+          "last_words", QoS{KeepAll{}}, PublishesAtItsEnd{publisher, ends});
       if (round % 2 == 0) executor->remove_node(goes);
     }
     EXPECT_TRUE(eventually([&] { return received == kEach * kRounds; }));

@@ -259,7 +259,7 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
   }
   CallbackIsolatedExecutor refusing{{.spec = spec("[999]")}};
   refusing.add_node(node);
-  EXPECT_THROW(refusing.spin(), ParametersRefused);
+  EXPECT_THROW(refusing.spin(), SchedulingRefused);
 }
 
 TEST_F(NodeParameters, ComeAndGoWithTheirNodeWhileTheyAreAskedFor) {

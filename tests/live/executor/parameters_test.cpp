@@ -91,7 +91,7 @@ KernelView view_under(const std::string& entry) {
   CallbackIsolatedExecutor executor{options};
   Node node{context, "node", "/params"};
   KernelView view;
-  node.create_wall_timer(1ms, [&] {
+  const auto timer = node.create_wall_timer(1ms, [&] {
     view = ask_kernel();
     executor.cancel();
   });
@@ -117,11 +117,12 @@ callback_groups:
     Node node{context, "node", "/twins"};
     std::array<KernelView, 3> views;
     std::atomic<int> seen{0};
+    std::vector<std::shared_ptr<Timer>> timers;
     for (KernelView& view : views) {
-      node.create_one_shot_timer(1ms, [&] {
+      timers.push_back(node.create_one_shot_timer(1ms, [&] {
         view = ask_kernel();
         ++seen;
-      });
+      }));
     }
     executor.add_node(node);
     ASSERT_TRUE(eventually([&] { return seen == 3; }));
@@ -212,7 +213,7 @@ TEST_F(Privileged, DeadlineOnOneCpuHasACpusetOfItsOwn) {
   try {
     view_under(entry);
     ADD_FAILURE() << "the kernel took the affinity without a cpuset";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     EXPECT_THAT(refused.what(), HasSubstr("`cpuset: exclusive`"));
   }
   try {
@@ -220,7 +221,7 @@ TEST_F(Privileged, DeadlineOnOneCpuHasACpusetOfItsOwn) {
     EXPECT_EQ(view.policy, 6);
     EXPECT_EQ(view.cpus, std::set<int>{cpu});
     EXPECT_EQ(own_cpusets(), 0) << "they go with the executor";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     EXPECT_EQ(own_cpusets(), 0);
     GTEST_SKIP() << "not possible here: " << refused.what();
   }
@@ -250,15 +251,16 @@ TEST(Refused, StopsBeforeAnyCallbackRuns) {
   CallbackIsolatedExecutor executor{options_for(impossible("/refused0"), OnError::refuse)};
   Node node{context, "node", "/refused0"};
   std::atomic<int> runs{0};
-  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
-  node.create_wall_timer(2ms, [&] { ++runs; }, {.phase = 0ns});  // its own parameters are fine
+  const auto timer = node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  const auto second_timer =
+      node.create_wall_timer(2ms, [&] { ++runs; }, {.phase = 0ns});  // its own parameters are fine
   executor.add_node(node);
   try {
     executor.spin_for(20s);
     FAIL() << "nothing was refused";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     ASSERT_EQ(refused.problems().size(), 1U);
-    const ParameterProblem& problem = refused.problems().front();
+    const SchedulingProblem& problem = refused.problems().front();
     EXPECT_EQ(problem.file, "robot.yaml");
     EXPECT_EQ(problem.line, 2);
     EXPECT_EQ(problem.entry, "/refused0/node@Timer(1000000)");
@@ -276,8 +278,8 @@ TEST(Refused, RefusesANodeThatIsAddedLater) {
   Spinning spinning{executor};
   Node node{context, "node", "/refused1"};
   std::atomic<int> runs{0};
-  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
-  EXPECT_THROW(executor.add_node(node), ParametersRefused);
+  const auto timer = node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  EXPECT_THROW(executor.add_node(node), SchedulingRefused);
   EXPECT_THROW(executor.remove_node(node), std::logic_error) << "it is not a member";
   spinning.cancel_and_wait();
   EXPECT_EQ(runs, 0);
@@ -286,17 +288,17 @@ TEST(Refused, RefusesANodeThatIsAddedLater) {
 TEST(Refused, IsAWarningIfYouLike) {
   std::vector<std::string> told;
   auto options = options_for(impossible("/refused2"), OnError::warn);
-  options.on_parameter_problem = [&](const ParameterProblem& problem) {
+  options.on_scheduling_problem = [&](const SchedulingProblem& problem) {
     told.push_back(problem.entry);
   };
   Context context{private_options()};
   CallbackIsolatedExecutor executor{options};
   Node node{context, "node", "/refused2"};
-  node.create_wall_timer(1ms, [&] { executor.cancel(); });
+  const auto timer = node.create_wall_timer(1ms, [&] { executor.cancel(); });
   executor.add_node(node);
   executor.spin_for(20s);
   EXPECT_THAT(told, ElementsAre("/refused2/node@Timer(1000000)"));
-  EXPECT_EQ(executor.parameter_problems().size(), 1U);
+  EXPECT_EQ(executor.scheduling_problems().size(), 1U);
 }
 
 TEST(Refused, AreTwoWishesForTheThreadOfAGroup) {
@@ -312,13 +314,13 @@ TEST(Refused, AreTwoWishesForTheThreadOfAGroup) {
   CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
   Node node{context, "node", "/torn"};
   const auto group = node.create_callback_group(GroupType::mutually_exclusive);
-  node.create_wall_timer(1ms, [] {}, {.group = group});
-  node.create_wall_timer(2ms, [] {}, {.group = group});
+  const auto timer = node.create_wall_timer(1ms, [] {}, {.group = group});
+  const auto second_timer = node.create_wall_timer(2ms, [] {}, {.group = group});
   executor.add_node(node);
   try {
     executor.spin_for(20s);
     FAIL() << "nothing was refused";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     ASSERT_EQ(refused.problems().size(), 1U);
     EXPECT_EQ(refused.problems().front().line, 5);
     EXPECT_THAT(refused.problems().front().reason, HasSubstr("line 2"));
@@ -336,11 +338,11 @@ TEST(Refused, MayBeTheThreadThatSpins) {
   CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
   Node node{context, "node"};
   std::atomic<int> runs{0};
-  node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
+  const auto timer = node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
   executor.add_node(node);
   std::thread spinner{[&] {
     pthread_setname_np(pthread_self(), "spinner");
-    EXPECT_THROW(executor.spin_for(20s), ParametersRefused);
+    EXPECT_THROW(executor.spin_for(20s), SchedulingRefused);
   }};
   spinner.join();
   EXPECT_EQ(runs, 0);
@@ -357,7 +359,7 @@ TEST(Workers, OfDdsAreConfiguredByTheirNames) {
   CallbackIsolatedExecutor executor{options_for(kText, OnError::refuse)};
   Node node{context, "node"};
   std::map<std::string, int> policies;
-  node.create_wall_timer(1ms, [&] {
+  const auto timer = node.create_wall_timer(1ms, [&] {
     for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
       std::ifstream comm{task.path() / "comm"};
       std::string name;

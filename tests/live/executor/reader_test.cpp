@@ -1,9 +1,10 @@
 // A reader's queue: what is taken, what was pushed out, and when each sample arrived.
-#include "reader.hpp"
+#include "dds/reader.hpp"
 
-#include "clock.hpp"
-#include "context_state.hpp"
-#include "message_pool.hpp"
+#include <cie/scheduling/clock.hpp>
+
+#include "dds/context_state.hpp"
+#include "dds/message_pool.hpp"
 #include "support.hpp"
 
 #include <cstdint>
@@ -60,7 +61,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, ReaderTest,
 template <typename T>
 std::shared_ptr<const T> take(Reader& reader, MessageInfo& info) {
   MessagePool pool{reader.layout()};
-  MessagePool::Lent message{pool};
+  MessagePool::Loan message{pool};
   if (!reader.take(message, info)) return nullptr;
   return std::static_pointer_cast<const T>(message.handle());
 }

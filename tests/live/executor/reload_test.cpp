@@ -42,16 +42,16 @@ class Reload : public testing::Test {
   }
   void start(ExecutorOptions options, const std::string& entries) {
     options.spec = spec_of(entries);
-    options.on_parameter_problem = [this](const ParameterProblem& problem) {
+    options.on_scheduling_problem = [this](const SchedulingProblem& problem) {
       const std::lock_guard lock{mutex_};
       told_.push_back(problem.text());
     };
     executor_ = std::make_unique<CallbackIsolatedExecutor>(options);
     for (const int timer : {1, 2}) {
-      node_.create_wall_timer(std::chrono::milliseconds{timer}, [this, timer] {
+      timers_.push_back(node_.create_wall_timer(std::chrono::milliseconds{timer}, [this, timer] {
         tid(timer) = gettid();
         ++runs_;
-      });
+      }));
     }
     executor_->add_node(node_);
     spinning_ = std::make_unique<Spinning>(*executor_);
@@ -79,6 +79,7 @@ class Reload : public testing::Test {
   const std::string name_space_;
   Context context_{private_options()};
   Node node_{context_, "node", name_space_};
+  std::vector<std::shared_ptr<Timer>> timers_;
   std::array<std::atomic<pid_t>, 3> tids_{};
   std::atomic<int> runs_{0};
   std::mutex mutex_;  // of the next
@@ -122,7 +123,7 @@ TEST_F(Reload, ThatIsRefusedLeavesEverythingAsItWas) {
   try {
     executor_->reload_spec(bad);
     FAIL() << "nothing was refused";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     ASSERT_EQ(refused.problems().size(), 1U);
     EXPECT_EQ(refused.problems()[0].entry, id(2));
     EXPECT_EQ(refused.problems()[0].line, 3);
@@ -151,7 +152,8 @@ TEST_F(Reload, IsWhatLaterThreadsRunBy) {
   // The timer runs on after the test's body has ended.
   const auto of_timer = std::make_shared<std::atomic<int>>(-1);
   const auto of_helper = std::make_shared<std::atomic<int>>(-1);
-  node_.create_wall_timer(3ms, [of_timer] { *of_timer = sched_getscheduler(0); });
+  const auto timer =
+      node_.create_wall_timer(3ms, [of_timer] { *of_timer = sched_getscheduler(0); });
   executor_->spawn_thread("helper", [of_helper] { *of_helper = sched_getscheduler(0); });
   EXPECT_TRUE(eventually([&] { return *of_timer == SCHED_BATCH && *of_helper == SCHED_IDLE; }));
 }

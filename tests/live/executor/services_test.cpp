@@ -226,7 +226,7 @@ TEST(IsolatedServices, HaveAThreadForEachEnd) {
   EXPECT_EQ(client->service_name(), "/car/add");
   std::atomic<bool> is_done{false};
   std::thread::id of_timer;
-  node.create_wall_timer(1ms, [&] {
+  const auto timer = node.create_wall_timer(1ms, [&] {
     if (is_done) return;
     of_timer = std::this_thread::get_id();
     Request request{};
@@ -265,7 +265,7 @@ TEST(ServicePromises, BreakWhenTheClientGoes) {
 TEST(ServiceOptions, RefuseANegativeTimeout) {
   Context context{private_options()};
   Node node{context, "node"};
-  EXPECT_THROW((node.create_client<Request, Response>("add", {.timeout = -1ns})),
+  EXPECT_THROW(((void)node.create_client<Request, Response>("add", {.timeout = -1ns})),
                std::invalid_argument);
 }
 

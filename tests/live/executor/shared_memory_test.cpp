@@ -1,7 +1,7 @@
 // Messages between processes of one machine through the shared memory of iceoryx.
-#include "context_state.hpp"
+#include "dds/context_state.hpp"
+#include "dds/writer.hpp"
 #include "support.hpp"
-#include "writer.hpp"
 
 #include <algorithm>
 #include <atomic>

@@ -141,26 +141,26 @@ struct Busy {
       : inside(std::move(in_callback)), node(context, name) {
     publisher = node.create_publisher<Sample>("data", 10);
     subscription = node.create_subscription<Sample>("data", 10, [this](const Sample&) { run(); });
-    waitable = node.create_waitable("go", [this] { run(); });
+    guard_condition = node.create_guard_condition("go", [this] { run(); });
     service = node.create_service<Add_Request, Add_Response>(
         "add", [this](const Add_Request& asked, Add_Response& response) {
           run();
           response.sum = asked.a + asked.b;
         });
     client = node.create_client<Add_Request, Add_Response>("add", {.timeout = 2ms});
-    node.create_wall_timer(1ms,
-                           [this] {
-                             run();
-                             publisher->publish(*message);
-                             waitable->trigger();
-                             if (client->pending_requests() < 5) {
-                               client->async_send_request(*request, [](const auto&) {});
-                             }
-                           },
-                           {.phase = 0ns});
+    timer = node.create_wall_timer(1ms,
+                                   [this] {
+                                     run();
+                                     publisher->publish(*message);
+                                     guard_condition->trigger();
+                                     if (client->pending_requests() < 5) {
+                                       client->async_send_request(*request, [](const auto&) {});
+                                     }
+                                   },
+                                   {.phase = 0ns});
     TimerOptions together;
     together.group = node.create_callback_group(GroupType::reentrant);
-    node.create_wall_timer(
+    reentrant = node.create_wall_timer(
         1ms, [this] { run(); }, together);
   }
   void run() {
@@ -174,9 +174,11 @@ struct Busy {
   MessagePtr<Add_Request> request = make_message<Add_Request>();
   std::shared_ptr<Publisher<Sample>> publisher;
   std::shared_ptr<Subscription<Sample>> subscription;
-  std::shared_ptr<Waitable> waitable;
+  std::shared_ptr<GuardCondition> guard_condition;
   std::shared_ptr<Service<Add_Request, Add_Response>> service;
   std::shared_ptr<Client<Add_Request, Add_Response>> client;
+  std::shared_ptr<Timer> timer;
+  std::shared_ptr<Timer> reentrant;
   Node node;  // goes first, and takes the callbacks that use the others out of service
 };
 
@@ -299,7 +301,7 @@ void while_nodes_come_and_go(Kind kind, Context& context, int round) {
     while (!is_over) {
       Busy passing{context, "passing"};
       executor->add_node(passing.node);
-      passing.node.create_wall_timer(1ms, [] {});
+      const auto timer = passing.node.create_wall_timer(1ms, [] {});
     }
   }};
   spin_while(*executor, [&] { pause(round + 3); });
@@ -336,7 +338,7 @@ void with_worker_threads(Kind kind, Context& context, int round) {
   executor->add_node(busy.node);
   executor->spawn_thread("driver", [&](const std::stop_token& stop) {
     while (!stop.stop_requested()) {
-      busy.waitable->trigger();
+      busy.guard_condition->trigger();
       std::this_thread::yield();
     }
   });

@@ -31,14 +31,14 @@ class Triggers : public testing::TestWithParam<Kind> {
 
 INSTANTIATE_TEST_SUITE_P(Executors, Triggers, every_executor(), name_of);
 
-TEST_P(Triggers, RunAWaitableOncePerTriggerThatItSaw) {
+TEST_P(Triggers, RunAGuardConditionOncePerTriggerThatItSaw) {
   std::atomic<int> runs{0};
-  const auto waitable = node.create_waitable("work", [&] { ++runs; });
+  const auto guard_condition = node.create_guard_condition("work", [&] { ++runs; });
   const auto executor = make();
   executor->add_node(node);
   const Spinning spinning{*executor};
   for (int i = 1; i <= 200; ++i) {
-    waitable->trigger();
+    guard_condition->trigger();
     ASSERT_TRUE(eventually([&] { return runs == i; }));
   }
   let_others_run();
@@ -47,9 +47,9 @@ TEST_P(Triggers, RunAWaitableOncePerTriggerThatItSaw) {
 
 TEST_P(Triggers, AreOneUntilTheInstanceStarts) {
   std::atomic<int> runs{0};
-  const auto waitable = node.create_waitable("work", [&] { ++runs; });
+  const auto guard_condition = node.create_guard_condition("work", [&] { ++runs; });
   for (int i = 0; i < 5; ++i)
-    waitable->trigger();  // before anybody serves it
+    guard_condition->trigger();  // before anybody serves it
   const auto executor = make();
   executor->add_node(node);
   const Spinning spinning{*executor};
@@ -63,7 +63,7 @@ TEST_P(Triggers, OfSeveralThreadsAreNeverLost) {
   constexpr int kEach = 500;
   std::atomic<int> given{0};
   std::atomic<int> seen{0};
-  const auto waitable = node.create_waitable("work", [&] { seen = given.load(); });
+  const auto guard_condition = node.create_guard_condition("work", [&] { seen = given.load(); });
   const auto executor = make();
   executor->add_node(node);
   const Spinning spinning{*executor};
@@ -72,7 +72,7 @@ TEST_P(Triggers, OfSeveralThreadsAreNeverLost) {
     threads.emplace_back([&] {
       for (int k = 0; k < kEach; ++k) {
         ++given;
-        waitable->trigger();
+        guard_condition->trigger();
       }
     });
   }
@@ -81,24 +81,24 @@ TEST_P(Triggers, OfSeveralThreadsAreNeverLost) {
   EXPECT_TRUE(eventually([&] { return seen == kThreads * kEach; }));
 }
 
-TEST_P(Triggers, WhileTheWaitableComesAndGoes) {
+TEST_P(Triggers, WhileTheGuardConditionComesAndGoes) {
   std::atomic<int> runs{0};
   const auto executor = make();
   const Spinning spinning{*executor};
   for (int round = 0; round < 30; ++round) {
     Node shortlived{context, "shortlived"};
-    const auto waitable = shortlived.create_waitable("work", [&] { ++runs; });
+    const auto guard_condition = shortlived.create_guard_condition("work", [&] { ++runs; });
     std::atomic<bool> is_ending{false};
     std::thread triggering{[&] {
       while (!is_ending)
-        waitable->trigger();
+        guard_condition->trigger();
     }};
     const int before = runs;
     executor->add_node(shortlived);
     EXPECT_TRUE(eventually([&] { return runs > before; }));
     executor->remove_node(shortlived);
     const int at_removal = runs;
-    waitable->trigger();
+    guard_condition->trigger();
     EXPECT_EQ(runs, at_removal);
     is_ending = true;
     triggering.join();
@@ -178,14 +178,14 @@ TEST_P(Triggers, LetAOneShotTimerStartItself) {
   EXPECT_EQ(runs, 5);
 }
 
-Waitable* signalled = nullptr;
+GuardCondition* signalled = nullptr;
 
-TEST(WaitableSignal, MayTriggerFromASignalHandler) {
+TEST(GuardConditionSignal, MayTriggerFromASignalHandler) {
   Context context{private_options()};
   Node node{context, "node"};
   std::atomic<int> runs{0};
-  const auto waitable = node.create_waitable("signal", [&] { ++runs; });
-  signalled = waitable.get();
+  const auto guard_condition = node.create_guard_condition("signal", [&] { ++runs; });
+  signalled = guard_condition.get();
   struct sigaction action {};
   struct sigaction before {};
   action.sa_handler = [](int) { signalled->trigger(); };
@@ -205,12 +205,13 @@ TEST(WaitableSignal, MayTriggerFromASignalHandler) {
 TEST(TriggerNames, AreThoseOfTheContract) {
   Context context{private_options()};
   Node node{context, "node", "/car"};
-  EXPECT_EQ(node.create_waitable("camera", [] {})->logical_id(), "/car/node@Waitable(camera)");
+  EXPECT_EQ(node.create_guard_condition("camera", [] {})->logical_id(),
+            "/car/node@Waitable(camera)");
   EXPECT_EQ(node.create_one_shot_timer(5ms, [] {})->logical_id(), "/car/node@Timer(5000000)");
   EXPECT_EQ(node.create_one_shot_timer(6ms, [] {})->period(), 6ms);
-  EXPECT_THROW(node.create_waitable("", [] {}), std::invalid_argument);
-  EXPECT_THROW(node.create_waitable("a b", [] {}), std::invalid_argument);
-  EXPECT_THROW(node.create_one_shot_timer(0ns, [] {}), std::invalid_argument);
+  EXPECT_THROW((void)node.create_guard_condition("", [] {}), std::invalid_argument);
+  EXPECT_THROW((void)node.create_guard_condition("a b", [] {}), std::invalid_argument);
+  EXPECT_THROW((void)node.create_one_shot_timer(0ns, [] {}), std::invalid_argument);
 }
 
 }  // namespace

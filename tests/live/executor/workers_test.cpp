@@ -88,7 +88,7 @@ TEST_P(Workers, AreConfiguredBeforeTheyRun) {
       policy = sched_getscheduler(0) & ~SCHED_RESET_ON_FORK;
       nice = getpriority(PRIO_PROCESS, 0);
     });
-    EXPECT_TRUE(executor->parameter_problems().empty());
+    EXPECT_TRUE(executor->scheduling_problems().empty());
   }
   EXPECT_EQ(policy, SCHED_BATCH);
   EXPECT_EQ(nice, 7);
@@ -102,7 +102,7 @@ TEST_P(Workers, NeverRunWhenTheirParametersAreRefused) {
   try {
     executor->spawn_thread("pump", [&] { has_run = true; });
     FAIL() << "nothing was refused";
-  } catch (const ParametersRefused& refused) {
+  } catch (const SchedulingRefused& refused) {
     ASSERT_EQ(refused.problems().size(), 1U);
     EXPECT_EQ(refused.problems().front().entry, "pump");
     EXPECT_EQ(refused.problems().front().thread, "pump");
@@ -118,11 +118,11 @@ TEST_P(Workers, RunAllTheSameWhenAWarningIsEnough) {
   std::atomic<bool> has_run{false};
   ExecutorOptions options = with_spec(kImpossible);
   options.on_error = OnError::warn;
-  options.on_parameter_problem = [&](const ParameterProblem&) { ++warnings; };
+  options.on_scheduling_problem = [&](const SchedulingProblem&) { ++warnings; };
   {
     const auto executor = make(options);
     executor->spawn_thread("pump", [&] { has_run = true; });
-    EXPECT_EQ(executor->parameter_problems().size(), 1U);
+    EXPECT_EQ(executor->scheduling_problems().size(), 1U);
   }
   EXPECT_TRUE(has_run);
   EXPECT_EQ(warnings, 1);
@@ -134,8 +134,9 @@ TEST_P(Workers, EndASpinByWhatTheyThrow) {
   try {
     executor->spin();
     FAIL() << "spin() returned";
-  } catch (const std::runtime_error& error) {
-    EXPECT_STREQ(error.what(), "no more water");
+  } catch (const CallbackError& error) {
+    EXPECT_STREQ(error.what(), "thread \"pump\" threw: no more water");
+    EXPECT_THROW(error.rethrow_nested(), std::runtime_error);
   }
 }
 

@@ -28,7 +28,7 @@ class Collector:
         self.live = re.search(r"cie live (\S+)", self.said()).group(1)
 
     def said(self):
-        return self.log.read_text(encoding="utf-8")
+        return self.log.read_text(encoding="utf-8", errors="surrogateescape")
 
     def end(self, number=signal.SIGINT):
         if self.process.poll() is None:
@@ -52,6 +52,19 @@ class Collect(unittest.TestCase):
         counts = machines.scratch / f"{name}.counts"
         counts.mkdir(exist_ok=True)
         return cie("record", "-o", machines.scratch / name, "--to", address, *options, "--", FAULT_APP, counts, *arguments)
+
+    def test_what_machines_call_themselves_is_shown_and_not_obeyed(self):
+        collector = Collector(self)
+        # As the relay daemon would make it: a title for the terminal, a colour, a right-to-left override, no UTF-8.
+        host = b"\x1b]0;owned\x07\x1b[31m\xe2\x80\xaetobor\xff"
+        os.makedirs(os.fsencode(collector.directory) + b"/" + host + b"/session-1")
+        shown = "\\x1b]0;owned\\x07\\x1b[31m\\u{202e}tobor\ufffd/session-1"
+        wait_for(lambda: f"receiving {shown}\n" in collector.said(), "the session")
+        self.assertEqual(collector.end(), 0)
+        self.assertIn(f"\n{shown}: 0 packets", collector.said())
+        raw = collector.log.read_bytes()
+        self.assertEqual([byte for byte in raw if byte < 0x20 and byte != 0x0a], [])
+        self.assertNotIn(b"\xe2\x80\xae", raw)
 
     def test_everything_is_there_and_the_manifest_says_where(self):
         collector = Collector(self)

@@ -49,7 +49,8 @@ void run(const std::string& role, Counter& counter) {
                                                      counter.add();
                                                      if (!is_robot) send();
                                                    });
-  if (is_robot) node.create_wall_timer(std::chrono::milliseconds{10}, send);
+  const auto timer =
+      is_robot ? node.create_wall_timer(std::chrono::milliseconds{10}, send) : nullptr;
   cie::CallbackIsolatedExecutor executor;
   executor.add_node(node);
   running = &executor;

@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "viewer_export" / "live" / "prometheus"
 sys.path.insert(0, str(ROOT / "tests" / "browser"))
 from chromium import Chromium, Unavailable  # noqa: E402  pylint: disable=wrong-import-position
+from hostile_clients import HostileClients  # noqa: E402  pylint: disable=wrong-import-position
 
 
 def get(port, path, **headers):
@@ -30,7 +31,9 @@ def get(port, path, **headers):
         connection.close()
 
 
-class Served(unittest.TestCase):
+class Served(HostileClients, unittest.TestCase):
+    fetched = "/metrics"
+
     @classmethod
     def setUpClass(cls):
         cls.spec = support.scratch / "spec.yaml"
@@ -39,6 +42,7 @@ class Served(unittest.TestCase):
             [CIE, "live", "--listen", "0", "--interval", "0.2", "--spec", cls.spec, "--",
              *app("--until-signal", "--period-us", 5000, "--work-us", 300)], stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        cls.process = cls.program.pid
         cls.port = int(re.search(r"http://127\.0\.0\.1:(\d+)/", cls.program.stderr.readline())[1])
         wait_for(lambda: f'callback="{TIMER}"' in cls.metrics(), "metrics")
 
@@ -199,6 +203,19 @@ class Served(unittest.TestCase):
             places = {line.split()[1] for line in table if line.split()[1].endswith(f":{self.port:04X}")}
         self.assertIn(f"0100007F:{self.port:04X}", places)
         self.assertNotIn(f"00000000:{self.port:04X}", places)
+
+    def test_what_is_open_to_others_is_said(self):
+        with subprocess.Popen([CIE, "live", "--listen", "0.0.0.0:0", "--", "sleep", "60"], stdin=subprocess.DEVNULL,
+                              stderr=subprocess.PIPE, text=True) as program:
+            try:
+                port = int(re.search(r"http://0\.0\.0\.0:(\d+)/", program.stderr.readline())[1])
+                warning = program.stderr.readline() + program.stderr.readline() + program.stderr.readline()
+                self.assertIn("warning", warning)
+                for word in ("everybody", "names", "response times", "verdicts", "password", "not encrypted"):
+                    self.assertIn(word, warning.lower())
+                self.assertEqual(get(port, "/metrics", Host="robot.example:80")[0].status, 200, "any name leads here")
+            finally:
+                program.send_signal(signal.SIGTERM)
 
     def test_a_taken_port_and_a_foreign_address(self):
         for place in (str(self.port), "192.0.2.1:0"):

@@ -220,8 +220,8 @@ class Flight(unittest.TestCase):
                 (4, "nobody keeps snapshots", ["--save", scratch]),
                 (2, "--save DIR stands alone", ["--save", scratch, "--", "true"]),
                 (2, "--save DIR stands alone", ["--save", scratch, "--snapshot", "5"]),
-                (2, "--reason goes with --save", ["--reason", "why", "--", "true"]),
-                (2, "--event-rate goes with --snapshot", ["--event-rate", "5", "--", "true"]),
+                (2, "--reason requires --save", ["--reason", "why", "--", "true"]),
+                (2, "--event-rate requires --snapshot", ["--event-rate", "5", "--", "true"]),
                 (2, "do not fit into memory", ["--snapshot", "3600", "--event-rate", "100000000", "--", "true"]),
                 (4, "/dev/shm has", ["--snapshot", "3600", "--subbuf-size", "256g", "-o", scratch / "much", "--",
                                      "true"])):

@@ -2,11 +2,11 @@
 // the analyzer makes of both, and that nothing stays behind.
 #include <cie/analysis/analyzer.hpp>
 
-#include "error.hpp"
-#include "kernel_source.hpp"
+#include "ctf/stream_check.hpp"
+#include "kernel/kernel_source.hpp"
+#include "kernel/tracefs.hpp"
 #include "sandbox.hpp"
-#include "stream_check.hpp"
-#include "tracefs.hpp"
+#include "system/error.hpp"
 
 #include <algorithm>
 #include <csignal>
@@ -220,26 +220,30 @@ TEST_P(KernelRecord, PartsOfEveryInstanceAddUpToItsDurationUnderLoad) {
   const std::int64_t used = std::stoll(result.out.substr(result.out.find("used ", at) + 5));
   for (const auto& thread : analyzed.report.threads) {
     if (thread.tid != tid) continue;
-    ASSERT_TRUE(thread.busy_ns.has_value());
+    EXPECT_TRUE(thread.busy_ns || measured < complete);
     std::cout << "measured " << measured << " of " << complete << " instances, " << preempted
-              << " of them preempted; thread: trace " << *thread.busy_ns << " ns, clock " << used
-              << " ns; switches not told " << kernel["untold_switches"] << '\n';
+              << " of them preempted; thread: trace " << thread.busy_ns.value_or(-1)
+              << " ns, clock " << used << " ns; switches not told " << kernel["untold_switches"]
+              << '\n';
   }
 }
 
-TEST_F(MachineWithKernelTracing, AutomaticallyKeepsACompleteRecordOnly) {
+// Holes, which some virtual machines have always, cost execution times and no verdict.
+TEST_F(MachineWithKernelTracing, AutomaticallyKeepsTheRecordWithHolesOrWithout) {
   const Finished result = sandbox_.run({CIE_RECORD, "-o", "rec", "--", CIE_TRACED_APP});
   ASSERT_EQ(result.status, 0) << result.err;
   const json recorded = manifest();
-  EXPECT_EQ(fs::exists(path("rec/kernel")), recorded["kernel_events"].get<bool>());
-  if (recorded["kernel_events"].get<bool>()) {
-    EXPECT_EQ(recorded["kernel"]["untold_switches"], 0);
-    EXPECT_THAT(babeltrace2({path("rec")}), HasSubstr("sched_switch: "));
-  } else {
-    EXPECT_THAT(recorded["kernel"]["reason"].get<std::string>(), HasSubstr("did not tell"));
-    EXPECT_THAT(result.err, HasSubstr("kernel events: no, this kernel did not tell"));
-  }
+  EXPECT_TRUE(recorded["kernel_events"].get<bool>());
+  EXPECT_THAT(babeltrace2({path("rec")}), HasSubstr("sched_switch: "));
   EXPECT_EQ(count_of(babeltrace2({path("rec")}), "cie:run_begin: "), 1U);
+
+  const std::vector<fs::path> traces{path("rec")};
+  Instances instances;
+  for (const auto& rule : analysis::analyze(traces, {}, &instances).verdicts.rules)
+    EXPECT_NE(rule.verdict, analysis::Verdict::inconclusive) << rule.id;
+  EXPECT_TRUE(std::ranges::any_of(instances.all, [](const analysis::Instance& instance) {
+    return instance.execution && instance.preempted && instance.blocked && instance.wake_delay;
+  }));
 }
 
 TEST_P(KernelRecord, CountsWhatWasLostBeforeItWasRead) {

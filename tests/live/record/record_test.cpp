@@ -300,7 +300,8 @@ TEST_P(Record, AttachesToASessionDaemonThatSomebodyElseStartsMeanwhile) {
   const Finished result = sandbox_.run({"env", "LTTNG_SESSIOND_PATH=" + path("sessiond").string(),
                                         CIE_RECORD, "-o", "rec", "--attach", "--duration", "0.1"});
   const auto daemon = static_cast<pid_t>(std::stoi(read_file(others)));
-  EXPECT_EQ(kill(daemon, 0), 0) << "it is not the recorder's to stop";
+  EXPECT_EQ(sandbox_.run({"lttng", "--no-sessiond", "list"}).status, 0)
+      << "it is not the recorder's to stop";
   kill(daemon, SIGTERM);
   EXPECT_TRUE(eventually([&] { return kill(daemon, 0) != 0; }));
   EXPECT_THAT(result.err, HasSubstr("nothing was recorded")) << "nobody was there";
@@ -416,6 +417,13 @@ TEST_P(Record, NeverOverwrites) {
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.err, HasSubstr("exists already"));
   EXPECT_EQ(read_file(path("rec/manifest.json")), before);
+}
+
+TEST_P(Record, GoesOnWhenItsMessagesCannotBeWritten) {
+  std::vector<std::string> command{"sh", "-c", "exec \"$@\" 2>/dev/full", "sh"};
+  std::ranges::copy(recording("rec", {"--instances", "5"}), std::back_inserter(command));
+  EXPECT_EQ(sandbox_.run(command).status, 0);
+  EXPECT_TRUE(manifest("rec")["problems"].empty());
 }
 
 TEST_P(Record, FailsWhenNothingRegistered) {

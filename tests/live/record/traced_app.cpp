@@ -1,13 +1,15 @@
 // A traced application for the live tests: one timer and one subscription, each on its own thread,
 // and a publisher, driven by the facade alone.
 //
-//   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort]
+//   traced_app [--instances N] [--period-us N] [--until-signal] [--leave-by return|exit|abort|kill]
 //              [--burst N] [--status N] [--ready FILE [--ready-after N]] [--fork]
 //              [--deadline-us N [--late-every N]]
 //
-// --fork: a child destroys what it inherited and calls exit(). Writes FILE (its pid) once
-// everything is registered, or after the burst and N instances. --late-every: each N-th instance of
-// the timer responds after three times its deadline. Prints the totals it emitted on exit.
+// --leave-by kill: as a process that is killed when it has registered with the tracer, and emitted
+// nothing yet. --fork: a child destroys what it inherited and calls exit(). Writes FILE (its pid)
+// once everything is registered, or after the burst and N instances. --late-every: each N-th
+// instance of the timer responds after three times its deadline. Prints the totals it emitted on
+// exit.
 #include <cie/tracepoints/trace.hpp>
 
 #include <atomic>
@@ -182,6 +184,9 @@ extern "C" const char* __tsan_default_suppressions() {  // NOLINT: the name is t
 
 int main(int argc, char** argv) {
   const Options options = parse(argc, argv);
+  if (options.leave_by == "kill") {
+    std::raise(SIGKILL);
+  }
   for (const int signal : {SIGTERM, SIGINT}) {
     std::signal(signal, [](int) { is_asked_to_stop = true; });
   }

@@ -13,11 +13,11 @@ int main() {
     cie::Node node{context, "app", "/grouped"};
     cie::TimerOptions together;
     together.group = node.create_callback_group(cie::GroupType::mutually_exclusive);
-    node.create_wall_timer(
+    const auto timer = node.create_wall_timer(
         20ms, [] {}, together);
-    node.create_wall_timer(
+    const auto second_timer = node.create_wall_timer(
         30ms, [] {}, together);
-    node.create_wall_timer(40ms, [] {});
+    const auto third_timer = node.create_wall_timer(40ms, [] {});
     cie::CallbackIsolatedExecutor executor;
     executor.add_node(node);
     const std::jthread ender([&executor] {

@@ -11,19 +11,23 @@ import tempfile
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "browser"))
+sys.path[:0] = [str(Path(__file__).resolve().parents[2] / "browser"), str(Path(__file__).resolve().parents[1])]
 from chromium import Chromium  # noqa: E402  pylint: disable=wrong-import-position
+from hostile_clients import HostileClients  # noqa: E402  pylint: disable=wrong-import-position
 
 CIE = os.path.abspath(sys.argv[1])
 TRACE = Path(sys.argv[2]).resolve() / "isolated_ok" / "trace"
 VIEWER = "https://ui.perfetto.dev"
 
 
-class View(unittest.TestCase):
+class View(HostileClients, unittest.TestCase):
+    fetched = "/"
+
     def setUp(self):
         self.program = subprocess.Popen([CIE, "view", TRACE, "--port", "0"], stdin=subprocess.DEVNULL,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(self.end)
+        self.process = self.program.pid
         line = self.program.stdout.readline()
         self.address = re.search(r"http://127\.0\.0\.1:\d+/", line)[0]
         self.port = int(self.address.rstrip("/").rsplit(":", 1)[1])

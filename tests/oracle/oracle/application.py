@@ -168,6 +168,7 @@ class App(Announcer):
                 c.queue.append(taken)
                 c.released += 1
                 yield self._spend(50, 90)
+                c.waiting.append((self.machine.now, len(c.queue)))
                 self.machine.emit(me, "callback_release", callback_id=c.id,
                                   release_seq=c.released - 1, overwritten=c.overwritten)
                 self._alert(c, me.cpu)
@@ -239,12 +240,14 @@ class App(Announcer):
             if not configured and own.late_apply:
                 yield from self._configure(me, own)
                 configured = True
+            if own.early_bye_after == runs:
+                yield from self._bye(me)
             if own.exit_after == runs:
                 own.exit_after = None
                 yield from self._bye(me)
                 self._replace(me, own)
                 return
-        if not own.unannounced:
+        if not own.unannounced and own.early_bye_after is None:
             yield from self._bye(me)
 
     def _apply(self, me: SimThread, policy: int, priority: int, affinity: tuple[int, ...]) -> Body:
@@ -358,7 +361,7 @@ class App(Announcer):
             return
         status = "exception" if c.exception_at == seq else "ok"
         m.emit(me, "callback_end", callback_id=c.id, seq=seq, status=status)
-        row.end, row.cpu_end = m.now, me.cpu
+        row.end, row.cpu_end, row.status = m.now, me.cpu, status
         row.sums = {k: v - row.sums[k] for k, v in m.totals(me).items()}
         c.ended += 1
         c.running -= 1

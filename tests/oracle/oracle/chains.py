@@ -22,12 +22,26 @@ class ChainInstance:
         return self.instances[-1].end
 
     @property
-    def exact(self) -> bool:
+    def measured(self) -> bool:
+        return self.instances[0].exact
+
+    @property
+    def divided(self) -> bool:
         return all(i.exact for i in self.instances)
 
     @property
     def path_latency(self) -> int:
         return self.instances[-1].end - self.instances[0].release
+
+    def left(self, hop: int) -> int:
+        """When what the path carries left a callback."""
+        return self.write if hop + 1 == len(self.instances) else self.publishes[hop].time
+
+    @property
+    def undivided(self) -> int:
+        """From publish to publish, where the release between them is unknown."""
+        return sum(self.left(k) - self.left(k - 1)
+                   for k, i in enumerate(self.instances) if k and not i.exact)
 
 
 @dataclass(eq=False)
@@ -38,33 +52,45 @@ class Chain:
     broken: int = 0  # completed last instances whose publish is unseen
 
     def path_latencies(self) -> list[int]:
-        return [c.path_latency for c in self.instances if c.exact]
+        return [c.path_latency for c in self.instances if c.measured]
 
-    def _neighbours(self, model: Model) -> list[tuple[ChainInstance, ChainInstance]]:
-        """Consecutive chain instances between which no callback of the chain lost a seq."""
-        pairs = []
-        ordered = sorted(self.instances, key=lambda c: (c.write, c.read))
-        for a, b in zip(ordered, ordered[1:]):
-            whole = True
-            for x, y in zip(a.instances, b.instances):
-                if x.process is not y.process:
-                    whole = False
-                    break
-                seen = {i.seq for i in x.callback.instances}
-                whole &= all(s in seen for s in range(x.seq, y.seq))
-            if whole:
-                pairs.append((a, b))
-        return pairs
+    @staticmethod
+    def _whole(a: ChainInstance, b: ChainInstance) -> bool:
+        """No callback of the chain lost a seq between the two."""
+        for x, y in zip(a.instances, b.instances):
+            if x.process is not y.process:
+                return False
+            seen = {i.seq for i in x.callback.instances}
+            if any(s not in seen for s in range(x.seq, y.seq)):
+                return False
+        return True
 
-    def reaction_times(self, model: Model) -> list[int]:
+    def _stretches(self) -> list[list[ChainInstance]]:
+        """Chain instances by their writes, apart where something was lost between two."""
+        stretches: list[list[ChainInstance]] = []
+        for c in sorted(self.instances, key=lambda c: (c.write, c.read)):
+            if stretches and self._whole(stretches[-1][-1], c):
+                stretches[-1].append(c)
+            else:
+                stretches.append([c])
+        return stretches
+
+    def reaction_times(self) -> list[int]:
+        """Of every read from a stretch's first on, whether or not a chain begins with it."""
         times = []
-        for a, b in self._neighbours(model):
-            if b.read > a.read:
-                times.append(b.write - a.read)
+        for stretch in self._stretches():
+            first = stretch[0].instances[0]
+            for i in first.callback.instances:
+                if i.start < first.start:
+                    continue
+                writes = [c.write for c in stretch if c.read > i.start]
+                if writes:
+                    times.append(writes[0] - i.start)
         return times
 
-    def data_ages(self, model: Model) -> list[int]:
-        return [b.write - a.read for a, b in self._neighbours(model)]
+    def data_ages(self) -> list[int]:
+        return [b.write - a.read for stretch in self._stretches()
+                for a, b in zip(stretch, stretch[1:])]
 
 
 class ChainFinder:

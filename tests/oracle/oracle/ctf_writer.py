@@ -187,6 +187,7 @@ class Writer:
 
     def _text(self) -> str:
         lay = self.layout
+        clock_uuid = f'\tuuid = "{lay.boot_id}";\n' if lay.boot_id else ""
         integer = "integer {{ size = {0}; align = 8; signed = {1}; encoding = none; base = 10; }}"
 
         def whole(bits: int, signed: int = 0) -> str:
@@ -252,8 +253,7 @@ env {{
 
 clock {{
 	name = "monotonic";
-	uuid = "{lay.boot_id}";
-	description = "Monotonic Clock";
+{clock_uuid}	description = "Monotonic Clock";
 	freq = 1000000000; /* Frequency, in Hz */
 	offset = {lay.offset};{absolute}
 }};

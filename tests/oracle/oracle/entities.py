@@ -107,6 +107,7 @@ class Thread:
     user: list[Event] = field(default_factory=list)    # events it emitted
     kernel: list[Event] = field(default_factory=list)  # switches and wake-ups of it
     exit: int | None = None
+    after: int = 0  # of one that was never announced: when the tid's last thread ended
     open: list[Instance] = field(default_factory=list)
     waking: int | None = None
     wakeup: int | None = None

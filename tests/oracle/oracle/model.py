@@ -13,13 +13,18 @@ class Model:
     """Everything one set of traces says. Build it with `load`."""
 
     def __init__(self, events: list[Event], streams: list[packets.Stream]) -> None:
-        self.events = events
+        self.all_events = events
+        self.events = [e for e in events if e.is_user or e.host not in unrelated_hosts(streams)]
         self.streams = streams
         self.losses = packets.losses(streams)
         self.window = packets.window(streams, "ust") or (0, 2**63)
-        self.kernel_window = packets.window(streams, "kernel")
-        self.has_kernel = any(e.name == "sched_switch" for e in events)
-        self.kernel_cpus = {(e.host, e.cpu) for e in events if e.name == "sched_switch"}
+        self.kernel_window = packets.window(
+            [s for s in streams if s.hostname not in unrelated_hosts(streams)], "kernel")
+        self.has_kernel = any(e.name == "sched_switch" for e in self.events)
+        self.has_wakings = any(e.name == "sched_waking" for e in self.events)
+        self.kernel_spans = {
+            (s.hostname, s.cpu): (s.packets[0].begin, s.packets[-1].end) for s in streams
+            if s.domain == "kernel" and s.packets and s.hostname not in unrelated_hosts(streams)}
         self.processes: list[Process] = []
         self.instances: list[Instance] = []
         self.unpaired_ends: list[Event] = []
@@ -27,8 +32,10 @@ class Model:
         self.by_pid: dict[tuple[str, int], list[Process]] = defaultdict(list)
         self.writers: dict[int, tuple[Process, Event]] = {}
         self.offsets: dict[str, list[tuple[int, int]]] = defaultdict(list)
-        self.prio_offset = 0
+        # By the idle thread's priority; LTTng's scale where no CPU was ever idle.
+        self.prio_offset = 100 if any(s.tracer == "lttng-modules" for s in streams) else 0
         self.kernel_gaps = self._kernel_gaps()
+        self._lacking: dict[str, bool] = {}
         self._find_processes()
         self._find_threads()
         self._register()
@@ -96,14 +103,16 @@ class Model:
             if life.start_ns is not None and life.start_ns <= time:
                 if best is None or best.start_ns is None or life.start_ns > best.start_ns:
                     best = life
+        after = 0
         if best and best.exit is not None and best.exit < time:
+            after = best.exit
             later = [t for t in lives if t.start_ns is None and t.first_seen > best.exit]
             best = later[0] if later else (None if create else best)
         if best is None:
             unknown = [t for t in lives if t.start_ns is None]
             best = unknown[-1] if unknown else None
         if best is None and create:
-            best = Thread(process, tid, None)
+            best = Thread(process, tid, None, after=after)
             process.threads.append(best)
         return best
 
@@ -151,23 +160,52 @@ class Model:
 
     # -- kernel --------------------------------------------------------------------------------
 
-    def _kernel_gaps(self) -> list[tuple[str, int, int]]:
-        """Intervals (host, begin, end) in which kernel events are missing."""
-        gaps = [(x.hostname, x.begin, x.end) for x in self.losses if x.domain == "kernel"]
+    def _kernel_gaps(self) -> list[tuple[str, int, int, int | None]]:
+        """Intervals (host, begin, end, CPU) in which kernel events are missing."""
+        gaps = [(x.hostname, x.begin, x.end, x.cpu) for x in self.losses
+                if x.domain == "kernel" and x.hostname not in unrelated_hosts(self.streams)]
         last: dict[tuple[str, int], Event] = {}
         for e in self.events:
             if e.name == "sched_switch":
                 before = last.get((e.host, e.cpu))
                 if before is not None and before.next_tid != e.prev_tid:
-                    gaps.append((e.host, before.time, e.time))
+                    gaps.append((e.host, before.time, e.time, e.cpu))
                 last[e.host, e.cpu] = e
                 if 0 in (e.prev_tid, e.next_tid):
                     prio = e.prev_prio if e.prev_tid == 0 else e.next_prio
                     self.prio_offset = 120 - prio
         return gaps
 
-    def kernel_gap(self, host: str, begin: int, end: int) -> bool:
-        return any(h in (host, "") and b <= end and e >= begin for h, b, e in self.kernel_gaps)
+    def kernel_gap(self, host: str, begin: int, end: int, cpu: int | None = None) -> bool:
+        return any(h in (host, "") and b <= end and e >= begin
+                   and (cpu is None or c is None or c == cpu) for h, b, e, c in self.kernel_gaps)
+
+    def kernel_lacks_cpus(self, host: str) -> bool:
+        """The host has a CPU of which there is no kernel stream."""
+        if host not in self._lacking:
+            covered = {c for h, c in self.kernel_spans if h == host}
+            seen = {e.cpu for e in self.events if e.is_user and e.host == host}
+            seen |= {e.fields["dest_cpu"] for e in self.events if e.host == host
+                     and e.name == "sched_migrate_task" and "dest_cpu" in e.fields}
+            online = max((e.fields.get("online_cpus", 0) for e in self.events
+                          if e.name == "cie:run_begin" and e.host == host), default=0)
+            self._lacking[host] = bool(covered) and (online > len(covered) or not seen <= covered)
+        return self._lacking[host]
+
+    def confined(self, thread: Thread, begin: int, end: int) -> bool:
+        """It may use none but CPUs with a kernel stream, as it was read back before."""
+        before = [e for e in thread.scheds if e.time <= end]
+        from_begin = [e for e in before if e.time >= begin]
+        before_begin = [e for e in before if e.time < begin][-1:]
+        return bool(before_begin or from_begin) and all(
+            e.cpus and all((thread.process.host, c) in self.kernel_spans for c in e.cpus)
+            for e in before_begin + from_begin)
+
+    def ran_unrecorded(self, thread: Thread) -> bool:
+        """It emitted an event on a CPU whose kernel stream was not open while another's was."""
+        spans = {c: s for (h, c), s in self.kernel_spans.items() if h == thread.process.host}
+        return any(not spans.get(e.cpu, (1, 0))[0] <= e.time <= spans.get(e.cpu, (1, 0))[1]
+                   and any(a <= e.time <= b for a, b in spans.values()) for e in thread.user)
 
     def _kernel_timelines(self) -> None:
         by_tid: dict[tuple[str, int], list[Thread]] = defaultdict(list)
@@ -180,7 +218,7 @@ class Model:
         def owner(host: str, tid: int, time: int) -> Thread | None:
             best = None
             for life in by_tid.get((host, tid), []):
-                if life.start_ns is None or life.start_ns <= time:
+                if (life.after if life.start_ns is None else life.start_ns) <= time:
                     best = life
             return best
 
@@ -226,11 +264,17 @@ class Model:
                 instance.wakeup = thread.wakeup
                 since = boundary[thread]
                 near = [w for w in wakings[thread] if since <= w.time <= e.time]
-                for kind in ("sched_waking", "sched_wakeup"):
-                    of_kind = [w.time for w in near if w.name == kind]
-                    if of_kind:
-                        instance.waking = of_kind[-1]
-                        break
+                kind = "sched_waking" if self.has_wakings else "sched_wakeup"
+                of_kind = [w.time for w in near if w.name == kind]
+                if of_kind:
+                    instance.waking = of_kind[-1]
+                host = process.host
+                if instance.waking is not None and (
+                        self.kernel_lacks_cpus(host) or not self.kernel_window
+                        or not self.kernel_window[0] <= instance.waking <= e.time
+                        or not e.time <= self.kernel_window[1]
+                        or self.kernel_gap(host, instance.waking, e.time)):
+                    instance.waking = None  # it may not be the last one
                 if instance.waking is not None:
                     ins = [k.time for k in thread.kernel if k.name == "sched_switch"
                            and k.next_tid == thread.tid and instance.waking <= k.time <= e.time]
@@ -281,7 +325,7 @@ class Model:
         if s.release_kind != "none" and s.release_ns >= 0:
             i.release, i.release_source = s.release_ns, "exact"
         elif i.thread.isolated and (i.waking is not None or i.wakeup is not None):
-            i.release = i.waking if i.waking is not None else i.wakeup
+            i.release = min(t for t in (i.waking, i.wakeup) if t is not None)
             i.release_source = "wakeup"
         elif i.source_time is not None:
             i.release, i.release_source = i.source_time, "source_timestamp"
@@ -296,11 +340,17 @@ class Model:
         host = i.process.host
         if self.kernel_window and not self.kernel_window[0] <= begin <= end <= self.kernel_window[1]:
             return
-        if self.kernel_gap(host, begin, end):
+        stays = not any(e.name == "sched_switch" and e.prev_tid == tid and begin <= e.time < end
+                        for e in i.thread.kernel)
+        if self.kernel_gap(host, begin, end, i.start_event.cpu if stays else None):
+            return
+        lacks = self.kernel_lacks_cpus(host)
+        if lacks and not stays and not self.confined(i.thread, begin, end):
             return
         user = [e for e in i.thread.user if begin <= e.time <= end]
-        if any((host, e.cpu) not in self.kernel_cpus for e in user):
+        if any((host, e.cpu) not in self.kernel_spans for e in user):
             return
+        is_split_known = True
         sums = {"run": 0, "preempted": 0, "blocked": 0, "waking": 0}
         state, since = "run", begin
         merged = sorted([(e.time, 1, e.order, e) for e in i.thread.kernel if begin <= e.time <= end]
@@ -316,8 +366,9 @@ class Model:
                     return
                 new = "preempted" if (e.prev_state & 0xFF) == 0 else "blocked"
             elif e.name == "sched_switch" and e.next_tid == tid:
-                if state == "run" and time > begin or state == "blocked":
+                if state == "run" and time > begin:
                     return
+                is_split_known &= state != "blocked"
                 new = "run"
             elif e.name in ("sched_waking", "sched_wakeup") and state == "blocked":
                 new = "waking"
@@ -329,7 +380,9 @@ class Model:
         sums[state] += end - since
         assert sum(sums.values()) == end - begin
         i.execution, i.preempted = sums["run"], sums["preempted"]
-        i.blocked, i.wake_delay = sums["blocked"], sums["waking"]
+        # Who woke it may have done so on a CPU without a record.
+        if is_split_known and not (lacks and sums["blocked"] + sums["waking"] > 0):
+            i.blocked, i.wake_delay = sums["blocked"], sums["waking"]
 
     # -- answers -------------------------------------------------------------------------------
 
@@ -349,13 +402,24 @@ class Model:
                 for t in sorted(p.threads, key=lambda t: (t.tid, t.start_ns or 0))]
 
 
+def unrelated_hosts(streams: list[packets.Stream]) -> set[str]:
+    """Hosts whose kernel trace has another clock than their user-space traces: no evidence."""
+    clocks: dict[str, set[str]] = defaultdict(set)
+    for s in streams:
+        if s.domain == "ust":
+            clocks[s.hostname].add(s.clock_uuid)
+    return {s.hostname for s in streams if s.domain == "kernel" and s.hostname in clocks
+            and clocks[s.hostname] != {s.clock_uuid}}
+
+
 def load(traces: list[str]) -> tuple[Model, str]:
     events, warnings = read_events(traces)
     return Model(events, packets.read_streams(traces)), warnings
 
 
 COLUMNS = ("logical_id,pid,tid,seq,release_ns,wakeup_ns,start_ns,end_ns,cpu_start,cpu_end,"
-           "execution_ns,preempted_ns,blocked_ns,release_source,waking_ns,wake_delay_ns,missed")
+           "execution_ns,preempted_ns,blocked_ns,release_source,waking_ns,wake_delay_ns,missed,"
+           "status,host")
 
 
 def csv_cell(value: Any) -> str:
@@ -373,6 +437,6 @@ def instances_csv(model: Model) -> str:
         row = [i.callback.logical_id, i.process.pid, i.thread.tid, i.seq, i.release, i.wakeup,
                i.start, i.end, i.start_event.cpu, i.end_event.cpu if i.end_event else None,
                i.execution, i.preempted, i.blocked, i.release_source, i.waking, i.wake_delay,
-               i.missed]
+               i.missed, i.end_event.status if i.end_event else None, i.process.host]
         lines.append(",".join(csv_cell(cell) for cell in row))
     return "\n".join(lines) + "\n"

@@ -20,6 +20,7 @@ class Packet:
     end: int
     discarded: int | None
     seq: int | None
+    has_events: bool = True
     damaged: bool = False
 
 
@@ -37,6 +38,11 @@ class Stream:
     damaged: bool
     stream_class: int = 0
     hot: bool = False  # carries callback_start, or kernel events
+    tracer: str = ""
+
+    @property
+    def idle(self) -> bool:
+        return not any(p.has_events for p in self.packets)
 
 
 def find_traces(roots: list[str]) -> list[Path]:
@@ -112,6 +118,7 @@ def read_streams(roots: list[str]) -> list[Stream]:
         header = _fields(_block(text, "packet.header"))
         context = _fields(_block(text, "packet.context"))
         domain = re.search(r'domain = "(\w+)"', text)
+        tracer = re.search(r'tracer_name = "([^"]*)"', text)
         host = re.search(r'hostname = "([^"]*)"', text)
         clock = re.search(r'clock\s*\{[^}]*uuid = "?([0-9a-f-]+)', text)
         for path in sorted(folder.iterdir()):
@@ -121,6 +128,7 @@ def read_streams(roots: list[str]) -> list[Stream]:
             stream.domain = domain.group(1) if domain else ""
             stream.hostname = host.group(1) if host else ""
             stream.clock_uuid = clock.group(1) if clock else ""
+            stream.tracer = tracer.group(1) if tracer else ""
             stream.hot = stream.domain != "ust" or stream.stream_class in _hot_classes(text)
             streams.append(stream)
     return streams
@@ -143,7 +151,7 @@ def _read_stream(path: Path, header: list, context: list) -> Stream:
     while at < len(data):
         try:
             head, after = _read(data, at, header)
-            values, _ = _read(data, after, context)
+            values, events_at = _read(data, after, context)
         except EOFError:
             stream.damaged = True
             break
@@ -154,18 +162,20 @@ def _read_stream(path: Path, header: list, context: list) -> Stream:
         stream.cpu = values.get("cpu_id", stream.cpu)
         stream.stream_class = head.get("stream_id", 0)
         stream.packets.append(Packet(values["timestamp_begin"], values["timestamp_end"],
-                                     values.get("events_discarded"), values.get("packet_seq_num")))
+                                     values.get("events_discarded"), values.get("packet_seq_num"),
+                                     values.get("content_size", size * 8) > (events_at - at) * 8))
         at += size
     return stream
 
 
 def _channel_windows(streams: list[Stream]) -> list[tuple[int, int]]:
+    """Of channels that have events. A stream without any covers everything up to its end."""
     channels: dict[str, list[Stream]] = {}
     for s in streams:
         if s.packets:
             channels.setdefault(s.channel, []).append(s)
-    return [(max(s.packets[0].begin for s in used), min(s.packets[-1].end for s in used))
-            for used in channels.values()]
+    return [(max(s.packets[0].begin for s in used if not s.idle), min(s.packets[-1].end for s in used))
+            for used in channels.values() if not all(s.idle for s in used)]
 
 
 def window(streams: list[Stream], domain: str) -> tuple[int, int] | None:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from .entities import Callback, Process, Thread
+from .entities import Callback, Instance, Process, Thread
 from .model import Model
 from .text_trace import Event
 
@@ -50,11 +50,32 @@ class Proof:
             return True
         if seqs and c.inits and min(seqs) > c.inits[0].next_seq:
             return True
+        if self._end_missing(c):
+            return True
         starts_proved = c.fini is not None and c.base is not None and (
             c.fini.started == c.base + len(set(seqs)))
         if starts_proved or not seqs:
             return False
         return any(e.seq > max(seqs) for e in c.ends)
+
+    def _end_missing(self, c: Callback) -> bool:
+        """A hole in the numbers of the ends, but for instances that have none: they never ended, as
+        the totals say, or were running when the record of a crash ended."""
+        started, ended = {e.seq for e in c.starts}, {e.seq for e in c.ends}
+        if not started or not ended:
+            return False
+        holes = set(range(min(started), max(ended))) - ended
+        if not holes:
+            return False
+        if c.fini is not None:
+            return (len(started - ended) > max(0, c.fini.started - c.fini.ended)
+                    or c.base == 0 and len(c.ends) < c.fini.ended)
+
+        def ran_on(i: Instance) -> bool:
+            return all(x.start <= i.start and (x.end or 0) <= i.start for x in i.thread.instances)
+
+        running = {i.seq for i in c.instances if i.end is None and ran_on(i)}
+        return bool(holes - running)
 
     def _callback_totals(self, c: Callback) -> list[str]:
         """The totals of callback_fini that disagree with what was seen."""

@@ -6,6 +6,7 @@ from .chains import Chain, ChainFinder
 from .entities import Callback, Instance, Thread
 from .model import Model
 from .packets import whole_window
+from .proof import Proof, contiguous
 
 
 def summary(values: list[int]) -> dict[str, Any] | None:
@@ -40,7 +41,22 @@ def inter_arrivals(instances: list[Instance]) -> list[int]:
     return [by_seq[s + 1].release - by_seq[s].release for s in sorted(by_seq) if s + 1 in by_seq]
 
 
-def callback_report(callback: Callback) -> dict[str, Any]:
+def longest_queue(callback: Callback, proof: Proof, has_releases: bool) -> int | None:
+    """The most samples that were released, not overwritten, and whose instance had not started."""
+    numbers = [e.release_seq for e in callback.releases]
+    unended = callback.process.end is not None and callback.fini is None
+    if callback.kind != "subscription" or not has_releases or not contiguous(numbers):
+        return None
+    if proof.callback_tainted(callback) or unended:
+        return None
+    longest, first = 0, callback.inits[0].next_seq
+    for e in callback.releases:
+        before = [s.seq + 1 for s in callback.starts if (s.time, s.order) < (e.time, e.order)]
+        longest = max(longest, e.release_seq + 1 - e.overwritten - max([first] + before))
+    return longest
+
+
+def callback_report(callback: Callback, proof: Proof, has_releases: bool) -> dict[str, Any]:
     counted = [i for i in callback.instances if i.counted]
     exact = [i for i in counted if i.exact]
     inexact = [i for i in counted if not i.exact]
@@ -64,10 +80,13 @@ def callback_report(callback: Callback) -> dict[str, Any]:
         "threads": [{"tid": t.tid, "name": t.name, "instances": n}
                     for t, n in sorted(threads.items(), key=lambda x: x[0].tid)],
         "isolated": isolated,
+        "isolation": "never_ran" if not threads else "isolated" if isolated else "not_isolated",
         "instances": len(counted),
         "incomplete": sum(i.end is None for i in callback.instances),
+        "exceptions": sum(i.end_event.status == "exception" for i in counted),
         "missed_releases": (sum(i.missed for i in callback.instances)
                             if callback.kind == "timer" else None),
+        "longest_queue": longest_queue(callback, proof, has_releases),
         "release_source": (None if not sources else "mixed" if len(sources) > 1
                            else next(iter(sources))),
         "response_time_ns": summary([i.end - i.release for i in exact]),
@@ -85,24 +104,26 @@ def callback_report(callback: Callback) -> dict[str, Any]:
     }
 
 
-def chain_report(chain: Chain, model: Model) -> dict[str, Any]:
-    exact = [c for c in chain.instances if c.exact]
+def chain_report(chain: Chain) -> dict[str, Any]:
+    measured = [c for c in chain.instances if c.measured]
     hops = []
-    for k, hop in enumerate(chain.hops if exact else ()):
+    for k, hop in enumerate(chain.hops):
         last = k == len(chain.hops) - 1
-        processing = [(c.instances[k].end if last else c.publishes[k].time) - c.instances[k].release
-                      for c in exact]
-        communication = None if last else [c.instances[k + 1].release - c.publishes[k].time
-                                           for c in exact]
+        processing = [c.left(k) - c.instances[k].release for c in measured if c.instances[k].exact]
+        communication = [c.instances[k + 1].release - c.left(k) for c in measured
+                         if not last and c.instances[k + 1].exact]
         hops.append({"from": hop, "to": None if last else chain.hops[k + 1],
                      "processing_ns": summary(processing),
-                     "communication_ns": summary(communication) if communication else None})
+                     "communication_ns": summary(communication)})
     pids = {i.process.pid for c in chain.instances for i in c.instances}
-    return {"name": chain.name, "pid": next(iter(pids)) if len(pids) == 1 else None,
+    said = {"name": chain.name, "pid": next(iter(pids)) if len(pids) == 1 else None,
             "hops": chain.hops, "instances": len(chain.instances),
             "path_latency_ns": summary(chain.path_latencies()),
-            "reaction_time_ns": summary(chain.reaction_times(model)),
-            "data_age_ns": summary(chain.data_ages(model)), "hop_table": hops}
+            "reaction_time_ns": summary(chain.reaction_times()),
+            "data_age_ns": summary(chain.data_ages()), "hop_table": hops}
+    if undivided := [c.undivided for c in measured if not c.divided]:
+        said["undivided_ns"] = summary(undivided)
+    return said
 
 
 def chains_of(model: Model, spec: dict[str, Any] | None) -> list[Chain]:
@@ -115,8 +136,13 @@ def chains_of(model: Model, spec: dict[str, Any] | None) -> list[Chain]:
 
 
 def busy(thread: Thread, model: Model) -> int | None:
-    """On-CPU time; None without kernel events."""
+    """On-CPU time; None where it is not known without a hole."""
     if not model.has_kernel:
+        return None
+    host, begin, end = thread.process.host, thread.first_seen, thread.last_seen
+    if model.kernel_gap(host, begin, end) or model.ran_unrecorded(thread):
+        return None
+    if model.kernel_lacks_cpus(host) and not model.confined(thread, begin, 2**63):
         return None
     total, since, left = 0, None, None
     seen = [e for e in thread.kernel if e.name == "sched_switch"] + thread.user
@@ -141,18 +167,20 @@ def report(model: Model, spec: dict[str, Any] | None, complete: bool | None) -> 
             "sched": ({"policy": last.policy, "priority": last.priority, "nice": last.nice,
                        "cpus": last.cpus} if last else None),
             "busy_ns": busy(t, model)})
+    proof = Proof(model)
+    has_releases = any(e.name == "cie:callback_release" for e in model.events)
     lost = [x.count for x in model.losses]
     whole = whole_window(model.streams)
     return {
-        "schema": "cie.report/1",
+        "schema": "cie.report/2",
         "trace": {"begin_ns": whole[0] if whole else None, "end_ns": whole[1] if whole else None,
-                  "events": len(model.events), "streams": len(model.streams),
-                  "hosts": sorted({e.host for e in model.events}),
+                  "events": len(model.all_events), "streams": len(model.streams),
+                  "hosts": sorted({e.host for e in model.all_events}),
                   "lost_events": None if None in lost else sum(lost), "complete": complete},
         "processes": [{"host": p.host, "pid": p.pid,
                        "executor": p.begins[0].executor if p.begins else None}
                       for p in sorted(model.processes, key=lambda p: (p.pid, p.start_ns or 0))],
-        "callbacks": [callback_report(c) for c in model.all_callbacks()],
+        "callbacks": [callback_report(c, proof, has_releases) for c in model.all_callbacks()],
         "threads": threads,
-        "chains": [chain_report(c, model) for c in chains_of(model, spec)],
+        "chains": [chain_report(c) for c in chains_of(model, spec)],
     }

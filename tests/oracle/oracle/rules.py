@@ -32,7 +32,6 @@ class Judge:
         self.spec_sha256 = spec_sha256
         self.proof = Proof(model)
         self.verdicts: dict[str, dict[str, str]] = {rule: {} for rule in NAMES}
-        self.kernel_loss_costs = False
         self.several = len(model.processes) > 1
 
     def put(self, rule: str, subject: str, verdict: str) -> None:
@@ -65,7 +64,7 @@ class Judge:
             rules.append({"id": rule, "name": NAMES[rule], "verdict": worst, "subjects": [
                 {"subject": s, "verdict": v} for s, v in sorted(subjects.items())]})
         overall = max((r["verdict"] for r in rules), key=WEIGHT.__getitem__)
-        return {"schema": "cie.verify/1",
+        return {"schema": "cie.verify/2",
                 "verdict": PASS if overall == NOT_APPLICABLE else overall, "rules": rules}
 
 
@@ -103,13 +102,17 @@ def _trace(j: Judge) -> None:
     user_loss = any(x.domain == "ust" for x in m.losses)
     unproved = INCONCLUSIVE in j.verdicts["T3"].values() or any(
         p.end and not proof.whole[p] for p in m.processes)
-    cost = user_loss and unproved or j.kernel_loss_costs
+    cost = user_loss and unproved  # holes in the kernel's record cost only what needs it (L6)
     j.put("T2", "trace", INCONCLUSIVE if cost else PASS)
 
 
 def _mapping(j: Judge) -> None:
     m, proof = j.model, j.proof
     _specified_seen(j)
+    if any(e.name == "cie:callback_start" and e.vpid is not None and e.vtid is None
+           for e in m.events):  # on what threads is unknown
+        for rule in ("M2", "M4", "M6", "M9", "E3"):
+            j.put(rule, "trace", INCONCLUSIVE)
     for t in m.all_threads():
         if t.instances:
             callbacks = {i.callback for i in t.instances}
@@ -130,21 +133,32 @@ def _mapping(j: Judge) -> None:
             _threads_of(j, c)
             twins = [d for d in c.process.callbacks.values()
                      if d is not c and d.logical_id == c.logical_id and _alive_together(c, d)]
-            j.put("M7", j.callback(c), FAIL if twins else PASS)
+            unseen = _has_unseen_callbacks(c.process)
+            j.put("M7", j.callback(c), FAIL if twins else INCONCLUSIVE if unseen else PASS)
     _restarts(j)
 
 
+def _has_unseen_callbacks(process: Process) -> bool:
+    """run_end counts callbacks of which there is no event at all: they may have any id."""
+    whole = process.end is not None and process.begins and not process.announced_late
+    return bool(whole and process.end.fields["callbacks"] > len(process.callbacks))
+
+
 def _specified_seen(j: Judge) -> None:
-    for entry in (j.spec or {}).get("callback_groups") or []:
-        if str(entry["id"]).endswith("/*"):
-            continue
-        found = [c for c in j.model.all_callbacks() if c.logical_id == entry["id"]]
+    spec = j.spec or {}
+    asked = [str(e["id"]) for e in spec.get("callback_groups") or []]
+    asked += [member for chain in spec.get("chains") or [] for member in chain["callbacks"]]
+    missing = FAIL if j.proof.all_whole() else INCONCLUSIVE
+    for name in dict.fromkeys(a for a in asked if not a.endswith("/*")):
+        found = [c for c in j.model.all_callbacks() if c.logical_id == name]
         ran = [c for c in found if c.starts or (c.fini and c.fini.started) or (c.base or 0) > 0]
-        missing = FAIL if j.proof.all_whole() else INCONCLUSIVE
         if not found:
-            j.put("M1", f"callback {entry['id']}", missing)
+            j.put("M1", f"callback {name}", missing)
         for c in ran or found:
             j.put("M1", j.callback(c), PASS if ran else missing)
+    names = {t.name for t in j.model.all_threads() if t.init and t.role != "callback"}
+    for entry in spec.get("non_ros_threads") or []:
+        j.put("M1", f"thread {entry['id']}", PASS if entry["id"] in names else missing)
 
 
 def _alive_together(c: Callback, d: Callback) -> bool:
@@ -163,6 +177,8 @@ def _threads_of(j: Judge, c: Callback) -> None:
         for b in threads[k + 1:]:
             if a.tid != b.tid and a.last_seen >= b.first_seen:
                 together = True
+            elif b.init is None and a.fini is not None and not j.proof.whole[c.process]:
+                lost = True  # the same thread, perhaps, whose new announcement is missing
             elif a.tid == b.tid or (a.exit is not None and b.start_ns is not None):
                 last = max(i.start for i in a.instances if i.callback is c)
                 first = min(i.start for i in b.instances if i.callback is c)

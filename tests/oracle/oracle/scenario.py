@@ -59,6 +59,7 @@ class Scenario:
         self.flips = True                  # and never go from FAIL to PASS
         self.recomputable = True           # babeltrace2 reads everything of it
         self.numbers = True                # report and instances are known
+        self.dropped = False               # events are missing
         self.report_open: set[str] = set()  # report keys that the documents leave open
         self.layout = {"large_ids": seed % 3 == 2, "packet_bytes": (4096, 8192, 65536)[seed % 3]}
         self.user_layout: dict[str, Any] = {}
@@ -173,6 +174,7 @@ class Scenario:
     def drop(self, gone: Callable[[Record], bool], declared: bool) -> list[Record]:
         """User events that never reach the trace; `declared`: the tracer counts them."""
         m = self.machine
+        self.dropped = True
         doomed = [gone(r) for r in m.user]
         lost = [r for r, away in zip(m.user, doomed) if away]
         m.user = [r for r, away in zip(m.user, doomed) if not away]
@@ -211,7 +213,8 @@ class Scenario:
 
     def instances_csv(self) -> str:
         lines = ["logical_id,pid,tid,seq,release_ns,wakeup_ns,start_ns,end_ns,cpu_start,cpu_end,"
-                 "execution_ns,preempted_ns,blocked_ns,release_source,waking_ns,wake_delay_ns,missed"]
+                 "execution_ns,preempted_ns,blocked_ns,release_source,waking_ns,wake_delay_ns,missed,status,"
+                 "host"]
         for r in self.rows():
             release, source = self.release(r)
             end = self.end_of(r)
@@ -222,9 +225,18 @@ class Scenario:
             row = [name, r.app.pid, r.thread.tid, r.seq, release, r.wakeup,
                    r.start, end, r.cpu_start, r.cpu_end if end is not None else None,
                    parts.get("run"), parts.get("preempted"), parts.get("blocked"), source,
-                   r.waking if self.kernel else None, parts.get("wake"), r.missed]
+                   r.waking if self.kernel else None, parts.get("wake"), r.missed,
+                   r.status if end is not None else None, r.app.host]
             lines.append(",".join("" if x is None else str(x) for x in row))
         return "\n".join(lines) + "\n"
+
+    def _is_whole(self, app: App) -> bool:
+        """The recording has everything from the process's begin to its end."""
+        shown = {id(r) for r in self.rows()}
+        return (not self.dropped and self.window_end is None
+                and any(r.name == "run_end" and r.vpid == app.pid for r in self.machine.user)
+                and all(id(r) in shown for r in app.truth)
+                and all(t >= self.window_begin for x in app.callbacks for t, _ in x.waiting))
 
     def _callback_report(self, c: SimCallback, app: App) -> dict[str, Any]:
         rows = [r for r in self.rows() if r.callback is c]
@@ -244,10 +256,18 @@ class Scenario:
                  if r.sample and r.sample.stamp]
         measured = done if self.kernel else []
         woken = [r for r in measured if r.waking is not None and r.switched_in is not None]
-        return {
+        queue = {}
+        if c.kind != "subscription":
+            queue["longest_queue"] = None
+        elif self._is_whole(app) and any(x.waiting for a in self.apps for x in a.callbacks):
+            queue["longest_queue"] = max((n for _, n in c.waiting), default=0)
+        return queue | {
+            "exceptions": sum(r.status == "exception" for r in done),
             "logical_id": c.logical_id, "pid": app.pid, "kind": c.kind, "source": c.source,
             "node": c.node, "symbol": f"app::{c.kind}_{c.id}", "group": c.group,
             "isolated": len(threads) == 1 and others == {c},
+            "isolation": ("never_ran" if not rows else "isolated" if len(threads) == 1 and others == {c}
+                          else "not_isolated"),
             "period_ns": c.period if c.kind == "timer" else None,
             "instances": len(done),
             "incomplete": sum(self.end_of(r) is None for r in rows),
@@ -287,14 +307,18 @@ class Scenario:
 
     def _chain_report(self, name: str, members: list[SimCallback]) -> dict[str, Any]:
         paths = self.chain_paths(members)
-        exact = [p for p in paths if all(r.release_known for r in p)]
+        exact = [p for p in paths if p[0].release_known]
+        reads = [r.start for r in self.rows() if r.callback is members[0]]
         pairs = [(a, b) for a, b in zip(paths, paths[1:])]
         pids = {r.app.pid for p in paths for r in p}
         report = {"name": name, "hops": [c.logical_id for c in members], "instances": len(paths),
                   "path_latency_ns": summary([p[-1].end - p[0].release for p in exact])}
         if len({(r.app.pid) for r in (q for p in paths for q in p)}) <= 2:
-            report["reaction_time_ns"] = summary([b[-1].end - a[0].start for a, b in pairs
-                                                  if b[0].start > a[0].start])
+            # From the first chain on, every read waits for the first chain that begins after it.
+            answers = [(read, next((p[-1].end for p in paths if p[0].start > read), None))
+                       for read in reads if paths and read >= paths[0][0].start]
+            report["reaction_time_ns"] = summary([end - read for read, end in answers
+                                                  if end is not None])
             report["data_age_ns"] = summary([b[-1].end - a[0].start for a, b in pairs])
         if paths:
             report["pid"] = next(iter(pids)) if len(pids) == 1 else None
@@ -303,7 +327,7 @@ class Scenario:
     def report(self) -> dict[str, Any]:
         m = self.machine
         report = {
-            "schema": "cie.report/1",
+            "schema": "cie.report/2",
             "trace": {"events": len(m.user) + (len(m.kernel) if self.kernel else 0),
                       "streams": self.cpus * (2 if self.kernel else 1),
                       "lost_events": len(self.discarded_user) + len(self.discarded_kernel),
@@ -332,11 +356,12 @@ class Scenario:
         for name, members in self.chains:
             paths = self.chain_paths(members)
             apps = {r.app for p in paths for r in p}
-            if paths:
-                suffix = self.suffix(next(iter(apps))) if len(apps) == 1 else ""
-                table["Q2"][f"chain {name}{suffix}"] = PASS
+            suffix = self.suffix(next(iter(apps))) if len(apps) == 1 else ""
+            table["Q2"][f"chain {name}{suffix}"] = PASS if paths else INCONCLUSIVE
         for entry in self.extra_entries:
             table["M1"].setdefault(f"callback {entry['id']}", PASS)
+        for entry in self.non_ros:
+            table["M1"].setdefault(f"thread {entry['id']}", PASS)
         for (rule, subject), verdict in self.overrides.items():
             if verdict == "absent":
                 table[rule].pop(subject, None)
@@ -356,7 +381,7 @@ class Scenario:
             overall = self.require
         elif undecided and overall == PASS:
             overall = OPEN
-        return {"schema": "cie.verify/1", "verdict": overall, "rules": rules}
+        return {"schema": "cie.verify/2", "verdict": overall, "rules": rules}
 
     def _flawless(self, app: App, table: dict[str, dict[str, str]]) -> None:
         rows = [r for r in self.rows() if r.app is app]

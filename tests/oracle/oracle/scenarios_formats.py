@@ -74,6 +74,20 @@ def other_boot(s: Scenario) -> None:
 
 
 @scenario
+def kernel_clock_without_uuid(s: Scenario) -> None:
+    """Its switches would accuse threads that did nothing, if they were theirs."""
+    s.standard()
+    s.run()
+    s.kernel_layout["boot_id"] = ""
+    for r in s.machine.kernel:
+        if r.name == "sched_switch":
+            r.fields["next_prio"] -= 1
+    s.expect("T6", "trace", INCONCLUSIVE)  # clocks cannot be related
+    s.weaker, s.numbers = True, False
+    s.require = None
+
+
+@scenario
 def stream_without_events(s: Scenario) -> None:
     s.standard()
     s.run()
@@ -113,6 +127,18 @@ def stream_ends_early(s: Scenario) -> None:
     # events are there; what the rules count as seen then is not told: law L2 only.
     s.weaker = True
     s.report_open.add("missed_releases")
+
+
+@scenario
+def idle_cpu(s: Scenario) -> None:
+    s.standard()
+    s.run()
+    # Nothing ran on the last CPU: the only packet of its streams begins with the tracer's last flush,
+    # after all others have ended.
+    s.cpus += 1
+    for layout in (s.user_layout, s.kernel_layout):
+        layout["begins"] = {s.cpus - 1: s.end + 16_200}
+        layout["ends"] = {s.cpus - 1: s.end + 16_300}
 
 
 @scenario

@@ -76,6 +76,20 @@ def lost_end(s: Scenario) -> None:
 
 
 @scenario
+def lost_end_in_between(s: Scenario) -> None:
+    app = s.standard()
+    s.run()
+    c = app.callbacks[4]
+    row = [r for r in s.rows() if r.callback is c][1]
+    s.drop(lambda e: e.name == "callback_end" and e.fields["callback_id"] == c.id
+           and e.fields["seq"] == row.seq, declared=False)
+    s.unpaired.add(id(row))
+    s.tainted(c)
+    s.expect("T3", s.callback(c), INCONCLUSIVE)  # ends carry seq, too: it jumps
+    s.expect("T4", f"process {app.pid}", INCONCLUSIVE)
+
+
+@scenario
 def lost_read_back(s: Scenario) -> None:
     app = s.standard()
     s.run()
@@ -103,6 +117,18 @@ def discarded_kernel_events(s: Scenario) -> None:
     s.discarded_kernel = [(r.time, r.cpu) for r in gone]
     s.weaker, s.numbers = True, False
     s.require = None
+
+
+@scenario
+def missing_kernel_stream(s: Scenario) -> None:
+    if s.cpus == 1:
+        s.cpus = s.machine.cpus = 2
+        s.machine.current = [None, None]
+    s.standard()
+    s.run()
+    s.damage.append(lambda trace: (trace / "kernel/channel0_1").unlink())
+    s.weaker, s.numbers = True, False
+    s.require = None  # only parts of instances are gone
 
 
 @scenario

@@ -41,12 +41,52 @@ def wildcard_never_seen(s: Scenario) -> None:
 
 
 @scenario
+def thread_never_announced(s: Scenario) -> None:
+    s.standard()
+    s.run()
+    s.non_ros.append({"id": "recvv"})
+    s.expect("M1", "thread recvv", FAIL)
+
+
+@scenario
+def chain_never_linked(s: Scenario) -> None:
+    app = s.standard()
+    s.chains.append(("backwards", [app.callbacks[2], app.callbacks[0]]))
+    s.run()  # Both run, and no message leads from the one to the other: Q2 cannot tell.
+
+
+@scenario
+def chain_of_nobody(s: Scenario) -> None:
+    app = s.standard()
+    ghost = SimCallback(99, "timer", "/a/ghost", period=1000)
+    s.run()
+    s.chains.append(("ghosts", [ghost, app.callbacks[2]]))
+    s.expect("M1", f"callback {ghost.logical_id}", FAIL)
+
+
+@scenario
 def replaced_thread(s: Scenario) -> None:
     c = s.standard().callbacks[4]
     c.exit_after = 2
     s.run()
     s.expect("M4", s.callback(c), FAIL)   # moved to another incarnation, no new callback_init
     s.expect("M3", s.callback(c), PASS)   # the threads were not alive together
+
+
+@scenario
+def started_after_thread_fini(s: Scenario) -> None:
+    app = s.standard()
+    app.audits = []  # they would be of a thread that has ended
+    c = app.callbacks[4]
+    c.early_bye_after = 2
+    s.run()
+    s.expect("M9", s.thread(c.thread), FAIL)  # nobody announced it anew, as run_end proves
+    s.expect("M4", s.callback(c), FAIL)       # the callback went on on another incarnation
+    s.expect("M3", s.callback(c), PASS)
+    for rule in ("S3", "S4", "M6"):
+        s.expect(rule, s.thread(c.thread), OPEN)  # of the two, one has no read-back
+    # Its thread is two: whose the wake-up and the time on a CPU between them are is left open.
+    s.numbers = s.recomputable = False
 
 
 @scenario

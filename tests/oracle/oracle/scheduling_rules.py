@@ -182,11 +182,11 @@ def _unchanged(j: "Judge", t: Thread) -> str:
     found = applied(t)
     if not found:
         return NOT_APPLICABLE
-    checked, verdict = 0, PASS
+    audits, switches, verdict = 0, 0, PASS
     for e in t.scheds:
         before = [a for a in found if a.time < e.time or a.n < e.n]
         if e.moment == "audit" and before and not is_changing(t, e.time):
-            checked += 1
+            audits += 1
             if parameters(e) != parameters(before[-1]) and j.proof.certain_between(t, e.time - 1):
                 verdict = FAIL
     for e in t.kernel:
@@ -195,21 +195,23 @@ def _unchanged(j: "Judge", t: Thread) -> str:
         before = [a for a in found if a.time <= e.time]
         if not before:
             continue
-        checked += 1
-        prio = e.prev_prio if e.prev_tid == t.tid else e.next_prio
-        if prio + j.model.prio_offset != kernel_priority(before[-1]) and (
+        switches += 1
+        prio = (e.prev_prio if e.prev_tid == t.tid else e.next_prio) + j.model.prio_offset
+        own = kernel_priority(before[-1])
+        # A higher one may be inherited, by an event that is lost.
+        is_excused = prio < own and _lossy(j, t.process.host, before[-1].time, e.time)
+        if prio != own and not is_excused and (
                 not _boosted(j, t, e.time) and j.proof.certain_between(t, e.time)):
             verdict = FAIL
-    if verdict == PASS and not checked:
+    if verdict == PASS and not audits and (
+            not switches or _lossy(j, t.process.host, t.first_seen, t.last_seen)):
         return INCONCLUSIVE
-    return _with_loss(j, t, verdict)
+    return j.soften(verdict, j.proof.thread_tainted(t), "R")
 
 
-def _with_loss(j: "Judge", t: Thread, verdict: str) -> str:
-    gap = j.model.has_kernel and j.model.kernel_gap(t.process.host, t.first_seen, t.last_seen)
-    if verdict == PASS and gap:
-        j.kernel_loss_costs = True
-    return j.soften(verdict, j.proof.thread_tainted(t) or bool(gap), "R")
+def _lossy(j: "Judge", host: str, begin: int, end: int) -> bool:
+    """The kernel's record is not whole between the two."""
+    return j.model.kernel_lacks_cpus(host) or j.model.kernel_gap(host, begin, end)
 
 
 def _allowed_cpus(j: "Judge", t: Thread) -> str:
@@ -226,7 +228,7 @@ def _allowed_cpus(j: "Judge", t: Thread) -> str:
                 verdict = FAIL
     if not checked:
         return NOT_APPLICABLE
-    return _with_loss(j, t, verdict)
+    return j.soften(verdict, j.proof.thread_tainted(t), "R")
 
 
 def _leaks(j: "Judge") -> None:
@@ -248,7 +250,7 @@ def _leaks(j: "Judge") -> None:
             continue
         child = next((e for e in j.model.events if e.time >= fork.time
                       and e.name == "sched_switch" and e.next_tid == fork.child_tid), None)
-        if child:
+        if child and not _lossy(j, fork.host, fork.time, child.time):
             real_time = child.next_prio + j.model.prio_offset < 100
             subject = j.name("thread", fork.child_tid, parent[0].process)
             j.put("S5", subject, FAIL if real_time else PASS)
@@ -286,6 +288,5 @@ def foreign_work(j: "Judge", t: Thread) -> None:
     if since is not None and since < end:
         total += outside(since, end)
     verdict = FAIL if total * 10**9 > budget * (end - waits[0]) else PASS
-    gap = j.model.kernel_gap(t.process.host, waits[0], end)
-    j.kernel_loss_costs |= gap and verdict == PASS
+    gap = _lossy(j, t.process.host, waits[0], end)
     j.put("M6", j.thread(t), j.soften(verdict, gap, "R"))

@@ -46,6 +46,7 @@ class Truth:
     sums: dict[str, int]
     end: int | None = None
     cpu_end: int | None = None
+    status: str = ""
     publishes: list[Sample] = field(default_factory=list)
     open_at_crash: bool = False
 
@@ -87,6 +88,7 @@ class SimCallback:
     foreign_work: int = 0
     lost_samples: int = 0
     exit_after: int | None = None
+    early_bye_after: int | None = None
     silent: bool = False
     unannounced: bool = False
     steals: "SimCallback | None" = None
@@ -100,6 +102,7 @@ class SimCallback:
     released: int = 0
     overwritten: int = 0
     lost: int = 0
+    waiting: list[tuple[int, int]] = field(default_factory=list)  # (time, queued), as it is told
     thread: SimThread | None = None
 
     @property

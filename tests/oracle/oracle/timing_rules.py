@@ -86,7 +86,6 @@ def _budget(j: "Judge", c: Callback, wcet: int) -> str:
             return FAIL
         if i.execution is None and i.end - i.start > wcet:
             verdict = INCONCLUSIVE
-            j.kernel_loss_costs |= j.model.kernel_gap(c.process.host, i.start, i.end)
         elif verdict == NOT_APPLICABLE:
             verdict = PASS
     return verdict
@@ -117,23 +116,22 @@ def _queue(c: Callback, entry: dict[str, Any]) -> str:
 
 def _chain(j: "Judge", chain: Chain, bounds: dict[str, Any]) -> None:
     checks = (("path_latency", chain.path_latencies()),
-              ("reaction_time", chain.reaction_times(j.model)),
-              ("data_age", chain.data_ages(j.model)))
+              ("reaction_time", chain.reaction_times()),
+              ("data_age", chain.data_ages()))
     declared = [(values, bounds[key]) for key, values in checks if bounds.get(key) is not None]
     if not declared:
         return
     members = [c for c in j.model.all_callbacks() if c.logical_id in chain.hops]
-    pids = {c.process for c in members}
+    pids = {i.process for c in chain.instances for i in c.instances}
     subject = j.name("chain", chain.name, next(iter(pids)) if len(pids) == 1 else None)
     tainted = any(j.proof.callback_tainted(c) for c in members)
     for process in j.model.processes:
         for publisher, init in process.publishers.items():
             if any(c.source == init.topic for c in members):
                 tainted |= j.proof.publisher_tainted(process, publisher)
-    if not chain.instances and not chain.broken:
-        j.put("Q2", subject, INCONCLUSIVE if tainted else NOT_APPLICABLE)
-        return
     failed = any(v > bound for values, bound in declared for v in values)
-    inexact = bounds.get("path_latency") is not None and any(not c.exact for c in chain.instances)
-    verdict = FAIL if failed else INCONCLUSIVE if inexact else PASS
+    inexact = (bounds.get("path_latency") is not None
+               and any(not c.measured for c in chain.instances))
+    unseen = any(not values for values, _ in declared)
+    verdict = FAIL if failed else INCONCLUSIVE if inexact or unseen else PASS
     j.put("Q2", subject, j.soften(verdict, tainted or chain.broken > 0, "L"))

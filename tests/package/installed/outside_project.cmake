@@ -18,6 +18,7 @@ run(${CMAKE_COMMAND} -S "${SOURCES}" -B "${SCRATCH}/build" -G "${GENERATOR}"
   -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Debug)
 run(${CMAKE_COMMAND} --build "${SCRATCH}/build")
 run(${CMAKE_COMMAND} -E env CIE_LOOPBACK=1 CIE_DISCOVERY_TAG=package "${SCRATCH}/build/robot")
+run("${SCRATCH}/build/scheduling")
 run("${SCRATCH}/build/desk")
 
 # The same without CMake. The desk's libraries are static; of the robot's, what is linked must be found.
@@ -31,6 +32,14 @@ run("${SCRATCH}/desk")
 execute_process(COMMAND pkg-config --cflags --libs cie-executor OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
 separate_arguments(flags UNIX_COMMAND "${flags}")
 run(${COMPILER} -std=c++20 -shared -fPIC "${SOURCES}/component.cpp" -o "${SCRATCH}/component.so" ${flags})
+
+execute_process(COMMAND pkg-config --cflags --libs cie-scheduling OUTPUT_VARIABLE flags COMMAND_ERROR_IS_FATAL ANY)
+if(flags MATCHES "dds")
+  message(FATAL_ERROR "cie-scheduling.pc asks for DDS: ${flags}")
+endif()
+separate_arguments(flags UNIX_COMMAND "${flags}")
+run(${COMPILER} -std=c++20 "${SOURCES}/scheduling.cpp" -o "${SCRATCH}/scheduling" ${flags})
+run(${CMAKE_COMMAND} -E env "LD_LIBRARY_PATH=${pkgconfig}/.." "${SCRATCH}/scheduling")
 
 run("${prefix}/bin/cie" --version)
 run("${prefix}/bin/cie-record" --help)

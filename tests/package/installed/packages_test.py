@@ -68,7 +68,8 @@ class Packages(unittest.TestCase):
         installed = {os.path.relpath(os.path.join(folder, name), self.installed)
                      for folder, _, names in os.walk(self.installed) for name in names}
         self.assertGreater(len(installed), 50)
-        packed = {re.sub(r"(/man/.*)\.gz$", r"\1", file) for file in owners if "/share/doc/" not in file}
+        packed = {re.sub(r"(/man/.*)\.gz$", r"\1", file) for file in owners
+                  if not re.search(r"/share/doc/[^/]+/(changelog|copyright)", file)}
         self.assertEqual(packed, installed)
 
     def test_libraries_that_programs_need_are_depended_on(self):
@@ -109,6 +110,24 @@ class Packages(unittest.TestCase):
             with open(os.path.join(doc, "copyright"), encoding="utf-8") as file:
                 self.assertIn("/usr/share/common-licenses/Apache-2.0", file.read())
         self.assertEqual(len(summaries), len(self.packages))
+
+    def test_who_builds_against_it_gets_modules_and_documentation(self):
+        files = self.packages["libcie-dev"].files()
+        modules = {os.path.basename(file) for file in files if "/cmake/cie/" in file}
+        self.assertTrue({"cieConfig.cmake", "CieMessages.cmake", "CieComponents.cmake", "std_msgs.idl"} <= modules, modules)
+        documents = {file for file in files if file.startswith("usr/share/doc/cie/")}
+        self.assertTrue({f"usr/share/doc/cie/{folder}README.md" for folder in
+                         ("", "executor/", "tracepoints/", "analysis/", "viewer_export/")} <= documents)
+        links = 0
+        for document in documents:
+            if not document.endswith(".md"):
+                continue
+            with open(os.path.join(self.packages["libcie-dev"].root, document), encoding="utf-8") as text:
+                for target in re.findall(r"\]\(([^)#\s]+)\)", text.read()):
+                    if not re.match(r"https?:", target):
+                        links += 1
+                        self.assertIn(os.path.normpath(os.path.join(os.path.dirname(document), target)), documents, document)
+        self.assertGreater(links, 20)
 
     def test_programs_and_libraries_are_stripped(self):
         for name in ("cie", "cie-robot", "libcie0.1", "babeltrace2-plugin-cie"):

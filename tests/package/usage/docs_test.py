@@ -128,7 +128,7 @@ class Arithmetic(unittest.TestCase):
 
 class References(unittest.TestCase):
     def test_events_are_those_of_the_provider(self):
-        provider = read("tracepoints", "src", "provider.h")
+        provider = read("tracepoints", "provider", "provider.h")
         emitted = {}
         for name, body in re.findall(r"LTTNG_UST_TRACEPOINT_EVENT\(cie, (\w+),(.*?)\n\)\n", provider, re.S):
             fields = re.findall(r"lttng_ust_field_(\w+)\((.*)", body)

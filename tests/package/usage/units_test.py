@@ -45,6 +45,11 @@ class Units(unittest.TestCase):
                                         stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
                 self.assertEqual(result.returncode, 0, result.stdout)
 
+    def test_what_listens_has_a_bound_on_its_memory(self):
+        for path in UNITS:
+            if "--listen" in read(path):
+                self.assertRegex(read(path), r"(?m)^MemoryMax=\d+[MG]$")
+
     def test_options_exist(self):
         for path in UNITS:
             text = read(path)

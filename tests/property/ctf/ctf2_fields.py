@@ -463,10 +463,10 @@ def compare(cie, folder, seed):
     write(folder / "ctf2" / "trace", metadata, streams)
     problems = []
     for command in ("instances", "report --format json", "verify --format json"):
-        one, other = (output(cie, "native", command, "trace", folder / kind) for kind in ("ctf2", "plain"))
+        one, other = (output(cie, command, "trace", folder / kind) for kind in ("ctf2", "plain"))
         if one != other:
             problems.append(f"{command}: exit {one[0]} and {other[0]}; {one[2]!r} {other[2]!r}")
-    rows = csv.DictReader(output(cie, "native", "instances", folder / "ctf2" / "trace")[1].decode().splitlines())
+    rows = csv.DictReader(output(cie, "instances", folder / "ctf2" / "trace")[1].decode().splitlines())
     seen = sorted((r["logical_id"], int(r["seq"]), int(r["start_ns"]), int(r["end_ns"])) for r in rows if r["end_ns"])
     if seen != sorted(instances):
         problems.append(f"{len(seen)} instances read, {len(instances)} written")

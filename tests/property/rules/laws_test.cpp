@@ -266,7 +266,29 @@ TEST(Laws, DeletingEventsMovesVerdictsOnlyTowardsInconclusive) {
     const auto less = thinned(trace, scenario.is_attached);
     const Verified reduced(less, spec);
     const Deletion deletion{.before = trace, .after = less, .has_crashed = scenario.has_crashed};
-    if (const auto broken = broken_by(deletion, full, reduced); !broken.empty()) {
+    const Verified user(without_kernel(trace), spec);
+    if (const auto broken = broken_by(deletion, full, reduced, user); !broken.empty()) {
+      RC_FAIL(broken + events_text(less));
+    }
+  }));
+}
+
+// The kernel's events, of which any may be missing, with a record of it or without.
+TEST(Laws, KernelEventsNeverDecideLess) {
+  EXPECT_TRUE(rc::check("L6", [] {
+    auto scenario = *scenarios();
+    scenario.is_kernel = true;
+    const auto trace =
+        trace_of(text_of(scenario) + (*rc::gen::arbitrary<bool>() ? "" : "\nkernel") +
+                 (*rc::gen::arbitrary<bool>() ? "" : "\n150 discard kernel until=170"));
+    const auto spec = spec_of(scenario);
+    auto less = trace;
+    const auto rarity = *rc::gen::inRange<std::size_t>(1, 20).as("every");
+    std::size_t number = 0;
+    less.erase<analysis::SchedSwitch>(
+        [&](const auto&, const auto&) { return ++number % rarity == 0; });
+    const Verified user(without_kernel(less), spec);
+    if (const auto broken = broken_by_kernel(user, Verified(less, spec)); !broken.empty()) {
       RC_FAIL(broken + events_text(less));
     }
   }));

@@ -1,5 +1,6 @@
 // The edges of the callback graph: who took whose messages.
 #include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/report_rows.hpp>
 
 #include "support/trace_text.hpp"
 
@@ -14,9 +15,12 @@ using namespace analysis;
 
 std::string edges_of(std::string_view trace) {
   std::string text;
-  for (const auto& edge : analyze(trace_of(trace)).report.edges) {
-    text += (edge.from ? edge.from->logical_id : "-") + " -> " + edge.to.logical_id + " " +
-            edge.topic + " x" + std::to_string(edge.messages);
+  const auto report = analyze(trace_of(trace)).report;
+  const ReportRows rows(report);
+  for (const auto& edge : report.edges) {
+    const auto id = [&rows](CallbackIndex index) { return rows.find(index)->logical_id; };
+    text += (edge.from ? id(*edge.from) : "-") + " -> " + id(edge.to) + " " + edge.topic + " x" +
+            std::to_string(edge.messages);
     if (edge.communication) {
       text += ' ' + std::to_string(edge.communication->min) + ".." +
               std::to_string(edge.communication->max);

@@ -1,7 +1,7 @@
 // What two samples allow to say about each other.
 #include <cie/analysis/comparison.hpp>
 
-#include "binomial.hpp"
+#include "studies/binomial.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -23,7 +23,7 @@ CallbackSample sample(std::int64_t first, std::int64_t count) {
   CallbackSample result;
   result.logical_id = "/a";
   result.instances = static_cast<std::uint64_t>(count);
-  result.isolated = true;
+  result.isolation = Isolation::isolated;
   result.response_time = OrderStatistics::of(ramp(first, count));
   return result;
 }
@@ -120,8 +120,16 @@ TEST(Compare, MissesWhatIsGoneAndNoticesLostIsolation) {
   EXPECT_TRUE(changes[0].is_regression()) << "/a is gone";
   EXPECT_FALSE(changes[1].is_regression()) << "/b is new";
   auto shared = sample(0, 10);
-  shared.isolated = false;
+  shared.isolation = Isolation::not_isolated;
   EXPECT_TRUE(compare({sample(0, 10)}, {shared}, 0.05).front().lost_isolation);
+}
+
+TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {
+  auto idle = sample(0, 0);
+  for (const auto isolation : {std::optional(Isolation::never_ran), std::optional<Isolation>()}) {
+    idle.isolation = isolation;
+    EXPECT_FALSE(compare({sample(0, 10)}, {idle}, 0.05).front().lost_isolation);
+  }
 }
 
 }  // namespace

@@ -5,10 +5,10 @@
 #include <unordered_map>
 #include <utility>
 
-#include <by_index.hpp>
-#include <flat_map.hpp>
 #include <gtest/gtest.h>
-#include <recent.hpp>
+#include <model/by_index.hpp>
+#include <trackers/flat_map.hpp>
+#include <trackers/recent.hpp>
 
 namespace cie::analysis {
 namespace {

@@ -1,5 +1,6 @@
 // Latencies between hosts whose clocks differ: what is shown, and how far it may be wrong.
 #include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/report_rows.hpp>
 
 #include "support/move_to_host.hpp"
 #include "support/trace_text.hpp"
@@ -54,8 +55,9 @@ TextTrace on_two_hosts(std::string_view text) {
 }
 
 const GraphEdge& edge_to(const Report& report, std::string_view callback) {
+  const ReportRows rows(report);
   for (const auto& edge : report.edges) {
-    if (edge.to.logical_id == callback) return edge;
+    if (rows.find(edge.to)->logical_id == callback) return edge;
   }
   throw std::invalid_argument("no such edge");
 }
@@ -196,8 +198,9 @@ TEST(HostClocks, ThatAreStepByStepCorrectedContradictEachOther) {
   EXPECT_EQ(pair.fastest_there_ns, 6 - 300);
   EXPECT_LT(*pair.error_ns, 0);
   EXPECT_TRUE(edge_to(report, "show").clock_error->is_contradiction());
-  const auto is_told = std::ranges::any_of(
-      report.defects, [](const TraceDefect& defect) { return defect.kind == "clocks-drifted"; });
+  const auto is_told = std::ranges::any_of(report.defects, [](const TraceDefect& defect) {
+    return defect.kind == DefectKind::clocks_drifted;
+  });
   EXPECT_TRUE(is_told);
 }
 

@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <host_gaps.hpp>
+#include <model/host_gaps.hpp>
 
 namespace cie::test {
 namespace {

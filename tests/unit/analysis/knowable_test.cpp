@@ -103,6 +103,103 @@ TEST(Knowable, AnEndWithoutItsStartUsesUpTheWakeUp) {
 }
 
 // An announcement tells of a thread that has long begun.
+// Until the first clock_sync run_begin tells what the wall clock showed.
+TEST(Knowable, WhenASampleWasWrittenBeforeTheFirstClockSync) {
+  auto trace = test::trace_of(R"(
+    publisher out
+    thread t1 pool
+    callback fusion subscription pooled
+    10 publish out on=t1
+    30 start fusion on=t1 release=none from=out:0
+    40 end fusion on=t1)");
+  trace.erase<ClockSync>();
+  Instances told;
+  const auto result = test::analyze(trace, {}, &told);
+  ASSERT_EQ(told.all.size(), 1U);
+  EXPECT_EQ(told.all[0].release_source, ReleaseSource::source_timestamp);
+  EXPECT_EQ(told.all[0].release, Timestamp{10});
+  EXPECT_EQ(result.report.callbacks.at(0).response_time_upper->max, 30);
+}
+
+// What a tid runs as after its thread_fini is another thread's, from its last switch-out on.
+TEST(Knowable, HowLongAThreadRanThatGoesOnAfterItsEnd) {
+  const auto result = test::analyze(test::trace_of(R"(
+    callback fusion
+    2  switch 0 idle fusion
+    10 start  fusion
+    12 end    fusion
+    14 finish fusion
+    16 switch 0 fusion idle state=1
+    28 switch 0 idle fusion
+    30 start  fusion
+    32 end    fusion
+    40 switch 0 fusion idle state=1)"));
+  std::vector<std::optional<std::int64_t>> busy;
+  for (const auto& thread : result.report.threads) {
+    if (thread.tid == 101) busy.push_back(thread.busy_ns);
+  }
+  EXPECT_EQ(busy, (std::vector<std::optional<std::int64_t>>{16 - 2, 40 - 28}));
+}
+
+std::optional<std::uint64_t> longest_queue(const test::TextTrace& trace) {
+  return test::analyze(trace).report.callbacks.at(0).longest_queue;
+}
+
+// Three samples wait while the first instance runs; one is overwritten as the last comes.
+constexpr const char* kQueue = R"(
+  callback fusion subscription
+  8  release fusion
+  10 start fusion
+  12 release fusion
+  14 release fusion
+  16 release fusion
+  18 release fusion overwritten=1
+  20 end fusion
+  22 start fusion
+  24 end fusion
+  26 start fusion
+  28 end fusion
+  30 release fusion
+  32 start fusion
+  34 end fusion)";
+
+TEST(Knowable, HowManySamplesWaitedAtMost) {
+  EXPECT_EQ(longest_queue(test::trace_of(kQueue)), 3U);
+  EXPECT_EQ(longest_queue(test::trace_of("callback fusion subscription")), std::nullopt)
+      << "no release was recorded at all";
+  EXPECT_EQ(longest_queue(test::trace_of("callback t timer\n5 start t\n6 end t")), std::nullopt);
+}
+
+// Attached to a process that has handled seven samples and had two overwritten.
+TEST(Knowable, HowManySamplesWaitedAtMostSinceTheRecorderAttached) {
+  auto trace = test::trace_of(R"(
+    process app attached
+    callback fusion subscription next=7
+    10 release fusion
+    12 release fusion
+    14 start fusion
+    16 end fusion)");
+  std::uint64_t released = 9;
+  for (auto& event : trace.events) {
+    if (auto* release = std::get_if<CallbackRelease>(&event.body)) {
+      release->release_seq = released++;
+      release->overwritten = 2;
+    }
+  }
+  EXPECT_EQ(longest_queue(trace), 2U);
+}
+
+TEST(Knowable, NotHowManySamplesWaitedAfterALoss) {
+  auto without_start = test::trace_of(kQueue);
+  without_start.erase<CallbackStart>(
+      [](const CallbackStart& e, const EventHead&) { return e.seq == 1; });
+  EXPECT_EQ(longest_queue(without_start), std::nullopt);
+  auto without_release = test::trace_of(kQueue);
+  without_release.erase<CallbackRelease>(
+      [](const CallbackRelease& e, const EventHead&) { return e.release_seq == 4; });
+  EXPECT_EQ(longest_queue(without_release), std::nullopt);
+}
+
 TEST(Knowable, AnAnnouncementLeavesTheWakeUpAlone) {
   auto trace = test::trace_of(R"(
     process app attached

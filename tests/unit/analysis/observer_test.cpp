@@ -1,5 +1,6 @@
 // What observers are told besides instances: who woke whom, and on which host.
 #include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/report_rows.hpp>
 
 #include "support/trace_text.hpp"
 
@@ -84,16 +85,17 @@ TEST_F(Kernel, TellsHostsApartWhoseProcessesHaveTheSamePid) {
     push(90, StreamEnd{}, stream);
   }
   const auto report = analyzer_.finish().report;
-  std::map<std::uint32_t, std::string> hosts;
+  std::map<HostIndex, std::string> hosts;
   for (const auto& process : report.processes)
-    hosts[process.host_number] = process.host;
+    hosts[process.host_index] = process.host;
   ASSERT_EQ(told_.instances.size(), 2U);
   for (const auto& instance : told_.instances)
     EXPECT_EQ(hosts.at(instance.host), instance.start.ns == 10 ? "left" : "right");
   ASSERT_EQ(report.callbacks.size(), 2U);
-  EXPECT_NE(report.callbacks[0].host_number, report.callbacks[1].host_number);
+  const ReportRows rows(report);
+  EXPECT_NE(rows.process_of(report.callbacks[0]).host, rows.process_of(report.callbacks[1]).host);
   ASSERT_EQ(report.threads.size(), 2U);
-  EXPECT_NE(report.threads[0].host_number, report.threads[1].host_number);
+  EXPECT_NE(rows.process_of(report.threads[0]).host, rows.process_of(report.threads[1]).host);
 }
 
 }  // namespace

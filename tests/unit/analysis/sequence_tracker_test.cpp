@@ -1,4 +1,4 @@
-#include "sequence_tracker.hpp"
+#include "trackers/sequence_tracker.hpp"
 
 #include <initializer_list>
 
@@ -100,6 +100,19 @@ TEST(SequenceTracker, HostileNumbersKeepItBounded) {
     series.see(i * 1'000'003);
   series.see(0xffff'ffff'ffff'ffffU);
   EXPECT_GT(series.finished().missing, 4'999U * 1'000'002U);
+}
+
+// Ends of instances that began before the first start seen: some may have come before the record.
+TEST(SequenceTracker, CountsHolesFromANumberOn) {
+  const auto from = [](std::uint64_t first, std::initializer_list<std::uint64_t> numbers) {
+    Series series(numbers);
+    series.tracker.finish_from(first, EventRef{}, series.facts);
+    return series.facts.missing;
+  };
+  EXPECT_EQ(from(5, {3, 5, 6}), 0U) << "4 is below";
+  EXPECT_EQ(from(4, {3, 5, 6}), 1U);
+  EXPECT_EQ(from(4, {1, 7}), 3U) << "4, 5 and 6";
+  EXPECT_EQ(from(4, {6, 7}), 2U) << "4 and 5";
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "thread_timeline.hpp"
+#include "trackers/thread_timeline.hpp"
 
 #include <string>
 #include <vector>

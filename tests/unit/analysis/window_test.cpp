@@ -1,5 +1,7 @@
 #include <cie/analysis/analyzer.hpp>
 
+#include <algorithm>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -13,9 +15,9 @@ constexpr CallbackId kCallback{1};
 // what a test says. Instances are written into stream 0.
 class TwoStreams : public testing::Test, private Observer {
  protected:
-  TwoStreams() : analyzer_(AnalysisOptions{}, this) {
-    for (std::uint32_t stream = 0; stream < 2; ++stream)
-      push(0, stream, StreamBegin{});
+  explicit TwoStreams(const StreamBegin& second = {}) : analyzer_(AnalysisOptions{}, this) {
+    push(0, 0, StreamBegin{});
+    push(0, 1, second);
   }
   void push(std::int64_t time, std::uint32_t stream, const EventBody& body) {
     analyzer_.consume(
@@ -85,6 +87,100 @@ TEST_F(TwoStreams, AnEmptyStreamDoesNotNarrowTheWindow) {
   push(100, 0, PacketEnd{});
   push(100, 0, StreamEnd{});
   EXPECT_EQ(finish().instances, 1U);
+}
+
+class OneIsIdle : public TwoStreams {
+ protected:
+  OneIsIdle() : TwoStreams(idle()) {}
+
+ private:
+  static StreamBegin idle() {
+    StreamBegin begin;
+    begin.has_events = false;
+    return begin;
+  }
+};
+
+// The only packet of an idle CPU begins with the tracer's last flush.
+TEST_F(OneIsIdle, ItCoversEverythingUpToItsEnd) {
+  push(0, 0, PacketBegin{});
+  start(10);
+  end(20);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  push(116, 1, PacketBegin{});
+  push(120, 1, PacketEnd{});
+  push(120, 1, StreamEnd{});
+  const auto report = analyzer_.finish().report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+  EXPECT_EQ(report.trace.begin, Timestamp{0});
+  EXPECT_EQ(report.trace.end, Timestamp{100});
+}
+
+TEST_F(OneIsIdle, NothingIsKnownOfItsCpuAfterItsEnd) {
+  push(0, 0, PacketBegin{});
+  start(10);
+  end(20);
+  push(30, 1, PacketBegin{});
+  push(40, 1, PacketEnd{});
+  push(40, 1, StreamEnd{});
+  start(50);
+  end(60);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  const auto report = analyzer_.finish().report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+  EXPECT_EQ(report.trace.end, Timestamp{40});
+}
+
+class OneIsLeftOut : public TwoStreams {
+ protected:
+  OneIsLeftOut() : TwoStreams(left_out()) {}
+
+ private:
+  static StreamBegin left_out() {
+    StreamBegin begin;
+    begin.path = "channel_1";
+    begin.is_left_out = true;
+    return begin;
+  }
+};
+
+TEST_F(OneIsLeftOut, TheWindowIsThatOfTheOtherAndItIsNamed) {
+  push(0, 0, PacketBegin{});
+  start(10);
+  end(20);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  push(200, 1, PacketBegin{});
+  push(300, 1, PacketEnd{});
+  push(300, 1, StreamEnd{});
+  const auto report = analyzer_.finish().report;
+  EXPECT_EQ(report.callbacks.at(0).instances, 1U);
+  EXPECT_EQ(report.trace.end, Timestamp{100});
+  const auto defect =
+      std::ranges::find(report.defects, DefectKind::streams_left_out, &TraceDefect::kind);
+  ASSERT_NE(defect, report.defects.end());
+  EXPECT_NE(defect->advice.find("channel_1"), std::string::npos);
+}
+
+// Who reads without knowing what comes cannot leave any out: then nothing is counted, and that is
+// told as loss.
+TEST_F(TwoStreams, ThatHaveNothingInCommonAreADefect) {
+  push(0, 0, PacketBegin{});
+  start(10);
+  end(20);
+  push(100, 0, PacketEnd{});
+  push(100, 0, StreamEnd{});
+  push(200, 1, PacketBegin{});
+  push(210, 1, OtherEvent{});
+  push(300, 1, PacketEnd{});
+  push(300, 1, StreamEnd{});
+  const auto result = analyzer_.finish();
+  EXPECT_EQ(result.report.callbacks.at(0).instances, 0U);
+  EXPECT_TRUE(std::ranges::count(result.report.defects, DefectKind::streams_apart,
+                                 &TraceDefect::kind) == 1);
+  EXPECT_EQ(result.verdicts.verdict, Verdict::inconclusive);
 }
 
 TEST_F(TwoStreams, AnInstanceThatNeverEndsIsListedNotCounted) {

@@ -159,6 +159,70 @@ TEST_F(Doctor, TheSchedulerIsRecordedByBpfOrTracefs) {
   expect("kernel-events", Health::ok, "BPF");
 }
 
+// What a second of the scheduler's events shows stands in place of what the kernel promises.
+const Finding kPromised{.id = "kernel-events", .health = Health::ok, .what = {}, .advice = {}};
+
+std::string trial_of(const std::string& cpus) {
+  return R"({"schema": "cie.kernel-trial/1", "route": "bpf", "length_ns": 1040000000, "cpus": [)" +
+         cpus + "]}";
+}
+
+TEST(KernelTrial, WithoutHolesIsFine) {
+  const auto finding =
+      examine_kernel_trial(trial_of(R"({"cpu": 0, "switches": 2000, "untold": 0, "lost": 0},
+                  {"cpu": 1, "switches": 1500, "untold": 0, "lost": 0})"),
+                           kPromised);
+  EXPECT_EQ(finding.id, "kernel-events");
+  EXPECT_EQ(label(finding.health), "ok");
+  EXPECT_EQ(finding.what, "by bpf, tried for 1.0 s: 3500 switches, none is missing");
+}
+
+TEST(KernelTrial, SaysWhatShareOfSwitchesIsMissingAndWhere) {
+  // 150 of 1850 + 150, all on CPU 1, of 3850 + 150 in all.
+  const auto finding =
+      examine_kernel_trial(trial_of(R"({"cpu": 0, "switches": 2000, "untold": 0, "lost": 0},
+                  {"cpu": 1, "switches": 1850, "untold": 150, "lost": 3})"),
+                           kPromised);
+  EXPECT_EQ(label(finding.health), "warning");
+  EXPECT_EQ(finding.what,
+            "by bpf, tried for 1.0 s: the kernel did not tell 150 of 4000 switches, 3.8 %: 150 of "
+            "2000 on CPU 1");
+  EXPECT_THAT(finding.advice, HasSubstr("not measured"));
+}
+
+TEST(KernelTrial, SaysThatBuffersWereFull) {
+  const auto finding = examine_kernel_trial(
+      trial_of(R"({"cpu": 0, "switches": 2000, "untold": 0, "lost": 7})"), kPromised);
+  EXPECT_EQ(label(finding.health), "warning");
+  EXPECT_THAT(finding.what, HasSubstr("7 events were lost"));
+  EXPECT_THAT(finding.advice, HasSubstr("--kernel-buffer"));
+}
+
+TEST(KernelTrial, OfAKernelThatTellsNothingIsAWarning) {
+  const auto finding = examine_kernel_trial(
+      trial_of(R"({"cpu": 0, "switches": 0, "untold": 0, "lost": 0})"), kPromised);
+  EXPECT_EQ(label(finding.health), "warning");
+  EXPECT_THAT(finding.what, HasSubstr("no switch"));
+}
+
+TEST(KernelTrial, ThatIsForbiddenSaysWhyAndWhatToDo) {
+  const std::string trial =
+      R"({"schema": "cie.kernel-trial/1", "reason": "bpf(): Operation not permitted"})";
+  auto finding = examine_kernel_trial(trial, kPromised);
+  EXPECT_EQ(label(finding.health), "warning");
+  EXPECT_EQ(finding.what, "they cannot be recorded: bpf(): Operation not permitted");
+  EXPECT_THAT(finding.advice, HasSubstr("CAP_BPF"));
+  auto promised = kPromised;
+  promised.advice = "build a kernel";
+  EXPECT_EQ(examine_kernel_trial(trial, promised).advice, "build a kernel");
+}
+
+TEST(KernelTrial, OfAnotherProgramIsAnError) {
+  EXPECT_THROW(examine_kernel_trial("cie-record 0.1", kPromised), std::runtime_error);
+  EXPECT_THROW(examine_kernel_trial(R"({"schema": "cie.kernel-trial/1"})", kPromised),
+               std::runtime_error);
+}
+
 TEST_F(Doctor, LttngsModulesAreNotNeeded) {
   expect("lttng-modules", Health::ok, "not loaded");
   fs::create_directories(root() / "sys/module/lttng_tracer");

@@ -25,6 +25,14 @@ TEST(ExitCode, TakesInconclusiveAsAsked) {
   EXPECT_EQ(exit_code(overall(Verdict::fail), OnInconclusive::warn), 1) << "a violation stays one";
 }
 
+TEST(ExitCode, WaivesNeverThatAPartOfTheTraceWasNotRead) {
+  const auto report = overall(Verdict::inconclusive, Verdict::inconclusive);
+  EXPECT_EQ(exit_code(report, OnInconclusive::warn), 3);
+  EXPECT_EQ(exit_code(report, OnInconclusive::report), 3);
+  EXPECT_EQ(exit_code(report, OnInconclusive::fail), 1);
+  EXPECT_EQ(exit_code(overall(Verdict::fail, Verdict::inconclusive), OnInconclusive::warn), 1);
+}
+
 TEST(ExitCode, AnUnreadableTraceWinsOverAll) {
   EXPECT_EQ(exit_code(overall(Verdict::fail, Verdict::fail), OnInconclusive::warn), 4);
 }

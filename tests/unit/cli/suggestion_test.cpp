@@ -8,22 +8,6 @@
 namespace cie::cli {
 namespace {
 
-const std::vector<std::string> kOptions{"--format", "--output", "--spec", "--help", "-o"};
-
-TEST(Nearest, FindsWhatWasMeant) {
-  EXPECT_EQ(nearest("--fromat", kOptions), "--format") << "neighbours swapped";
-  EXPECT_EQ(nearest("--formt", kOptions), "--format") << "a letter left out";
-  EXPECT_EQ(nearest("--specs", kOptions), "--spec") << "a letter too many";
-  EXPECT_EQ(nearest("--outfut", kOptions), "--output") << "a wrong letter";
-}
-
-TEST(Nearest, SaysNothingRatherThanNonsense) {
-  EXPECT_EQ(nearest("--verbose", kOptions), "");
-  EXPECT_EQ(nearest("-x", kOptions), "");
-  EXPECT_EQ(nearest("", kOptions), "");
-  EXPECT_EQ(nearest(std::string(1'000'000, 'x'), kOptions), "");
-}
-
 TEST(CheckChoice, TellsPlannedFromUnknown) {
   const auto message = [](const std::string& value) {
     try {

@@ -1,5 +1,5 @@
-#include <ctf/event_cursor.hpp>
-#include <ctf/packet.hpp>
+#include <ctf/stream/event_cursor.hpp>
+#include <ctf/stream/packet.hpp>
 #include <gtest/gtest.h>
 
 namespace cie::analysis::ctf {

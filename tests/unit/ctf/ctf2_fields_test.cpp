@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include <ctf/metadata_parser.hpp>
-#include <ctf/tokens.hpp>
+#include <ctf/metadata/metadata_parser.hpp>
+#include <ctf/metadata/tokens.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

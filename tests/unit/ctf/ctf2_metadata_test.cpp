@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include <ctf/metadata_parser.hpp>
-#include <ctf/trace_plan.hpp>
+#include <ctf/metadata/metadata_parser.hpp>
+#include <ctf/program/trace_plan.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

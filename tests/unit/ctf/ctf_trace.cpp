@@ -27,7 +27,10 @@ std::string line_of(const Event& event) {
   const auto at = std::to_string(event.head.time.ns) + " ";
   return std::visit(
       Overloaded{
-          [](const StreamBegin& e) { return "stream of channel " + std::to_string(e.channel); },
+          [](const StreamBegin& e) {
+            return "stream of channel " + std::to_string(e.channel) +
+                   (e.has_events == false ? ", idle" : "") + (e.is_left_out ? ", left out" : "");
+          },
           [](const StreamEnd&) { return std::string("stream ends"); },
           [&](const PacketBegin&) { return at + "packet"; },
           [&](const PacketEnd&) { return at + "packet ends"; },
@@ -38,7 +41,8 @@ std::string line_of(const Event& event) {
           [](const DamagedPacket& e) {
             // Without the machine's path: "… at byte 5: reason".
             const auto at_byte = e.reason.rfind(" at byte ");
-            return "damaged" + std::string(e.reason.substr(std::min(at_byte, e.reason.size())));
+            return (e.has_foreign_metadata ? "foreign" : "damaged") +
+                   std::string(e.reason.substr(std::min(at_byte, e.reason.size())));
           },
           [&](const TimeRegression& e) { return at + "after " + std::to_string(e.previous.ns); },
           [&](const OtherEvent& e) {
@@ -120,6 +124,14 @@ std::string metadata(std::uint8_t uuid, const std::string& clock) {
          "  integer { size = 32; map = clock.c.value; } timestamp; }; };\n"
          "event { id = 1; stream_id = 0; name = \"tick\"; fields := struct { u8 value; }; };\n"
          "event { id = 2; stream_id = 0; name = \"text\"; fields := struct { string s; }; };\n";
+}
+
+void TraceFolder::grow(const std::string& file, std::uint64_t size) const {
+  fs::resize_file(path() / file, size);
+}
+
+void TraceFolder::append(const std::string& file, const std::string& bytes) const {
+  std::ofstream(path() / file, std::ios::binary | std::ios::app) << bytes;
 }
 
 void TraceFolder::write(const std::string& file, const std::string& bytes) const {

@@ -43,6 +43,9 @@ class TraceFolder {
  public:
   const std::filesystem::path& path() const { return directory_.path(); }
   void write(const std::string& file, const std::string& bytes) const;
+  // A hole up to that size.
+  void grow(const std::string& file, std::uint64_t size) const;
+  void append(const std::string& file, const std::string& bytes) const;
 
  private:
   TemporaryDirectory directory_;

@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
-#include <ctf/event_numbering.hpp>
-#include <ctf/provider_schema.hpp>
-#include <ctf/tokens.hpp>
+#include <ctf/metadata/tokens.hpp>
+#include <ctf/salvage/event_numbering.hpp>
+#include <ctf/salvage/provider_schema.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <ctf/program_builder.hpp>
+#include <ctf/program/program_builder.hpp>
 
 namespace cie::analysis::ctf::test {
 

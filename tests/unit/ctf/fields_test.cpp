@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include <ctf/metadata_parser.hpp>
+#include <ctf/metadata/metadata_parser.hpp>
 #include <gtest/gtest.h>
 
 namespace cie::analysis::ctf {
@@ -72,6 +72,29 @@ TEST(Fields, BigEndianBitsArePackedFromTheMostSignificantOne) {
   const auto got = layout.decode({0xba, 0xbc});
   EXPECT_EQ(got.number(0), 5);
   EXPECT_EQ(got.number(1), 0x1abc - 0x2000);
+}
+
+// Whose the bits of a shared byte are would be anybody's guess (CTF 1.8, 4.1.5).
+TEST(Fields, AByteOrderThatChangesWithinAByteIsRefused) {
+  const std::string little = "integer { size = 4; byte_order = le; } ";
+  const std::string big = "integer { size = 4; byte_order = be; } ";
+  const auto outcome = [](const std::string& declarations) {
+    return Layout(declarations, {"b"}).decode({0x12, 0x34, 0x56, 0x78, 0x9a, 0xbc}).outcome;
+  };
+  EXPECT_EQ(outcome(little + "a; " + big + "b;"), Outcome::mixed_order);
+  EXPECT_EQ(outcome(big + "a; " + little + "b;"), Outcome::mixed_order);
+  EXPECT_EQ(outcome(little + "a; " + big + "c; " + big + "b;"), Outcome::mixed_order);
+  EXPECT_EQ(outcome(little + "a[1]; " + big + "b[1];"), Outcome::mixed_order);
+  EXPECT_EQ(outcome(little + "a; struct { " + big + "x; } s[1]; " + little + "b;"),
+            Outcome::mixed_order);
+  EXPECT_EQ(outcome(little + "a; floating_point { exp_dig = 8; mant_dig = 24; align = 1; "
+                             "byte_order = be; } c; u8 b;"),
+            Outcome::mixed_order);
+  // Each byte has one.
+  EXPECT_EQ(outcome(little + "a; " + little + "c; " + big + "d; " + big + "b;"), Outcome::ok);
+  EXPECT_EQ(outcome(little + "a; integer { size = 16; align = 8; byte_order = be; } c; u8 b;"),
+            Outcome::ok);
+  EXPECT_EQ(outcome(little + "a; " + big + "c[0]; " + little + "b;"), Outcome::ok);
 }
 
 TEST(Fields, AlignmentSkipsBits) {

@@ -1,9 +1,9 @@
 #include <string>
 #include <string_view>
 
-#include <ctf/metadata_file.hpp>
-#include <ctf/metadata_parser.hpp>
-#include <ctf/trace_plan.hpp>
+#include <ctf/metadata/metadata_file.hpp>
+#include <ctf/metadata/metadata_parser.hpp>
+#include <ctf/program/trace_plan.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -121,7 +121,8 @@ TEST(Metadata, CallsitesAndUnknownAttributesAreSkipped) {
   const auto metadata = parse(
       "callsite { name = \"e\"; func = \"f\"; ip = 0x10; line = 3; };\n"
       "stream { id = 3; };\n"
-      "event { name = \"a:b\"; id = 4; stream_id = 3; loglevel = 13; model.emf.uri = \"u\"; };");
+      "event { name = \"a:b\"; id = 4; stream_id = 3; loglevel = 13; model.emf.uri = \"u\";\n"
+      " separator = ';'; quote = '\\''; wide = L'\\x41'; };");
   EXPECT_EQ(metadata.events.at(0).name, "a:b");
   EXPECT_EQ(metadata.events.at(0).stream, 3U);
 }
@@ -193,6 +194,23 @@ TEST(MetadataFile, PacketsAreJoined) {
   EXPECT_EQ(metadata_text(metadata_packet("trace ", 64) + metadata_packet("{ };", 41)),
             "trace { };");
   EXPECT_EQ(metadata_text("trace { };"), "trace { };");
+}
+
+TEST(Metadata, CharactersAreNumbers) {
+  const auto type = field("", "enum : integer { size = 8; } { a = 'a', nul = '\\0' } x;");
+  EXPECT_EQ(type->ranges.at(0).low, 97U);
+  EXPECT_EQ(type->ranges.at(1).low, 0U);
+  EXPECT_THAT(error_of(kTrace + std::string("event { x = '; };")),
+              HasSubstr("malformed character"));
+  EXPECT_THAT(error_of(kTrace + std::string("event { x = ''; };")),
+              HasSubstr("malformed character"));
+}
+
+// An editor's line feed, or what is left of a block.
+TEST(MetadataFile, WhatIsTooShortForAPacketAndBeginsNoneIsIgnored) {
+  const auto packet = metadata_packet("trace { };", 64);
+  for (const auto* tail : {"\n", "W", "abcd", "a tail of thirty-six characters, all"})
+    EXPECT_EQ(metadata_text(packet + tail), "trace { };") << tail;
 }
 
 TEST(MetadataFile, CutAndDamagedPacketsAreErrors) {

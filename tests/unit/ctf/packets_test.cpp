@@ -99,14 +99,46 @@ TEST(Packets, MissingNumbersAreLostPackets) {
 TEST(Packets, ADamagedHeaderCostsOnePacket) {
   auto bytes = bytes_of(three());
   const auto second = bytes_of(three()[0]).size();
-  for (const auto at : {second, second + 4}) {  // magic, uuid
-    auto damaged = bytes;
-    damaged[at] = static_cast<char>(damaged[at] ^ 0x40);
-    EXPECT_THAT(lines_of(damaged),
-                ElementsAre("110 tick on 0", "120 tick on 0",
-                            StartsWith("damaged at byte " + std::to_string(second) + ": "),
-                            "310 tick on 0"));
-  }
+  auto damaged = bytes;
+  damaged[second] = static_cast<char>(damaged[second] ^ 0x40);  // its magic number
+  EXPECT_THAT(
+      lines_of(damaged),
+      ElementsAre("110 tick on 0", "120 tick on 0",
+                  StartsWith("damaged at byte " + std::to_string(second) + ": "), "310 tick on 0"));
+}
+
+// Everything else of it says that it is one of this trace: it is read, and that is told.
+TEST(Packets, APacketOfAnotherUuidIsRead) {
+  auto packets = three();
+  packets[1].uuid = 7;
+  const auto second = bytes_of(packets[0]).size();
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0",
+                          StartsWith("foreign at byte " + std::to_string(second) + ": "),
+                          "210 tick on 0", "310 tick on 0"));
+  packets[2].uuid = 7;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0", StartsWith("foreign"), "210 tick on 0",
+                          StartsWith("foreign"), "310 tick on 0"));
+}
+
+// The metadata are another recording's.
+TEST(Packets, OfOneOtherUuidAreReadAndThatIsToldOnce) {
+  auto packets = three();
+  for (auto& packet : packets)
+    packet.uuid = 7;
+  EXPECT_THAT(lines_of(bytes_of(packets)), ElementsAre("foreign", "110 tick on 0", "120 tick on 0",
+                                                       "210 tick on 0", "310 tick on 0"));
+  EXPECT_THAT(lines_of(bytes_of(packets[0])),
+              ElementsAre("foreign", "110 tick on 0", "120 tick on 0"));
+}
+
+// What no packet follows may be anything.
+TEST(Packets, OfAnotherUuidBeforeGarbageAreDamage) {
+  auto packets = three();
+  packets[1].uuid = 7;
+  EXPECT_THAT(lines_of(bytes_of(packets[0]) + bytes_of(packets[1]) + std::string(100, 'x')),
+              ElementsAre("110 tick on 0", "120 tick on 0", StartsWith("damaged")));
 }
 
 TEST(Packets, SizesThatContradictEachOtherCostOnePacket) {
@@ -178,6 +210,66 @@ TEST(Packets, APacketThatComesTwiceIsReadOnce) {
                                  HasSubstr("there before"), "310 tick on 0"));
 }
 
+// A tracer that counts nothing, or a number that was damaged: time says what is new.
+TEST(Packets, OfOneNumberAreReadWhereTimeGoesOn) {
+  auto packets = three();
+  for (auto& packet : packets)
+    packet.sequence = 5;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0", "210 tick on 0", "310 tick on 0"));
+  packets[1].sequence = 3;
+  EXPECT_THAT(lines_of(bytes_of(packets)),
+              ElementsAre("110 tick on 0", "120 tick on 0", "210 tick on 0",
+                          "290 lost 1 packets until 300", "310 tick on 0"));
+  packets[1].sequence = 5;
+  packets[1].begin = packets[1].end = 150;  // within the packet before
+  EXPECT_THAT(lines_of(bytes_of(packets)), ElementsAre("110 tick on 0", "120 tick on 0",
+                                                       HasSubstr("there before"), "310 tick on 0"));
+}
+
+constexpr std::uint64_t kTebibyte = std::uint64_t{1} << 40U;
+
+// Reading it through takes hours.
+TEST(Packets, AHoleIsSteppedOverAndTold) {
+  const auto packets = three();
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("stream", bytes_of(packets[0]));
+  const auto first = bytes_of(packets[0]).size();
+  folder.grow("stream", kTebibyte);
+  const auto hole = StartsWith("damaged at byte " + std::to_string(first) + ": no packet begins");
+  EXPECT_THAT(read(folder), ElementsAre("110 tick on 0", "120 tick on 0", hole));
+  folder.append("stream", bytes_of(packets[1]));
+  folder.grow("stream", 2 * kTebibyte);
+  EXPECT_THAT(read(folder), ElementsAre("110 tick on 0", "120 tick on 0", hole, "210 tick on 0",
+                                        StartsWith("damaged at byte ")));
+  folder.write("stream", "");
+  folder.grow("stream", kTebibyte);
+  EXPECT_THAT(error_of(folder), HasSubstr("stream at byte 0: no packet begins here"));
+}
+
+// A header that claims the hole behind it: zeros are events of this trace.
+TEST(Packets, AHoleWithinAPacketIsNotReadAsEvents) {
+  auto text = metadata();
+  text.replace(text.find("id = 1; stream_id"), 6, "id = 0");
+  auto packets = three();
+  for (auto& packet : packets)
+    packet.ticks.clear();
+  auto bytes = bytes_of(packets[0]);
+  for (const std::size_t at : {std::size_t{48}, std::size_t{56}}) {  // content and packet size
+    for (unsigned i = 0; i < 8; ++i)
+      bytes[at + i] = static_cast<char>(kTebibyte * 8 >> 8 * i & 0xff);
+  }
+  TraceFolder folder;
+  folder.write("metadata", text);
+  folder.write("stream", bytes);
+  folder.grow("stream", kTebibyte);
+  folder.append("stream", bytes_of(packets[1]));
+  EXPECT_THAT(read_all(folder), testing::AllOf(testing::Contains(HasSubstr("never written")),
+                                               testing::Contains("0: 200 packet"),
+                                               testing::Not(testing::Contains(HasSubstr("tick")))));
+}
+
 TEST(Packets, TimeThatRunsBackwardsIsTold) {
   auto packets = three();
   packets[1].begin = 150;
@@ -205,6 +297,22 @@ TEST(Packets, OneBadStreamAmongGoodOnesIsDamage) {
   folder.write("bad", std::string(1000, 'x'));
   EXPECT_THAT(read(folder),
               ElementsAre(StartsWith("damaged at byte 0"), "110 tick on 0", "120 tick on 0"));
+}
+
+// Most traces are not ours, and have no manifest to be compared with.
+TEST(Packets, AnErrorSpeaksOfAManifestOnlyWhereThereIsOne) {
+  for (const auto& [file, bytes] :
+       {std::pair("trace/stream", "garbage"), std::pair("trace/metadata", "garbage")}) {
+    TraceFolder folder;
+    folder.write("trace/metadata", metadata());
+    folder.write("trace/stream", bytes_of(three()));
+    folder.write(file, bytes);
+    EXPECT_THAT(error_of(folder),
+                testing::AllOf(testing::Not(HasSubstr("manifest")),
+                               testing::Not(HasSubstr("cie record")), HasSubstr("copied whole")));
+    folder.write("manifest.json", "{}");
+    EXPECT_THAT(error_of(folder), HasSubstr("compare its files with the recording's manifest"));
+  }
 }
 
 TEST(Packets, MetadataThatCannotBeReadNamesItsFile) {

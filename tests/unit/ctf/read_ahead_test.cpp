@@ -10,9 +10,9 @@
 #include <vector>
 
 #include <ctf/read_ahead.hpp>
-#include <event_batch.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <vocabulary/event_batch.hpp>
 
 namespace cie::test {
 namespace {

@@ -65,6 +65,48 @@ TEST(Streams, SnapshotsThatOverlapRepeatNothing) {
               ElementsAre("10 tick on 0", "20 tick on 0", "30 tick on 0", "40 tick on 0"));
 }
 
+// LTTng gives the only packet of an idle CPU the begin of its last flush.
+TEST(Streams, WithoutAnyEventAreToldAsIdle) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("0", bytes_of(PacketText{.begin = 1, .end = 90, .ticks = {{2}, {80}}, .cpu = 0}));
+  folder.write("1", bytes_of({PacketText{.begin = 89, .end = 91, .sequence = 0, .cpu = 1},
+                              PacketText{.begin = 91, .end = 92, .sequence = 1, .cpu = 1}}));
+  folder.write(
+      "2", bytes_of({PacketText{.begin = 1, .end = 5, .sequence = 0, .cpu = 2},
+                     PacketText{.begin = 5, .end = 92, .ticks = {{6}}, .sequence = 1, .cpu = 2}}));
+  const auto lines = read_all(folder);
+  EXPECT_EQ(lines[0], "0: stream of channel 0");
+  EXPECT_EQ(lines[1], "1: stream of channel 0, idle");
+  EXPECT_EQ(lines[2], "2: stream of channel 0");
+}
+
+TEST(Streams, ThatHaveNoTimeInCommonWithMostOthersAreLeftOut) {
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  const auto stream = [](std::uint64_t begin, std::uint64_t end, std::uint32_t cpu) {
+    const auto middle = (begin + end) / 2;
+    return bytes_of(
+        {PacketText{.begin = begin, .end = middle, .ticks = {{begin}}, .cpu = cpu},
+         PacketText{.begin = middle, .end = end, .ticks = {{end}}, .sequence = 1, .cpu = cpu}});
+  };
+  folder.write("0", stream(0, 100, 0));
+  folder.write("1", stream(20, 90, 1));
+  folder.write("2", stream(200, 300, 2));                                    // after the others
+  folder.write("3", bytes_of(PacketText{.begin = 5, .end = 10, .cpu = 3}));  // idle, and cut
+  const auto lines = read_all(folder);
+  EXPECT_THAT(
+      std::vector(lines.begin(), lines.begin() + 4),
+      ElementsAre("0: stream of channel 0", "1: stream of channel 0",
+                  "2: stream of channel 0, left out", "3: stream of channel 0, idle, left out"));
+  // Nothing of them is lost to the reader.
+  EXPECT_THAT(lines, testing::Contains("2: 300 tick on 2"));
+  EXPECT_THAT(lines, testing::Not(testing::Contains(testing::HasSubstr("lost"))));
+  folder.write("2", stream(90, 300, 2));
+  folder.write("3", bytes_of(PacketText{.begin = 5, .end = 90, .cpu = 3}));
+  EXPECT_EQ(read_all(folder)[2], "2: stream of channel 0");
+}
+
 TEST(Streams, ATraceNamedTwiceIsReadOnce) {
   TraceFolder folder;
   folder.write("metadata", metadata());

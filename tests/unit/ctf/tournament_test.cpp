@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <ctf/tournament.hpp>
+#include <ctf/stream/tournament.hpp>
 #include <gtest/gtest.h>
 
 namespace cie::analysis::ctf {

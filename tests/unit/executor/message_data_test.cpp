@@ -1,9 +1,9 @@
 // Samples as bytes: what is written, and that nothing is believed that comes from elsewhere.
-#include "message_data.hpp"
+#include "dds/message_data.hpp"
 
 #include <cie/executor/message.hpp>
 
-#include "serdata_ptr.hpp"
+#include "dds/serdata_ptr.hpp"
 
 #include <cstdint>
 #include <memory>

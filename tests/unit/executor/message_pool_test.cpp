@@ -1,4 +1,4 @@
-#include "message_pool.hpp"
+#include "dds/message_pool.hpp"
 
 #include <cie/executor/message.hpp>
 
@@ -17,7 +17,7 @@ class MessagePoolTest : public testing::Test {
   // Lends a message, has `use` do something with it, and says where it was.
   template <typename Use>
   const void* lend(Use use) {
-    MessagePool::Lent message{pool};
+    MessagePool::Loan message{pool};
     const void* const memory = message.memory();
     use(message);
     return memory;
@@ -44,7 +44,7 @@ TEST_F(MessagePoolTest, LendsTwoAtOnce) {
 TEST_F(MessagePoolTest, HasNoPartInAMessageOfSomebodyElse) {
   const std::shared_ptr<const String> other{make_message<String>()};
   {
-    MessagePool::Lent message{pool};
+    MessagePool::Loan message{pool};
     message.refer_to(other);
     EXPECT_EQ(message.get(), other.get());
   }

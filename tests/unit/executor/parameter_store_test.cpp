@@ -1,5 +1,5 @@
 // What may be declared and set, who is asked and who is told.
-#include "parameter_store.hpp"
+#include "parameters/parameter_store.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -79,7 +79,7 @@ TEST_F(Parameters, AreDeclaredOnceAndBeforeUse) {
 
 TEST_F(Parameters, KeepTheirTypeUnlessTheyAreDynamicallyTyped) {
   store.declare("rate", 10, {});
-  EXPECT_THAT(refused("rate", 10.0), HasSubstr("its type is integer, not floating point"));
+  EXPECT_THAT(refused("rate", 10.0), HasSubstr("its type is integer, not double"));
   EXPECT_THAT(refused("rate", {}), HasSubstr("not nothing"));
   store.declare("any", {}, {.is_dynamically_typed = true});
   expect_set("any", 1);

@@ -32,9 +32,9 @@ TEST(ParameterText, IsOfTheFirstKindThatFits) {
 }
 
 TEST(ParameterText, IsOfTheKindAskedForOrRefused) {
-  EXPECT_EQ(parse("10", ParameterKind::text), ParameterValue{std::string{"10"}});
-  EXPECT_EQ(parse("10", ParameterKind::floating_point), ParameterValue{10.0});
-  EXPECT_EQ(parse("[0, 255]", ParameterKind::bytes),
+  EXPECT_EQ(parse("10", ParameterKind::string), ParameterValue{std::string{"10"}});
+  EXPECT_EQ(parse("10", ParameterKind::double_), ParameterValue{10.0});
+  EXPECT_EQ(parse("[0, 255]", ParameterKind::byte_array),
             (ParameterValue{std::vector<std::uint8_t>{0, 255}}));
   const auto refused = [](std::string_view text, ParameterKind kind, const char* reason) {
     EXPECT_THAT([&] { parse(text, kind); },
@@ -42,9 +42,9 @@ TEST(ParameterText, IsOfTheKindAskedForOrRefused) {
   };
   refused("1.5", ParameterKind::integer, "parameter \"p\" is \"1.5\"; write a whole number");
   refused("9223372036854775808", ParameterKind::integer, "of 64 bits");
-  refused("yes", ParameterKind::boolean, "true or false");
-  refused("[256]", ParameterKind::bytes, "0 to 255");
-  refused("1", ParameterKind::integers, "a list");
+  refused("yes", ParameterKind::bool_, "true or false");
+  refused("[256]", ParameterKind::byte_array, "0 to 255");
+  refused("1", ParameterKind::integer_array, "a list");
   refused("[1]", ParameterKind::integer, "a single value");
 }
 

@@ -1,6 +1,6 @@
 #include <cie/executor/qos.hpp>
 
-#include "dds_qos.hpp"
+#include "dds/dds_qos.hpp"
 
 #include <cstdint>
 #include <stdexcept>

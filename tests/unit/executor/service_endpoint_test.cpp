@@ -1,4 +1,4 @@
-#include "service_endpoint.hpp"
+#include "services/service_endpoint.hpp"
 
 #include <cstring>
 #include <string>

@@ -32,8 +32,6 @@ class CpuUsageTest : public testing::Test {
     process.boot_id = "boot";
     process.pid_ns = status.st_ino;
     report_.processes.push_back(process);
-    thread_.host = "h";
-    thread_.pid = 7;
     thread_.tid = 8;
   }
   void uses(std::int64_t ns) {

@@ -65,7 +65,7 @@ TEST(Look, TellsAGapAndForgetsOneThatWasFilled) {
   const auto gaps = [&analyzer] {
     const auto result = analyzer.look();
     for (const auto& defect : result.report.defects) {
-      if (defect.kind == "seq-gaps") return defect.count;
+      if (defect.kind == analysis::DefectKind::seq_gaps) return defect.count;
     }
     return std::uint64_t{0};
   };

@@ -1,7 +1,13 @@
 #include "monitor.hpp"
 
+#include "snapshot_json.hpp"
 #include "support/move_to_host.hpp"
 #include "support/trace_text.hpp"
+#include "support/two_hosts.hpp"
+
+#include <map>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -162,6 +168,37 @@ TEST(Monitor, WindowsAreByTheClockOfEachHost) {
     EXPECT_EQ(watched.callback(snapshot, "show").instances, 1U) << moved;
     EXPECT_EQ(watched.callback(snapshot, "plan").host, moved == 100 ? "other" : "robot");
     EXPECT_EQ(snapshot.time_ns, 150 + (moved == 200 ? kHour : 0)) << "of the host heard of last";
+  }
+}
+
+TEST(Monitor, TellsHostsApartWhosePidsTidsAndIdsAreTheSame) {
+  Monitor monitor(nullptr);
+  Analyzer analyzer({.allow_crash = true, .is_live = true}, &monitor);
+  const auto trace = test::application_on_two_hosts();
+  for (const auto& event : trace.events)
+    analyzer.consume(event);
+  const auto snapshot = monitor.describe(analyzer.look(), std::chrono::steady_clock::now());
+  std::map<std::pair<std::string, std::string>, std::int64_t> last;
+  for (const auto& callback : snapshot.callbacks) {
+    if (callback.last_response_ns)
+      last[{callback.host, callback.logical_id}] = *callback.last_response_ns;
+  }
+  EXPECT_EQ(last,
+            (std::map<std::pair<std::string, std::string>, std::int64_t>{{{"robot", "plan"}, 2},
+                                                                         {{"robot", "show"}, 3},
+                                                                         {{"desk", "plan"}, 52},
+                                                                         {{"desk", "show"}, 90}}));
+}
+
+TEST(Monitor, KnowsWhatNeverRan) {
+  Watched watched(kTwoCallbacks);
+  const auto early = watched.until(350);
+  EXPECT_EQ(watched.callback(early, "plan").isolation, analysis::Isolation::isolated);
+  const auto view = parse_snapshot(json_line(early, false));
+  for (const auto& callback : view.callbacks) {
+    const bool has_run = callback.logical_id == "plan";
+    EXPECT_EQ(callback.isolation,
+              has_run ? analysis::Isolation::isolated : analysis::Isolation::never_ran);
   }
 }
 

@@ -1,6 +1,6 @@
 #include "pages.hpp"
 
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <string>
 

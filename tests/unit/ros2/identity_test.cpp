@@ -25,13 +25,13 @@ TEST(Ros2Identity, ATimerHasNodePeriodAndSymbol) {
     27 callback_end callback=0x30)");
   const auto& callback = result.callback("/demo/talker@Timer(1000)");
   EXPECT_EQ(callback.node, "/demo/talker");
-  EXPECT_EQ(callback.kind, "timer");
+  EXPECT_EQ(callback.kind, CallbackKind::timer);
   EXPECT_EQ(callback.period_ns, 1000U);
   EXPECT_EQ(callback.symbol, "Talker::tick");
   EXPECT_EQ(callback.instances, 2U);
   EXPECT_EQ(callback.duration->min, 5);
   EXPECT_EQ(callback.duration->max, 7);
-  EXPECT_TRUE(callback.isolated);
+  EXPECT_TRUE(callback.is_isolated());
 }
 
 TEST(Ros2Identity, WhatATraceDoesNotTellIsNotMeasured) {
@@ -73,7 +73,7 @@ TEST(Ros2Identity, TwoAddressesOfOneSubscriptionAreOneCallback) {
     20 callback_start callback=0x51 is_intra_process=1
     25 callback_end callback=0x51)");
   EXPECT_EQ(result.durations(), "/fusion@Subscription(/points): 2 of 2 to 5\n");
-  EXPECT_TRUE(result.callback("/fusion@Subscription(/points)").isolated);
+  EXPECT_TRUE(result.callback("/fusion@Subscription(/points)").is_isolated());
 }
 
 TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
@@ -83,7 +83,7 @@ TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
     10 callback_start callback=0x30
     14 callback_end callback=0x30)");
   const auto& callback = result.callback("?@Service(?)");
-  EXPECT_EQ(callback.kind, "service");
+  EXPECT_EQ(callback.kind, CallbackKind::service);
   EXPECT_EQ(callback.node, "");
   EXPECT_EQ(callback.symbol, "change_state");
   EXPECT_EQ(callback.instances, 1U);

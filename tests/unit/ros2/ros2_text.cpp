@@ -1,6 +1,6 @@
 #include "ros2_text.hpp"
 
-#include "reader/vocabulary.hpp"
+#include "vocabulary/vocabulary.hpp"
 
 #include <algorithm>
 #include <deque>

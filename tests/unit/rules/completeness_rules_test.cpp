@@ -61,6 +61,48 @@ TEST(SeqContiguous, AcceptsThatAnAttachedProcessCountedBefore) {
   EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::pass);
 }
 
+TEST(SeqContiguous, NamesTheHoleAmongTheEndsOfACallback) {
+  for (const std::uint64_t lost : {0U, 1U}) {
+    auto trace = trace_of(kThreeInstances);
+    drop_seq<CallbackEnd>(trace, lost);
+    const Verified verified(trace);
+    EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::inconclusive) << lost;
+    EXPECT_THAT(verified.evidence("T3", "callback fusion"),
+                HasSubstr("callback_end seq jumps: " + std::to_string(lost) + " was next"));
+  }
+}
+
+TEST(SeqContiguous, NamesTheHoleAmongTheEndsOfAProcessThatCrashed) {
+  auto trace = trace_of(std::string("process app crash") + kThreeInstances);
+  EXPECT_EQ(Verified(trace).of("T3", "callback fusion"), Verdict::pass);
+  drop_seq<CallbackEnd>(trace, 1);
+  EXPECT_EQ(Verified(trace).of("T3", "callback fusion"), Verdict::inconclusive);
+}
+
+TEST(SeqContiguous, MissesNoEndOfAnInstanceThatNeverEnded) {
+  // Left by longjmp(): the totals count an end less.
+  const Verified verified(R"(
+    callback fusion
+    10 start fusion
+    20 start fusion
+    24 end fusion seq=1)");
+  EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("E1", "callback fusion"), Verdict::fail);
+}
+
+TEST(SeqContiguous, MissesNoEndOfAnInstanceThatStillRanWhenTheRecordEnded) {
+  const Verified verified(R"(
+    process app crash
+    group g reentrant
+    callback fusion group=g pooled
+    thread t1 pool
+    thread t2 pool
+    10 start fusion on=t1
+    20 start fusion on=t2
+    24 end fusion on=t2 seq=1)");
+  EXPECT_EQ(verified.of("T3", "callback fusion"), Verdict::pass);
+}
+
 TEST(SeqContiguous, NamesPublishersAndThreadsOnlyWhenTheirNumbersJump) {
   EXPECT_EQ(Verified(kThreeInstances).rule("T3").subjects.size(), 1U);
   auto trace = trace_of(kThreeInstances);
@@ -192,6 +234,49 @@ TEST(SpecifiedCallbackSeen, AcceptsWhatRanBeforeTheRecorderAttached) {
                           kSpec);
   EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
   EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
+}
+
+TEST(SpecifiedCallbackSeen, SaysWhatWasProbablyMeant) {
+  const Verified verified(kThreeInstances, "callback_groups:\n  - id: fussion\n");
+  EXPECT_EQ(verified.of("M1", "callback fussion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "callback fussion"),
+              HasSubstr("never registered; did you mean \"fusion\"?"));
+}
+
+TEST(SpecifiedCallbackSeen, AsksForTheMembersOfChains) {
+  constexpr const char* kChains = R"(
+chains:
+  - {name: brake, callbacks: [fusoin, fusion]}
+  - {name: again, callbacks: [fusoin]}
+)";
+  const Verified verified(kThreeInstances, kChains);
+  EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.of("M1", "callback fusoin"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "callback fusoin"),
+              HasSubstr("spec.yaml:3 has fusoin in chain brake, which was never registered; did "
+                        "you mean \"fusion\"?"));
+  auto trace = trace_of(kThreeInstances);
+  trace.erase<RunEnd>();
+  EXPECT_EQ(Verified(trace, kChains).of("M1", "callback fusoin"), Verdict::inconclusive);
+}
+
+TEST(SpecifiedCallbackSeen, AsksForThreads) {
+  constexpr const char* kThreads = "non_ros_threads:\n  - id: recv\n  - id: pumpp\n";
+  const auto text = std::string(kThreeInstances) + R"(
+  thread recv worker tid=70
+  thread pump worker tid=71)";
+  const Verified verified(text, kThreads);
+  EXPECT_EQ(verified.of("M1", "thread recv"), Verdict::pass);
+  EXPECT_EQ(verified.of("M1", "thread pumpp"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M1", "thread pumpp"),
+              AllOf(HasSubstr("spec.yaml:3 specifies thread pumpp, which was never announced; did "
+                              "you mean \"pump\"?"),
+                    HasSubstr("threads were announced, all of them seen")));
+  auto trace = trace_of(text);
+  trace.erase<RunEnd>();
+  EXPECT_EQ(Verified(trace, kThreads).of("M1", "thread pumpp"), Verdict::inconclusive);
+  EXPECT_EQ(Verified(text, "dds_threads:\n  - name: recvMC\n")["M1"], Verdict::not_applicable)
+      << "which threads DDS has is its own affair";
 }
 
 TEST(SpecifiedCallbackSeen, DoesNotAskForWildcards) {

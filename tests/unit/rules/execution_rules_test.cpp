@@ -32,6 +32,30 @@ TEST(StartEndPaired, FailsWhenTheTotalsSayThatAnInstanceNeverEnded) {
                     HasSubstr("3 started, 2 ended, at a clean exit")));
 }
 
+TEST(StartEndPaired, PassesAndNamesWhatAnExceptionEnded) {
+  const Verified verified(R"(
+    callback fusion
+    10 start fusion
+    14 end fusion exception
+    20 start fusion
+    24 end fusion
+    30 start fusion
+    34 end fusion exception)");
+  EXPECT_EQ(verified.of("E1", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(verified.evidence("E1", "callback fusion"),
+            "14 callback_end 2 instances ended by an exception, first seq 0\n");
+  EXPECT_EQ(verified.result.report.callbacks.at(0).exceptions, 2U);
+}
+
+TEST(StartEndPaired, KnowsNoExceptionsWhereEndsDoNotTell) {
+  auto trace = trace_of("callback fusion\n10 start fusion\n14 end fusion");
+  EXPECT_EQ(Verified(trace).result.report.callbacks.at(0).exceptions, 0U);
+  for (auto& event : trace.events) {
+    if (auto* end = std::get_if<CallbackEnd>(&event.body)) end->status.reset();
+  }
+  EXPECT_EQ(Verified(trace).result.report.callbacks.at(0).exceptions, std::nullopt);
+}
+
 TEST(StartEndPaired, IsInconclusiveWhenAnEndWasLost) {
   auto trace = trace_of(kSound);
   drop_end(trace, 0);

@@ -122,6 +122,59 @@ TEST(MappingPersistent, IsInconclusiveWhenTheExitWasLost) {
   EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::inconclusive);
 }
 
+// After its thread_fini a thread may publish, but a callback that starts there is on a thread that
+// nobody announced.
+constexpr const char* kAfterFini = R"(
+  publisher out
+  callback fusion pooled
+  thread t1 callback of=fusion tid=101
+  -500 begin t1
+  10 start fusion on=t1
+  12 end fusion on=t1
+  14 finish t1
+  16 publish out on=t1
+  30 start fusion on=t1
+  32 end fusion on=t1)";
+
+TEST(MappingPersistent, FailsWhenACallbackGoesOnAfterTheEndOfItsThread) {
+  const Verified verified(kAfterFini);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("14 thread_fini"), HasSubstr("30 callback_start")));
+  EXPECT_EQ(verified.of("M3", "callback fusion"), Verdict::pass) << "one after the other";
+}
+
+TEST(MappingPersistent, DoubtsAStartAfterTheEndOfItsThreadWithoutProof) {
+  // The thread may have been announced again: a thread_init is missing among those counted.
+  const auto counted_more = [] {
+    auto trace = trace_of(kAfterFini);
+    for (auto& event : trace.events) {
+      if (auto* end = std::get_if<RunEnd>(&event.body)) ++end->threads;
+    }
+    return trace;
+  };
+  EXPECT_EQ(Verified(counted_more()).of("M4", "callback fusion"), Verdict::inconclusive);
+}
+
+TEST(MappingPersistent, IsNotDoubtedForAnExitThatTheKernelAloneSaw) {
+  // An instance was lost. User space does not know that the worker had ended by then.
+  auto trace = trace_of(R"(
+    callback fusion
+    thread helper worker tid=300
+    kernel
+    10 start fusion
+    12 end fusion
+    14 exit helper
+    20 start fusion
+    22 end fusion
+    30 start fusion
+    32 end fusion)");
+  trace.erase<CallbackStart>([](const CallbackStart& e, const EventHead&) { return e.seq == 1; });
+  trace.erase<CallbackEnd>([](const CallbackEnd& e, const EventHead&) { return e.seq == 1; });
+  trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 300; });
+  EXPECT_EQ(Verified(trace).of("M4", "callback fusion"), Verdict::pass);
+}
+
 TEST(MappingPersistent, SeesAReusedTid) {
   const Verified verified(R"(
     callback fusion pooled
@@ -176,6 +229,21 @@ TEST(UniqueLogicalId, AcceptsASuccessor) {
   trace.erase<CallbackFini>(
       [](const CallbackFini& e, const EventHead&) { return e.callback == CallbackId{0}; });
   EXPECT_EQ(Verified(trace)["M7"], Verdict::inconclusive) << "the first may have lived on";
+}
+
+// What run_end counts and no event names may have any id.
+TEST(UniqueLogicalId, IsInconclusiveWhenACallbackWasNeverSeenAtAll) {
+  constexpr const char* kRun = "callback fusion\n10 start fusion\n12 end fusion";
+  EXPECT_EQ(Verified(kRun).of("M7", "callback fusion"), Verdict::pass);
+  auto trace = trace_of(std::string(kRun) + "\ncallback plan");
+  const auto is_of_plan = [](const auto& e, const EventHead&) {
+    return e.callback == CallbackId{1};
+  };
+  ASSERT_EQ(trace.erase<CallbackInit>(is_of_plan), 1U);
+  ASSERT_EQ(trace.erase<CallbackFini>(is_of_plan), 1U);
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M7", "callback fusion"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("M7", "callback fusion"), HasSubstr("2 counted, 1 seen"));
 }
 
 }  // namespace

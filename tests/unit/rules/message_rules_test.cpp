@@ -109,10 +109,53 @@ TEST(ChainBounds, IsInconclusiveWhenACallbackOfItLostInstances) {
       << "column L: loss withdraws a FAIL";
 }
 
-TEST(ChainBounds, IsInconclusiveWhenAReleaseIsUnknown) {
+TEST(ChainBounds, NeedsTheFirstReleaseForThePathLatencyAndNoOther) {
   auto text = std::string(kChain);
   text.replace(text.find("31 start plan release=30"), 24, "31 start plan           ");
-  EXPECT_EQ(Verified(text, chain("path_latency: 100"))["Q2"], Verdict::inconclusive);
+  const Verified verified(text, chain("path_latency: 100"));
+  EXPECT_EQ(verified["Q2"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("Q2", "chain brake"),
+              HasSubstr("the first release of 1 instance of the chain is not known exactly"));
+  EXPECT_EQ(Verified(text, chain("data_age: 44"))["Q2"], Verdict::pass) << "it needs no release";
+
+  // From 30 to 55, whenever fusion was released between.
+  text = kChain;
+  text.replace(text.find("38 start fusion from"), 15, "38 start fusion release=none");
+  EXPECT_EQ(Verified(text, chain("path_latency: 25"))["Q2"], Verdict::pass);
+  EXPECT_EQ(Verified(text, chain("path_latency: 24"))["Q2"], Verdict::fail);
+}
+
+TEST(ChainBounds, IsInconclusiveWhenNothingCouldBeLinked) {
+  const auto is_unlinked = [](const Verified& verified) {
+    EXPECT_EQ(verified.of("Q2", "chain brake"), Verdict::inconclusive);
+    EXPECT_THAT(verified.evidence("Q2", "chain brake"), HasSubstr("could be linked"));
+    const auto& chains = verified.result.report.chains;
+    ASSERT_EQ(chains.size(), 1U);
+    EXPECT_EQ(chains[0].name, "brake");
+    EXPECT_EQ(chains[0].instances, 0U);
+    EXPECT_EQ(chains[0].hop_table.size(), 2U) << "its hops, of which nothing is known";
+  };
+  // Messages without source timestamps.
+  auto trace = trace_of(kChain);
+  for (auto& event : trace.events) {
+    if (auto* start = std::get_if<CallbackStart>(&event.body)) {
+      start->source_timestamp_realtime_ns = 0;
+      start->writer_gid = 0;
+    }
+  }
+  is_unlinked(Verified(trace, chain("path_latency: 100")));
+  // Callbacks that do not exist.
+  is_unlinked(Verified(kQueue, chain("data_age: 100")));
+}
+
+TEST(ChainBounds, IsInconclusiveWhenNothingOfABoundCouldBeMeasured) {
+  const auto end_of_first = std::string(kChain).find("31 start");
+  const auto text = std::string(kChain).substr(0, end_of_first);
+  EXPECT_EQ(Verified(text, chain("path_latency: 100"))["Q2"], Verdict::pass);
+  const Verified verified(text, chain("path_latency: 100\n    reaction_time: 100"));
+  EXPECT_EQ(verified["Q2"], Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("Q2", "chain brake"),
+              HasSubstr("no reaction time could be measured: it takes two instances"));
 }
 
 // plan on one host, fusion on another one whose clock is 300 ahead. Ends at 25 and 55 of a path
@@ -184,8 +227,7 @@ TEST(ChainBounds, BetweenHostsNeedTheClocksForDataAgeEvenWithoutReleases) {
   EXPECT_EQ(Verified(trace, chain("data_age: 1000"))["Q2"], Verdict::inconclusive);
 }
 
-TEST(ChainBounds, AppliesNotToAChainThatNeverRanOrHasNoBound) {
-  EXPECT_EQ(Verified(kQueue, chain("path_latency: 100"))["Q2"], Verdict::not_applicable);
+TEST(ChainBounds, AppliesNotToAChainWithoutBound) {
   EXPECT_EQ(Verified(kChain, "chains:\n  - {name: c, callbacks: [plan, fusion]}")["Q2"],
             Verdict::not_applicable);
 }

@@ -160,5 +160,61 @@ TEST(ThreadKnown, IsInconclusiveWithoutProofAndSoAreTheRulesOfIsolatedThreads) {
   EXPECT_EQ(verified.of("M6", "thread 102"), Verdict::pass);
 }
 
+constexpr const char* kAfterFini = R"(
+  publisher out
+  callback fusion
+  10 start fusion
+  12 end fusion
+  14 finish fusion
+  16 publish out on=fusion)";
+
+TEST(ThreadKnown, FailsForACallbackThatStartsAfterTheEndOfItsThread) {
+  EXPECT_EQ(Verified(kAfterFini)["M9"], Verdict::pass) << "a thread may publish after its end";
+  const Verified verified(std::string(kAfterFini) + "\n30 start fusion\n32 end fusion");
+  EXPECT_EQ(verified["M9"], Verdict::fail);
+  const auto& subjects = verified.rule("M9").subjects;
+  ASSERT_EQ(subjects.size(), 2U) << "the thread that ended, and one that is not known";
+  EXPECT_EQ(subjects[0].verdict, Verdict::pass);
+  EXPECT_EQ(subjects[0].subject, subjects[1].subject);
+  ASSERT_GE(subjects[1].evidence.size(), 2U);
+  EXPECT_EQ(subjects[1].evidence[0].event, "thread_fini");
+  EXPECT_EQ(subjects[1].evidence[0].time.ns, 14);
+  EXPECT_EQ(subjects[1].evidence[1].time.ns, 30);
+}
+
+TEST(ThreadKnown, AcceptsAThreadThatIsAnnouncedAnewAfterItsEnd) {
+  const Verified verified(std::string(kAfterFini) +
+                          "\n-500 begin fusion"
+                          "\n20 begin fusion\n30 start fusion\n32 end fusion\n40 finish fusion");
+  EXPECT_EQ(verified["M9"], Verdict::pass);
+}
+
+TEST(ThreadKnown, DoubtsAStartAfterTheEndOfItsThreadWithoutProof) {
+  auto trace = trace_of(std::string(kAfterFini) + "\n30 start fusion\n32 end fusion");
+  trace.erase<RunEnd>();
+  const Verified verified(trace);
+  EXPECT_EQ(verified["M9"], Verdict::inconclusive);
+  EXPECT_EQ(verified["M6"], Verdict::inconclusive) << "what the thread is, is not known";
+}
+
+TEST(ThreadKnown, DoubtsAThreadWhoseEndWasLost) {
+  // What started after the thread's end then looks like what started before it.
+  auto trace = trace_of(std::string(kAfterFini) + "\n30 start fusion\n32 end fusion");
+  trace.erase<ThreadFini>();
+  EXPECT_EQ(Verified(trace)["M9"], Verdict::inconclusive);
+  trace.erase<RunEnd>();  // the recording ended before the process
+  EXPECT_EQ(Verified(trace)["M9"], Verdict::pass);
+}
+
+TEST(ThreadKnown, IsInconclusiveWithoutTheContextVtid) {
+  auto trace = trace_of(kTwo);
+  for (auto& event : trace.events)
+    event.head.tid.reset();
+  const Verified verified(trace);
+  for (const auto* rule : {"M2", "M4", "M6", "M9", "E3"}) {
+    EXPECT_EQ(verified.of(rule, "trace"), Verdict::inconclusive) << rule;
+  }
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -112,9 +112,28 @@ TEST(ParametersUnchanged, KeepsItsFailureWhenALaterReadBackWasLost) {
   EXPECT_EQ(Verified(trace)["S3"], Verdict::fail);
 }
 
-TEST(ParametersUnchanged, IsInconclusiveWhenKernelEventsWereLost) {
-  EXPECT_EQ(Verified(run_with("30 audit fusion policy=fifo priority=80\n"
-                              "14 discard kernel until=18 count=3"))["S3"],
+// Of an attached process the first audit stands for what was applied: it agrees with itself.
+TEST(ParametersUnchanged, DoesNotCompareTheFirstAuditOfAnAttachedProcessWithItself) {
+  const auto attached = [](const std::string& lines) {
+    return Verified("process app attached crash\ncallback fusion\n5 start fusion\n6 end fusion\n" +
+                    lines)
+        .on("S3", "thread 101");
+  };
+  EXPECT_EQ(attached("").verdict, Verdict::inconclusive);
+  EXPECT_EQ(attached("8 audit fusion").verdict, Verdict::pass);
+  EXPECT_EQ(attached("8 audit fusion").checked, 1U);
+  EXPECT_EQ(attached("8 audit fusion nice=3").verdict, Verdict::fail);
+  EXPECT_EQ(attached("8 switch 0 fusion idle state=1").verdict, Verdict::pass);
+  EXPECT_EQ(attached("-1 begin fusion").verdict, Verdict::not_applicable) << "never read back";
+}
+
+TEST(ParametersUnchanged, RestsOnReadBacksWhereKernelEventsWereLost) {
+  constexpr auto kLoss = "14 discard kernel until=18 count=3";
+  const Verified audited(
+      run_with(std::string("30 audit fusion policy=fifo priority=80\n") + kLoss));
+  EXPECT_EQ(audited["S3"], Verdict::pass);
+  EXPECT_THAT(audited.evidence("S3", "thread 101"), HasSubstr("by read-back"));
+  EXPECT_EQ(Verified(run_with(std::string("5 switch 0 idle fusion next_prio=19\n") + kLoss))["S3"],
             Verdict::inconclusive);
 }
 

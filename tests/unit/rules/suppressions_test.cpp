@@ -57,6 +57,22 @@ std::string error_of(const std::string& text) {
   return "no error";
 }
 
+TEST(Suppressions, DoNotNeedThePlaceAndTakeNoNameForOne) {
+  const auto is_suppressed = [](const std::string& place) {
+    VerdictReport verdicts{.rules = {{.id = "R2", .name = "no-missed-release", .subjects = {}}}};
+    verdicts.rules[0].subjects = {{.subject = "callback a (pid 3)",
+                                   .place = place,
+                                   .verdict = Verdict::fail,
+                                   .checked = 1,
+                                   .evidence = {}}};
+    Suppressions::parse("suppressions:\n" + entry("R2", "callback a", "never"), "accepted.yaml")
+        .apply(verdicts, kToday);
+    return verdicts.rules[0].subjects[0].is_suppressed();
+  };
+  EXPECT_TRUE(is_suppressed(" (pid 3)"));
+  EXPECT_FALSE(is_suppressed("")) << "of a callback that is called so";
+}
+
 TEST(Suppressions, TakeAVerdictOutOfTheOverallOneAndLeaveItVisible) {
   const auto verdicts = suppressed(entry("R2", "callback /lidar@a", "never") +
                                    entry("R2", "callback /radar*", "2026-06-15"));

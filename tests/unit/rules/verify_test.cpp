@@ -77,7 +77,7 @@ TEST(Verify, ProvesNothingOfProcessesThatShareAPid) {
     EXPECT_EQ(verified["M3"], Verdict::inconclusive);
     const auto& defects = verified.result.report.defects;
     EXPECT_TRUE(std::ranges::any_of(defects, [](const auto& defect) {
-      return defect.kind == "shared-pid" && defect.count == 2;
+      return defect.kind == analysis::DefectKind::shared_pid && defect.count == 2;
     }));
   }
 }
@@ -86,8 +86,8 @@ TEST(Verify, APidThatIsUsedAgainIsNotShared) {
   // Of the same namespace, a pid is given again only when its process is gone, whatever it left.
   const Verified verified(with_another_process([](analysis::RunBegin&) {}));
   const auto& defects = verified.result.report.defects;
-  EXPECT_FALSE(
-      std::ranges::any_of(defects, [](const auto& defect) { return defect.kind == "shared-pid"; }));
+  EXPECT_FALSE(std::ranges::any_of(
+      defects, [](const auto& defect) { return defect.kind == analysis::DefectKind::shared_pid; }));
 }
 
 TEST(Verify, KeepsTheContractsOrder) {

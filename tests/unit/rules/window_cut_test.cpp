@@ -108,6 +108,7 @@ TEST(Window, NoPartOfASoundRecordingViolatesOrDoubtsAnything) {
       for (const auto& rule : verified.result.verdicts.rules) {
         EXPECT_NE(rule.verdict, Verdict::fail) << where << ' ' << rule.id;
         if (!has_both) continue;
+        if (rule.id == "Q2") continue;  // a bound of which the part has no instance is unknown
         for (const auto& subject : rule.subjects) {
           EXPECT_NE(subject.verdict, Verdict::inconclusive)
               << where << ' ' << rule.id << ' ' << subject.subject << '\n'

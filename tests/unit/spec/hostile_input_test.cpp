@@ -12,6 +12,7 @@
 namespace cie {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -46,6 +47,22 @@ TEST(HostileSpec, HidesTerminalEscapesInAnId) {
   EXPECT_EQ(error.find('\x1b'), std::string::npos);
   EXPECT_THAT(error_of("callback_groups:\n  - id: |\n      /a\n    nice: 0\n"),
               HasSubstr("line break"));
+}
+
+TEST(HostileSpec, LooksLikeSomethingElse) {
+  // A right-to-left override, as bytes and as YAML's escape; a zero-width space; an isolate; C1's
+  // CSI.
+  EXPECT_THAT(
+      error_of("callback_groups:\n  - id: /a\xe2\x80\xae/b\n"),
+      AllOf(StartsWith("spec.yaml:2: "), HasSubstr("/a\\u{202e}/b"), HasSubstr("bidirectional")));
+  EXPECT_THAT(error_of("callback_groups:\n  - nice: 0\n    id: \"/a\\u202e/b\"\n"),
+              AllOf(StartsWith("spec.yaml:3: "), HasSubstr("/a\\u{202e}/b")));
+  EXPECT_THAT(error_of("non_ros_threads:\n  - name: w\xe2\x80\x8b\n"), StartsWith("spec.yaml:2: "));
+  EXPECT_THAT(error_of("chains:\n  - name: \"c\\u2066\"\n    callbacks: [/a@Timer(1)]\n"),
+              StartsWith("spec.yaml:2: "));
+  EXPECT_THAT(error_of("chains:\n  - name: c\n    callbacks:\n      - \"/a\\x9b@Timer(1)\"\n"),
+              StartsWith("spec.yaml:4: "));
+  EXPECT_EQ(error_of("callback_groups:\n  - id: \"/größe@Timer(1)\"  # \xe2\x80\xae\n"), "");
 }
 
 TEST(HostileSpec, IsNotYaml) {

@@ -24,23 +24,29 @@ class Template : public testing::Test {
   CallbackReport& callback(const std::string& id, std::int64_t tid, std::int64_t pid = 1) {
     CallbackReport callback;
     callback.logical_id = id;
-    callback.pid = pid;
-    if (tid != 0) callback.threads.push_back({.tid = tid, .name = {}, .instances = 1});
-    report_.callbacks.push_back(callback);
+    callback.process = process(pid);
     for (ThreadReport& thread : report_.threads) {
-      if (thread.tid == tid && thread.pid == pid) thread.callbacks.push_back(id);
+      if (thread.tid != tid || thread.process != callback.process) continue;
+      callback.threads.push_back({.thread = thread.index, .tid = tid, .name = {}, .instances = 1});
+      thread.callbacks.push_back(id);
     }
+    report_.callbacks.push_back(callback);
     return report_.callbacks.back();
   }
   void thread(std::int64_t tid, const std::optional<ThreadSchedReport>& sched,
-              const std::string& name = "t", const char* role = "callback", std::int64_t pid = 1) {
+              const std::string& name = "t", ThreadRole role = ThreadRole::callback,
+              std::int64_t pid = 1) {
     ThreadReport thread;
-    thread.pid = pid;
+    thread.index = analysis::ThreadIndex{static_cast<std::uint32_t>(report_.threads.size())};
+    thread.process = process(pid);
     thread.tid = tid;
     thread.name = name;
     thread.role = role;
     thread.sched = sched;
     report_.threads.push_back(thread);
+  }
+  static analysis::ProcessIndex process(std::int64_t pid) {
+    return analysis::ProcessIndex{static_cast<std::uint32_t>(pid)};
   }
   static ThreadSchedReport sched(Policy policy) {
     ThreadSchedReport sched;
@@ -109,12 +115,12 @@ TEST_F(Template, AsksForNothingThatItDidNotSee) {
 TEST_F(Template, JoinsWhatRanInSeveralProcesses) {
   auto nice = sched(Policy::other);
   nice.nice = 3;
-  thread(1, sched(Policy::other), "t", "callback", 1);
-  thread(1, sched(Policy::other), "t", "callback", 2);
+  thread(1, sched(Policy::other), "t", ThreadRole::callback, 1);
+  thread(1, sched(Policy::other), "t", ThreadRole::callback, 2);
   callback("/same@Timer(1)", 1, 1).missed_releases = 2;
   callback("/same@Timer(1)", 1, 2).missed_releases = 5;
-  thread(2, sched(Policy::other), "t", "callback", 1);
-  thread(2, nice, "t", "callback", 2);
+  thread(2, sched(Policy::other), "t", ThreadRole::callback, 1);
+  thread(2, nice, "t", ThreadRole::callback, 2);
   callback("/apart@Timer(1)", 2, 1);
   callback("/apart@Timer(1)", 2, 2);
   const auto read = spec();
@@ -146,9 +152,9 @@ TEST_F(Template, AsksForSlicesAndClampsThatWereAskedFor) {
 }
 
 TEST_F(Template, NamesWorkersInTheirSections) {
-  thread(1, sched(Policy::other), "recvUC", "worker");
-  thread(2, sched(Policy::batch), "logger", "worker");
-  thread(3, sched(Policy::other), "main", "dispatcher");
+  thread(1, sched(Policy::other), "recvUC", ThreadRole::worker);
+  thread(2, sched(Policy::batch), "logger", ThreadRole::worker);
+  thread(3, sched(Policy::other), "main", ThreadRole::dispatcher);
   EXPECT_THAT(text(), HasSubstr("dds_threads:\n  - name: \"recvUC\"\n"));
   EXPECT_THAT(text(), HasSubstr("non_ros_threads:\n  - name: \"logger\"\n"));
   EXPECT_EQ(spec().threads().size(), 2U);

@@ -1,13 +1,13 @@
 // The kernel trace that the recorder writes, read back by babeltrace2 and by our reader.
-#include "ctf_stream.hpp"
+#include "kernel/ctf_stream.hpp"
 
 #include <cie/analysis/event.hpp>
 
-#include "error.hpp"
-#include "kernel_events.hpp"
+#include "ctf/stream_check.hpp"
+#include "kernel/kernel_events.hpp"
 #include "kernel_pages.hpp"
-#include "stream_check.hpp"
 #include "support/temporary_directory.hpp"
+#include "system/error.hpp"
 
 #include <cstdio>
 #include <filesystem>

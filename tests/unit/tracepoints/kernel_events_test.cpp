@@ -1,9 +1,9 @@
 // What is read from pages of the kernel's ring buffer, and what becomes of each record.
-#include "kernel_events.hpp"
+#include "kernel/kernel_events.hpp"
 
-#include "error.hpp"
+#include "kernel/kernel_record.h"
 #include "kernel_pages.hpp"
-#include "kernel_record.h"
+#include "system/error.hpp"
 
 #include <cstddef>
 #include <cstring>

@@ -1,7 +1,7 @@
 // What a flight recorder keeps of the kernel's events.
-#include "kernel_ring.hpp"
+#include "kernel/kernel_ring.hpp"
 
-#include "kernel_record.h"
+#include "kernel/kernel_record.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,5 +1,5 @@
 // Numbers and timestamps of one writer's messages, from one thread and from several.
-#include "message_clock.hpp"
+#include "provider/message_clock.hpp"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,5 +1,6 @@
 // cie-record's command line.
-#include "options.hpp"
+#include "options/command_line.hpp"
+#include "system/error.hpp"
 
 #include <chrono>
 #include <string>

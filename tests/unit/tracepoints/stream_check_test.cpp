@@ -1,5 +1,5 @@
 // What the recorder says of damaged stream files: packets written byte by byte here.
-#include "stream_check.hpp"
+#include "ctf/stream_check.hpp"
 
 #include "support/temporary_directory.hpp"
 

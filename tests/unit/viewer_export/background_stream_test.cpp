@@ -1,4 +1,4 @@
-#include "background_stream.hpp"
+#include "output/background_stream.hpp"
 
 #include <cstddef>
 #include <ostream>

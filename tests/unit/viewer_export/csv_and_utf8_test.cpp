@@ -1,5 +1,11 @@
-#include "csv.hpp"
-#include "utf8.hpp"
+#include <cie/tracepoints/utf8.hpp>
+
+#include "tables/csv.hpp"
+#include "tables/table.hpp"
+
+#include <array>
+#include <sstream>
+#include <string_view>
 
 #include <gtest/gtest.h>
 
@@ -12,6 +18,27 @@ TEST(CsvField, QuotesOnlyWhatNeedsIt) {
   EXPECT_EQ(csv_field("say \"hi\""), "\"say \"\"hi\"\"\"");
   EXPECT_EQ(csv_field("two\nlines"), "\"two\nlines\"");
   EXPECT_EQ(csv_field(""), "");
+}
+
+TEST(CsvField, IsNoFormula) {
+  EXPECT_EQ(csv_field("=HYPERLINK(\"x\")"), "\"'=HYPERLINK(\"\"x\"\")\"");
+  EXPECT_EQ(csv_field("+1"), "'+1");
+  EXPECT_EQ(csv_field("-1+cmd|' /C calc'!A0"), "'-1+cmd|' /C calc'!A0");
+  EXPECT_EQ(csv_field("@SUM(A1)"), "'@SUM(A1)");
+  EXPECT_EQ(csv_field("\t=1"), "'\t=1");
+  EXPECT_EQ(csv_field("\r=1"), "\"'\r=1\"");
+  EXPECT_EQ(csv_field("a=1"), "a=1");
+  EXPECT_EQ(csv_field("/a -> /b"), "/a -> /b");
+}
+
+TEST(CsvTable, GuardsNamesAndLeavesNumbers) {
+  constexpr std::array kColumns{Column{"name", ColumnType::text}, Column{"late_ns"}};
+  std::ostringstream out;
+  const auto table = make_csv_table(out, kColumns);
+  table->row(std::array{Cell(std::string_view("=1+1")), Cell(std::int64_t{-5})});
+  table->row(std::array{Cell(std::string_view("-5")), Cell(std::int64_t{7})});
+  table->finish();
+  EXPECT_EQ(out.str(), "name,late_ns\n'=1+1,-5\n'-5,7\n");
 }
 
 TEST(ValidUtf8, KeepsWhatIsValid) {

@@ -1,4 +1,4 @@
-#include "external_sorter.hpp"
+#include "output/external_sorter.hpp"
 
 #include <cie/viewer_export/output_file.hpp>
 

@@ -1,5 +1,5 @@
 // Fields written by hand, read by protozero.
-#include "field_writer.hpp"
+#include "output/field_writer.hpp"
 
 #include <cstdint>
 #include <limits>

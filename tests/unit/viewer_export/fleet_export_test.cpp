@@ -126,8 +126,6 @@ class FleetFiles : public testing::Test {
     process.name = "\xff";
     analysis::CallbackReport callback;
     callback.logical_id = "cb";
-    callback.pid = 7;
-    callback.host = "a/b";
     callback.duration = analysis::Summary{.count = 1, .min = 5, .max = 5, .sum = 5, .mean = 5};
     callback.duration->buckets = {{.value = 5, .count = 1}};
     result_.report.callbacks.push_back(callback);
@@ -169,7 +167,7 @@ TEST_F(FleetFiles, ClickHouseReadsRowsAsBytesInTheOrderOfTheSchema) {
   EXPECT_EQ(content_of(data / "instances.rowbinary"),
             of_process + "\x02" + "cb" + number(7) + number(8) + number(3) + some(1) + null +
                 number(1) + some(6) + null + null + null + null + null + "\x05" + "start" + null +
-                null + number(0) + "\x01");
+                null + number(0) + null + "\x01");
 }
 
 TEST_F(FleetFiles, TheLoaderKnowsWhatToLoad) {

@@ -22,8 +22,12 @@ std::string dot_of(const analysis::Report& report) {
 
 analysis::Report with_edges() {
   auto report = test::sample_report();
-  const analysis::GraphNode timer{report.callbacks[0].logical_id, 4001};
-  const analysis::GraphNode lidar{report.callbacks[1].logical_id, 4001};
+  const auto timer = report.callbacks[0].index;
+  const auto lidar = report.callbacks[1].index;
+  auto far = test::callback("/far@Timer(1)", CallbackKind::timer);
+  far.index = analysis::CallbackIndex{9};
+  far.process = analysis::ProcessIndex{7};
+  report.callbacks.push_back(far);
   report.edges = {
       {.from = timer,
        .to = lidar,
@@ -31,28 +35,24 @@ analysis::Report with_edges() {
        .messages = 6,
        .communication = test::summary(1'000, 3'000, 6)},
       {.from = std::nullopt, .to = lidar, .topic = "/map", .messages = 1, .communication = {}},
-      {.from = analysis::GraphNode{"/far@Timer(1)", 7},
-       .to = timer,
-       .topic = "/x",
-       .messages = 2,
-       .communication = {}}};
+      {.from = far.index, .to = timer, .topic = "/x", .messages = 2, .communication = {}}};
   return report;
 }
 
 TEST(GraphDot, HasProcessesCallbacksAndEdgesWithLatencies) {
   const auto text = dot_of(with_edges());
-  EXPECT_THAT(text, HasSubstr("subgraph \"cluster_4001\" {\n    label=\"demo, pid 4001\";\n"));
+  EXPECT_THAT(text, HasSubstr("subgraph \"cluster_0\" {\n    label=\"demo, pid 4001\";\n"));
   EXPECT_THAT(
       text,
-      HasSubstr("\"4001 /a/plan@Timer(20000000)\" "
+      HasSubstr("\"0 /a/plan@Timer(20000000)\" "
                 "[label=\"/a/plan@Timer(20000000)\\nresponse p99 289.4 us, max 289.4 us\"];"));
-  EXPECT_THAT(text, HasSubstr("\"4001 /a/plan@Timer(20000000)\" -> \"4001 "
+  EXPECT_THAT(text, HasSubstr("\"0 /a/plan@Timer(20000000)\" -> \"1 "
                               "/perception/lidar@Subscription(/sensing/lidar/top/points_raw)\" "
                               "[label=\"/t\\n6 messages\\nlatency p50 2.000 us, max 3.000 us\"];"));
   EXPECT_THAT(
       text,
       HasSubstr("\"topic /map\" [shape=ellipse label=\"/map\\npublished outside callbacks\"];"));
-  EXPECT_THAT(text, HasSubstr("\"7 /far@Timer(1)\" -> \"4001 /a/plan@Timer(20000000)\" "
+  EXPECT_THAT(text, HasSubstr("\"9 /far@Timer(1)\" -> \"0 /a/plan@Timer(20000000)\" "
                               "[label=\"/x\\n2 messages\" style=dashed];"));
 }
 

@@ -140,8 +140,8 @@ TEST(Perfetto, GivesEachHostAMachineOfItsOwn) {
   PerfettoExport perfetto({});
   for (const std::uint32_t host : {0U, 1U}) {
     auto i = test::instance(test::kTimer, 11, 0, 10, 20, 30);
-    i.host = host;
-    i.callback = host;
+    i.host = analysis::HostIndex{host};
+    i.callback = analysis::CallbackIndex{host};
     perfetto.on_instance(i);
   }
   std::ostringstream out;

@@ -13,6 +13,7 @@ namespace cie::test {
 
 struct TrackEvent {
   std::uint64_t time = 0;
+  std::uint64_t machine = 0;
   std::int64_t type = 0;  // 1 begin, 2 end, 3 instant, 4 counter
   std::uint64_t track = 0;
   std::uint64_t name = 0;
@@ -137,6 +138,7 @@ inline File decode(const std::string& bytes) {
     auto packet = trace.get_message();
     std::uint64_t time = 0;
     std::uint64_t machine = 0;
+    const auto first_event = file.events.size();
     while (packet.next()) {
       const auto tag = static_cast<int>(packet.tag());
       if (std::set{1, 6, 11, 12, 45, 60}.contains(tag)) {
@@ -178,6 +180,8 @@ inline File decode(const std::string& bytes) {
       }
     }
     file.machines.insert(machine);
+    for (auto i = first_event; i < file.events.size(); ++i)
+      file.events[i].machine = machine;
   }
   return file;
 }

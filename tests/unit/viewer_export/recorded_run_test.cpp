@@ -1,7 +1,7 @@
 // What every export to a viewer draws from.
-#include "recorded_run.hpp"
+#include "timelines/recorded_run.hpp"
 
-#include "nesting.hpp"
+#include "output/nesting.hpp"
 #include "sample_instances.hpp"
 
 #include <cstdint>
@@ -122,7 +122,11 @@ TEST(RecordedRun, GivesTheReceiversOfAMessagePublishedTwiceToTheFirst) {
 TEST(ThreadTable, KnowsThreadsByNumber) {
   ThreadTable table;
   // Equal but for the host, and tids that fall together.
-  const std::vector<ThreadKey> threads{{0, 1, 2}, {1, 1, 2}, {0, 1, 2 + 1'024}, {0, -1, -1}};
+  using analysis::HostIndex;
+  const std::vector<ThreadKey> threads{{HostIndex{0}, 1, 2},
+                                       {HostIndex{1}, 1, 2},
+                                       {HostIndex{0}, 1, 2 + 1'024},
+                                       {HostIndex{0}, -1, -1}};
   for (int round = 0; round < 2; ++round) {
     for (std::uint32_t i = 0; i < threads.size(); ++i)
       EXPECT_EQ(table.number(threads[i]), i);

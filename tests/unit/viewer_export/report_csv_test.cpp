@@ -37,7 +37,7 @@ std::string cell(const std::vector<std::vector<std::string>>& rows, std::size_t 
 TEST(ReportCsv, HasOneRowPerCallbackAsWideAsTheHeader) {
   const auto rows = rows_of(test::sample_report());
   ASSERT_EQ(rows.size(), 4U);
-  constexpr std::size_t kColumns = 14 + 11 * 9 + 1;
+  constexpr std::size_t kColumns = 14 + 11 * 9 + 5;
   for (const auto& row : rows) {
     EXPECT_EQ(row.size(), kColumns);
   }
@@ -62,13 +62,17 @@ TEST(ReportCsv, TellsEmptyTextFromUnknown) {
   EXPECT_EQ(cell(rows, 1, "release_source"), "");
 }
 
-TEST(ReportCsv, EndsWithTheDeadlineThatTheCallbackDeclares) {
+TEST(ReportCsv, EndsWithWhatWasAddedLater) {
   auto report = test::sample_report();
   report.callbacks[0].deadline_ns = 5'000'000;
+  report.callbacks[0].exceptions = 2;
+  report.callbacks[1].longest_queue = 12;
   const auto rows = rows_of(report);
-  EXPECT_EQ(rows[0].back(), "deadline_ns");
-  EXPECT_EQ(rows[1].back(), "5000000");
-  EXPECT_EQ(rows[2].back(), "");
+  EXPECT_EQ(rows[0].back(), "host");
+  EXPECT_EQ(cell(rows, 1, "deadline_ns"), "5000000");
+  EXPECT_EQ(cell(rows, 2, "deadline_ns"), "");
+  EXPECT_EQ(cell(rows, 1, "exceptions"), "2");
+  EXPECT_EQ(cell(rows, 2, "longest_queue"), "12");
 }
 
 }  // namespace

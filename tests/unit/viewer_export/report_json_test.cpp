@@ -52,12 +52,13 @@ TEST(ReportJson, TellsOfClocksOnlyWhereMessagesPassBetweenHosts) {
 TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
   const auto report = json_of(test::sample_report());
   EXPECT_EQ(keys(report), (Keys{"schema", "tool", "trace", "defects", "processes", "callbacks",
-                                "threads", "chains"}));
+                                "threads", "chains", "edges"}));
   EXPECT_EQ(keys(report["tool"]), (Keys{"name", "version"}));
   EXPECT_EQ(keys(report["trace"]), (Keys{"paths", "begin_ns", "end_ns", "events", "streams",
-                                         "hosts", "lost_events", "complete"}));
+                                         "hosts", "lost_events", "complete", "clock_offset_ns"}));
   EXPECT_EQ(keys(report["defects"][0]), (Keys{"kind", "severity", "count", "advice"}));
-  EXPECT_EQ(keys(report["processes"][0]), (Keys{"host", "pid", "name", "executor", "complete"}));
+  EXPECT_EQ(keys(report["processes"][0]),
+            (Keys{"host", "pid", "name", "executor", "complete", "index"}));
   const Keys callback{"logical_id",
                       "pid",
                       "node",
@@ -70,7 +71,9 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
                       "isolated",
                       "instances",
                       "incomplete",
+                      "exceptions",
                       "missed_releases",
+                      "longest_queue",
                       "release_source",
                       "response_time_ns",
                       "response_time_lower_ns",
@@ -82,24 +85,32 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
                       "preempted_ns",
                       "blocked_ns",
                       "wake_delay_ns",
-                      "wakeup_latency_ns"};
+                      "wakeup_latency_ns",
+                      "isolation",
+                      "index",
+                      "process",
+                      "deadline_ns",
+                      "preempted_by"};
   for (const auto& c : report["callbacks"]) {
     EXPECT_EQ(keys(c), callback);
   }
-  EXPECT_EQ(keys(report["callbacks"][0]["threads"][0]), (Keys{"tid", "name", "instances"}));
+  EXPECT_EQ(keys(report["callbacks"][0]["threads"][0]),
+            (Keys{"tid", "name", "instances", "thread"}));
   EXPECT_EQ(keys(report["callbacks"][0]["duration_ns"]),
             (Keys{"count", "min", "max", "sum", "mean", "p50", "p90", "p99", "p99_9"}));
-  EXPECT_EQ(keys(report["threads"][0]),
-            (Keys{"pid", "tid", "name", "role", "callbacks", "sched", "busy_ns"}));
-  EXPECT_EQ(keys(report["chains"][0]), (Keys{"name", "pid", "hops", "instances", "path_latency_ns",
-                                             "reaction_time_ns", "data_age_ns", "hop_table"}));
-  EXPECT_EQ(keys(report["chains"][0]["hop_table"][0]),
-            (Keys{"from", "to", "processing_ns", "communication_ns"}));
+  EXPECT_EQ(keys(report["threads"][0]), (Keys{"pid", "tid", "name", "role", "callbacks", "sched",
+                                              "busy_ns", "index", "process", "ran"}));
+  EXPECT_EQ(keys(report["chains"][0]),
+            (Keys{"name", "pid", "hops", "instances", "path_latency_ns", "reaction_time_ns",
+                  "data_age_ns", "hop_table", "process", "callbacks", "index"}));
+  EXPECT_EQ(
+      keys(report["chains"][0]["hop_table"][0]),
+      (Keys{"from", "to", "processing_ns", "communication_ns", "from_callback", "to_callback"}));
 }
 
 TEST(ReportJson, HasTheValues) {
   const auto report = json_of(test::sample_report());
-  EXPECT_EQ(report["schema"], "cie.report/1");
+  EXPECT_EQ(report["schema"], "cie.report/2");
   EXPECT_EQ(report["tool"]["name"], "cie");
   EXPECT_EQ(report["tool"]["version"], tool_version());
   EXPECT_EQ(report["trace"]["begin_ns"], 983'000'000'000);
@@ -119,13 +130,18 @@ TEST(ReportJson, SaysNullForWhatWasNotMeasured) {
   sample.trace.begin.reset();
   sample.trace.lost_events.reset();
   sample.processes[0].executor.reset();
-  sample.chains[0].pid.reset();
+  sample.chains[0].process.reset();
+  sample.chains[0].hop_table[1].processing.reset();
   const auto report = json_of(sample);
   EXPECT_TRUE(report["trace"]["begin_ns"].is_null());
   EXPECT_TRUE(report["trace"]["lost_events"].is_null());
   EXPECT_TRUE(report["processes"][0]["executor"].is_null());
   EXPECT_TRUE(report["chains"][0]["pid"].is_null());
   EXPECT_TRUE(report["chains"][0]["hop_table"][1]["to"].is_null());
+  EXPECT_TRUE(report["chains"][0]["hop_table"][1]["processing_ns"].is_null());
+  EXPECT_FALSE(report["chains"][0].contains("undivided_ns"));
+  sample.chains[0].undivided = test::summary(1, 2, 3);
+  EXPECT_EQ(json_of(sample)["chains"][0]["undivided_ns"]["count"], 3U);
   const auto& service = report["callbacks"][2];
   for (const auto* key : {"period_ns", "group", "missed_releases", "release_source",
                           "response_time_ns", "execution_time_ns", "wakeup_latency_ns"}) {

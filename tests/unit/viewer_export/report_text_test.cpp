@@ -2,7 +2,7 @@
 #include <cie/viewer_export/report_writers.hpp>
 
 #include "sample_report.hpp"
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -45,16 +45,33 @@ TEST(ReportText, SaysFirstWhatMatters) {
       at = found;
     }
   };
-  expect_order({"Verdict    FAIL: 1 rule violated (M2 one-callback-per-thread)", "Worst",
-                "Defects of the trace", "Trace ", "Processes", "Callbacks of pid 4001",
-                "Threads of pid 4001", "Chain braking", "Notes"});
+  expect_order({"Verdict    FAIL: 1 rule violated (M2 one-callback-per-thread)", "Worst", "Trace ",
+                "Processes", "Defects of the trace", "Callbacks of pid 4001", "Threads of pid 4001",
+                "Chain braking", "Notes"});
 }
 
 TEST(ReportText, NamesTheWorstOffenders) {
   const auto text = text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("longest response time    289.4 us  /a/plan@Timer(20000000)\n"));
   EXPECT_THAT(text, HasSubstr("most missed releases            3  /a/plan@Timer(20000000)\n"));
-  EXPECT_THAT(text, HasSubstr("not isolated               1 of 3  callbacks do not have a thread"));
+  EXPECT_THAT(
+      text,
+      HasSubstr("not isolated               1 of 2  callbacks that ran do not have a thread"));
+  EXPECT_THAT(text, HasSubstr("never ran                  1 of 3  callbacks\n"));
+}
+
+TEST(ReportText, NamesTheLongestQueueAndTheMostExceptions) {
+  auto report = test::sample_report();
+  EXPECT_THAT(text_of(report), Not(HasSubstr("longest queue")));
+  report.callbacks[1].longest_queue = 1;
+  EXPECT_THAT(text_of(report), Not(HasSubstr("longest queue"))) << "nothing waits behind it";
+  report.callbacks[1].longest_queue = 12;
+  report.callbacks[0].exceptions = 3;
+  const auto text = text_of(report);
+  EXPECT_THAT(text,
+              HasSubstr("longest queue          12 samples  " + report.callbacks[1].logical_id));
+  EXPECT_THAT(text,
+              HasSubstr("most exceptions                 3  " + report.callbacks[0].logical_id));
 }
 
 TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {
@@ -88,10 +105,11 @@ TEST(ReportText, PrintsEveryRoleInFullWithinAHundredColumns) {
   thread.sched->policy_name = "SCHED_DEADLINE";
   thread.sched->runtime_ns = 2'000'000;
   thread.sched->period_ns = 10'000'000;
-  for (const auto role : Labels<ThreadRole>::kValues) {
-    thread.role = std::string(role);
+  for (const auto role :
+       {ThreadRole::callback, ThreadRole::pool, ThreadRole::dispatcher, ThreadRole::worker}) {
+    thread.role = role;
     const auto text = text_of(report);
-    EXPECT_THAT(text, HasSubstr("4005  " + std::string(role) + "  "));
+    EXPECT_THAT(text, HasSubstr("4005  " + std::string(label(role)) + "  "));
     EXPECT_THAT(text, HasSubstr(thread.name));
     expect_within(text, 100);
   }
@@ -101,11 +119,14 @@ TEST(ReportText, SaysByHowMuchTheClocksOfHostsMayDiffer) {
   const auto text = text_of(test::sample_of_two_hosts());
   EXPECT_THAT(text, HasSubstr("message to another host"));
   EXPECT_THAT(text, HasSubstr("between hosts: add -3.000 ms to +400.0 us for their clocks\n"));
-  EXPECT_THAT(text, HasSubstr("Clocks of the hosts\n"
-                              "  desk to robot: 6 messages, 9 back; the clock of robot is 1.300 "
-                              "ms ahead, give or take 1.700 ms\n"
-                              "  desk to shed: 1 message, 0 back; their clocks may differ by "
-                              "anything, because messages go only one\n  way\n"));
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "Clocks of the hosts\n"
+          R"(  desk to robot: 6 messages, 9 back; the clock of robot is 1.300 ms ahead, give or take 1.700 ms
+  desk to shed: 1 message, 0 back; their clocks may differ by anything, because messages go only one
+  way
+)"));
   auto hostile = test::sample_of_two_hosts();
   hostile.clocks[0].first = "\x1b[2J" + std::string(1'000, 'x');
   expect_within(text_of(hostile), 100);
@@ -128,6 +149,42 @@ TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
   EXPECT_LT(text.size(), 20'000U);
 }
 
+TEST(ReportText, SaysWhatAHopTableLeavesOpen) {
+  auto report = test::sample_report();
+  auto& chain = report.chains[0];
+  chain.hop_table[0].communication.reset();
+  chain.hop_table[1].processing.reset();
+  chain.undivided = test::summary(9'000, 9'000, 6);
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("not divided"));
+  EXPECT_THAT(text, HasSubstr("a release is not known on 6 of them"));
+  chain.instances = 8;
+  EXPECT_THAT(text_of(report), HasSubstr("path latency of 6 of 8 instances"));
+}
+
+TEST(ReportText, ListsEveryChainOfTheSpec) {
+  auto report = test::sample_report();
+  auto chain = report.chains[0];
+  chain.is_specified = true;
+  chain.instances = 0;
+  chain.path_latency.reset();
+  for (auto& hop : chain.hop_table) {
+    hop.processing.reset();
+    hop.communication.reset();
+  }
+  report.chains.clear();
+  for (int i = 0; i < 30; ++i) {
+    chain.name = "wanted" + std::to_string(i);
+    report.chains.push_back(chain);
+  }
+  const auto text = text_of(report);
+  for (int i = 0; i < 30; ++i)
+    EXPECT_THAT(text, HasSubstr("Chain wanted" + std::to_string(i) + ": 2 callbacks, 0 instances"));
+  EXPECT_THAT(text, HasSubstr("no instance of it was seen"));
+  report.callbacks.clear();
+  EXPECT_THAT(text_of(report), HasSubstr("Chain wanted29")) << "in a trace of nothing, too";
+}
+
 TEST(ReportText, FitsWithManyOfEverything) {
   auto report = test::sample_report();
   const auto callback = report.callbacks.front();
@@ -136,13 +193,14 @@ TEST(ReportText, FitsWithManyOfEverything) {
     report.callbacks.push_back(callback);
     report.callbacks.back().logical_id =
         std::string(static_cast<std::size_t>(i), 'n') + "@Timer(1)";
-    report.callbacks.back().pid = 5000 + i / 4;
+    report.callbacks.back().process = analysis::ProcessIndex{1 + static_cast<std::uint32_t>(i) / 4};
   }
   for (int i = 0; i < 120; ++i) {
     report.trace.hosts.push_back("robot" + std::string(static_cast<std::size_t>(3 * i), '-'));
     report.trace.paths.push_back("/recordings/" + std::to_string(i));
     report.processes.push_back(process);
     report.processes.back().pid = 5000 + i;
+    report.processes.back().index = analysis::ProcessIndex{1 + static_cast<std::uint32_t>(i)};
   }
   const auto verdicts = test::sample_verdicts();
   const auto text = text_of(report, &verdicts);
@@ -183,14 +241,12 @@ TEST(ReportText, LetsNoNameControlTheTerminal) {
   hostile.processes[0].name = evil;
   hostile.processes[0].executor = evil;
   hostile.threads[0].name = evil;
-  hostile.threads[0].role = evil;
   hostile.threads[0].callbacks = {evil};
   hostile.threads[0].sched->policy_name = evil;
   hostile.chains[0].name = evil;
   hostile.chains[0].hop_table[0].from = evil;
   hostile.trace.paths = {evil};
   hostile.trace.hosts = {evil};
-  hostile.defects[0].kind = evil;
   hostile.defects[0].advice = evil;
   const auto text = text_of(hostile);
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));

@@ -22,7 +22,7 @@ inline analysis::Instance instance(std::string_view id, std::int64_t tid, std::u
                                    std::int64_t release, std::int64_t start, std::int64_t end) {
   analysis::Instance i;
   i.logical_id = id;
-  i.callback = id == kTimer ? 0 : id == kTrack ? 1 : 2;
+  i.callback = analysis::CallbackIndex{id == kTimer ? 0U : id == kTrack ? 1U : 2U};
   i.pid = kPid;
   i.tid = tid;
   i.seq = seq;
@@ -33,6 +33,7 @@ inline analysis::Instance instance(std::string_view id, std::int64_t tid, std::u
   i.start = {start};
   if (end >= 0) {
     i.end = analysis::Timestamp{end};
+    i.status = CallbackStatus::ok;
   } else {
     i.state = analysis::InstanceState::open;
   }
@@ -122,7 +123,6 @@ inline analysis::Report application_report() {
       {.host = "robot", .pid = kPid, .name = "demo", .executor = "isolated", .complete = true}};
   const auto add = [&](std::int64_t tid, std::string name) {
     analysis::ThreadReport thread;
-    thread.pid = kPid;
     thread.tid = tid;
     thread.name = std::move(name);
     report.threads.push_back(thread);

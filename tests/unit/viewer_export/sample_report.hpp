@@ -5,6 +5,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 
+#include <cstdint>
 #include <numeric>
 #include <string>
 
@@ -24,12 +25,11 @@ inline analysis::Summary summary(std::int64_t min, std::int64_t max, std::uint64
           .p99_9 = max};
 }
 
-inline analysis::CallbackReport callback(std::string id, std::string kind) {
+inline analysis::CallbackReport callback(std::string id, CallbackKind kind) {
   analysis::CallbackReport c;
   c.logical_id = std::move(id);
-  c.pid = 4001;
   c.node = "/a/plan";
-  c.kind = std::move(kind);
+  c.kind = kind;
   c.symbol = "app::plan";
   return c;
 }
@@ -44,18 +44,19 @@ inline analysis::Report sample_report() {
   report.trace.hosts = {"robot"};
   report.trace.lost_events = 0;
   report.trace.complete = true;
-  report.defects = {{.kind = "clock-jump",
+  report.defects = {{.kind = analysis::DefectKind::open_instances,
                      .severity = analysis::Severity::info,
                      .count = 2,
                      .advice = "the wall clock was set twice; times here do not depend on it"}};
   report.processes = {
       {.host = "robot", .pid = 4001, .name = "demo", .executor = "isolated", .complete = true}};
 
-  auto timer = callback("/a/plan@Timer(20000000)", "timer");
+  auto timer = callback("/a/plan@Timer(20000000)", CallbackKind::timer);
   timer.period_ns = 20'000'000;
   timer.group = 1;
-  timer.threads = {{.tid = 4005, .name = "plan", .instances = 7}};
-  timer.isolated = true;
+  timer.threads = {
+      {.thread = analysis::ThreadIndex{0}, .tid = 4005, .name = "plan", .instances = 7}};
+  timer.isolation = analysis::Isolation::isolated;
   timer.instances = 7;
   timer.missed_releases = 3;
   timer.release_source = analysis::ReleaseSource::exact;
@@ -69,26 +70,30 @@ inline analysis::Report sample_report() {
   timer.wake_delay = summary(0, 0, 7);
   timer.wakeup_latency = summary(2'083, 8'108, 7);
 
-  auto subscription =
-      callback("/perception/lidar@Subscription(/sensing/lidar/top/points_raw)", "subscription");
+  auto subscription = callback("/perception/lidar@Subscription(/sensing/lidar/top/points_raw)",
+                               CallbackKind::subscription);
   subscription.source = "/sensing/lidar/top/points_raw";
-  subscription.threads = {{.tid = 4008, .name = "pool 0", .instances = 2},
-                          {.tid = 4009, .name = "pool 1", .instances = 5}};
+  subscription.threads = {
+      {.thread = analysis::ThreadIndex{1}, .tid = 4008, .name = "pool 0", .instances = 2},
+      {.thread = analysis::ThreadIndex{2}, .tid = 4009, .name = "pool 1", .instances = 5}};
+  subscription.isolation = analysis::Isolation::not_isolated;
   subscription.instances = 7;
   subscription.incomplete = 1;
   subscription.release_source = analysis::ReleaseSource::wakeup;
   subscription.response_time_lower = summary(1'000'000, 2'500'000, 7);
   subscription.duration = summary(900'000, 2'400'000, 7);
 
-  report.callbacks = {timer, subscription, callback("/a/plan@Service(/never called)", "service")};
+  report.callbacks = {timer, subscription,
+                      callback("/a/plan@Service(/never called)", CallbackKind::service)};
+  for (std::uint32_t i = 0; i < report.callbacks.size(); ++i)
+    report.callbacks[i].index = analysis::CallbackIndex{i};
 
   analysis::ThreadReport own;
-  own.pid = 4001;
   own.tid = 4005;
   own.name = "plan";
-  own.role = "callback";
+  own.role = ThreadRole::callback;
   own.callbacks = {timer.logical_id};
-  own.sched = analysis::ThreadSchedReport{.moment = "applied",
+  own.sched = analysis::ThreadSchedReport{.moment = SchedMoment::applied,
                                           .policy = 1,
                                           .policy_name = "SCHED_FIFO",
                                           .flags = 0,
@@ -101,14 +106,14 @@ inline analysis::Report sample_report() {
                                           .error = 0};
   own.busy_ns = 1'500'000;
   analysis::ThreadReport pool;
-  pool.pid = 4001;
+  pool.index = analysis::ThreadIndex{1};
   pool.tid = 4008;
   pool.callbacks = {subscription.logical_id, timer.logical_id};
   report.threads = {own, pool};
 
   analysis::ChainReport chain;
   chain.name = "braking";
-  chain.pid = 4001;
+  chain.process = analysis::ProcessIndex{};
   chain.hops = {timer.logical_id, subscription.logical_id};
   chain.instances = 6;
   chain.path_latency = summary(776'270, 1'008'309, 6);
@@ -168,34 +173,42 @@ inline analysis::VerdictReport sample_verdicts() {
                                    .pid = std::nullopt,
                                    .tid = std::nullopt,
                                    .note = "no run_end: the process was interrupted"};
-  return {
-      .verdict = Verdict::fail,
-      .rules = {
-          {.id = "T1",
-           .name = "trace-readable",
-           .verdict = Verdict::pass,
-           .subjects =
-               {{.subject = "trace", .verdict = Verdict::pass, .checked = 980, .evidence = {}}}},
-          {.id = "T4",
-           .name = "run-complete",
-           .verdict = Verdict::inconclusive,
-           .subjects = {{.subject = "process 4001",
-                         .verdict = Verdict::inconclusive,
-                         .checked = 0,
-                         .evidence = {missing}}}},
-          {.id = "M2",
-           .name = "one-callback-per-thread",
-           .verdict = Verdict::fail,
-           .subjects =
-               {{.subject = "thread 4005", .verdict = Verdict::pass, .checked = 7, .evidence = {}},
-                {.subject = "thread 4008",
-                 .verdict = Verdict::fail,
-                 .checked = 9,
-                 .evidence = {first, second}}}},
-          {.id = "M5",
-           .name = "mapping-survives-restart",
-           .verdict = Verdict::not_applicable,
-           .subjects = {}}}};
+  const auto of = [](analysis::SubjectKind kind, std::uint32_t index) {
+    return analysis::Subject{.kind = kind, .index = index, .process = analysis::ProcessIndex{}};
+  };
+  return {.verdict = Verdict::fail,
+          .rules = {{.id = "T1",
+                     .name = "trace-readable",
+                     .verdict = Verdict::pass,
+                     .subjects = {{.subject = "trace",
+                                   .verdict = Verdict::pass,
+                                   .checked = 980,
+                                   .evidence = {}}}},
+                    {.id = "T4",
+                     .name = "run-complete",
+                     .verdict = Verdict::inconclusive,
+                     .subjects = {{.about = of(analysis::SubjectKind::process, 0),
+                                   .subject = "process 4001",
+                                   .verdict = Verdict::inconclusive,
+                                   .checked = 0,
+                                   .evidence = {missing}}}},
+                    {.id = "M2",
+                     .name = "one-callback-per-thread",
+                     .verdict = Verdict::fail,
+                     .subjects = {{.about = of(analysis::SubjectKind::thread, 0),
+                                   .subject = "thread 4005",
+                                   .verdict = Verdict::pass,
+                                   .checked = 7,
+                                   .evidence = {}},
+                                  {.about = of(analysis::SubjectKind::thread, 1),
+                                   .subject = "thread 4008",
+                                   .verdict = Verdict::fail,
+                                   .checked = 9,
+                                   .evidence = {first, second}}}},
+                    {.id = "M5",
+                     .name = "mapping-survives-restart",
+                     .verdict = Verdict::not_applicable,
+                     .subjects = {}}}};
 }
 
 // The same, with the FAIL of thread 4008 suppressed, and an entry that names nothing.

@@ -12,12 +12,12 @@ namespace {
 
 using analysis::ParameterSource;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 analysis::SchedulabilityReport sample() {
   analysis::CallbackSchedulability bounded{
       .logical_id = "/plan@Timer(1)",
-      .pid = 4,
       .tid = 5,
       .policy = "SCHED_FIFO",
       .priority = 80,
@@ -36,17 +36,24 @@ analysis::SchedulabilityReport sample() {
   unbounded.reason = "it never ran";
   return {.callbacks = {bounded, unbounded},
           .cpus = {{.cpu = 0, .real_time_ppb = 200'000'000}},
-          .deadline = analysis::DeadlineAdmission{.servers = 2,
-                                                  .processors = 1,
-                                                  .reserved_ppb = 980'000'000,
-                                                  .admissible_ppb = 950'000'000,
-                                                  .is_guaranteed = true},
+          .deadline = {{.servers = 2,
+                        .processors = 1,
+                        .reserved_ppb = 980'000'000,
+                        .admissible_ppb = 950'000'000,
+                        .is_guaranteed = true}},
           .outside = {"thread 9 \"recv\" (SCHED_FIFO 90)"}};
+}
+
+// The report that is said to have been analysed: it has the callbacks' process.
+analysis::Report analyzed() {
+  analysis::Report report;
+  report.processes.emplace_back().pid = 4;
+  return report;
 }
 
 std::string text_of(const analysis::SchedulabilityReport& report) {
   std::ostringstream out;
-  write_schedulability_text(out, report, {});
+  write_schedulability_text(out, report, analyzed(), {});
   return out.str();
 }
 
@@ -66,6 +73,28 @@ TEST(SchedulabilityText, SaysOutcomeBoundsAndWhatIsNotInThem) {
   EXPECT_THAT(text, HasSubstr("thread 9 \"recv\" (SCHED_FIFO 90)"));
 }
 
+TEST(SchedulabilityText, SaysThatNoDeadlineIsBounded) {
+  auto report = sample();
+  report.callbacks = {report.callbacks[1], report.callbacks[1]};
+  for (auto& callback : report.callbacks)
+    callback.deadline = analysis::TaskParameter{3'000'000, ParameterSource::declared};
+  report.cpus[0].real_time_ppb.reset();
+  auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("\n2 deadlines, none bounded: execution times unknown\n"));
+  EXPECT_THAT(text, HasSubstr("CPU 0: what real-time callbacks demand is unknown"));
+  EXPECT_THAT(text, Not(HasSubstr("0.00 %")));
+
+  report.callbacks.push_back(sample().callbacks[0]);
+  text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("\n2 of 3 deadlines not bounded; below is why\n"));
+
+  std::ostringstream out;
+  write_schedulability_json(out, report, analyzed());
+  const auto json = nlohmann::json::parse(out.str());
+  EXPECT_EQ(json["cpus"][0]["real_time_ppb"], nullptr);
+  EXPECT_EQ(json["deadlines"], nlohmann::json::parse(R"({"count": 3, "decided": 1})"));
+}
+
 TEST(SchedulabilityText, SaysEachReasonOnce) {
   auto report = sample();
   auto another = report.callbacks[1];
@@ -77,7 +106,7 @@ TEST(SchedulabilityText, SaysEachReasonOnce) {
 
 TEST(SchedulabilityJson, HoldsEverything) {
   std::ostringstream out;
-  write_schedulability_json(out, sample());
+  write_schedulability_json(out, sample(), analyzed());
   const auto json = nlohmann::json::parse(out.str());
   EXPECT_EQ(json["schema"], "cie.schedulability/1");
   EXPECT_EQ(json["finding"], true);

@@ -1,4 +1,4 @@
-#include "text_layout.hpp"
+#include "words/text_layout.hpp"
 
 #include <cstdint>
 #include <limits>

@@ -1,5 +1,5 @@
 // Which instances a picture of bounded size keeps.
-#include "timeline_choice.hpp"
+#include "timelines/timeline_choice.hpp"
 
 #include <algorithm>
 #include <set>

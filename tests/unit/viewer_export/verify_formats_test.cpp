@@ -3,7 +3,7 @@
 #include <cie/viewer_export/verify_writers.hpp>
 
 #include "sample_report.hpp"
-#include "xml.hpp"
+#include "text/xml.hpp"
 
 #include <sstream>
 #include <string>

@@ -21,22 +21,26 @@ Json json_of(const analysis::VerdictReport& verdicts) {
 
 TEST(VerifyJson, IsTheContractsObject) {
   const auto expected = Json::parse(R"({
-    "schema": "cie.verify/1", "verdict": "FAIL",
+    "schema": "cie.verify/2", "verdict": "FAIL",
     "rules": [
       {"id": "T1", "name": "trace-readable", "verdict": "PASS", "subjects": [
-        {"subject": "trace", "verdict": "PASS", "checked": 980, "evidence": []}]},
+        {"subject": "trace", "verdict": "PASS", "checked": 980, "evidence": [],
+         "kind": "trace", "index": null, "process": null}]},
       {"id": "T4", "name": "run-complete", "verdict": "INCONCLUSIVE", "subjects": [
         {"subject": "process 4001", "verdict": "INCONCLUSIVE", "checked": 0, "evidence": [
           {"event": "missing", "time_ns": 983130000000, "cpu": null, "pid": null, "tid": null,
-           "note": "no run_end: the process was interrupted", "stream": null, "packet": null}]}]},
+           "note": "no run_end: the process was interrupted", "stream": null, "packet": null}],
+         "kind": "process", "index": 0, "process": 0}]},
       {"id": "M2", "name": "one-callback-per-thread", "verdict": "FAIL", "subjects": [
-        {"subject": "thread 4005", "verdict": "PASS", "checked": 7, "evidence": []},
+        {"subject": "thread 4005", "verdict": "PASS", "checked": 7, "evidence": [],
+         "kind": "thread", "index": 0, "process": 0},
         {"subject": "thread 4008", "verdict": "FAIL", "checked": 9, "evidence": [
           {"event": "callback_start", "time_ns": 983005016596, "cpu": 0, "pid": 4001, "tid": 4008,
            "note": "started /a/plan@Timer(20000000), instance 0",
            "stream": "ust/channel0_1", "packet": 2},
           {"event": "callback_start", "time_ns": 983005187272, "cpu": null, "pid": 4001,
-           "tid": 4008, "note": "started /b@Timer(1), instance 0", "stream": null, "packet": null}]}]},
+           "tid": 4008, "note": "started /b@Timer(1), instance 0", "stream": null, "packet": null}],
+         "kind": "thread", "index": 1, "process": 0}]},
       {"id": "M5", "name": "mapping-survives-restart", "verdict": "NOT_APPLICABLE",
        "subjects": []}]})");
   // Compared as text, so that the order of keys counts.

@@ -30,50 +30,39 @@ TEST(VerifyText, SaysVerdictFindingsEvidenceAndSummary) {
                               .clock_offset_ns = 1'700'000'000'123'456'789};
   // --begin is 1 ms before the first evidence on the wall clock:
   //   983.005016596 + 1700000000.123456789 - 0.001 = 1700000983.127473385
-  EXPECT_EQ(
-      text_of(test::sample_verdicts(), test::sample_report(), context),
-      "Verdict: FAIL\n"
-      "  violated        M2\n"
-      "  undecided       T4\n"
-      "  passed          T1\n"
-      "  not applicable  M5\n"
-      "\n"
-      "FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
-      "    at 983005016596 ns (5.017 ms into the trace)  callback_start  cpu 0  pid 4001  "
-      "tid 4008  started /a/plan@Timer(20000000), instance 0  [ust/channel0_1 packet 2]\n"
-      "    at 983005187272 ns (5.187 ms into the trace)  callback_start  pid 4001  tid 4008  "
-      "started /b@Timer(1), instance 0\n"
-      "    babeltrace2 --clock-seconds --begin 1700000983.127473385 --end "
-      "1700000983.129644061 'recordings/run 1'\n"
-      "    The rule: Each thread ran one callback only. Threads are told apart by incarnation, so "
-      "a reused\n"
-      "    tid is another thread.\n"
-      "    Why it matters: Callbacks that share a thread wait for each other whatever their "
-      "priorities: the\n"
-      "    urgent one is as late as the slowest before it.\n"
-      "    Remedy: use the isolated executor (--executor isolated), and give each callback a "
-      "callback group\n"
-      "    of its own.\n"
-      "\n"
-      "INCONCLUSIVE  T4 run-complete: process 4001\n"
-      "    at 983130000000 ns (130.0 ms into the trace)  missing  no run_end: the process was "
-      "interrupted\n"
-      "    babeltrace2 --clock-seconds --begin 1700000983.252456789 --end "
-      "1700000983.254456789 'recordings/run 1'\n"
-      "    The rule: The process was seen from its run_begin to its run_end, and what it counted\n"
-      "    (callbacks, threads, groups, publishers, instances started and ended, messages, "
-      "read-backs) is\n"
-      "    what the trace shows.\n"
-      "    Inconclusive when run_begin or run_end is missing (\"interrupted\": the process "
-      "crashed, or the\n"
-      "    recording stopped first), or a total differs from what was seen. --allow-crash accepts "
-      "an\n"
-      "    interrupted process; the other rules judge what was seen.\n"
-      "\n"
-      "14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never "
-      "ended\n"
-      "spec app.yaml sha256 abc123\n"
-      "cie 0.1.0; cie verify --explain ID tells what a rule means\n");
+  EXPECT_EQ(text_of(test::sample_verdicts(), test::sample_report(), context),
+            "Verdict: FAIL\n"
+            "  violated        M2\n"
+            "  undecided       T4\n"
+            "  passed          T1\n"
+            "  not applicable  M5\n"
+            "\n"
+            "FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
+            "    at 983005016596 ns (5.017 ms into the trace)  callback_start  cpu 0  pid 4001  "
+            R"(tid 4008  started /a/plan@Timer(20000000), instance 0  [ust/channel0_1 packet 2]
+    at 983005187272 ns (5.187 ms into the trace)  callback_start  pid 4001  tid 4008  started /b@Timer(1), instance 0
+    babeltrace2 --clock-seconds --begin 1700000983.127473385 --end 1700000983.129644061 'recordings/run 1'
+    The rule: Each thread ran one callback only. Threads are told apart by incarnation, so a reused
+    tid is another thread.
+    Why it matters: Callbacks that share a thread wait for each other whatever their priorities: the
+    urgent one is as late as the slowest before it.
+    Remedy: use the isolated executor (--executor isolated), and give each callback a callback group
+    of its own.
+
+INCONCLUSIVE  T4 run-complete: process 4001
+    at 983130000000 ns (130.0 ms into the trace)  missing  no run_end: the process was interrupted
+    babeltrace2 --clock-seconds --begin 1700000983.252456789 --end 1700000983.254456789 'recordings/run 1'
+    The rule: The process was seen from its run_begin to its run_end, and what it counted
+    (callbacks, threads, groups, publishers, instances started and ended, messages, read-backs) is
+    what the trace shows.
+    Inconclusive when run_begin or run_end is missing ("interrupted": the process crashed, or the
+    recording stopped first), or a total differs from what was seen. --allow-crash accepts an
+    interrupted process; the other rules judge what was seen.
+
+14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never ended
+spec app.yaml sha256 abc123
+cie 0.1.0; cie verify --explain ID tells what a rule means
+)");
 }
 
 TEST(VerifyText, WithoutTheClocksOffsetTheCommandHasNoTimes) {
@@ -87,9 +76,20 @@ TEST(VerifyText, SaysThatThereWasNoSpec) {
               HasSubstr("no --spec was given"));
 }
 
+TEST(VerifyText, NamesCallbacksThatAnExceptionEnded) {
+  auto report = test::sample_report();
+  EXPECT_THAT(text_of(test::sample_verdicts(), report), Not(HasSubstr("exception")));
+  report.callbacks[0].exceptions = 1;
+  report.callbacks[2].exceptions = 41;
+  const auto text = text_of(test::sample_verdicts(), report);
+  EXPECT_THAT(
+      text, HasSubstr("42 instances ended by an exception: 1 of " + report.callbacks[0].logical_id +
+                      ", 41 of " + report.callbacks[2].logical_id + "\n"));
+}
+
 TEST(VerifyText, NamesWhatTaintsTheTrace) {
   auto report = test::sample_report();
-  report.defects = {{.kind = "discarded-events",
+  report.defects = {{.kind = analysis::DefectKind::discarded_events,
                      .severity = analysis::Severity::loss,
                      .count = 12,
                      .advice = "use larger buffers"}};

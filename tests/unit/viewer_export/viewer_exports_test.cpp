@@ -65,7 +65,7 @@ TEST_P(EveryViewer, SurvivesHostileValues) {
   for (const auto id : {kMin, std::int64_t{-1}, std::int64_t{0}, kMax}) {
     auto i = test::instance("bad \xFF \"\\ name", id, 0, kMax, kMax - 1, kMax);
     i.pid = id;
-    i.host = 0xffffffffU;
+    i.host = analysis::HostIndex{0xffffffffU};
     i.release = analysis::Timestamp{kMin};
     viewer->on_instance(i);
     i.start.ns = kMin;
@@ -99,14 +99,14 @@ TEST(ViewerExports, ChromeKeepsHostsWithTheSamePidsApart) {
   analysis::AnalysisResult result;
   for (const std::uint32_t host : {0U, 1U}) {
     auto i = test::instance(test::kTimer, 11, 0, 10, 20, 30);
-    i.host = host;
+    i.host = analysis::HostIndex{host};
     viewer->on_instance(i);
     result.report.processes.push_back({.host = host == 0 ? "left" : "right",
                                        .pid = test::kPid,
                                        .name = "demo",
                                        .executor = {},
                                        .complete = true,
-                                       .host_number = host});
+                                       .host_index = analysis::HostIndex{host}});
   }
   std::ostringstream out;
   viewer->write(out, result);

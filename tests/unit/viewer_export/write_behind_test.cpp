@@ -1,7 +1,8 @@
-#include "write_behind.hpp"
+#include "output/write_behind.hpp"
 
-#include "file_descriptor.hpp"
-#include "spool.hpp"
+#include "base/file_descriptor.hpp"
+#include "output/spool.hpp"
+#include "output/write_all.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -4,11 +4,11 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
 #include <cie/analysis/progress.hpp>
+#include <cie/analysis/recording.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -19,17 +19,15 @@
 
 namespace cie::analysis {
 
-// Who decodes traces. Both yield the same events; libbabeltrace2 is slower and gives up on damage.
-enum class Reader : std::uint8_t { native, babeltrace2 };
-
 struct AnalysisOptions {
   const SchedulingSpec* spec = nullptr;  // borrowed; null: nothing specified
   bool require_lossless = false;         // T2 fails on any loss
   bool allow_crash = false;              // T4 does not mind an interrupted process
-  Reader reader = Reader::native;        // for analyze()
-  // For analyze() with the native reader: metadata of a recording of the same configuration, for
-  // traces whose own cannot be read. Empty: such traces are refused.
+  // For analyze(): metadata of a recording of the same configuration, for traces whose own cannot
+  // be read. Empty: such traces are refused.
   std::filesystem::path metadata_from{};
+  // For analyze(): the content of each file is held against its recording's manifest, too.
+  bool is_content_checked = false;
   // Counts and judges instances within it alone. State from before holds in it, and numbers and
   // totals from outside prove that nothing in it is missing; what an edge cuts is listed as such.
   std::optional<TimeWindow> window{};
@@ -38,7 +36,7 @@ struct AnalysisOptions {
   bool is_live = false;
   // Summaries of callbacks have their histograms (Summary::buckets).
   bool keep_buckets = false;
-  // For analyze(): bytes of the traces read, by the native reader. Borrowed; null: nobody looks.
+  // For analyze(): bytes of the traces read. Borrowed; null: nobody looks.
   Progress* progress = nullptr;
 };
 
@@ -64,6 +62,8 @@ class Analyzer {
   Analyzer& operator=(Analyzer&&) noexcept;
 
   void consume(const Event& event);
+  // What the recordings that the events come from say of themselves: before finish().
+  void add(std::vector<Recording> recordings);
   // What finish() would say of the events so far, but for instances that have begun and not ended,
   // or wait for the kernel's events: they count in a later one. More events may follow. Takes time
   // with the number of subjects, not with that of events.

@@ -65,7 +65,7 @@ struct CallbackSample {
   std::string logical_id;
   std::uint64_t instances = 0;
   std::optional<std::uint64_t> missed_releases;
-  bool isolated = false;
+  std::optional<Isolation> isolation;  // empty: unknown
   OrderStatistics response_time;
   OrderStatistics start_latency;
   OrderStatistics duration;

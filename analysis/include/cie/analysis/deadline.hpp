@@ -1,4 +1,4 @@
-// What "late" means, for whoever judges or counts instances.
+// How long an instance took, and what "late" means, for whoever judges or counts instances.
 #pragma once
 
 #include <cie/analysis/instance.hpp>
@@ -14,6 +14,17 @@ namespace cie::analysis {
 // declares itself (0: none). `entry` may be null.
 std::optional<Duration> response_deadline(const SpecEntry* entry,
                                           std::uint64_t declared_ns) noexcept;
+
+// From its release to its end, and to its start; of what kind the release is, release_source says:
+// exact, or a bound. Empty where there is none, and the former while the instance is open.
+inline std::optional<Duration> response_time(const Instance& instance) noexcept {
+  if (!instance.end || !instance.release) return std::nullopt;
+  return *instance.end - *instance.release;
+}
+inline std::optional<Duration> start_latency(const Instance& instance) noexcept {
+  if (!instance.release) return std::nullopt;
+  return instance.start - *instance.release;
+}
 
 // What is certain of an instance's response time: all of it where its release is known exactly, a
 // lower bound elsewhere. Empty while it is open.

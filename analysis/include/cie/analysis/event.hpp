@@ -5,6 +5,7 @@
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -38,10 +39,22 @@ struct EventHead {
   bool is_derived = false;          // follows from other events: none of the trace's own
 };
 
+// What a kind of event is about.
+enum class EventPhase : std::uint8_t {
+  structure,  // streams and packets: no event of the trace itself
+  state,      // who there is: processes, nodes, callbacks, threads and their parameters
+  callback,   // what callbacks do
+  clock,      // of our provider, about its clock
+  system      // of the kernel and of tracers, whatever thread was running
+};
+// Each kind below says its phase, and the name of its event class (empty: no single one).
+
 // --- about the recording itself ------------------------------------------------------------------
 enum class Domain : std::uint8_t { user, kernel };
 
 struct StreamBegin {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
   std::uint32_t channel = 0;  // streams of one channel share a window; dense, given by the reader
   Domain domain = Domain::user;
   std::string_view host;
@@ -50,12 +63,28 @@ struct StreamBegin {
   std::string_view path;             // where it lies, for messages
   // Of a flight recorder: begins where the buffers were not overwritten yet.
   bool is_snapshot = false;
+  // What a reader knows ahead (empty: it does not). A stream without any event, as of a CPU on
+  // which nothing ran, covers everything up to its end, wherever its packets begin. One that has no
+  // time in common with most streams of its channel does not narrow their window.
+  std::optional<bool> has_events{};
+  bool is_left_out = false;
 };
-struct StreamEnd {};
-struct PacketBegin {};  // head.time: the packet's begin
-struct PacketEnd {};
+struct StreamEnd {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
+};
+struct PacketBegin {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
+};  // head.time: the packet's begin
+struct PacketEnd {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
+};
 // Events or packets the tracer threw away between two points of a stream.
 struct Discarded {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
   Timestamp begin;
   Timestamp end;
   std::optional<std::uint64_t> count;  // empty: unknown how many
@@ -63,6 +92,8 @@ struct Discarded {
 };
 // A packet that cannot be read and was skipped.
 struct DamagedPacket {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
   std::string_view reason;
   // What it may have covered; empty: the time of the event.
   std::optional<Timestamp> begin{};
@@ -72,11 +103,15 @@ struct DamagedPacket {
 };
 // Time ran backwards in a stream.
 struct TimeRegression {
+  static constexpr EventPhase kPhase = EventPhase::structure;
+  static constexpr std::string_view kName{};
   Timestamp previous;
 };
 
 // --- cie:* ---------------------------------------------------------------------------------------
 struct RunBegin {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "run_begin";
   std::uint32_t contract_version = 0;
   std::string_view tool_version;
   std::string_view executor;
@@ -92,6 +127,8 @@ struct RunBegin {
   std::optional<RunMoment> moment;
 };
 struct RunEnd {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "run_end";
   std::uint32_t callbacks = 0;
   std::uint32_t threads = 0;
   std::uint32_t groups = 0;
@@ -99,15 +136,21 @@ struct RunEnd {
   std::int32_t status = 0;
 };
 struct NodeInit {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "node_init";
   NodeId node{};
   std::string_view name;
 };
 struct GroupInit {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "group_init";
   GroupId group{};
   NodeId node{};
   std::optional<GroupType> type;
 };
 struct CallbackInit {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "callback_init";
   CallbackId callback{};
   GroupId group{};
   NodeId node{};
@@ -121,6 +164,8 @@ struct CallbackInit {
   std::uint64_t next_seq = 0;
 };
 struct CallbackFini {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "callback_fini";
   CallbackId callback{};
   std::uint64_t started = 0;
   std::uint64_t ended = 0;
@@ -129,6 +174,8 @@ struct CallbackFini {
   std::uint64_t lost = 0;
 };
 struct PublisherInit {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "publisher_init";
   PublisherId publisher{};
   NodeId node{};
   std::string_view topic;
@@ -136,10 +183,14 @@ struct PublisherInit {
   std::uint64_t next_seq = 0;
 };
 struct PublisherFini {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "publisher_fini";
   PublisherId publisher{};
   std::uint64_t published = 0;
 };
 struct ThreadInit {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "thread_init";
   std::uint32_t tid = 0;
   std::optional<ThreadRole> role;
   CallbackId callback{};
@@ -148,10 +199,14 @@ struct ThreadInit {
   std::int64_t start_ns = 0;
 };
 struct ThreadFini {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "thread_fini";
   std::uint32_t tid = 0;
   std::uint32_t read_backs = 0;
 };
 struct ThreadSched {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "thread_sched";
   std::uint32_t tid = 0;
   std::optional<SchedMoment> moment;
   std::uint32_t n = 0;
@@ -170,15 +225,21 @@ struct ThreadSched {
   std::uint32_t change = 0;  // of the thread's parameters: which one this read-back belongs to
 };
 struct CallbackRelease {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName = "callback_release";
   CallbackId callback{};
   std::uint64_t release_seq = 0;
   std::uint64_t overwritten = 0;
 };
 struct ThreadWakeup {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName = "thread_wakeup";
   CallbackId callback{};
   std::optional<WakeupReason> reason;
 };
 struct CallbackStart {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName = "callback_start";
   CallbackId callback{};
   std::uint64_t seq = 0;
   std::optional<ReleaseKind> release_kind;
@@ -188,28 +249,38 @@ struct CallbackStart {
   std::uint64_t writer_gid = 0;
 };
 struct CallbackEnd {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName = "callback_end";
   CallbackId callback{};
   std::uint64_t seq = 0;
   std::optional<CallbackStatus> status;
 };
 struct Publish {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName = "publish";
   PublisherId publisher{};
   std::uint64_t seq = 0;
   std::int64_t source_timestamp_realtime_ns = 0;
 };
 struct SampleLost {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName = "sample_lost";
   CallbackId callback{};
   std::uint32_t count = 0;
   std::uint64_t total = 0;
 };
 struct ClockSync {
+  static constexpr EventPhase kPhase = EventPhase::clock;
+  static constexpr std::string_view kName = "clock_sync";
   std::int64_t monotonic_ns = 0;
   std::int64_t realtime_ns = 0;
 };
 
-// --- kernel (priorities already normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE)
-// ---
+// --- kernel ---------------------------------------------------------------------------------------
+// Priorities are normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE.
 struct SchedSwitch {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_switch";
   std::string_view prev_comm;
   std::int64_t prev_tid = 0;
   std::int32_t prev_prio = 0;
@@ -219,16 +290,22 @@ struct SchedSwitch {
   std::int32_t next_prio = 0;
 };
 struct SchedWaking {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_waking";
   std::int64_t tid = 0;
   std::int32_t prio = 0;
   std::optional<std::int32_t> target_cpu;
 };
 struct SchedWakeup {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_wakeup";
   std::int64_t tid = 0;
   std::int32_t prio = 0;
   std::optional<std::int32_t> target_cpu;
 };
 struct SchedProcessFork {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_process_fork";
   std::int64_t parent_tid = 0;
   std::int64_t parent_pid = 0;
   std::int64_t child_tid = 0;
@@ -236,14 +313,20 @@ struct SchedProcessFork {
   std::string_view child_comm;
 };
 struct SchedProcessExit {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_process_exit";
   std::int64_t tid = 0;
 };
 struct SchedMigrateTask {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_migrate_task";
   std::int64_t tid = 0;
   std::int32_t orig_cpu = 0;
   std::int32_t dest_cpu = 0;
 };
 struct SchedPiSetprio {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "sched_pi_setprio";
   std::int64_t tid = 0;
   std::int32_t old_prio = 0;
   std::int32_t new_prio = 0;
@@ -251,17 +334,23 @@ struct SchedPiSetprio {
 
 // --- LTTng: what a process calls itself, told when a session starts ---
 struct ProcessName {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName = "lttng_ust_statedump:procname";
   std::string_view name;
 };
 
 // An event of no vocabulary we know: counted.
 struct OtherEvent {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName{};
   std::string_view name;
 };
 
 // An event whose meaning depends on earlier ones. The analyzer has it replaced, first of all, by
 // those of the model that follow from it.
 struct Untranslated {
+  static constexpr EventPhase kPhase = EventPhase::system;
+  static constexpr std::string_view kName{};
   std::uint32_t kind = 0;  // its vocabulary's
   RawFields fields{};
 };
@@ -273,6 +362,23 @@ using EventBody =
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
                  SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
                  SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent, Untranslated>;
+
+namespace detail {
+template <typename... Bodies>
+constexpr std::array<EventPhase, sizeof...(Bodies)> phases_of(const std::variant<Bodies...>*) {
+  return {Bodies::kPhase...};
+}
+template <typename... Bodies>
+constexpr std::array<std::string_view, sizeof...(Bodies)> names_of(const std::variant<Bodies...>*) {
+  return {Bodies::kName...};
+}
+}  // namespace detail
+
+// By index of EventBody.
+inline constexpr auto kEventPhases = detail::phases_of(static_cast<const EventBody*>(nullptr));
+inline constexpr auto kEventNames = detail::names_of(static_cast<const EventBody*>(nullptr));
+
+constexpr EventPhase phase_of(const EventBody& body) noexcept { return kEventPhases[body.index()]; }
 
 struct Event {
   EventHead head;

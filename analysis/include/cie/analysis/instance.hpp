@@ -1,6 +1,7 @@
 // What the analysis tells observers while it goes: callback instances and messages.
 #pragma once
 
+#include <cie/analysis/identity.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
@@ -22,12 +23,13 @@ enum class InstanceState : std::uint8_t {
 // One run of a callback. Times are CLOCK_MONOTONIC of its host.
 struct Instance {
   std::string_view logical_id;  // empty: never registered; valid as long as the analyzer
-  std::uint32_t callback = 0;   // dense index of the callback in Report::callbacks' creation order
+  CallbackIndex callback{};     // its row of the report, in order of creation
+  ProcessIndex process{};       // likewise
   std::int64_t pid = 0;
   std::int64_t tid = 0;
   std::uint64_t seq = 0;
   InstanceState state = InstanceState::complete;
-  CallbackStatus status = CallbackStatus::ok;
+  std::optional<CallbackStatus> status;  // empty: open, or the recording does not tell
 
   std::optional<Timestamp> release;  // exact, or the bound that release_source names
   ReleaseSource release_source = ReleaseSource::start;
@@ -49,7 +51,7 @@ struct Instance {
 
   std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none
   std::uint64_t writer_gid = 0;
-  std::uint32_t host = 0;  // as ProcessReport::host_number
+  HostIndex host{};  // as ProcessReport::host_index
 };
 
 // One message, as its publisher announced it just before it was written.
@@ -63,7 +65,7 @@ struct Publication {
   std::uint64_t seq = 0;
   std::uint64_t writer_gid = 0;  // 0 when the publisher was never announced
   std::int64_t source_timestamp_realtime_ns = 0;
-  std::uint32_t host = 0;
+  HostIndex host{};
 };
 
 // A thread of a traced process stopped or began to run (kernel events only).
@@ -75,7 +77,7 @@ struct SchedSlice {
   Timestamp begin;
   Timestamp end;
   std::int64_t end_state = 0;  // prev_state as the kernel wrote it
-  std::uint32_t host = 0;
+  HostIndex host{};
 };
 
 // A thread that waited was told to run (kernel events only): sched_waking, or sched_wakeup where
@@ -88,7 +90,7 @@ struct Waking {
   // What ran on that CPU then: the waker, or what its interrupt came upon; 0 is the idle thread.
   std::optional<std::int64_t> waker_tid{};
   std::optional<std::int32_t> target_cpu{};
-  std::uint32_t host = 0;
+  HostIndex host{};
 };
 
 // Receives what happens in order of completion (an instance at its end), so starts are not sorted.

@@ -2,11 +2,12 @@
 // is "not measured". Definitions of the quantities: analysis/README.md.
 #pragma once
 
+#include <cie/analysis/identity.hpp>
 #include <cie/analysis/statistics.hpp>
 #include <cie/analysis/time.hpp>
+#include <cie/tracepoints/recording_manifest.hpp>
 #include <cie/tracepoints/schema.hpp>
 
-#include <compare>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -18,9 +19,50 @@ namespace cie::analysis {
 enum class Severity : std::uint8_t { info, loss, error };
 std::string_view label(Severity severity) noexcept;
 
+// Ways in which a trace falls short, in the order in which reports list them.
+enum class DefectKind : std::uint8_t {
+  damaged_manifest,
+  missing_files,
+  unseen_process,
+  unseen_chunk,
+  unseen_kernel,
+  recorder_problem,
+  begins_late,
+  damaged_packets,
+  foreign_metadata,
+  discarded_events,
+  discarded_packets,
+  streams_left_out,
+  streams_apart,
+  sched_switch_gaps,
+  cpus_not_recorded,
+  losses_not_listed,
+  time_runs_backwards,
+  clocks_unrelated,
+  clocks_drifted,
+  host_gap,
+  seq_gaps,
+  publish_gaps,
+  read_back_gaps,
+  ends_without_start,
+  repeated_ends,
+  open_instances,
+  instances_cut_by_window,
+  unregistered_callbacks,
+  identity_failures,
+  incomplete_chains,
+  reads_not_kept,
+  missing_run_begin,
+  missing_run_end,
+  shared_pid,
+  contract_too_new
+};
+// Stable, kebab-case: "discarded-events", "seq-gaps", ….
+std::string_view label(DefectKind kind) noexcept;
+
 // Something about the trace itself that a reader of the numbers must know.
 struct TraceDefect {
-  std::string kind;  // stable, kebab-case: "discarded-events", "seq-gap", …
+  DefectKind kind{};
   Severity severity = Severity::info;
   std::uint64_t count = 0;
   std::string advice;  // what to do about it
@@ -30,12 +72,17 @@ struct TraceDefect {
 enum class ReleaseSource : std::uint8_t { exact, wakeup, source_timestamp, start, mixed };
 std::string_view label(ReleaseSource source) noexcept;
 
+// Whether a callback had a thread of its own: every run of it on one thread, which ran nothing
+// else.
+enum class Isolation : std::uint8_t { isolated, not_isolated, never_ran };
+std::string_view label(Isolation isolation) noexcept;
+
 struct TraceSummary {
   std::vector<std::string> paths;
   std::optional<Timestamp> begin;  // window, see definitions; empty without packets
   std::optional<Timestamp> end;
   // CLOCK_REALTIME - CLOCK_MONOTONIC as the tracer measured it; empty where the streams' clocks
-  // disagree by more than a second, or have none. Not part of the JSON.
+  // disagree by more than a second, or have none.
   std::optional<std::int64_t> clock_offset_ns;
   // When the earliest stream began, by CLOCK_REALTIME of its host as the tracer measured it; empty
   // if it did not. Not part of the JSON.
@@ -44,10 +91,13 @@ struct TraceSummary {
   std::uint64_t streams = 0;
   std::vector<std::string> hosts;
   std::optional<std::uint64_t> lost_events = 0;  // empty when only packets were counted
-  bool complete = false;                         // T2 to T4 pass
+  // T2 to T4 pass, nothing of a manifest is missing, and it is there from its first chunk on.
+  bool complete = false;
 };
 
+// The one place of a process's host and pid: other rows name it by its number.
 struct ProcessReport {
+  ProcessIndex index{};
   std::string host;
   std::string boot_id{};     // these two of run_begin, empty and 0 without; not part of the JSON
   std::uint64_t pid_ns = 0;  // inode of its pid namespace
@@ -56,10 +106,11 @@ struct ProcessReport {
   std::string name;
   std::optional<std::string> executor;
   bool complete = false;
-  std::uint32_t host_number = 0;  // as observers are told it; not part of the JSON
+  HostIndex host_index{};  // as observers are told it; not part of the JSON
 };
 
 struct CallbackThread {
+  ThreadIndex thread{};
   std::int64_t tid = 0;
   std::string name;
   std::uint64_t instances = 0;
@@ -73,22 +124,26 @@ struct Preemptor {
 };
 
 struct CallbackReport {
-  std::uint32_t index = 0;  // as Instance::callback; not part of the JSON
-  std::string host{};       // in the JSON where there are several
+  CallbackIndex index{};  // as Instance::callback
+  ProcessIndex process{};
   std::string logical_id;
-  std::int64_t pid = 0;
   std::string node;
-  std::string kind;
+  std::optional<CallbackKind> kind;  // empty: never registered
   std::string source;
   std::string symbol;
   std::optional<std::uint64_t> period_ns;
-  std::optional<std::uint64_t> deadline_ns;  // that it declares itself; not part of the JSON
+  std::optional<std::uint64_t> deadline_ns;  // that it declares itself
   std::optional<std::uint32_t> group;
   std::vector<CallbackThread> threads;  // by tid
-  bool isolated = false;                // observed: one callback, one thread, both ways
+  // As observed. Empty: it ran on threads that the trace does not name.
+  std::optional<Isolation> isolation = Isolation::never_ran;
   std::uint64_t instances = 0;
   std::uint64_t incomplete = 0;
+  std::optional<std::uint64_t> exceptions;  // instances that one ended; empty: not told
   std::optional<std::uint64_t> missed_releases;
+  // Of a subscription: the most samples that waited at once, arrived and not overwritten, for their
+  // instance to start.
+  std::optional<std::uint64_t> longest_queue;
   std::optional<ReleaseSource> release_source;
   std::optional<Summary> response_time;
   std::optional<Summary> response_time_lower;
@@ -102,12 +157,13 @@ struct CallbackReport {
   std::optional<Summary> blocked;
   std::optional<Summary> wake_delay;
   std::optional<Summary> wakeup_latency;
-  std::uint32_t host_number = 0;  // not part of the JSON
+
+  bool is_isolated() const noexcept { return isolation == Isolation::isolated; }
 };
 
 // Parameters last read back of a thread.
 struct ThreadSchedReport {
-  std::string moment;  // initial, applied, audit
+  std::optional<SchedMoment> moment{};
   std::int32_t policy = 0;
   std::string policy_name;  // "SCHED_FIFO"; empty if unknown
   std::uint64_t flags = 0;
@@ -125,15 +181,15 @@ struct ThreadSchedReport {
 };
 
 struct ThreadReport {
-  std::string host{};  // in the JSON where there are several
-  std::int64_t pid = 0;
+  ThreadIndex index{};
+  ProcessIndex process{};
   std::int64_t tid = 0;
   std::string name;
-  std::optional<std::string> role;
+  std::optional<ThreadRole> role;
   std::vector<std::string> callbacks;  // logical ids that ran on it, sorted
+  std::vector<CallbackIndex> ran{};    // the same by their numbers, in that order
   std::optional<ThreadSchedReport> sched;
-  std::optional<std::int64_t> busy_ns;  // on-CPU time; empty without kernel events
-  std::uint32_t host_number = 0;        // not part of the JSON
+  std::optional<std::int64_t> busy_ns;  // on-CPU time; empty: not recorded without a hole
 };
 
 // The true length of a time span between two hosts is what their clocks show plus something within
@@ -163,50 +219,65 @@ struct HostClockReport {
 struct HopReport {
   std::string from;
   std::optional<std::string> to;  // empty for the last hop
-  Summary processing;             // P - a, or F - a for the last
-  std::optional<Summary> communication;
+  // The two as ChainReport::callbacks has them; empty without an instance.
+  std::optional<CallbackIndex> from_callback{};
+  std::optional<CallbackIndex> to_callback{};
+  std::optional<Summary> processing;        // P - a, or F - a for the last; empty: no release known
+  std::optional<Summary> communication;     // empty also for the last
   std::optional<ClockError> clock_error{};  // of communication, between hosts
 };
 
 struct ChainReport {
+  ChainIndex index{};
   std::string name;
-  std::optional<std::int64_t> pid;  // empty when it spans processes
-  std::vector<std::string> hops;    // logical ids
+  std::optional<ProcessIndex> process{};   // empty when it spans several, or never ran
+  std::vector<std::string> hops;           // logical ids
+  std::vector<CallbackIndex> callbacks{};  // of each hop, in its last instance; empty without one
+  bool is_specified = false;  // by the scheduling spec; listed even without an instance
   std::uint64_t instances = 0;
   std::optional<Summary> path_latency;
   std::optional<Summary> reaction_time;
   std::optional<Summary> data_age;
   std::optional<ClockError> clock_error{};  // of the three, if it ends on another host
+  // The sums of its cells and of what is undivided add up to the path latency's.
   std::vector<HopReport> hop_table;
+  // Of instances on which a release is unknown: the time from the publish before to the one after.
+  std::optional<Summary> undivided{};
 };
 
-// One end of a message: a callback, of a process.
-struct GraphNode {
-  std::string logical_id;
-  std::int64_t pid = 0;
-  // NOLINTNEXTLINE(modernize-use-nullptr): see time.hpp
-  friend auto operator<=>(const GraphNode&, const GraphNode&) = default;
-};
-
-// Messages that a callback took from another one, as they were seen. Not part of the JSON.
+// Messages that a callback took from another one, as they were seen.
 struct GraphEdge {
-  std::optional<GraphNode> from;  // empty: from outside any callback of the recording
-  GraphNode to;
+  std::optional<CallbackIndex> from;  // empty: from outside any callback of the recording
+  CallbackIndex to{};
   std::string topic;
   std::uint64_t messages = 0;
   std::optional<Summary> communication;  // publish to release; empty: none was exact
   std::optional<ClockError> clock_error{};
 };
 
+// What a recording of `cie record` says of itself.
+struct RecordingReport {
+  std::string path;  // its directory, as it was named
+  std::string host;
+  std::vector<std::string> command;          // empty: attached
+  std::optional<RecordedExit> exit;          // of the command; empty: attached, or it still ran
+  bool has_kernel_events = false;            // that it was to hold
+  std::optional<std::uint64_t> first_chunk;  // of those that are here; empty: not in chunks
+  RecordedInstant begin;                     // of what is here
+  std::vector<std::string> problems;         // why it is not what was asked for
+};
+
 struct Report {
   TraceSummary trace;
   std::vector<TraceDefect> defects;
   std::vector<ProcessReport> processes;
-  std::vector<CallbackReport> callbacks;  // by pid, then creation order
-  std::vector<ThreadReport> threads;      // by pid, then tid
+  std::vector<CallbackReport> callbacks;  // by host, pid, then creation order
+  std::vector<ThreadReport> threads;      // by host, pid, then tid
   std::vector<ChainReport> chains;
   std::vector<HostClockReport> clocks;  // by first, then second: pairs that exchanged messages
-  std::vector<GraphEdge> edges;         // the callback graph, by `to`, then `from`
+  // The callback graph: by logical id, then pid of `to`, then of `from`.
+  std::vector<GraphEdge> edges;
+  std::vector<RecordingReport> recordings{};  // those with a manifest, by path
 };
 
 }  // namespace cie::analysis

@@ -3,6 +3,7 @@
 // analysis/README.md ("Schedulability").
 #pragma once
 
+#include <cie/analysis/identity.hpp>
 #include <cie/analysis/report.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
@@ -28,50 +29,59 @@ std::string_view label(BoundMethod method) noexcept;
 
 // Something that the theory leaves out and that lengthened responses.
 struct Explanation {
-  std::string kind;     // "outside-thread", "kernel", "self-suspension", "overrun", "burst"
+  std::string kind;     // "outside-thread", "kernel", "overrun", "burst"
   std::string text;     // with the numbers, for people
   std::int64_t ns = 0;  // how much of it there was in one instance at most
 };
 
 struct CallbackSchedulability {
+  CallbackIndex index{};  // of its row of the report
+  ProcessIndex process{};
   std::string logical_id;
-  std::int64_t pid = 0;
   std::optional<std::int64_t> tid;         // empty: it ran on several threads or on none
   std::string policy;                      // "SCHED_FIFO"; empty: unknown
   std::int64_t priority = 0;               // of SCHED_FIFO and SCHED_RR
   std::vector<std::uint32_t> cpus;         // that it may use
   std::optional<TaskParameter> execution;  // longest (C), time of waiting within it included
-  std::optional<TaskParameter> period;     // shortest inter-arrival time (T)
-  std::optional<TaskParameter> deadline;   // relative to the release (D)
+  // Of C: the longest waiting seen within an instance. Empty: not measured, and none is in C.
+  std::optional<std::int64_t> waiting_ns{};
+  std::optional<TaskParameter> period;    // shortest inter-arrival time (T)
+  std::optional<TaskParameter> deadline;  // relative to the release (D)
   BoundMethod method = BoundMethod::none;
   std::optional<std::int64_t> bound_ns;  // of the response time; empty: none, `reason` says why
   std::string reason;
   std::optional<std::int64_t> observed_ns;  // longest response time of exact releases
-  std::vector<Explanation> explanations;    // only where observed is above bound
-  bool is_flagged = false;                  // it is above by more than they explain
+  // What an instance took at least, those whose release is known by a bound only included.
+  std::optional<std::int64_t> observed_at_least_ns{};
+  std::vector<Explanation> explanations;  // only where observed is above bound
+  bool is_flagged = false;                // it is above by more than they explain
 
   bool is_above_bound() const noexcept {
     return bound_ns && observed_ns && *observed_ns > *bound_ns;
   }
-  // Empty without deadline or analysis.
+  // One that was missed is not met, whatever the bound. Empty without deadline or analysis.
   std::optional<bool> meets_deadline() const noexcept {
-    if (!deadline || method == BoundMethod::none) return std::nullopt;
+    if (!deadline) return std::nullopt;
+    if (observed_at_least_ns && *observed_at_least_ns > deadline->ns) return false;
+    if (method == BoundMethod::none) return std::nullopt;
     return bound_ns && *bound_ns <= deadline->ns;
   }
 };
 
 // One CPU's share that the callbacks' threads demand at most, in parts per billion.
 struct CpuDemand {
+  std::string host{};  // where there are several, here and below
   std::uint32_t cpu = 0;
-  std::int64_t real_time_ppb =
-      0;  // C / T of SCHED_FIFO and SCHED_RR, and reserved by SCHED_DEADLINE
+  // C / T of SCHED_FIFO and SCHED_RR, and reserved by SCHED_DEADLINE. Empty: of one it is unknown.
+  std::optional<std::int64_t> real_time_ppb;
 };
 
-// The SCHED_DEADLINE threads together.
+// The SCHED_DEADLINE threads of a host together.
 struct DeadlineAdmission {
+  std::string host{};
   std::size_t servers = 0;
   std::uint32_t processors = 0;
-  std::int64_t reserved_ppb = 0;    // of one processor
+  std::optional<std::int64_t> reserved_ppb;  // of one processor; empty: a thread has no period
   std::int64_t admissible_ppb = 0;  // what the kernel admits by default: 95 % of each processor
   bool is_guaranteed = false;       // an EDF test shows that all deadlines are met
 };
@@ -79,12 +89,20 @@ struct DeadlineAdmission {
 struct SchedulabilityReport {
   std::vector<CallbackSchedulability> callbacks;  // in the order of the report
   std::vector<CpuDemand> cpus;                    // those that a callback's thread is pinned to
-  std::optional<DeadlineAdmission> deadline;      // empty: no SCHED_DEADLINE thread
+  std::vector<DeadlineAdmission> deadline;        // of each host with a SCHED_DEADLINE thread
   // Real-time threads of the recording that run no callback: their demand is in no bound.
   std::vector<std::string> outside;
 
   // A deadline that is not guaranteed, or a response above its bound that nothing explains.
   bool has_finding() const noexcept;
+  // Of the callbacks' deadlines: how many there are, and of how many it is known whether they are
+  // met.
+  std::size_t deadlines() const noexcept;
+  std::size_t decided_deadlines() const noexcept;
+  // There are deadlines, and nothing is known of any.
+  bool is_undecided() const noexcept { return deadlines() > 0 && decided_deadlines() == 0; }
+  // Why, in a few words. Requires is_undecided().
+  std::string why_undecided() const;
 };
 
 // Pure; the same for the same report and spec. `spec` may be null: its wcet, min_inter_arrival and

@@ -1,6 +1,7 @@
 // What the verifier says: one verdict per rule and subject, with the evidence for it.
 #pragma once
 
+#include <cie/analysis/identity.hpp>
 #include <cie/analysis/time.hpp>
 
 #include <cstdint>
@@ -31,6 +32,24 @@ struct Evidence {
   std::optional<std::uint64_t> packet{};
 };
 
+// What a verdict is about, as the report's rows are known.
+enum class SubjectKind : std::uint8_t { trace, process, thread, callback, group, topic, chain };
+std::string_view label(SubjectKind kind) noexcept;
+
+struct Subject {
+  SubjectKind kind = SubjectKind::trace;
+  // Of its kind: ProcessIndex, ThreadIndex, CallbackIndex, ChainIndex, …. Empty: the trace as a
+  // whole, and what has no row: named by the spec alone, or never announced.
+  std::optional<std::uint32_t> index{};
+  std::optional<ProcessIndex> process{};  // whose it is; empty: of none, or of several
+
+  template <typename Index>
+  static Subject of(SubjectKind kind, Index index, std::optional<ProcessIndex> process) noexcept {
+    return {.kind = kind, .index = static_cast<std::uint32_t>(index), .process = process};
+  }
+  friend bool operator==(const Subject&, const Subject&) = default;
+};
+
 // A violation, or something undecided, that somebody knows and accepts: see suppressions.hpp.
 struct Suppression {
   std::string rule;     // "R2"
@@ -42,11 +61,18 @@ struct Suppression {
 };
 
 struct SubjectVerdict {
-  std::string subject;  // "callback ID", "thread TID", …, with " (pid N)" if there are several
+  Subject about{};
+  std::string subject;  // its name: "callback ID", "thread TID", …, and behind it `place`
+  std::string place{};  // " (pid N)" where the recording holds several processes
   Verdict verdict = Verdict::not_applicable;
   std::uint64_t checked = 0;  // instances or events judged; at least 1 for pass and fail
   std::vector<Evidence> evidence;
   std::optional<Suppression> suppression{};  // of a FAIL or INCONCLUSIVE
+
+  // The name without the place, which nobody can foresee.
+  std::string_view name() const noexcept {
+    return std::string_view(subject).substr(0, subject.size() - place.size());
+  }
 
   bool is_suppressed() const noexcept { return suppression && !suppression->is_expired; }
 };

@@ -9,22 +9,24 @@
 
 namespace cie {
 
-namespace executor {
+namespace scheduling {
 class GroupState;
 }
 
 // Made by Node::create_callback_group. Callbacks of a mutually exclusive group never overlap; those
 // of a reentrant one may, even with themselves. A callback created without a group gets a mutually
-// exclusive group of its own, which is what one thread per callback needs.
+// exclusive group of its own, which is what one thread per callback needs. A group lives as long as
+// a handle to it or a callback in it.
 class CallbackGroup {
  public:
-  explicit CallbackGroup(std::shared_ptr<executor::GroupState> state) : state_(std::move(state)) {}
+  explicit CallbackGroup(std::shared_ptr<scheduling::GroupState> state)
+      : state_(std::move(state)) {}
   GroupType type() const noexcept;
   GroupId id() const noexcept;
-  const std::shared_ptr<executor::GroupState>& state() const noexcept { return state_; }
+  const std::shared_ptr<scheduling::GroupState>& state() const noexcept { return state_; }
 
  private:
-  std::shared_ptr<executor::GroupState> state_;
+  std::shared_ptr<scheduling::GroupState> state_;
 };
 
 struct CallbackOptions {

@@ -39,7 +39,7 @@ namespace executor {
 class ClientCallback;
 // `response` is null when the request timed out.
 using Completion = std::function<void(const std::shared_ptr<const void>& response)>;
-void send_request(ClientCallback& client, void* request, Completion completion);
+void send_request(ClientCallback& client, const void* request, Completion completion);
 const std::string& logical_id_of(const ClientCallback& client) noexcept;
 const std::string& service_of(const ClientCallback& client) noexcept;
 CallbackId id_of(const ClientCallback& client) noexcept;
@@ -52,8 +52,8 @@ std::size_t pending_requests(const ClientCallback& client);
 // the arrival of that very response. So is a timeout, released when it was due. Responses to other
 // clients never wake it. Both need an executor that serves the client's node.
 //
-// Thread-safe. May outlive its node; what is still pending when the last handle and the node are
-// gone never completes: its future breaks, its callback is dropped.
+// Thread-safe. It ends with the last copy of its handle, or with its node, which a handle may
+// outlive. What is pending then never completes: its future breaks, its callback is dropped.
 template <ServiceMessage Request, ServiceMessage Response>
 class Client {
  public:
@@ -62,11 +62,11 @@ class Client {
   explicit Client(std::shared_ptr<executor::ClientCallback> callback)
       : callback_(std::move(callback)) {}
 
-  // Sends the request, whose header is filled in, and returns without waiting. The future gets the
+  // Sends the request and returns without waiting. The future gets the
   // response, or throws ServiceTimeout. Waiting for it inside a callback works where the client has
   // another thread, as under the isolated executor; on one thread it would wait for ever. Throws
   // std::runtime_error when DDS refuses the request.
-  std::future<ResponsePtr> async_send_request(Request& request) {
+  std::future<ResponsePtr> async_send_request(const Request& request) {
     auto promise = std::make_shared<std::promise<ResponsePtr>>();
     auto future = promise->get_future();
     executor::send_request(
@@ -84,7 +84,7 @@ class Client {
 
   // Likewise; `function` is called with the response, or with null when it did not come in time.
   template <std::invocable<ResponsePtr> F>
-  void async_send_request(Request& request, F function) {
+  void async_send_request(const Request& request, F function) {
     executor::send_request(
         *callback_, &request,
         [function = std::move(function)](const std::shared_ptr<const void>& response) mutable {
@@ -104,6 +104,9 @@ class Client {
   const std::string& service_name() const noexcept { return executor::service_of(*callback_); }
   const std::string& logical_id() const noexcept { return executor::logical_id_of(*callback_); }
   CallbackId id() const noexcept { return executor::id_of(*callback_); }
+
+  // For the classes of this library.
+  executor::ClientCallback& callback() const noexcept { return *callback_; }
 
  private:
   std::shared_ptr<executor::ClientCallback> callback_;

@@ -4,6 +4,7 @@
 #include <cie/executor/callback_group.hpp>
 #include <cie/executor/client.hpp>
 #include <cie/executor/context.hpp>
+#include <cie/executor/guard_condition.hpp>
 #include <cie/executor/message.hpp>
 #include <cie/executor/parameters.hpp>
 #include <cie/executor/publisher.hpp>
@@ -11,7 +12,6 @@
 #include <cie/executor/service.hpp>
 #include <cie/executor/subscription.hpp>
 #include <cie/executor/timer.hpp>
-#include <cie/executor/waitable.hpp>
 #include <cie/tracepoints/schema.hpp>
 
 #include <chrono>
@@ -46,10 +46,11 @@ std::shared_ptr<TimerCallback> create_one_shot_timer(NodeState& node,
                                                      std::function<void()> function,
                                                      const TimerOptions& options,
                                                      const std::type_info& symbol);
-std::shared_ptr<WaitableCallback> create_waitable(NodeState& node, std::string_view name,
-                                                  std::function<void()> function,
-                                                  const CallbackOptions& options,
-                                                  const std::type_info& symbol);
+std::shared_ptr<GuardConditionCallback> create_guard_condition(NodeState& node,
+                                                               std::string_view name,
+                                                               std::function<void()> function,
+                                                               const CallbackOptions& options,
+                                                               const std::type_info& symbol);
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
     MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
@@ -66,16 +67,24 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
                                               const dds_topic_descriptor& response_type,
                                               const ClientOptions& options,
                                               const std::type_info& symbol);
+void remove_callback(NodeState& node, TimerCallback& callback);
+void remove_callback(NodeState& node, GuardConditionCallback& callback);
+void remove_callback(NodeState& node, SubscriptionCallback& callback);  // or a service's
+void remove_callback(NodeState& node, ClientCallback& callback);
 }  // namespace executor
 
 // Entities may be created at any time from any thread, also while an executor spins the node: they
-// are served from then on. A node's destructor takes it out of its executor and waits for its
-// running callbacks, so it must not run inside one of them.
+// are served from then on, until the last copy of the handle goes, or the node: that ends the
+// callback. What runs then is waited for; only an instance that ends its own callback (or its node)
+// returns first, and so does one of two that end each other's. Then the function is destroyed and
+// callback_fini emitted. Handles, nodes, context and executor may go in whatever order, also while
+// everything spins. Whatever else a callback uses must outlive it: in a class, declare such members
+// above the node or above the handle (README.md, "Lifetimes").
 //
 // Names are those of ROS 2: letters, digits and underscores, not starting with a digit; topics may
 // be relative to the namespace ("scan"), absolute ("/scan") or private ("~/scan"). A name that does
 // not fit throws std::invalid_argument.
-class Node {
+class Node final {
  public:
   Node(const Context& context, std::string_view name, std::string_view name_space = "/",
        const Remaps& remaps = {}, const ParameterOverrides& parameters = {});
@@ -88,12 +97,13 @@ class Node {
   // "/ns/name".
   const std::string& fully_qualified_name() const noexcept;
 
-  std::shared_ptr<CallbackGroup> create_callback_group(GroupType type);
+  [[nodiscard]] std::shared_ptr<CallbackGroup> create_callback_group(GroupType type);
 
   // `period` at least 1 us, else std::invalid_argument.
   template <std::invocable F>
-  std::shared_ptr<Timer> create_wall_timer(std::chrono::nanoseconds period, F function,
-                                           const TimerOptions& options = {}) {
+  [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(std::chrono::nanoseconds period,
+                                                         F function,
+                                                         const TimerOptions& options = {}) {
     return std::make_shared<Timer>(
         executor::create_timer(*state_, period, std::move(function), options, typeid(F)));
   }
@@ -101,30 +111,31 @@ class Node {
   // Expires once, `delay` (at least 1 us) after an executor first serves it, or as `options` say;
   // and again after each reset(). In traces it has no period; its logical id names the delay.
   template <std::invocable F>
-  std::shared_ptr<Timer> create_one_shot_timer(std::chrono::nanoseconds delay, F function,
-                                               const TimerOptions& options = {}) {
+  [[nodiscard]] std::shared_ptr<Timer> create_one_shot_timer(std::chrono::nanoseconds delay,
+                                                             F function,
+                                                             const TimerOptions& options = {}) {
     return std::make_shared<Timer>(
         executor::create_one_shot_timer(*state_, delay, std::move(function), options, typeid(F)));
   }
 
   // `name` is what a topic's name may be; it stands in the logical id's parentheses as it is given.
   template <std::invocable F>
-  std::shared_ptr<Waitable> create_waitable(std::string_view name, F function,
-                                            const CallbackOptions& options = {}) {
-    return std::make_shared<Waitable>(
-        executor::create_waitable(*state_, name, std::move(function), options, typeid(F)));
+  [[nodiscard]] std::shared_ptr<GuardCondition> create_guard_condition(
+      std::string_view name, F function, const CallbackOptions& options = {}) {
+    return std::make_shared<GuardCondition>(
+        executor::create_guard_condition(*state_, name, std::move(function), options, typeid(F)));
   }
 
   template <Message T>
-  std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic, const QoS& qos) {
+  [[nodiscard]] std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic,
+                                                               const QoS& qos) {
     return std::make_shared<Publisher<T>>(executor::create_writer(
         *state_, topic, qos, MessageTraits<T>::descriptor(), &executor::code_of_publisher<T>));
   }
 
   template <Message T, SubscriptionFunction<T> F>
-  std::shared_ptr<Subscription<T>> create_subscription(std::string_view topic, const QoS& qos,
-                                                       F function,
-                                                       const CallbackOptions& options = {}) {
+  [[nodiscard]] std::shared_ptr<Subscription<T>> create_subscription(
+      std::string_view topic, const QoS& qos, F function, const CallbackOptions& options = {}) {
     return std::make_shared<Subscription<T>>(executor::create_subscription(
         *state_, topic, qos, MessageTraits<T>::descriptor(),
         executor::erase_message_type<T>(std::move(function)), options, typeid(F)));
@@ -133,9 +144,9 @@ class Node {
   // Services are named like topics. Requests and responses are reliable; each side keeps the last
   // 10 that wait, as in ROS 2, unless `qos` says otherwise.
   template <ServiceMessage Request, ServiceMessage Response, ServiceFunction<Request, Response> F>
-  std::shared_ptr<Service<Request, Response>> create_service(std::string_view service, F function,
-                                                             const CallbackOptions& options = {},
-                                                             const QoS& qos = ServicesQoS{}) {
+  [[nodiscard]] std::shared_ptr<Service<Request, Response>> create_service(
+      std::string_view service, F function, const CallbackOptions& options = {},
+      const QoS& qos = ServicesQoS{}) {
     return std::make_shared<Service<Request, Response>>(executor::create_service(
         *state_, service, qos, MessageTraits<Request>::descriptor(),
         MessageTraits<Response>::descriptor(),
@@ -146,19 +157,25 @@ class Node {
   }
 
   template <ServiceMessage Request, ServiceMessage Response>
-  std::shared_ptr<Client<Request, Response>> create_client(std::string_view service,
-                                                           const ClientOptions& options = {},
-                                                           const QoS& qos = ServicesQoS{}) {
+  [[nodiscard]] std::shared_ptr<Client<Request, Response>> create_client(
+      std::string_view service, const ClientOptions& options = {}, const QoS& qos = ServicesQoS{}) {
     return std::make_shared<Client<Request, Response>>(executor::create_client(
         *state_, service, qos, MessageTraits<Request>::descriptor(),
         MessageTraits<Response>::descriptor(), options, typeid(Client<Request, Response>)));
+  }
+
+  // Ends a callback although handles to it remain; these are idle then. Its endpoints leave the
+  // network with the last of them. Throws std::logic_error if it is another node's.
+  template <typename Handle>
+  void remove(const std::shared_ptr<Handle>& handle) {
+    executor::remove_callback(*state_, handle->callback());
   }
 
   // --- parameters: from any thread ---
   // Declares a parameter and returns its value: that of the application's file or the command line,
   // else `value`. From the first one on, the node answers the parameter services of ROS 2, on the
   // thread "cie-parameters" of the process, and tells changes on /parameter_events. Throws
-  // ParameterError (declared twice, no value that fits), ParametersRefused as creating a callback
+  // ParameterError (declared twice, no value that fits), SchedulingRefused as creating a callback
   // does, std::logic_error in an on-set callback.
   ParameterValue declare_parameter(std::string_view name, ParameterValue value,
                                    ParameterDescriptor descriptor = {});
@@ -195,8 +212,8 @@ class Node {
                                            std::uint64_t depth = 0) const;
 
   // In service until the handle goes, which waits while another thread runs the function.
-  std::shared_ptr<void> add_on_set_parameters_callback(OnSetParameters function);
-  std::shared_ptr<void> add_post_set_parameters_callback(PostSetParameters function);
+  [[nodiscard]] std::shared_ptr<void> add_on_set_parameters_callback(OnSetParameters function);
+  [[nodiscard]] std::shared_ptr<void> add_post_set_parameters_callback(PostSetParameters function);
 
   // Values given for parameters that were not declared so far.
   std::vector<std::string> unused_parameter_overrides() const;

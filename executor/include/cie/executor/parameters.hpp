@@ -21,15 +21,15 @@ using ParameterValue =
                  std::vector<std::string>>;
 enum class ParameterKind : std::uint8_t {
   not_set,
-  boolean,
+  bool_,
   integer,
-  floating_point,
-  text,
-  bytes,
-  booleans,
-  integers,
-  floating_points,
-  texts
+  double_,
+  string,
+  byte_array,
+  bool_array,
+  integer_array,
+  double_array,
+  string_array
 };
 
 template <typename T>
@@ -42,7 +42,7 @@ concept ParameterType =
 inline ParameterKind kind_of(const ParameterValue& value) noexcept {
   return static_cast<ParameterKind>(value.index());
 }
-// "integer", "list of texts": for messages.
+// "integer", "string_array": for messages.
 std::string_view kind_name(ParameterKind kind) noexcept;
 
 struct Parameter {
@@ -101,7 +101,7 @@ struct ParameterText {
 using ParameterOverrides = std::map<std::string, ParameterText, std::less<>>;
 
 // The value of this kind that the text stands for (bool: true or false; numbers: decimal); of the
-// first kind that fits of bool, integer, floating point, text for not_set. Throws
+// first kind that fits of bool, integer, double, string for not_set. Throws
 // std::invalid_argument naming the parameter.
 ParameterValue parse_parameter(std::string_view name, const ParameterText& text,
                                ParameterKind kind = ParameterKind::not_set);

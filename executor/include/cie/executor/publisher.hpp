@@ -28,7 +28,8 @@ template <Message T>
 void code_of_publisher() noexcept {}
 }  // namespace executor
 
-// May outlive its node. Thread-safe: messages of several threads are put in one order.
+// Goes with the last copy of its handle. May outlive its node. Thread-safe: messages of several
+// threads are put in one order.
 template <Message T>
 class Publisher {
  public:

@@ -6,7 +6,6 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include <concepts>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -15,18 +14,20 @@
 
 namespace cie {
 
-// A request or a response: a message whose first member says whose call it belongs to. In IDL
+// A request or a response, declared in IDL as in ROS 2:
 //
-//   struct CallHeader { uint64 guid; int64 seq; };
-//   struct Add_Request { CallHeader header; int64 a; int64 b; };
+//   struct Add_Request { int64 a; int64 b; };
+//   struct Add_Response { int64 sum; };
 //
-// which is what ROS 2 puts on the wire before a request. The library fills the header in.
+// Whose call it belongs to stands before it on the wire, as rmw_cyclonedds does it, and is none of
+// the user's affair: a struct that itself begins with that header is refused.
 template <typename T>
-concept ServiceMessage = Message<T> && requires(T message) {
+concept CarriesCallHeader = requires(T message) {
   { message.header.guid } -> std::same_as<std::uint64_t&>;
   { message.header.seq } -> std::same_as<std::int64_t&>;
-} && offsetof(T, header)
-== 0 && sizeof(T::header) == 16;
+};
+template <typename T>
+concept ServiceMessage = Message<T> && !CarriesCallHeader<T>;
 
 // What a service's callback looks like: it fills in the response, which is empty when it is called.
 template <typename F, typename Request, typename Response>
@@ -37,7 +38,8 @@ using ErasedServiceFunction = std::function<void(const void* request, void* resp
 }
 
 // The response leaves when the callback has returned, from its thread. A callback that throws sends
-// none: its client times out. May outlive its node; it then is idle.
+// none: its client times out. It ends with the last copy of its handle. That may outlive the node;
+// it then is idle.
 template <ServiceMessage Request, ServiceMessage Response>
 class Service {
  public:
@@ -47,6 +49,9 @@ class Service {
   CallbackId id() const noexcept { return executor::id_of(*callback_); }
   // Clients connected now, in this process and others.
   std::uint32_t client_count() const { return executor::matched_writers(*callback_); }
+
+  // For the classes of this library.
+  executor::SubscriptionCallback& callback() const noexcept { return *callback_; }
 
  private:
   std::shared_ptr<executor::SubscriptionCallback> callback_;

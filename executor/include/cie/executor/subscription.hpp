@@ -33,7 +33,7 @@ concept SubscriptionFunction =
         std::shared_ptr<const T>,
 const MessageInfo& > ;
 
-// May outlive its node; it then is idle.
+// Ends with the last copy of its handle. That may outlive the node; it then is idle.
 template <Message T>
 class Subscription {
  public:
@@ -43,6 +43,9 @@ class Subscription {
   CallbackId id() const noexcept { return executor::id_of(*callback_); }
   // Publishers connected now, in this process and others.
   std::uint32_t publisher_count() const { return executor::matched_writers(*callback_); }
+
+  // For the classes of this library.
+  executor::SubscriptionCallback& callback() const noexcept { return *callback_; }
 
  private:
   std::shared_ptr<executor::SubscriptionCallback> callback_;

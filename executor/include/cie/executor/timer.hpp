@@ -27,8 +27,8 @@ struct TimerOptions {
 };
 
 // Expiries of a periodic timer lie on an absolute grid and never drift. A timer that is served late
-// runs once for the latest expiry, with the skipped ones counted. The handle may outlive its node;
-// it then is idle.
+// runs once for the latest expiry, with the skipped ones counted. It ends with the last copy of its
+// handle. The handle may outlive its node; it then is idle.
 class Timer {
  public:
   explicit Timer(std::shared_ptr<executor::TimerCallback> callback)
@@ -47,6 +47,9 @@ class Timer {
   CallbackId id() const noexcept;
   // Or the delay.
   std::chrono::nanoseconds period() const noexcept;
+
+  // For the classes of this library.
+  executor::TimerCallback& callback() const noexcept { return *callback_; }
 
  private:
   std::shared_ptr<executor::TimerCallback> callback_;

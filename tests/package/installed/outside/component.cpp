@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <iterator>
+#include <memory>
 
 namespace {
 
@@ -11,12 +12,13 @@ class Ticker {
  public:
   explicit Ticker(const cie::ComponentOptions& options) : node_(options) {
     const std::chrono::milliseconds period{options.parameter<std::int64_t>("period_ms", 10)};
-    node_.create_wall_timer(period, [] {});
+    timer_ = node_.create_wall_timer(period, [] {});
   }
   cie::Node& node() { return node_; }
 
  private:
   cie::Node node_;
+  std::shared_ptr<cie::Timer> timer_;
 };
 
 constexpr cie::ComponentClass kClasses[] = {cie::component_class<Ticker>("outside::Ticker")};

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <future>
 #include <utility>
 
 #include <outside_messages.hpp>
@@ -30,6 +31,14 @@ int main() {
     cie::set_text(ping->header.frame_id, "outside");
     publisher->publish(std::move(ping));
   });
+  using outside_msgs::Double_Request;
+  using outside_msgs::Double_Response;
+  const auto service = node.create_service<Double_Request, Double_Response>(
+      "double", [](const Double_Request& request, Double_Response& response) {
+        response.doubled = 2 * request.number;
+      });
+  const auto client = node.create_client<Double_Request, Double_Response>("double");
+  auto doubled = client->async_send_request({.number = 21});
   executor.add_node(node);
   executor.spin_for(std::chrono::seconds(30));
 
@@ -37,5 +46,7 @@ int main() {
               receiving.load());
   const bool is_isolated =
       publishing != receiving && publishing != getpid() && receiving != getpid();
-  return received >= 5 && is_isolated ? 0 : 1;
+  const bool is_answered = doubled.wait_for(std::chrono::seconds(0)) == std::future_status::ready &&
+                           doubled.get()->doubled == 42;
+  return received >= 5 && is_isolated && is_answered ? 0 : 1;
 }

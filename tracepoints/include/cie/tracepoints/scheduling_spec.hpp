@@ -55,7 +55,8 @@ struct ThreadParameters {
 // DDS, or "dq.*"). Times are nanoseconds; an absent bound is not judged.
 struct SpecEntry {
   std::string id;
-  int line = 0;  // 1-based line in the file, for messages
+  int line = 0;                // 1-based line in the file, for messages
+  bool is_dds_thread = false;  // of `dds_threads`
   ThreadParameters parameters;
   std::optional<std::int64_t> response_deadline_ns;
   std::optional<std::int64_t> wcet_ns;

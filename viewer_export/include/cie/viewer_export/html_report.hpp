@@ -26,9 +26,10 @@ class HtmlReport final : public analysis::Observer {
 
   void on_instance(const analysis::Instance& instance) override;
 
-  // `spec` may be null: then the page has no deadlines. Call it once. Throws what the stream
-  // throws.
-  void write(std::ostream& out, const analysis::AnalysisResult& result, const SchedulingSpec* spec);
+  // `spec` may be null: then the page has no deadlines. `input` as for write_report_text(). Call it
+  // once. Throws what the stream throws.
+  void write(std::ostream& out, const analysis::AnalysisResult& result, const SchedulingSpec* spec,
+             std::string_view input = "TRACE");
 
  private:
   struct State;

@@ -35,9 +35,9 @@ class InstanceWriter final : public analysis::Observer {
 
   // Where to count the rows written; borrowed, null: nowhere.
   void show_progress(analysis::Progress* progress);
-  // Writes all rows, in the columns of the contract. Call it once. Throws what the stream throws,
-  // and WriteError.
-  void write(std::ostream& out, TableFormat format);
+  // Writes all rows, in the columns of the contract; `report` is that of the same analysis and
+  // has the processes. Call it once. Throws what the stream throws, and WriteError.
+  void write(std::ostream& out, TableFormat format, const analysis::Report& report);
 
  private:
   friend class InstanceRows;

@@ -16,6 +16,12 @@ class WriteError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Whoever read the result wants no more of it, as `head` does.
+class ClosedPipe : public WriteError {
+ public:
+  using WriteError::WriteError;
+};
+
 // Called with the name of the temporary file when it appears, and with an empty path when it is
 // gone, so that a signal handler can remove it. Where the file system can keep a file without a
 // name it has one only for the moment of taking its place.
@@ -32,7 +38,8 @@ class OutputFile {
   OutputFile(OutputFile&&) noexcept;
   OutputFile& operator=(OutputFile&&) noexcept;
 
-  // Buffered. Its operations throw WriteError when a write fails: disk full, closed pipe.
+  // Buffered. Its operations throw WriteError when a write fails (disk full), ClosedPipe when
+  // nobody reads.
   std::ostream& stream() noexcept;
   // Whether bytes go to a terminal.
   bool is_terminal() const noexcept;

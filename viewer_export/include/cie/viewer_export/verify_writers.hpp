@@ -12,8 +12,10 @@
 
 namespace cie::viewer_export {
 
-// `cie.verify/1`: every rule, every subject, all evidence.
-void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts);
+// `cie.verify/2`: every rule, every subject, all evidence; of the report, what recordings say of
+// themselves.
+void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts,
+                       const analysis::Report& report = {});
 
 // JUnit XML as continuous integration reads it: one suite per rule, one case per subject. FAIL is a
 // failure, INCONCLUSIVE an error, never skipped; only what is not applicable is skipped.

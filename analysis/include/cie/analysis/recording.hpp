@@ -1,0 +1,43 @@
+// What recordings say of themselves in their manifests, and which of their files disagree.
+#pragma once
+
+#include <cie/tracepoints/recording_manifest.hpp>
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::analysis {
+
+enum class FileDoubtKind : std::uint8_t { missing_file, changed_file, manifest };
+std::string_view label(FileDoubtKind kind) noexcept;  // "missing_file", …
+
+// A file is not what the manifest says, or the manifest itself is of no use.
+struct FileDoubt {
+  FileDoubtKind kind{};
+  std::string note;  // names the file and says what is wrong
+  // Events of user space may have been in it. Those of the kernel can be done without, and nothing
+  // is read from indices.
+  bool costs_user_events = false;
+};
+
+struct Recording {
+  std::string name;                             // of its directory, as the user named it
+  std::optional<RecordingManifest> manifest{};  // empty: it cannot be used, as a doubt says
+  std::vector<FileDoubt> doubts{};
+  std::vector<std::string> missing_chunks{};  // that it names: nothing is where they were
+  bool is_kernel_missing = false;             // it names kernel events: nothing is where they were
+};
+
+// The recordings at and below what the user named, each with a manifest, in order of their names: a
+// recording in chunks and each of its chunks. Files are held against it by their sizes; also by
+// their SHA-256 if `is_content_checked`, which reads all of them. What is wrong is a doubt, never
+// an exception.
+std::vector<Recording> find_recordings(std::span<const std::filesystem::path> traces,
+                                       bool is_content_checked);
+
+}  // namespace cie::analysis

@@ -1,0 +1,211 @@
+// The fields of a report, each named once, in the order of the JSON: fields() shows those of a row
+// to whoever writes or reads rows. Such a visitor has
+//
+//   visit(name, value)        a field of the row, in itself a row perhaps, or a list of rows
+//   visit.added(name, value)  likewise, of a later version: tables have it behind the others, and
+//                             older documents lack it
+//   visit.present(name, optional)  one that a document has only where there is something to tell
+//   visit.word(name, optional)     an enumerator by its label; empty text where it is not known
+//   visit.number(name, index)      of a row: a meaning in its document alone
+//   visit.derived(name, value)     what follows from other fields
+//   visit.pid(name, process) and visit.host(name, process)  what the process's row says
+//   visit.pair(name, a, b)         two fields that are told as a list
+#pragma once
+
+#include <cie/analysis/report.hpp>
+
+#include <concepts>
+#include <type_traits>
+
+namespace cie::analysis {
+
+// `T` is a row that is written, or one that is read.
+template <typename T, typename Row>
+concept Is = std::same_as<std::remove_const_t<T>, Row>;
+
+void fields(auto& visit, Is<Summary> auto& s) {
+  visit("count", s.count);
+  visit("min", s.min);
+  visit("max", s.max);
+  visit("sum", s.sum);
+  visit("mean", s.mean);
+  visit("p50", s.p50);
+  visit("p90", s.p90);
+  visit("p99", s.p99);
+  visit("p99_9", s.p99_9);
+}
+
+void fields(auto& visit, Is<TraceSummary> auto& t) {
+  visit("paths", t.paths);
+  visit("begin_ns", t.begin);
+  visit("end_ns", t.end);
+  visit("events", t.events);
+  visit("streams", t.streams);
+  visit("hosts", t.hosts);
+  visit("lost_events", t.lost_events);
+  visit("complete", t.complete);
+  visit.added("clock_offset_ns", t.clock_offset_ns);
+}
+
+void fields(auto& visit, Is<TraceDefect> auto& d) {
+  visit("kind", d.kind);
+  visit("severity", d.severity);
+  visit("count", d.count);
+  visit("advice", d.advice);
+}
+
+void fields(auto& visit, Is<ProcessReport> auto& p) {
+  visit("host", p.host);
+  visit("pid", p.pid);
+  visit("name", p.name);
+  visit("executor", p.executor);
+  visit("complete", p.complete);
+  visit.number("index", p.index);
+}
+
+void fields(auto& visit, Is<CallbackThread> auto& t) {
+  visit("tid", t.tid);
+  visit("name", t.name);
+  visit("instances", t.instances);
+  visit.number("thread", t.thread);
+}
+
+void fields(auto& visit, Is<Preemptor> auto& p) {
+  visit("tid", p.tid);
+  visit("name", p.name);
+  visit("ns", p.time);
+}
+
+// The quantities of a callback, by the names of their fields.
+void quantities(auto& visit, Is<CallbackReport> auto& c) {
+  visit("response_time_ns", c.response_time);
+  visit("response_time_lower_ns", c.response_time_lower);
+  visit("response_time_upper_ns", c.response_time_upper);
+  visit("start_latency_ns", c.start_latency);
+  visit("duration_ns", c.duration);
+  visit("inter_arrival_ns", c.inter_arrival);
+  visit("execution_time_ns", c.execution_time);
+  visit("preempted_ns", c.preempted);
+  visit("blocked_ns", c.blocked);
+  visit("wake_delay_ns", c.wake_delay);
+  visit("wakeup_latency_ns", c.wakeup_latency);
+}
+
+void fields(auto& visit, Is<CallbackReport> auto& c) {
+  visit("logical_id", c.logical_id);
+  visit.pid("pid", c.process);
+  visit("node", c.node);
+  visit.word("kind", c.kind);
+  visit("source", c.source);
+  visit("symbol", c.symbol);
+  visit("period_ns", c.period_ns);
+  visit("group", c.group);
+  visit("threads", c.threads);
+  visit.derived("isolated", c.is_isolated());
+  visit("instances", c.instances);
+  visit("incomplete", c.incomplete);
+  visit.added("exceptions", c.exceptions);
+  visit("missed_releases", c.missed_releases);
+  visit.added("longest_queue", c.longest_queue);
+  visit("release_source", c.release_source);
+  quantities(visit, c);
+  visit.added("isolation", c.isolation);
+  visit.number("index", c.index);
+  visit.number("process", c.process);
+  visit.host("host", c.process);
+  visit.added("deadline_ns", c.deadline_ns);
+  visit.added("preempted_by", c.preempted_by);
+}
+
+void fields(auto& visit, Is<ThreadSchedReport> auto& s) {
+  visit.word("moment", s.moment);
+  visit("policy", s.policy);
+  visit("policy_name", s.policy_name);
+  visit("flags", s.flags);
+  visit("nice", s.nice);
+  visit("priority", s.priority);
+  visit("runtime_ns", s.runtime_ns);
+  visit("deadline_ns", s.deadline_ns);
+  visit("period_ns", s.period_ns);
+  visit("cpus", s.cpus);
+  visit("error", s.error);
+  visit.added("slice_ns", s.slice_ns);
+  visit.added("util_min", s.util_min);
+  visit.added("util_max", s.util_max);
+}
+
+void fields(auto& visit, Is<ThreadReport> auto& t) {
+  visit.pid("pid", t.process);
+  visit("tid", t.tid);
+  visit("name", t.name);
+  visit("role", t.role);
+  visit("callbacks", t.callbacks);
+  visit("sched", t.sched);
+  visit("busy_ns", t.busy_ns);
+  visit.number("index", t.index);
+  visit.number("process", t.process);
+  visit.number("ran", t.ran);
+  visit.host("host", t.process);
+}
+
+// Only what passes between hosts has one.
+void fields(auto& visit, Is<ClockError> auto& e) {
+  visit("min", e.least);
+  visit("max", e.most);
+}
+
+void fields(auto& visit, Is<HostClockReport> auto& c) {
+  visit.pair("hosts", c.first, c.second);
+  visit.pair("messages", c.messages_there, c.messages_back);
+  visit.pair("fastest_ns", c.fastest_there_ns, c.fastest_back_ns);
+  visit("ahead_ns", c.ahead_ns);
+  visit("error_ns", c.error_ns);
+}
+
+void fields(auto& visit, Is<HopReport> auto& h) {
+  visit("from", h.from);
+  visit("to", h.to);
+  visit("processing_ns", h.processing);
+  visit("communication_ns", h.communication);
+  visit.number("from_callback", h.from_callback);
+  visit.number("to_callback", h.to_callback);
+  visit.present("clock_error_ns", h.clock_error);
+}
+
+void fields(auto& visit, Is<ChainReport> auto& c) {
+  visit("name", c.name);
+  visit.pid("pid", c.process);
+  visit("hops", c.hops);
+  visit("instances", c.instances);
+  visit("path_latency_ns", c.path_latency);
+  visit("reaction_time_ns", c.reaction_time);
+  visit("data_age_ns", c.data_age);
+  visit("hop_table", c.hop_table);
+  visit.number("process", c.process);
+  visit.number("callbacks", c.callbacks);
+  visit.number("index", c.index);
+  visit.present("undivided_ns", c.undivided);
+  visit.present("clock_error_ns", c.clock_error);
+}
+
+void fields(auto& visit, Is<GraphEdge> auto& e) {
+  visit.number("from", e.from);
+  visit.number("to", e.to);
+  visit("topic", e.topic);
+  visit("messages", e.messages);
+  visit("communication_ns", e.communication);
+  visit.present("clock_error_ns", e.clock_error);
+}
+
+void fields(auto& visit, Is<RecordingReport> auto& r) {
+  visit("path", r.path);
+  visit("host", r.host);
+  visit("command", r.command);
+  visit("exit", r.exit);
+  visit("kernel_events", r.has_kernel_events);
+  visit("first_chunk", r.first_chunk);
+  visit("begin_ns", r.begin.monotonic_ns);
+  visit("problems", r.problems);
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,44 @@
+// The rows of a report by their numbers.
+#pragma once
+
+#include <cie/analysis/identity.hpp>
+#include <cie/analysis/report.hpp>
+
+#include <cstddef>
+#include <vector>
+
+namespace cie::analysis {
+
+// Borrows the report, which stays as it is meanwhile.
+class ReportRows {
+ public:
+  explicit ReportRows(const Report& report);
+
+  // Null if the report has no such row.
+  const ProcessReport* find(ProcessIndex index) const noexcept;
+  const ThreadReport* find(ThreadIndex index) const noexcept;
+  const CallbackReport* find(CallbackIndex index) const noexcept;
+  // Whose a row is. The analyzer's reports have a row for the process of every other row; where one
+  // made by hand has none, this one is empty.
+  const ProcessReport& process(ProcessIndex index) const noexcept;
+  template <typename Row>
+  const ProcessReport& process_of(const Row& row) const noexcept {
+    return process(row.process);
+  }
+
+ private:
+  // By number: where the row stands, from 1; 0: nowhere.
+  using Places = std::vector<std::size_t>;
+  template <typename Rows>
+  static Places places_of(const Rows& rows);
+  template <typename Rows, typename Index>
+  static auto find(const Rows& rows, const Places& places, Index index) noexcept -> const
+      typename Rows::value_type*;
+
+  const Report& report_;
+  Places processes_;
+  Places threads_;
+  Places callbacks_;
+};
+
+}  // namespace cie::analysis

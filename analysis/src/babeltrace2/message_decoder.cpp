@@ -1,0 +1,259 @@
+#include "message_decoder.hpp"
+
+#include <cie/tracepoints/schema.hpp>
+
+#include "bt_fields.hpp"
+
+#include <array>
+#include <cstdio>
+
+namespace cie::analysis::bt {
+namespace {
+
+const std::vector<FieldRequest> kPacketNames{"cpu_id"};
+
+// Cycles of a trace clock as nanoseconds; LTTng's count nanoseconds already.
+Timestamp time_of(const bt_clock_snapshot* snapshot) {
+  const auto* clock = bt_clock_snapshot_borrow_clock_class_const(snapshot);
+  const auto cycles = bt_clock_snapshot_get_value(snapshot);
+  const auto frequency = bt_clock_class_get_frequency(clock);
+  constexpr std::uint64_t kNanoseconds = 1'000'000'000;
+  if (frequency == kNanoseconds || frequency == 0) {
+    return Timestamp{static_cast<std::int64_t>(cycles)};
+  }
+  __extension__ using Wide = unsigned __int128;
+  return Timestamp{static_cast<std::int64_t>(
+      static_cast<std::uint64_t>(static_cast<Wide>(cycles) * kNanoseconds / frequency))};
+}
+
+std::string uuid_text(bt_uuid uuid) {
+  if (uuid == nullptr) return {};
+  std::string text;
+  std::array<char, 3> pair{};
+  for (unsigned i = 0; i < 16; ++i) {
+    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+    std::snprintf(pair.data(), pair.size(), "%02x", static_cast<unsigned>(uuid[i]));
+    text += pair.data();
+  }
+  return text;
+}
+
+std::string environment(const bt_trace* trace, const char* name) {
+  const auto* value = bt_trace_borrow_environment_entry_value_by_name_const(trace, name);
+  if (value == nullptr || bt_value_get_type(value) != BT_VALUE_TYPE_STRING) return {};
+  return bt_value_string_get(value);
+}
+
+const bt_field_class* packet_context_class(const bt_stream_class* stream_class) {
+  return bt_stream_class_supports_packets(stream_class) != 0
+             ? bt_stream_class_borrow_packet_context_field_class_const(stream_class)
+             : nullptr;
+}
+
+}  // namespace
+
+void MessageDecoder::push(const EventHead& head, const EventBody& body) {
+  analyzer_.consume(Event{.head = head, .body = body});
+}
+
+MessageDecoder::Stream& MessageDecoder::stream_of(const bt_stream* stream) {
+  return streams_.at(stream);
+}
+
+void MessageDecoder::stream_begin(const bt_stream* stream) {
+  const auto* trace = bt_stream_borrow_trace_const(stream);
+  auto& of_trace = traces_[trace];
+  if (!of_trace) {
+    of_trace = std::make_unique<Trace>();
+    bt_trace_get_ref(trace);
+    of_trace->trace.reset(trace);
+    of_trace->domain = environment(trace, "domain") == "kernel" ? Domain::kernel : Domain::user;
+    of_trace->host = environment(trace, "hostname");  // LTTng's; perf says "host"
+    of_trace->is_snapshot = environment(trace, "trace_name").starts_with(kSnapshotSession);
+    if (of_trace->host.empty()) of_trace->host = environment(trace, "host");
+    if (environment(trace, "tracer_name") == "lttng-modules") of_trace->state.priority_offset = 100;
+  }
+  const auto* stream_class = bt_stream_borrow_class_const(stream);
+  const auto [channel, is_new] =
+      channels_.try_emplace({trace, bt_stream_class_get_id(stream_class)}, numbers_.channels);
+  if (is_new) ++numbers_.channels;
+  Stream state;
+  state.index = StreamIndex{numbers_.streams++};
+  state.trace = of_trace.get();
+  state.packet_context = FieldTable(packet_context_class(stream_class), kPacketNames);
+  state.has_packet_times =
+      bt_stream_class_supports_packets(stream_class) != 0 &&
+      bt_stream_class_packets_have_beginning_default_clock_snapshot(stream_class) != 0 &&
+      bt_stream_class_packets_have_end_default_clock_snapshot(stream_class) != 0;
+
+  std::string clock_uuid;
+  std::int64_t offset_ns = 0;
+  if (const auto* clock = bt_stream_class_borrow_default_clock_class_const(stream_class)) {
+    clock_uuid = uuid_text(bt_clock_class_get_uuid(clock));
+    std::int64_t seconds = 0;
+    std::uint64_t cycles = 0;
+    bt_clock_class_get_offset(clock, &seconds, &cycles);
+    offset_ns = detail::wrapping_add(
+        static_cast<std::int64_t>(static_cast<std::uint64_t>(seconds) * 1'000'000'000U),
+        static_cast<std::int64_t>(cycles));
+  }
+  const char* name = bt_stream_get_name(stream);
+  const EventHead head{.time = {}, .stream = state.index, .cpu = {}, .pid = {}, .tid = {}};
+  streams_[stream] = std::move(state);
+  push(head, StreamBegin{.channel = channel->second,
+                         .domain = of_trace->domain,
+                         .host = of_trace->host,
+                         .clock_uuid = clock_uuid,
+                         .clock_offset_ns = offset_ns,
+                         .path = name != nullptr ? std::string_view(name) : std::string_view{},
+                         .is_snapshot = of_trace->is_snapshot});
+}
+
+void MessageDecoder::stream_end(const bt_stream* stream) {
+  const auto& state = stream_of(stream);
+  const EventHead head{
+      .time = state.last, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}};
+  if (!state.has_packet_times && state.has_begun) push(head, PacketEnd{});
+  push(head, StreamEnd{});
+}
+
+void MessageDecoder::packet_begin(const bt_message* message) {
+  const auto* packet = bt_message_packet_beginning_borrow_packet_const(message);
+  auto& state = stream_of(bt_packet_borrow_stream_const(packet));
+  const auto cpu =
+      read_integer(state.packet_context.get(bt_packet_borrow_context_field_const(packet), 0));
+  state.cpu.reset();
+  if (cpu) state.cpu = static_cast<std::int32_t>(*cpu);
+  if (!state.has_packet_times) return;
+  const auto time =
+      time_of(bt_message_packet_beginning_borrow_default_clock_snapshot_const(message));
+  push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+       PacketBegin{});
+}
+
+void MessageDecoder::packet_end(const bt_message* message) {
+  const auto* packet = bt_message_packet_end_borrow_packet_const(message);
+  const auto& state = stream_of(bt_packet_borrow_stream_const(packet));
+  if (!state.has_packet_times) return;
+  const auto time = time_of(bt_message_packet_end_borrow_default_clock_snapshot_const(message));
+  push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}}, PacketEnd{});
+}
+
+MessageDecoder::EventPlan& MessageDecoder::plan_of(const bt_event_class* event_class) {
+  const auto [found, is_new] = plans_.try_emplace(event_class);
+  auto& plan = found->second;
+  if (!is_new) return plan;
+  const char* name = bt_event_class_get_name(event_class);
+  plan.name = name != nullptr ? name : "";
+  plan.translation = find_translation(plan.name);
+  if (plan.translation != nullptr) {
+    plan.payload = FieldTable(bt_event_class_borrow_payload_field_class_const(event_class),
+                              plan.translation->fields);
+  }
+  const auto* stream_class = bt_event_class_borrow_stream_class_const(event_class);
+  plan.common_context =
+      FieldTable(bt_stream_class_borrow_event_common_context_field_class_const(stream_class),
+                 context_requests());
+  plan.specific_context = FieldTable(
+      bt_event_class_borrow_specific_context_field_class_const(event_class), context_requests());
+  return plan;
+}
+
+void MessageDecoder::event(const bt_message* message) {
+  const auto* event = bt_message_event_borrow_event_const(message);
+  auto& stream = stream_of(bt_event_borrow_stream_const(event));
+  auto& plan = plan_of(bt_event_borrow_class_const(event));
+  const auto* common = bt_event_borrow_common_context_field_const(event);
+  const auto* specific = bt_event_borrow_specific_context_field_const(event);
+  const auto context = [&](std::size_t slot) {
+    const auto* field = plan.common_context.get(common, slot);
+    return read_integer(field != nullptr ? field : plan.specific_context.get(specific, slot));
+  };
+  EventHead head{
+      .time = {}, .stream = stream.index, .cpu = stream.cpu, .pid = context(0), .tid = context(1)};
+  const auto* stream_class = bt_stream_borrow_class_const(bt_event_borrow_stream_const(event));
+  if (bt_stream_class_borrow_default_clock_class_const(stream_class) != nullptr) {
+    head.time = time_of(bt_message_event_borrow_default_clock_snapshot_const(message));
+  }
+  if (!stream.has_packet_times && !stream.has_begun) push(head, PacketBegin{});
+  stream.has_begun = true;
+  stream.last = head.time;
+  if (plan.translation == nullptr) {
+    push(head, OtherEvent{.name = plan.name});
+    return;
+  }
+  const auto* fields = plan.payload.read(bt_event_borrow_payload_field_const(event));
+  EventBody body;
+  plan.translation->translate(Payload{fields}, stream.trace->state, body);
+  push(head, body);
+}
+
+void MessageDecoder::discarded_events(const bt_message* message) {
+  const auto* stream = bt_message_discarded_events_borrow_stream_const(message);
+  const auto& state = stream_of(stream);
+  const auto* stream_class = bt_stream_borrow_class_const(stream);
+  Discarded discarded{.begin = state.last, .end = state.last, .count = {}, .packets = false};
+  if (bt_stream_class_discarded_events_have_default_clock_snapshots(stream_class) != 0) {
+    discarded.begin =
+        time_of(bt_message_discarded_events_borrow_beginning_default_clock_snapshot_const(message));
+    discarded.end =
+        time_of(bt_message_discarded_events_borrow_end_default_clock_snapshot_const(message));
+  }
+  std::uint64_t count = 0;
+  if (bt_message_discarded_events_get_count(message, &count) ==
+      BT_PROPERTY_AVAILABILITY_AVAILABLE) {
+    discarded.count = count;
+  }
+  push({.time = discarded.begin, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+       discarded);
+}
+
+void MessageDecoder::discarded_packets(const bt_message* message) {
+  const auto* stream = bt_message_discarded_packets_borrow_stream_const(message);
+  const auto& state = stream_of(stream);
+  const auto* stream_class = bt_stream_borrow_class_const(stream);
+  Discarded discarded{.begin = state.last, .end = state.last, .count = {}, .packets = true};
+  if (bt_stream_class_discarded_packets_have_default_clock_snapshots(stream_class) != 0) {
+    discarded.begin = time_of(
+        bt_message_discarded_packets_borrow_beginning_default_clock_snapshot_const(message));
+    discarded.end =
+        time_of(bt_message_discarded_packets_borrow_end_default_clock_snapshot_const(message));
+  }
+  std::uint64_t count = 0;
+  if (bt_message_discarded_packets_get_count(message, &count) ==
+      BT_PROPERTY_AVAILABILITY_AVAILABLE) {
+    discarded.count = count;
+  }
+  push({.time = discarded.begin, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+       discarded);
+}
+
+void MessageDecoder::consume(const bt_message* message) {
+  switch (bt_message_get_type(message)) {
+    case BT_MESSAGE_TYPE_STREAM_BEGINNING:
+      stream_begin(bt_message_stream_beginning_borrow_stream_const(message));
+      break;
+    case BT_MESSAGE_TYPE_STREAM_END:
+      stream_end(bt_message_stream_end_borrow_stream_const(message));
+      break;
+    case BT_MESSAGE_TYPE_PACKET_BEGINNING:
+      packet_begin(message);
+      break;
+    case BT_MESSAGE_TYPE_PACKET_END:
+      packet_end(message);
+      break;
+    case BT_MESSAGE_TYPE_EVENT:
+      event(message);
+      break;
+    case BT_MESSAGE_TYPE_DISCARDED_EVENTS:
+      discarded_events(message);
+      break;
+    case BT_MESSAGE_TYPE_DISCARDED_PACKETS:
+      discarded_packets(message);
+      break;
+    default:
+      break;
+  }
+}
+
+}  // namespace cie::analysis::bt

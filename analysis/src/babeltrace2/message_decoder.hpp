@@ -1,0 +1,76 @@
+// Messages of libbabeltrace2 into Events: for running sessions and for the babeltrace2 plugin.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/live_reader.hpp>
+
+#include "bt_fields.hpp"
+#include "bt_handles.hpp"
+#include "vocabulary/vocabulary.hpp"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <unordered_map>
+
+#include <babeltrace2/babeltrace.h>
+
+namespace cie::analysis::bt {
+
+class MessageDecoder {
+ public:
+  // `analyzer` is borrowed and fed. `numbers`, borrowed: the next numbers of streams and channels,
+  // of which decoders that feed one analyzer take turns; null: nobody else feeds it.
+  explicit MessageDecoder(Analyzer& analyzer, LiveNumbers* numbers = nullptr)
+      : analyzer_(analyzer), numbers_(numbers != nullptr ? *numbers : own_numbers_) {}
+
+  void consume(const bt_message* message);
+
+ private:
+  // One class of events: where its payload and contexts have what we read.
+  struct EventPlan {
+    const Translation* translation = nullptr;
+    FieldTable payload;
+    FieldTable common_context;    // vpid, vtid
+    FieldTable specific_context;  // the same, for tracers that write them there
+    std::string name;
+  };
+  struct Trace {
+    VocabularyState state;
+    Domain domain = Domain::user;
+    std::string host;
+    bool is_snapshot = false;
+    TraceRef trace;  // keeps the addresses below from being reused
+  };
+  struct Stream {
+    StreamIndex index{};
+    Trace* trace = nullptr;
+    FieldTable packet_context;  // cpu_id
+    std::optional<std::int32_t> cpu;
+    Timestamp last;
+    bool has_packet_times = false;
+    bool has_begun = false;
+  };
+
+  Stream& stream_of(const bt_stream* stream);
+  EventPlan& plan_of(const bt_event_class* event_class);
+  void stream_begin(const bt_stream* stream);
+  void stream_end(const bt_stream* stream);
+  void packet_begin(const bt_message* message);
+  void packet_end(const bt_message* message);
+  void event(const bt_message* message);
+  void discarded_events(const bt_message* message);
+  void discarded_packets(const bt_message* message);
+  void push(const EventHead& head, const EventBody& body);
+
+  Analyzer& analyzer_;
+  LiveNumbers own_numbers_;
+  LiveNumbers& numbers_;
+  std::unordered_map<const bt_stream*, Stream> streams_;
+  std::unordered_map<const bt_event_class*, EventPlan> plans_;
+  std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;
+  std::map<std::pair<const bt_trace*, std::uint64_t>, std::uint32_t> channels_;
+};
+
+}  // namespace cie::analysis::bt

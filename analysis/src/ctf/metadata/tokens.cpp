@@ -1,0 +1,211 @@
+#include "tokens.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace cie::analysis::ctf {
+namespace {
+
+bool is_name_start(char c) { return c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+bool is_name(char c) { return is_name_start(c) || is_digit(c); }
+
+// Value of a digit in bases up to 16; 99 if it is none.
+unsigned digit(char c) {
+  if (is_digit(c)) return static_cast<unsigned>(c - '0');
+  if (c >= 'a' && c <= 'f') return static_cast<unsigned>(c - 'a') + 10;
+  if (c >= 'A' && c <= 'F') return static_cast<unsigned>(c - 'A') + 10;
+  return 99;
+}
+
+// What can be shown of a token in a message.
+std::string shown(const Token& token) {
+  if (token.kind == Token::Kind::end) return "the end";
+  constexpr std::size_t kMost = 40;
+  std::string text = "\"";
+  for (const char c : token.spelling.substr(0, kMost)) {
+    text += c >= ' ' && c < '\x7f' ? c : '?';
+  }
+  return text + "\"";
+}
+
+constexpr std::array<std::string_view, 3> kLongPunctuation{"...", ":=", "->"};
+
+}  // namespace
+
+Tokens::Tokens(std::string_view text) : text_(text) {
+  current_ = scan();
+  next_ = scan();
+}
+
+void Tokens::fail(const std::string& what) const {
+  throw MetadataError("line " + std::to_string(current_.line) + ": " + what + ", not " +
+                      shown(current_));
+}
+
+Token Tokens::take() {
+  const auto token = current_;
+  current_ = next_;
+  next_ = scan();
+  return token;
+}
+
+bool Tokens::accept(std::string_view spelling) {
+  if (!current_.is(spelling)) return false;
+  take();
+  return true;
+}
+
+void Tokens::expect(std::string_view spelling) {
+  if (!accept(spelling)) fail("expected \"" + std::string(spelling) + "\"");
+}
+
+void Tokens::skip_blank() {
+  while (at_ < text_.size()) {
+    const char c = text_[at_];
+    if (c == '\n') {
+      ++line_;
+      ++at_;
+    } else if (c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f') {
+      ++at_;
+    } else if (text_.substr(at_, 2) == "//") {
+      at_ = std::min(text_.find('\n', at_), text_.size());
+    } else if (text_.substr(at_, 2) == "/*") {
+      const auto end = text_.find("*/", at_ + 2);
+      if (end == std::string_view::npos) {
+        throw MetadataError("line " + std::to_string(line_) + ": a comment without end");
+      }
+      line_ += static_cast<std::uint32_t>(
+          std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
+                     text_.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      at_ = end + 2;
+    } else {
+      return;
+    }
+  }
+}
+
+Token Tokens::scan_number() {
+  Token token{.kind = Token::Kind::number, .spelling = {}, .number = 0, .line = line_};
+  const auto begin = at_;
+  unsigned base = 10;
+  if (text_[at_] == '0' && at_ + 1 < text_.size()) {
+    const char next = text_[at_ + 1];
+    if (next == 'x' || next == 'X') {
+      base = 16;
+      at_ += 2;
+    } else if (next == 'b' || next == 'B') {
+      base = 2;
+      at_ += 2;
+    } else if (is_digit(next)) {
+      base = 8;
+      ++at_;
+    }
+  }
+  const auto digits = at_;
+  for (; at_ < text_.size() && digit(text_[at_]) < base; ++at_) {
+    if (__builtin_mul_overflow(token.number, base, &token.number) ||
+        __builtin_add_overflow(token.number, digit(text_[at_]), &token.number)) {
+      throw MetadataError("line " + std::to_string(line_) + ": a number beyond 64 bits");
+    }
+  }
+  const auto digits_end = at_;
+  while (at_ < text_.size() && std::string_view("uUlL").find(text_[at_]) != std::string_view::npos)
+    ++at_;
+  if (digits_end == digits || (at_ < text_.size() && is_name(text_[at_]))) {
+    throw MetadataError("line " + std::to_string(line_) + ": a malformed number");
+  }
+  token.spelling = text_.substr(begin, at_ - begin);
+  return token;
+}
+
+Token Tokens::scan_text() {
+  Token token{.kind = Token::Kind::text, .spelling = {}, .number = 0, .line = line_};
+  const auto begin = ++at_;
+  for (; at_ < text_.size() && text_[at_] != '"' && text_[at_] != '\n'; ++at_) {
+    if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
+  }
+  if (at_ >= text_.size() || text_[at_] != '"') {
+    throw MetadataError("line " + std::to_string(line_) + ": a text without closing quote");
+  }
+  token.spelling = text_.substr(begin, at_ - begin);
+  ++at_;
+  return token;
+}
+
+// 'a': a number as in C.
+Token Tokens::scan_character() {
+  Token token{.kind = Token::Kind::number, .spelling = {}, .number = 0, .line = line_};
+  const auto begin = at_++;
+  for (; at_ < text_.size() && text_[at_] != '\'' && text_[at_] != '\n'; ++at_) {
+    if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
+  }
+  const auto characters = unescape(text_.substr(begin + 1, at_ - begin - 1));
+  if (at_ >= text_.size() || text_[at_] != '\'' || characters.empty()) {
+    throw MetadataError("line " + std::to_string(line_) + ": a malformed character");
+  }
+  for (const char c : characters)
+    token.number = token.number << 8U | static_cast<unsigned char>(c);
+  ++at_;
+  token.spelling = text_.substr(begin, at_ - begin);
+  return token;
+}
+
+Token Tokens::scan() {
+  skip_blank();
+  if (at_ >= text_.size())
+    return {.kind = Token::Kind::end, .spelling = {}, .number = 0, .line = line_};
+  const char c = text_[at_];
+  if (c == 'L' && (text_.substr(at_, 2) == "L\"" || text_.substr(at_, 2) == "L'")) ++at_;
+  if (text_[at_] == '"') return scan_text();
+  if (text_[at_] == '\'') return scan_character();
+  if (is_digit(c)) return scan_number();
+  Token token{.kind = Token::Kind::punctuation, .spelling = {}, .number = 0, .line = line_};
+  const auto begin = at_;
+  if (is_name_start(c)) {
+    token.kind = Token::Kind::name;
+    while (at_ < text_.size() && is_name(text_[at_]))
+      ++at_;
+  } else {
+    const auto rest = text_.substr(at_);
+    const auto found =
+        std::find_if(kLongPunctuation.begin(), kLongPunctuation.end(),
+                     [rest](std::string_view spelling) { return rest.starts_with(spelling); });
+    at_ += found == kLongPunctuation.end() ? 1 : found->size();
+  }
+  token.spelling = text_.substr(begin, at_ - begin);
+  return token;
+}
+
+std::string unescape(std::string_view spelling) {
+  std::string text;
+  for (std::size_t i = 0; i < spelling.size(); ++i) {
+    if (spelling[i] != '\\' || i + 1 == spelling.size()) {
+      text += spelling[i];
+      continue;
+    }
+    const char c = spelling[++i];
+    const auto simple = std::string_view("abfnrtv").find(c);
+    if (simple != std::string_view::npos) {
+      text += "\a\b\f\n\r\t\v"[simple];
+      continue;
+    }
+    const unsigned base = c == 'x' ? 16 : 8;
+    std::size_t at = c == 'x' ? i + 1 : i;
+    unsigned value = 0;
+    std::size_t digits = 0;
+    while (at < spelling.size() && digits < (c == 'x' ? 2U : 3U) && digit(spelling[at]) < base) {
+      value = value * base + digit(spelling[at++]);
+      ++digits;
+    }
+    if (digits == 0) {
+      text += c;  // an escaped quote, backslash or anything else stands for itself
+      continue;
+    }
+    text += static_cast<char>(value);
+    i = at - 1;
+  }
+  return text;
+}
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,60 @@
+// Splits TSDL, the language of CTF 1.8 metadata, into tokens.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace cie::analysis::ctf {
+
+// The metadata cannot be understood; what() names line and cause.
+class MetadataError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Token {
+  enum class Kind : std::uint8_t { end, name, number, text, punctuation };
+  Kind kind = Kind::end;
+  std::string_view spelling;  // into the metadata; of a text, without quotes
+  std::uint64_t number = 0;
+  std::uint32_t line = 1;
+
+  bool is(std::string_view punctuation_or_name) const noexcept {
+    return (kind == Kind::punctuation || kind == Kind::name) && spelling == punctuation_or_name;
+  }
+};
+
+// `text` is borrowed.
+class Tokens {
+ public:
+  explicit Tokens(std::string_view text);
+
+  // The next token, and the one after it.
+  const Token& peek() const noexcept { return current_; }
+  const Token& peek_next() const noexcept { return next_; }
+  Token take();
+  // Takes it if it is there.
+  bool accept(std::string_view spelling);
+  void expect(std::string_view spelling);
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  Token scan();
+  void skip_blank();
+  Token scan_number();
+  Token scan_text();
+  Token scan_character();
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::uint32_t line_ = 1;
+  Token current_;
+  Token next_;
+};
+
+// The characters that a text token stands for.
+std::string unescape(std::string_view spelling);
+
+}  // namespace cie::analysis::ctf

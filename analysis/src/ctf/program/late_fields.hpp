@@ -1,0 +1,77 @@
+// Events that have their place in a batch, while their fields still lie in the streams' windows.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "trace_plan.hpp"
+#include "vocabulary/event_batch.hpp"
+#include "vocabulary/vocabulary.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis::ctf {
+
+// Fills them class by class: which class follows on which cannot be predicted where streams are
+// merged, and a wrong guess costs the processor more than an event's fields.
+class LateFields {
+ public:
+  // The events that one plan describes.
+  class OfTrace {
+   public:
+    // `state` is shared by the plans of one trace, borrowed.
+    OfTrace(LateFields& all, std::shared_ptr<const TracePlan> plan, VocabularyState& state)
+        : all_(all), plan_(std::move(plan)), state_(state), classes_(plan_->event_classes()) {}
+
+    const TracePlan& plan() const noexcept { return *plan_; }
+    VocabularyState& state() noexcept { return state_; }
+    // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
+    // Both stay where they are until fill().
+    // Events whose order counts are filled at once.
+    void add(const EventPlan& plan, Event& event, const std::uint8_t* body, EventBatch& batch) {
+      if (plan.is_ordered) {
+        fill(plan, {&event, body}, batch);
+        return;
+      }
+      auto& events = classes_[plan.number];
+      if (events.empty()) all_.waiting_.push_back({this, &plan});
+      events.push_back({&event, body});
+    }
+
+   private:
+    friend class LateFields;
+    struct Late {
+      Event* event;
+      const std::uint8_t* body;
+    };
+    void fill(const EventPlan& plan, const Late& late, EventBatch& batch);
+    void fill(const EventPlan& plan, EventBatch& batch);
+
+    LateFields& all_;
+    std::shared_ptr<const TracePlan> plan_;
+    VocabularyState& state_;
+    std::vector<std::vector<Late>> classes_;  // by EventPlan::number
+  };
+
+  LateFields() = default;
+  LateFields(const LateFields&) = delete;
+  LateFields& operator=(const LateFields&) = delete;
+
+  // Before anything moves in a window, and before the batch that has the events is passed on.
+  void fill(EventBatch& batch);
+
+ private:
+  struct Waiting {
+    OfTrace* trace;
+    const EventPlan* plan;
+  };
+  std::vector<Waiting> waiting_;
+};
+
+// Translates what a reader found of an event.
+void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state,
+               EventBody& body);
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,258 @@
+#include "trace_plan.hpp"
+
+#include <cie/tracepoints/schema.hpp>
+
+#include "ctf/metadata/tokens.hpp"
+
+#include <algorithm>
+#include <span>
+#include <utility>
+
+namespace cie::analysis::ctf {
+namespace {
+
+// Registers by life time; see kRegisters.
+constexpr RegisterRange kTraceRegisters{.next = 0, .end = 16};
+constexpr RegisterRange kStreamRegisters{.next = 16, .end = 80};
+constexpr RegisterRange kEventRegisters{.next = 80, .end = kRegisters};
+
+constexpr std::size_t kDenseIds = 65'536;
+// Each takes some two KiB, however short its declaration is.
+constexpr std::size_t kMaxStreams = 10'000;
+constexpr std::size_t kMaxEvents = 100'000;
+constexpr std::size_t kMaxDenseIds = 16 * kDenseIds;  // of all streams together
+
+const std::vector<FieldRequest> kPacketHeader{"magic", "uuid", "stream_id", "stream_instance_id"};
+const std::vector<FieldRequest> kPacketContext{
+    "packet_size",      "content_size",   "timestamp_begin", "timestamp_end",
+    "events_discarded", "packet_seq_num", "cpu_id"};
+// The same by roles; what has none keeps its name.
+constexpr std::array kPacketHeaderRoles{Role::magic, Role::metadata_uuid, Role::stream_class,
+                                        Role::stream_instance};
+constexpr std::array kPacketContextRoles{
+    Role::packet_size,      Role::content_size,    Role::time, Role::packet_end_time,
+    Role::discarded_events, Role::packet_sequence, Role::none};
+
+std::string value_of(const Metadata& metadata, const char* name) {
+  const auto found = metadata.environment.find(name);
+  return found == metadata.environment.end() ? std::string{} : found->second;
+}
+
+// The clock that a stream's times are of: the one its types name, else the trace's first.
+ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
+  const Clock* chosen = metadata.clocks.empty() ? nullptr : &metadata.clocks.front();
+  for (const auto& clock : metadata.clocks) {
+    if (!name.empty() && clock.name == name) chosen = &clock;
+  }
+  if (chosen == nullptr) return {};
+  ClockPlan plan;
+  plan.frequency = chosen->frequency;
+  if (const auto uuid = parse_uuid(chosen->uuid)) {
+    plan.uuid = chosen->uuid;
+    for (auto& c : plan.uuid) {
+      if (c >= 'A' && c <= 'F') c = static_cast<char>(c - 'A' + 'a');
+    }
+  } else if (metadata.has_roles) {
+    plan.uuid = chosen->uuid;
+  }
+  const auto seconds =
+      static_cast<std::int64_t>(static_cast<std::uint64_t>(chosen->offset_s) * 1'000'000'000U);
+  plan.offset_ns =
+      detail::wrapping_add(seconds, plan.time_of(static_cast<std::uint64_t>(chosen->offset)).ns);
+  return plan;
+}
+
+bool begins_with_magic(const Metadata& metadata) {
+  const auto& first = metadata.packet_header->members.front();
+  if (!metadata.has_roles) return first.name == "magic";
+  return std::ranges::find(first.type->roles, Role::magic) != first.type->roles.end();
+}
+
+const Sequence* program_or_null(const Scope& scope) {
+  return scope.program().ops.empty() ? nullptr : &scope.program();
+}
+
+}  // namespace
+
+Scope& TracePlan::new_scope(std::string_view root, RegisterRange& registers,
+                            const std::vector<Scope*>& earlier) {
+  scopes_.push_back(std::make_unique<Scope>(root, context_, registers, earlier));
+  return *scopes_.back();
+}
+
+std::string host_of(const Metadata& metadata) {
+  const auto name = value_of(metadata, "hostname");  // LTTng's; perf says "host"
+  return name.empty() ? value_of(metadata, "host") : name;
+}
+
+TracePlan::TracePlan(const Metadata& metadata)
+    : byte_order(metadata.byte_order), trace_registers_(kTraceRegisters) {
+  context_.byte_order = metadata.byte_order;
+  context_.has_roles = metadata.has_roles;
+  uuid = parse_uuid(metadata.uuid);
+  host = host_of(metadata);
+  is_snapshot = value_of(metadata, "trace_name").starts_with(kSnapshotSession);
+  domain = value_of(metadata, "domain") == "kernel" ? Domain::kernel : Domain::user;
+  if (value_of(metadata, "tracer_name") == "lttng-modules") priority_offset = 100;
+
+  if (metadata.streams.size() > kMaxStreams || metadata.events.size() > kMaxEvents) {
+    throw MetadataError("it declares more streams or events than any honest tracer does");
+  }
+  auto& header = new_scope("trace.packet.header", trace_registers_, {});
+  header.build(metadata.packet_header, kPacketHeader, kPacketHeaderRoles);
+  has_magic = header.has_slot(slot(PacketHeaderSlot::magic));
+  has_header_uuid = header.has_slot(slot(PacketHeaderSlot::uuid)) && uuid.has_value();
+  has_stream_id = header.has_slot(slot(PacketHeaderSlot::stream_id));
+  EventsOfStreams events;
+  for (const auto& event : metadata.events)
+    events[event.stream].push_back(&event);
+  for (const auto& [id, stream] : metadata.streams) {
+    try {
+      add_stream(metadata, stream, events[id]);
+    } catch (const MetadataError& error) {
+      throw MetadataError("stream " + std::to_string(id) + ": " + error.what());
+    }
+  }
+  // Later scopes may have made this one keep values.
+  packet_header = program_or_null(header);
+  // What stands elsewhere does not tell where packets begin.
+  has_magic = has_magic && begins_with_magic(metadata);
+}
+
+void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
+                           std::span<const EventClass* const> events) {
+  auto& plan = streams_[stream.id];
+  plan.id = stream.id;
+  registers_.push_back(std::make_unique<RegisterRange>(kStreamRegisters));
+  auto& registers = *registers_.back();
+  std::vector<Scope*> earlier{scopes_.front().get()};
+
+  auto& packet = new_scope("stream.packet.context", registers, earlier);
+  packet.build(stream.packet_context, kPacketContext, kPacketContextRoles);
+  earlier.push_back(&packet);
+  auto& header = new_scope("stream.event.header", registers, earlier);
+  header.build_header(stream.event_header);
+  earlier.push_back(&header);
+  auto& context = new_scope("stream.event.context", registers, earlier);
+  context.build(stream.event_context, context_requests());
+  earlier.push_back(&context);
+
+  const auto first_event = events_.size();
+  for (const auto* event : events) {
+    try {
+      add_event(plan, *event, earlier);
+    } catch (const MetadataError& error) {
+      throw MetadataError("event \"" + event->name.substr(0, 100) + "\": " + error.what());
+    }
+  }
+  plan.has_event_id = header.has_slot(slot(EventHeaderSlot::id));
+  if (!plan.has_event_id && events.size() > 1) {
+    throw MetadataError("several events, but the event header has no id");
+  }
+  plan.has_event_time = header.has_slot(slot(EventHeaderSlot::time));
+  plan.has_packet_times = packet.has_slot(slot(PacketContextSlot::timestamp_begin)) &&
+                          packet.has_slot(slot(PacketContextSlot::timestamp_end));
+  const bool has_time = plan.has_event_time ||
+                        packet.has_slot(slot(PacketContextSlot::timestamp_begin)) ||
+                        packet.has_slot(slot(PacketContextSlot::timestamp_end));
+  if (metadata.has_roles && has_time && stream.clock.empty()) {
+    throw MetadataError("it has times, but no clock");
+  }
+  auto clock = stream.clock;
+  if (clock.empty() && plan.has_event_time) {
+    clock = header.clock_of_slot(slot(EventHeaderSlot::time));
+  } else if (clock.empty() && plan.has_packet_times) {
+    clock = packet.clock_of_slot(slot(PacketContextSlot::timestamp_begin));
+  }
+  plan.clock = clock_of(metadata, clock);
+  plan.packet_context = program_or_null(packet);
+  plan.event_header = program_or_null(header);
+  plan.event_context = program_or_null(context);
+  // Now that every reference is known.
+  plan.header_layout = header_layout_of(plan.event_header);
+  for (auto i = first_event; i < events_.size(); ++i)
+    find_layouts(plan, *events_[i]);
+  std::uint64_t largest = 0;
+  for (const auto* event : plan.dense_) {
+    const bool is_fixed = event != nullptr && event->fixed;
+    plan.fixed_.push_back(is_fixed ? StreamPlan::Fixed{event, event->fixed->bytes}
+                                   : StreamPlan::Fixed{});
+    if (is_fixed) largest = std::max(largest, event->fixed->bytes);
+  }
+  if (plan.header_layout) {
+    plan.most_fixed_bytes_ = plan.header_layout->most_bytes + largest + FixedField::kSlack;
+  }
+}
+
+void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
+  const auto common = layout_of(stream.event_context);
+  const auto own = layout_of(event.context);
+  const auto fields = layout_of(event.fields);
+  if (!common || !own || !fields) return;
+  EventPlan::FixedBody body;
+  const auto take = [&body](FixedField field, std::span<FixedField> slots) {
+    field.offset += static_cast<std::uint32_t>(body.bytes);
+    slots[static_cast<std::size_t>(field.slot)] = field;
+  };
+  for (const auto& field : common->fields)
+    take(field, body.context);
+  body.bytes = common->bytes;
+  for (const auto& field : own->fields) {
+    const bool is_pid = static_cast<std::size_t>(field.slot) == slot(ContextSlot::pid);
+    if (is_pid ? event.has_own_pid : event.has_own_tid) take(field, body.context);
+  }
+  body.bytes += own->bytes;
+  for (const auto& field : fields->fields)
+    take(field, body.fields);
+  body.bytes += fields->bytes;
+  // Events of no size must be noticed: the programs do.
+  if (body.bytes > 0 || stream.header_layout) event.fixed = body;
+}
+
+void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
+                          const std::vector<Scope*>& earlier) {
+  auto result = std::make_unique<EventPlan>();
+  result->number = events_.size();
+  result->name = event.name;
+  result->translation = find_translation(event.name);
+  result->is_ordered = domain == Domain::kernel || is_kernel_event(event.name);
+  registers_.push_back(std::make_unique<RegisterRange>(kEventRegisters));
+  auto& registers = *registers_.back();
+  auto& context = new_scope("event.context", registers, earlier);
+  // Only what the common context does not have is taken from here.
+  context.build(event.context, context_requests());
+  const auto* common = earlier.back();
+  result->has_own_pid =
+      context.has_slot(slot(ContextSlot::pid)) && !common->has_slot(slot(ContextSlot::pid));
+  result->has_own_tid =
+      context.has_slot(slot(ContextSlot::tid)) && !common->has_slot(slot(ContextSlot::tid));
+  auto with_context = earlier;
+  with_context.push_back(&context);
+  auto& fields = new_scope("event.fields", registers, with_context);
+  static const std::vector<FieldRequest> nothing;
+  fields.build(event.fields,
+               result->translation != nullptr ? result->translation->fields : nothing);
+  result->context = program_or_null(context);
+  result->fields = program_or_null(fields);
+  // Streams that share their small ids' tables evenly do not grow them without bound.
+  const auto grown = event.id < plan.dense_.size() ? 0 : event.id + 1 - plan.dense_.size();
+  if (event.id < kDenseIds && dense_ids_ + grown <= kMaxDenseIds) {
+    dense_ids_ += grown;
+    plan.dense_.resize(plan.dense_.size() + grown);
+    plan.dense_[event.id] = result.get();
+  } else {
+    plan.sparse_[event.id] = result.get();
+  }
+  events_.push_back(std::move(result));
+}
+
+const StreamPlan* TracePlan::find(std::uint64_t stream_id) const noexcept {
+  const auto found = streams_.find(stream_id);
+  return found == streams_.end() ? nullptr : &found->second;
+}
+
+const StreamPlan* TracePlan::only_stream() const noexcept {
+  return streams_.size() == 1 ? &streams_.begin()->second : nullptr;
+}
+
+}  // namespace cie::analysis::ctf

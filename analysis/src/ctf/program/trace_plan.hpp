@@ -1,0 +1,163 @@
+// How to read the packets and events of one trace: its metadata compiled against the vocabularies.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "ctf/metadata/types.hpp"
+#include "ctf/metadata/uuid.hpp"
+#include "layout.hpp"
+#include "program_builder.hpp"
+#include "vocabulary/vocabulary.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+namespace cie::analysis::ctf {
+
+// Slots of packet headers and contexts.
+enum class PacketHeaderSlot : std::uint8_t { magic, uuid, stream_id, stream_instance_id };
+enum class PacketContextSlot : std::uint8_t {
+  packet_size,
+  content_size,
+  timestamp_begin,
+  timestamp_end,
+  events_discarded,
+  packet_seq_num,
+  cpu_id
+};
+// Slots of event contexts and headers.
+enum class ContextSlot : std::uint8_t { pid, tid };
+enum class EventHeaderSlot : std::uint8_t { id, time };
+
+template <typename Slot>
+constexpr std::size_t slot(Slot value) noexcept {
+  return static_cast<std::size_t>(value);
+}
+
+// The name of the machine as the tracer's environment tells it; empty if it does not.
+std::string host_of(const Metadata& metadata);
+
+struct ClockPlan {
+  std::uint64_t frequency = 1'000'000'000;
+  std::string uuid;
+  std::int64_t offset_ns = 0;
+
+  // Cycles as nanoseconds of this clock, without its offset.
+  Timestamp time_of(std::uint64_t cycles) const noexcept {
+    constexpr std::uint64_t kNanoseconds = 1'000'000'000;
+    if (frequency == kNanoseconds) return {static_cast<std::int64_t>(cycles)};
+    __extension__ using Wide = unsigned __int128;
+    return {static_cast<std::int64_t>(
+        static_cast<std::uint64_t>(static_cast<Wide>(cycles) * kNanoseconds / frequency))};
+  }
+};
+
+// One class of events.
+struct EventPlan {
+  std::size_t number = 0;  // of the trace's classes of events, from 0
+  std::string name;
+  const Translation* translation = nullptr;  // null: of no vocabulary
+  bool is_ordered = false;                   // its translation follows from earlier events
+  const Sequence* context = nullptr;         // null: nothing to read
+  const Sequence* fields = nullptr;
+  bool has_own_pid = false;  // the tracer wrote it into this context, not the common one
+  bool has_own_tid = false;
+
+  // What the programs read, if all of it has fixed places: contexts and fields one after the other.
+  struct FixedBody {
+    std::uint64_t bytes = 0;
+    std::array<FixedField, 2> context{};         // by ContextSlot
+    std::array<FixedField, kMaxSlots> fields{};  // by slot of the translation
+  };
+  std::optional<FixedBody> fixed;
+};
+
+// One class of streams.
+class StreamPlan {
+ public:
+  std::uint64_t id = 0;
+  const Sequence* packet_context = nullptr;
+  const Sequence* event_header = nullptr;
+  const Sequence* event_context = nullptr;
+  bool has_event_id = false;  // otherwise there is one class of events
+  bool has_event_time = false;
+  bool has_packet_times = false;  // begin and end
+  ClockPlan clock;
+  std::optional<HeaderLayout> header_layout;
+
+  // Null if the metadata has none of that id.
+  const EventPlan* find(std::uint64_t event_id) const noexcept {
+    if (event_id < dense_.size()) return dense_[event_id];
+    const auto found = sparse_.find(event_id);
+    return found == sparse_.end() ? nullptr : found->second;
+  }
+
+  // The class of events of an id with the size of its fixed body; null if it has none.
+  struct Fixed {
+    const EventPlan* plan = nullptr;
+    std::uint64_t bytes = 0;
+  };
+  std::span<const Fixed> fixed_events() const noexcept { return fixed_; }  // by id
+  // So many bytes must be readable where such an event begins, whichever it is.
+  std::uint64_t most_fixed_bytes() const noexcept { return most_fixed_bytes_; }
+
+ private:
+  friend class TracePlan;
+  std::vector<const EventPlan*> dense_;
+  std::vector<Fixed> fixed_;  // of dense_
+  std::uint64_t most_fixed_bytes_ = 0;
+  std::unordered_map<std::uint64_t, const EventPlan*> sparse_;
+};
+
+// Immutable once built; readers of all its streams share it.
+class TracePlan {
+ public:
+  // Throws MetadataError.
+  explicit TracePlan(const Metadata& metadata);
+  TracePlan(const TracePlan&) = delete;
+  TracePlan& operator=(const TracePlan&) = delete;
+
+  std::optional<Uuid> uuid;
+  std::string host;
+  bool is_snapshot = false;  // of a flight recorder
+  Domain domain = Domain::user;
+  std::int32_t priority_offset = 0;  // see VocabularyState
+  const Sequence* packet_header = nullptr;
+  bool has_magic = false;
+  bool has_header_uuid = false;
+  bool has_stream_id = false;
+  ByteOrder byte_order = ByteOrder::little;
+
+  std::size_t event_classes() const noexcept { return events_.size(); }
+  const StreamPlan* find(std::uint64_t stream_id) const noexcept;
+  // The only class of streams, for packets that do not say theirs; null if there are several.
+  const StreamPlan* only_stream() const noexcept;
+
+ private:
+  using EventsOfStreams = std::map<std::uint64_t, std::vector<const EventClass*>>;
+
+  void add_stream(const Metadata& metadata, const StreamClass& stream,
+                  std::span<const EventClass* const> events);
+  static void find_layouts(const StreamPlan& stream, EventPlan& event);
+  void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
+  Scope& new_scope(std::string_view root, RegisterRange& registers,
+                   const std::vector<Scope*>& earlier);
+
+  BuildContext context_;
+  RegisterRange trace_registers_;
+  std::vector<std::unique_ptr<RegisterRange>> registers_;
+  std::vector<std::unique_ptr<Scope>> scopes_;
+  std::map<std::uint64_t, StreamPlan> streams_;
+  std::vector<std::unique_ptr<EventPlan>> events_;
+  std::size_t dense_ids_ = 0;  // entries of all tables by small ids
+};
+
+}  // namespace cie::analysis::ctf

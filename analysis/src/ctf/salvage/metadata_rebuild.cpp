@@ -1,0 +1,188 @@
+#include "metadata_rebuild.hpp"
+
+#include "ctf/metadata/file.hpp"
+#include "ctf/metadata/tokens.hpp"
+#include "event_numbering.hpp"
+#include "provider_schema.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis::ctf {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A packet's header and context as LTTng-UST 2.13 writes them on a little-endian machine.
+struct RawHeader {
+  std::uint32_t magic;
+  std::array<std::uint8_t, 16> uuid;
+  std::uint32_t stream;
+  std::uint64_t instance;
+  std::uint64_t begin;
+  std::uint64_t end;
+  std::uint64_t content_bits;
+  std::uint64_t packet_bits;
+  std::uint64_t sequence;
+  std::uint64_t discarded;
+};
+static_assert(sizeof(RawHeader) == 80);
+constexpr std::uint64_t kEventsAt = 84;  // behind the number of the CPU
+constexpr std::uint32_t kMagic = 0xC1FC1FC1;
+constexpr std::uint64_t kMaxPacket = 256U << 20U;
+// Of a channel's packets so much is looked at: all of most recordings' channel "state".
+constexpr std::uint64_t kMaxState = 64U << 20U;
+constexpr std::uint64_t kMaxEventsOfFile = 1U << 20U;
+
+constexpr std::string_view kStateChannel = "state";
+constexpr std::string_view kEventChannel = "events";
+
+// "events" of "events_0".
+std::string_view channel_of(std::string_view file) { return file.substr(0, file.find('_')); }
+
+struct Channel {
+  std::optional<std::uint32_t> stream;
+  std::vector<PacketBytes> packets;
+  std::uint64_t bytes = 0;
+};
+
+std::optional<RawHeader> header_at(const File& file, std::uint64_t offset) {
+  std::array<std::uint8_t, sizeof(RawHeader)> bytes{};
+  RawHeader header{};
+  if (file.read(offset, bytes) < bytes.size()) return std::nullopt;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  const bool is_whole =
+      header.magic == kMagic && header.packet_bits % 8 == 0 && header.content_bits % 8 == 0 &&
+      header.content_bits >= kEventsAt * 8 && header.content_bits <= header.packet_bits &&
+      header.packet_bits / 8 <= kMaxPacket && header.packet_bits / 8 <= file.size() - offset;
+  return is_whole ? std::optional(header) : std::nullopt;
+}
+
+std::string uuid_text(const std::array<std::uint8_t, 16>& uuid) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (std::size_t i = 0; i < uuid.size(); ++i) {
+    if (i == 4 || i == 6 || i == 8 || i == 10) text += '-';
+    text += kDigits[uuid[i] >> 4U];
+    text += kDigits[uuid[i] & 15U];
+  }
+  return text;
+}
+
+// Only the begin of a channel was looked at. If what occurs there has the numbers that follow from
+// the order of the provider, so has what occurs later.
+Numbering with_unseen(Numbering seen, std::span<const ProviderEvent> classes) {
+  const bool is_in_order = std::all_of(
+      seen.begin(), seen.end(), [](const auto& entry) { return entry.first == entry.second; });
+  for (std::size_t i = 0; is_in_order && i < classes.size(); ++i)
+    seen.emplace(i, i);
+  return seen;
+}
+
+class Rebuilder {
+ public:
+  void add(const fs::path& path) {
+    const auto name = path.filename().string();
+    const auto channel = std::string(channel_of(name));
+    if (channel != kStateChannel && channel != kEventChannel) {
+      throw MetadataError("its file " + name + " is of no channel of `cie record`");
+    }
+    add(File(path.string()), channels_[channel], channel == kStateChannel);
+  }
+
+  std::string text() {
+    if (!uuid_) throw MetadataError("it has no packets");
+    auto& state = channels_[std::string(kStateChannel)];
+    auto& events = channels_[std::string(kEventChannel)];
+    if (state.stream && state.stream == events.stream) {
+      throw MetadataError("its channels have one and the same number");
+    }
+    TraceOrigin origin{.uuid = uuid_text(*uuid_), .host = {}, .clock_uuid = {}};
+    std::string streams;
+    if (state.stream) {
+      const auto classes = state_channel_events();
+      const auto numbering = find_numbering(state.packets, classes);
+      if (const auto found = recorded_on(state.packets, classes, numbering)) {
+        origin.host = found->host;
+        origin.clock_uuid = found->boot_id;
+        origin.clock_offset_ns = found->clock_offset_ns;
+      }
+      streams += stream_text(*state.stream);
+      for (const auto& [id, number] : numbering)
+        streams += event_text(classes[number], id, *state.stream);
+    }
+    if (events.stream) {
+      const auto classes = event_channel_events();
+      streams += stream_text(*events.stream);
+      for (const auto& [id, number] : with_unseen(find_numbering(events.packets, classes), classes))
+        streams += event_text(classes[number], id, *events.stream);
+    }
+    return trace_text(origin) + streams;
+  }
+
+ private:
+  void add(const File& file, Channel& channel, bool is_state) {
+    std::uint64_t of_file = 0;
+    for (std::uint64_t offset = 0; offset < file.size();) {
+      const auto header = header_at(file, offset);
+      if (!header) return;  // what is damaged says nothing; the reader tells of it
+      if (!uuid_) uuid_ = header->uuid;
+      if (!channel.stream) channel.stream = header->stream;
+      if (*uuid_ != header->uuid) throw MetadataError("its packets are of several traces");
+      if (*channel.stream != header->stream) {
+        throw MetadataError("a channel has streams of several classes");
+      }
+      PacketBytes packet{.begin = header->begin, .end = header->end, .events = {}};
+      packet.events.resize(header->content_bits / 8 - kEventsAt);
+      of_file += packet.events.size();
+      channel.bytes += packet.events.size();
+      if (is_state && channel.bytes > kMaxState) {
+        throw MetadataError("its channel \"state\" is larger than any honest one");
+      }
+      packet.events.resize(file.read(offset + kEventsAt, packet.events));
+      channel.packets.push_back(std::move(packet));
+      if (!is_state && of_file > kMaxEventsOfFile) return;
+      offset += header->packet_bits / 8;
+    }
+  }
+
+  std::optional<std::array<std::uint8_t, 16>> uuid_;
+  std::map<std::string, Channel> channels_;
+};
+
+// What can be listed: the reader tells of the rest.
+std::vector<fs::path> files_of(const fs::path& directory) {
+  std::error_code ignored;
+  return stream_files(directory, ignored);
+}
+
+}  // namespace
+
+bool looks_recorded(const fs::path& directory) {
+  const auto files = files_of(directory);
+  return std::any_of(files.begin(), files.end(), [](const fs::path& path) {
+    const auto name = path.filename().string();
+    const auto channel = channel_of(name);
+    if (channel.size() == name.size()) return false;
+    if (channel != kStateChannel && channel != kEventChannel) return false;
+    return header_at(File(path.string()), 0).has_value();
+  });
+}
+
+std::string rebuild_metadata(const fs::path& directory) {
+  Rebuilder rebuilder;
+  for (const auto& path : files_of(directory))
+    rebuilder.add(path);
+  return rebuilder.text();
+}
+
+}  // namespace cie::analysis::ctf

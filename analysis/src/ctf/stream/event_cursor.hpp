@@ -1,0 +1,128 @@
+// Walks over the events of one packet.
+#pragma once
+
+#include "ctf/program/program.hpp"
+#include "packet.hpp"
+#include "window.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace cie::analysis::ctf {
+
+// A clock's next value from its low bits, those of `mask`, alone.
+inline std::uint64_t extend_clock_by(std::uint64_t last, std::uint64_t value,
+                                     std::uint64_t mask) noexcept {
+  const auto next = (last & ~mask) | (value & mask);
+  return next < last ? next + mask + 1 : next;
+}
+// The same for a number of bits.
+inline std::uint64_t extend_clock(std::uint64_t last, std::uint64_t value,
+                                  std::uint32_t bits) noexcept {
+  if (bits >= 64) return value;
+  return extend_clock_by(last, value, (std::uint64_t{1} << bits) - 1);
+}
+
+class EventCursor {
+ public:
+  // Borrowed. Registers of `frame` hold what the packet's header and context left there.
+  EventCursor(Window& window, Frame& frame) : window_(&window), frame_(&frame) {}
+
+  // `clock`: cycles that the stream's clock showed last, for packets without a begin.
+  void begin(const Packet& packet, std::uint64_t clock);
+
+  // An event all of which lies at fixed places.
+  struct Fixed {
+    const EventPlan* plan = nullptr;
+    const std::uint8_t* body = nullptr;  // contexts and fields
+    std::uint64_t clock = 0;             // cycles
+  };
+  // Goes over such events as long as there are some and `take(event)` wants them. Nothing in the
+  // window moves meanwhile.
+  template <typename Take>
+  void walk_fixed(Take take);
+  // Other streams have their turn before this one is read on: by then it is in the cache.
+  void prefetch() const noexcept {
+    constexpr std::size_t kCacheLine = 64;
+    constexpr std::size_t kLines = 8;
+    const auto* next = bits_.data + bits_.at / 8;
+    for (std::size_t line = 0; line < kLines; ++line)
+      __builtin_prefetch(next + line * kCacheLine);
+  }
+
+  enum class Step : std::uint8_t { event, end, damaged };
+  // Reads the next event's header, of whatever kind. After `event` comes read_body().
+  Step next();
+  // Finds the context's values and those that the event's translation asks for. False: damaged.
+  bool read_body();
+
+  const EventPlan& plan() const noexcept { return *plan_; }
+  std::uint64_t clock() const noexcept { return clock_; }  // cycles, of the event read last
+  // After read_body().
+  std::optional<std::int64_t> context(ContextSlot which) const noexcept {
+    return Payload(context_.data()).integer(slot(which));
+  }
+  Payload payload() const noexcept { return Payload(fields_.data()); }
+
+  // After `damaged`: why, and where in the packet.
+  std::string reason() const;
+  std::uint64_t position() const noexcept { return base_ * 8 + bits_.at; }
+
+ private:
+  bool read_fixed_header(const HeaderLayout& layout, std::uint64_t& id);
+  Outcome run_here(const Sequence& program, Field* fields);
+  bool extend(std::uint64_t at);
+  bool is_good(Outcome outcome);
+  Step fail(const char* reason);
+
+  Window* window_;
+  Frame* frame_;
+  const Packet* packet_ = nullptr;
+  const EventPlan* plan_ = nullptr;
+  Bits bits_;
+  std::uint64_t base_ = 0;  // bytes of the packet before bits_.data
+  std::uint64_t clock_ = 0;
+  std::uint64_t event_begin_ = 0;
+  const char* reason_ = "";
+  std::array<Field, 2> header_{};
+  std::array<Field, 2> context_{};
+  std::array<Field, kMaxSlots> fields_{};
+};
+
+// What changes stays in registers, and what is usual of a header as well.
+template <typename Take>
+void EventCursor::walk_fixed(Take take) {
+  const auto& stream = *packet_->stream;
+  const auto size = bits_.end / 8;
+  if (!stream.header_layout || bits_.at % 8 != 0 || size < stream.most_fixed_bytes()) return;
+  const auto& layout = *stream.header_layout;
+  const auto tag = layout.tag;
+  const auto usual = layout.options.front();
+  const auto events = stream.fixed_events();
+  const auto* const last = bits_.data + (size - stream.most_fixed_bytes());
+  const auto* begin = bits_.data + bits_.at / 8;
+  auto clock = clock_;
+  while (begin <= last) {
+    const auto value = tag.load_unsigned(begin);
+    const auto* option = &usual;
+    if (!usual.is_chosen_by(value)) [[unlikely]] {
+      option = layout.choose(value);
+      if (option == nullptr) break;
+    }
+    const auto id = option->id.load_unsigned(begin);
+    if (id >= events.size() || events[id].plan == nullptr) [[unlikely]]
+      break;
+    const auto time = extend_clock_by(clock, option->time.load_unsigned(begin), option->time.mask);
+    const auto* body = begin + option->bytes;
+    if (!take(Fixed{.plan = events[id].plan, .body = body, .clock = time})) break;
+    clock = time;
+    begin = body + events[id].bytes;
+  }
+  bits_.at = static_cast<std::uint64_t>(begin - bits_.data) * 8;
+  clock_ = clock;
+}
+
+}  // namespace cie::analysis::ctf

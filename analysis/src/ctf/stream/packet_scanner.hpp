@@ -1,0 +1,85 @@
+// Finds the good packets of one stream file, and what is damaged between them.
+#pragma once
+
+#include "event_cursor.hpp"
+#include "packet.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis::ctf {
+
+class PacketScanner {
+ public:
+  // Borrowed. `piece`: bytes to have in memory at a time.
+  PacketScanner(const File& file, const TracePlan& trace, std::size_t piece);
+  PacketScanner(const PacketScanner&) = delete;
+  PacketScanner& operator=(const PacketScanner&) = delete;
+
+  // What comes next: damage (one or more bad packets in a row), then a packet whose events can all
+  // be read. Without a packet the file ends.
+  struct Found {
+    std::optional<Damage> damage;
+    std::optional<Packet> packet;
+    std::uint64_t last_clock = 0;  // of its last event, or its begin
+  };
+  Found next();
+  // The next packet by its header alone, whatever it holds. A scanner does either this or the
+  // above.
+  std::optional<Packet> next_header();
+  // For the packet that next_header() gave: whether events follow its header, and the clock at its
+  // last event if all of them can be read.
+  bool has_events(const Packet& packet);
+  std::optional<std::uint64_t> last_clock(const Packet& packet);
+
+  // For the packet found last.
+  Window& window() noexcept { return window_; }
+  Frame& frame() noexcept { return frame_; }
+
+ private:
+  // Where a header is read: looking ahead must not disturb the packet that is being read.
+  struct Place {
+    Window& window;
+    Frame& frame;
+  };
+  // Empty: `reason_` says why.
+  std::optional<Packet> header_at(std::uint64_t offset, Place place);
+  std::optional<Packet> header_at(std::uint64_t offset) {
+    return header_at(offset, {window_, frame_});
+  }
+  // The same, of whatever uuid. One that is not known yet must be followed by another packet of it,
+  // or by the file's end; from then on it is known.
+  std::optional<Packet> packet_at(std::uint64_t offset);
+  std::optional<Packet> packet_of_other_uuid(std::uint64_t offset);
+  bool is_packet_ahead(std::uint64_t offset);
+  std::optional<std::uint64_t> packet_within(const Packet& packet);
+  bool read_header(std::uint64_t offset, const Sequence* program, Field* fields, Bits& bits,
+                   Place place);
+  const StreamPlan* stream_of(const Field* header);
+  std::optional<Packet> describe(std::uint64_t offset, const StreamPlan& stream,
+                                 const Field* header, const Field* context, std::uint64_t at);
+  bool is_mostly_hole(const Packet& packet);
+  bool has_readable_events(const Packet& packet, std::uint64_t& last_clock);
+  std::uint64_t find_magic(std::uint64_t from, Window& window);
+  std::uint64_t after_bad_content(const Packet& packet);
+
+  const TracePlan& trace_;
+  Window window_;
+  Window ahead_;
+  std::vector<std::uint32_t> elements_;
+  Frame frame_;
+  Frame ahead_frame_;
+  EventCursor probe_;
+  std::uint64_t offset_ = 0;
+  std::uint64_t examined_ = 0;  // bytes of content looked at, to bound looking again
+  std::uint64_t holes_ = 0;     // bytes of holes in them
+  // What packets have instead of the metadata's uuid, as the last one that was taken for a packet
+  // shows; and whether a packet was refused for its uuid alone.
+  std::optional<Uuid> other_uuid_;
+  bool is_any_uuid_good_ = false;
+  bool has_unknown_uuid_ = false;
+  std::string reason_;
+};
+
+}  // namespace cie::analysis::ctf

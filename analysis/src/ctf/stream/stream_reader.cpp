@@ -1,0 +1,296 @@
+#include "stream_reader.hpp"
+
+#include <limits>
+#include <utility>
+
+namespace cie::analysis::ctf {
+namespace {
+
+constexpr Timestamp kForever{std::numeric_limits<std::int64_t>::max()};
+
+}  // namespace
+
+StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identity)
+    : files_(std::move(files)), identity_(identity) {
+  if (const auto& first = files_.front().first) {
+    clock_ = first->stream->clock;
+    has_packet_times_ = first->stream->has_packet_times;
+    has_times_ = has_packet_times_ || first->stream->has_event_time;
+  }
+  load_packet();
+}
+
+void StreamReader::emit(EventWriter& writer, Timestamp time, const EventBody& body) const {
+  auto& event = writer.add();
+  event.head = {.time = time, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
+  if (packet_) event.head.cpu = packet_->cpu;
+  event.body = body;
+  writer.keep(event);
+}
+
+void StreamReader::emit_begin(EventWriter& writer) const {
+  auto& event = writer.add();
+  event.head = {.time = {}, .stream = identity_.index, .cpu = {}, .pid = {}, .tid = {}};
+  if (packet_) event.head.cpu = packet_->cpu;
+  const auto& trace = files_.front().trace->plan();
+  event.body = StreamBegin{.channel = identity_.channel,
+                           .domain = trace.domain,
+                           .host = trace.host,
+                           .clock_uuid = clock_.uuid,
+                           .clock_offset_ns = clock_.offset_ns,
+                           .path = files_.front().file.path(),
+                           .is_snapshot = trace.is_snapshot,
+                           .has_events = !identity_.is_idle,
+                           .is_left_out = identity_.is_left_out};
+  writer.keep(event);
+}
+
+std::string StreamReader::place_of(const Damage& damage) const {
+  return files_[std::min(file_, files_.size() - 1)].file.path() + " at byte " +
+         std::to_string(damage.offset) + ": " + damage.reason;
+}
+
+void StreamReader::note_damage(const Damage& damage) {
+  if (!first_damage_) first_damage_ = Damage{.offset = damage.offset, .reason = place_of(damage)};
+  gap_.damages.push_back({.offset = damage.offset, .reason = place_of(damage)});
+}
+
+// Whether a packet's number goes on. Numbers that do not, those of a tracer that has none to tell
+// or of a header that was damaged, are no reason to leave out a packet whose time goes on.
+bool StreamReader::is_new(const Packet& packet) const {
+  if (!packet.sequence || !last_sequence_) return true;
+  const auto step = packet.sequence->since(*last_sequence_);
+  if (step != 0 && !packet.sequence->is_behind(*last_sequence_)) return true;
+  return packet.begin && last_packet_ && packet.begin > last_packet_->begin &&
+         packet.begin >= last_packet_->end;
+}
+
+// Whether the packet found is one to read: not one that was there before.
+bool StreamReader::take(const PacketScanner::Found& found) {
+  const auto& packet = *found.packet;
+  if (packet.stream->id != files_.front().first->stream->id) {
+    note_damage({.offset = packet.offset, .reason = "a packet of another stream"});
+    return false;
+  }
+  if (!is_new(packet)) {
+    // Snapshots repeat what an earlier one had; within a file nothing repeats.
+    if (last_sequence_file_ == file_) {
+      note_damage({.offset = packet.offset,
+                   .reason = "a packet that was there before, or out of order (number " +
+                             std::to_string(packet.sequence->value) + ")"});
+    }
+    return false;
+  }
+  if (packet.other_uuid && !is_all_foreign()) {
+    gap_.foreign =
+        place_of({.offset = packet.offset,
+                  .reason = "a packet whose uuid is not its metadata's was read with it"});
+  }
+  packet_ = packet;
+  packet_last_clock_ = found.last_clock;
+  return true;
+}
+
+void StreamReader::note_position(std::uint64_t position) {
+  if (identity_.progress == nullptr || position <= position_) return;
+  identity_.progress->add(position - position_);
+  position_ = position;
+}
+
+// Finds the next good packet and what is missing before it.
+void StreamReader::load_packet() {
+  packet_.reset();
+  cursor_.reset();
+  gap_ = {};
+  while (file_ < files_.size() && !packet_) {
+    const auto& current = files_[file_];
+    if (!scanner_) {
+      scanner_ =
+          std::make_unique<PacketScanner>(current.file, current.trace->plan(), identity_.piece);
+      trace_ = current.trace.get();
+    }
+    const auto found = scanner_->next();
+    if (found.damage) note_damage(*found.damage);
+    if (!found.packet) {
+      note_position(current.file.size());
+      position_ = 0;
+      scanner_.reset();
+      ++file_;
+    } else if (take(found)) {
+      cursor_.emplace(scanner_->window(), scanner_->frame());
+    }
+  }
+  if (packet_) {
+    ++packets_;
+    note_position(packet_->offset);
+    count_losses();
+    if (!last_end_ && packet_->begin) stand_at(time_of(*packet_->begin));
+    step_ = gap_.is_any() ? Step::gap : Step::packet_begin;
+    if (step_ == Step::packet_begin && packet_->begin) stand_at(time_of(*packet_->begin));
+  } else {
+    step_ = gap_.is_any() ? Step::gap : Step::stream_end;
+  }
+}
+
+void StreamReader::count_losses() {
+  if (const auto& discarded = packet_->discarded) {
+    // Tracers count from 0: what the first packet has was lost before or in it. LTTng may note a
+    // packet's count after a later one's: then nothing new was lost.
+    const auto last = last_discarded_.value_or(0);
+    if (!last_discarded_ || !discarded->is_behind(last)) {
+      if (const auto lost = discarded->since(last); lost > 0) gap_.discarded_events = lost;
+      last_discarded_ = discarded->value;
+    }
+  }
+  if (const auto& sequence = packet_->sequence) {
+    const bool is_behind = last_sequence_ && sequence->is_behind(*last_sequence_);
+    const auto step = last_sequence_ && !is_behind ? sequence->since(*last_sequence_) : 1;
+    // Packets that are damaged are missing as such.
+    if (step > 1 && gap_.damages.empty()) gap_.discarded_packets = step - 1;
+    last_sequence_ = sequence->value;
+    last_sequence_file_ = file_;
+  }
+  last_packet_ = Bounds{.begin = packet_->begin, .end = packet_->end};
+}
+
+void StreamReader::emit_gap(EventWriter& writer) {
+  std::optional<Timestamp> next_begin;
+  std::optional<Timestamp> next_end;
+  if (packet_ && packet_->begin) next_begin = time_of(*packet_->begin);
+  if (packet_ && packet_->end) next_end = time_of(*packet_->end);
+  const auto from = last_end_ ? last_end_ : last_time_;
+  const auto here = from ? *from : next_begin.value_or(Timestamp{});
+  for (const auto& damage : gap_.damages) {
+    emit(writer, here,
+         DamagedPacket{.reason = damage.reason,
+                       .begin = from.value_or(Timestamp{}),
+                       .end = packet_ ? next_begin.value_or(here) : kForever});
+  }
+  if (gap_.foreign) {
+    emit(writer, here,
+         DamagedPacket{.reason = *gap_.foreign,
+                       .begin = next_begin.value_or(here),
+                       .end = next_end.value_or(kForever),
+                       .has_foreign_metadata = true});
+  }
+  if (gap_.discarded_events) {
+    emit(writer, here,
+         Discarded{.begin = here,
+                   .end = next_end.value_or(here),
+                   .count = gap_.discarded_events,
+                   .packets = false});
+  }
+  if (gap_.discarded_packets) {
+    emit(writer, here,
+         Discarded{.begin = here,
+                   .end = next_begin.value_or(here),
+                   .count = gap_.discarded_packets,
+                   .packets = true});
+  }
+  gap_ = {};
+}
+
+void StreamReader::emit_packet_begin(EventWriter& writer) {
+  cursor_->begin(*packet_, clock_cycles_);
+  if (has_packet_times_ && packet_->begin) {
+    const auto time = time_of(*packet_->begin);
+    pass(writer, time);
+    emit(writer, time, PacketBegin{});
+  }
+  find_event();
+}
+
+bool StreamReader::look_ahead() {
+  next_ahead_ = 0;
+  end_ahead_ = 0;
+  if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
+  auto last = last_time_.value_or(Timestamp{std::numeric_limits<std::int64_t>::min()});
+  cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
+    const auto time = time_of(found.clock);
+    if (end_ahead_ == kAhead || time < last) return false;  // what runs backwards is told
+    last = time;
+    ahead_[end_ahead_++] = {.plan = found.plan, .body = found.body, .time = time};
+    return true;
+  });
+  if (end_ahead_ == 0) return false;
+  last_time_ = last;
+  stand_at(ahead_.front().time);
+  cursor_->prefetch();
+  return true;
+}
+
+void StreamReader::find_event() {
+  if (look_ahead()) return;
+  if (cursor_->next() == EventCursor::Step::event) {
+    step_ = Step::event;
+    if (has_times_) stand_at(time_of(cursor_->clock()));
+    return;
+  }
+  // Damage here means that the file changed since the packet was examined.
+  step_ = Step::packet_end;
+  if (packet_->end) stand_at(time_of(*packet_->end));
+}
+
+void StreamReader::emit_event(EventWriter& writer) {
+  const auto time = has_times_ ? time_of(cursor_->clock()) : Timestamp{};
+  if (!cursor_->read_body()) {
+    emit(writer, time, DamagedPacket{.reason = cursor_->reason(), .begin = time, .end = kForever});
+    step_ = Step::packet_end;
+    return;
+  }
+  pass(writer, time);
+  if (!has_packet_times_ && !has_begun_) emit(writer, time, PacketBegin{});
+  has_begun_ = true;
+  auto& event = writer.add();
+  event.head.time = time;
+  event.head.stream = identity_.index;
+  event.head.cpu = packet_->cpu;
+  event.head.pid = cursor_->context(ContextSlot::pid);
+  event.head.tid = cursor_->context(ContextSlot::tid);
+  translate(cursor_->plan(), cursor_->payload(), trace_->state(), event.body);
+  writer.keep(event);
+  find_event();
+}
+
+void StreamReader::emit_packet_end(EventWriter& writer) {
+  clock_cycles_ = cursor_->clock();
+  if (has_packet_times_ && packet_->begin && packet_->end) {
+    // What a crash left behind has no end: its last event is.
+    const bool is_open = *packet_->end < *packet_->begin;
+    const auto time = time_of(is_open ? packet_last_clock_ : *packet_->end);
+    emit(writer, time, PacketEnd{});
+    last_end_ = time;
+    last_time_ = last_time_ ? std::max(*last_time_, time) : time;
+  }
+  load_packet();
+}
+
+void StreamReader::step(EventWriter& writer) {
+  switch (step_) {
+    case Step::gap:
+      emit_gap(writer);
+      step_ = packet_ ? Step::packet_begin : Step::stream_end;
+      if (packet_ && packet_->begin) stand_at(time_of(*packet_->begin));
+      break;
+    case Step::packet_begin:
+      emit_packet_begin(writer);
+      break;
+    case Step::packet_end:
+      emit_packet_end(writer);
+      break;
+    case Step::stream_end: {
+      const auto time = last_time_.value_or(Timestamp{});
+      if (!has_packet_times_ && has_begun_) emit(writer, time, PacketEnd{});
+      emit(writer, time, StreamEnd{});
+      step_ = Step::ended;
+      break;
+    }
+    case Step::event:
+      emit_event(writer);
+      break;
+    case Step::ended:
+      break;
+  }
+}
+
+}  // namespace cie::analysis::ctf

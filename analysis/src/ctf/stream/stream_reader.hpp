@@ -1,0 +1,174 @@
+// One stream of a trace, from its files, as the steps that a merger puts in order of time.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/progress.hpp>
+
+#include "ctf/metadata/file.hpp"
+#include "ctf/program/late_fields.hpp"
+#include "ctf/program/trace_plan.hpp"
+#include "event_cursor.hpp"
+#include "event_writer.hpp"
+#include "packet_scanner.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis::ctf {
+
+// A file of a stream. Rotation leaves several.
+struct StreamFile {
+  File file;
+  std::shared_ptr<LateFields::OfTrace> trace;
+  std::optional<Packet> first;  // empty: no packet can be found in it
+};
+
+// How a stream is known to the analyzer and to its merger.
+struct StreamIdentity {
+  StreamIndex index{};
+  std::uint32_t channel = 0;
+  std::int64_t merge_offset_ns = 0;  // added to its times to compare them with other streams'
+  std::size_t piece = 0;             // bytes to have in memory at a time
+  Progress* progress = nullptr;      // null: nobody looks
+  bool is_idle = false;              // these two: see StreamBegin
+  bool is_left_out = false;
+};
+
+// The sum, or the end of the time line that lies in its direction.
+inline std::int64_t saturating_add(std::int64_t a, std::int64_t b) noexcept {
+  std::int64_t sum = 0;
+  if (!__builtin_add_overflow(a, b, &sum)) return sum;
+  return b < 0 ? std::numeric_limits<std::int64_t>::min()
+               : std::numeric_limits<std::int64_t>::max();
+}
+
+class StreamReader {
+ public:
+  // `files` in order of time, at least one.
+  StreamReader(std::vector<StreamFile> files, StreamIdentity identity);
+
+  void emit_begin(EventWriter& writer) const;
+  // Where the next step stands on the time line of all streams; never goes back.
+  std::int64_t key() const noexcept { return key_; }
+  bool has_ended() const noexcept { return step_ == Step::ended; }
+  // Emits the next step and finds the one after it. What moves in windows moves here.
+  void step(EventWriter& writer);
+  // How many of the next steps are events that were found ahead: they are emitted without moving
+  // anything.
+  std::size_t events_ahead() const noexcept { return end_ahead_ - next_ahead_; }
+  // The key of the step after the next one. Requires two events ahead.
+  std::int64_t key_after() const noexcept { return key_of(ahead_[next_ahead_ + 1].time); }
+  // Emits the next event. Requires one ahead. If none is left, the step after it has to be found.
+  void emit_ahead(EventWriter& writer) {
+    const auto& found = ahead_[next_ahead_++];
+    auto& event = writer.add();
+    event.head.time = found.time;
+    event.head.stream = identity_.index;
+    event.head.cpu = packet_->cpu;
+    trace_->add(*found.plan, event, found.body, writer.batch());
+    if (events_ahead() > 0) key_ = key_of(ahead_[next_ahead_].time);
+  }
+  // Finds events ahead if there are any.
+  bool look_ahead();
+  // Finds the next step, whatever it is.
+  void find_event();
+
+  // Packets have a uuid from the first one on, and not their metadata's: that is told once, by
+  // whoever begins the stream.
+  bool is_all_foreign() const noexcept {
+    return files_.front().first && files_.front().first->other_uuid.has_value();
+  }
+  std::uint64_t packets() const noexcept { return packets_; }
+  const std::optional<Damage>& first_damage() const noexcept { return first_damage_; }
+  const std::string& path() const noexcept { return files_.front().file.path(); }
+
+ private:
+  enum class Step : std::uint8_t { gap, packet_begin, event, packet_end, stream_end, ended };
+  struct Gap {  // before a packet, or at the stream's end
+    std::vector<Damage> damages;
+    std::optional<std::uint64_t> discarded_events;
+    std::optional<std::uint64_t> discarded_packets;
+    std::optional<std::string> foreign;  // why the packet's metadata is not its own
+    bool is_any() const noexcept {
+      return !damages.empty() || discarded_events || discarded_packets || foreign;
+    }
+  };
+
+  void load_packet();
+  void note_position(std::uint64_t position);
+  bool is_new(const Packet& packet) const;
+  bool take(const PacketScanner::Found& found);
+  void note_damage(const Damage& damage);
+  void count_losses();
+  void emit_event(EventWriter& writer);
+  void emit_gap(EventWriter& writer);
+  void emit_packet_begin(EventWriter& writer);
+  void emit_packet_end(EventWriter& writer);
+  // An event of no thread.
+  void emit(EventWriter& writer, Timestamp time, const EventBody& body) const;
+  // Notes when something happens, and tells if that is before what happened last.
+  void pass(EventWriter& writer, Timestamp time) {
+    if (last_time_ && time < *last_time_) {
+      emit(writer, time, TimeRegression{.previous = *last_time_});
+    }
+    last_time_ = time;
+  }
+  std::int64_t key_of(Timestamp time) const noexcept {
+    return std::max(key_, saturating_add(time.ns, identity_.merge_offset_ns));
+  }
+  void stand_at(Timestamp time) noexcept { key_ = key_of(time); }
+  Timestamp time_of(std::uint64_t cycles) const noexcept { return clock_.time_of(cycles); }
+  std::string place_of(const Damage& damage) const;
+
+  std::vector<StreamFile> files_;
+  StreamIdentity identity_;
+  ClockPlan clock_;
+  bool has_times_ = false;
+  bool has_packet_times_ = false;
+
+  std::size_t file_ = 0;        // of files_, being read
+  std::uint64_t position_ = 0;  // in it, as progress was told
+  std::unique_ptr<PacketScanner> scanner_;
+  std::optional<EventCursor> cursor_;
+  std::optional<Packet> packet_;
+  std::uint64_t packet_last_clock_ = 0;
+  Gap gap_;
+  Step step_ = Step::gap;
+  std::int64_t key_ = INT64_MIN;
+
+  // The next events if they are of fixed layout. Looking for several at a time stays within one
+  // stream for a while: there it can be predicted what follows on what.
+  struct Ahead {
+    const EventPlan* plan = nullptr;
+    const std::uint8_t* body = nullptr;
+    Timestamp time;
+  };
+  static constexpr std::size_t kAhead = 8;
+  std::array<Ahead, kAhead> ahead_;
+  std::size_t next_ahead_ = 0;
+  std::size_t end_ahead_ = 0;
+  LateFields::OfTrace* trace_ = nullptr;  // of the packet's file
+
+  std::optional<Timestamp> last_end_;   // of the last packet
+  std::optional<Timestamp> last_time_;  // of the last event or packet bound
+  std::uint64_t clock_cycles_ = 0;
+  std::optional<std::uint64_t> last_discarded_;
+  std::optional<std::uint64_t> last_sequence_;
+  std::size_t last_sequence_file_ = 0;
+  struct Bounds {
+    std::optional<std::uint64_t> begin;
+    std::optional<std::uint64_t> end;
+  };
+  std::optional<Bounds> last_packet_;
+  bool has_begun_ = false;  // without packet times: the one PacketBegin was sent
+  std::uint64_t packets_ = 0;
+  std::optional<Damage> first_damage_;
+};
+
+}  // namespace cie::analysis::ctf

@@ -1,0 +1,226 @@
+// Facts about callbacks, and about what links them: publishers and chains.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+#include <cie/analysis/statistics.hpp>
+#include <cie/tracepoints/schema.hpp>
+
+#include "recording_facts.hpp"
+#include "thread_facts.hpp"
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+template <typename Value>
+struct Extreme {
+  Value value{};
+  std::uint64_t seq = 0;
+  EventRef start{};
+  std::optional<EventRef> end{};
+  std::optional<Timestamp> release{};
+};
+
+struct CallbackTotals {
+  EventRef at{};
+  std::uint64_t started = 0;
+  std::uint64_t ended = 0;
+  std::uint64_t released = 0;
+  std::uint64_t overwritten = 0;
+  std::uint64_t lost = 0;
+};
+
+// An instance without an end when the trace (or its process) ended.
+struct OpenInstance {
+  EventRef start{};
+  std::uint64_t seq = 0;
+  std::optional<Timestamp> release{};
+  bool release_exact = false;
+  std::uint32_t missed = 0;
+  ThreadIndex thread{};
+};
+
+// A callback went on on another thread.
+struct Move {
+  ThreadIndex from{};
+  ThreadIndex to{};
+  EventRef last_on_from{};
+  EventRef first_on_to{};
+  bool registered_again = false;  // a new callback_init (not an announcement) lies between
+};
+
+struct CallbackFacts {
+  ProcessIndex process{};
+  CallbackId id{};
+  std::optional<EventRef> registered{};  // first callback_init; empty: never seen
+  std::uint32_t inits = 0;
+  std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement
+  std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
+  std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
+  bool is_accounted = true;          // its recorder numbers instances and counts losses
+  std::string logical_id{};          // "?<id>" when never registered
+  std::string node{};
+  NodeId node_id{};
+  std::optional<CallbackKind> kind{};
+  std::optional<GroupId> group{};
+  std::string source{};
+  std::string symbol{};
+  std::uint64_t period_ns = 0;
+  std::uint32_t queue_depth = 0;
+  std::uint64_t deadline_ns = 0;
+  std::optional<CallbackTotals> fini{};
+
+  SequenceFacts starts{};
+  std::uint64_t starts_outside = 0;  // of the window that was asked for
+  SequenceFacts ended{};  // missing: of instances from the first start seen to the last end seen
+  std::uint64_t releases = 0;
+  std::uint64_t ends_without_start = 0;  // seq not below the first start seen
+  std::uint64_t ends_before_first = 0;   // of instances cut by the window's begin
+  std::optional<std::pair<std::uint64_t, EventRef>> first_end_without_start{};
+  std::uint64_t second_ends = 0;
+  struct SecondEnd {
+    std::uint64_t seq = 0;
+    EventRef first{};
+    EventRef second{};
+  };
+  std::optional<SecondEnd> first_second_end{};
+
+  std::vector<CallbackOnThread> ran_on{};  // by first start
+  std::vector<Move> moves{};               // capped at 1024
+  std::uint64_t starts_without_tid = 0;
+
+  struct Overlap {
+    std::uint64_t first_seq = 0;
+    EventRef first_start{};
+    std::optional<EventRef> first_end{};
+    std::uint64_t second_seq = 0;
+    EventRef second_start{};
+  };
+  std::optional<Overlap> overlap{};           // the first one did end: proven
+  std::optional<Overlap> overlap_unproven{};  // it never ended
+
+  // Complete instances in the window, by what their release is known from.
+  std::uint64_t instances = 0;
+  std::uint64_t exact_instances = 0;
+  std::uint64_t exceptions = 0;                                         // that an exception ended
+  std::optional<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
+  std::uint64_t without_status = 0;                                     // whose end does not tell
+  std::uint64_t cut_instances = 0;
+  std::vector<OpenInstance> open{};  // capped at 64
+  std::uint64_t open_count = 0;
+  std::array<std::uint64_t, 4> by_release_source{};  // indexed by ReleaseSource exact..start
+
+  Statistics response_time{};
+  Statistics response_time_lower{};
+  Statistics response_time_upper{};
+  Statistics start_latency{};
+  Statistics duration{};
+  Statistics inter_arrival{};
+  Statistics execution_time{};
+  Statistics preempted{};
+  std::map<std::int64_t, Preemptor> preempted_by{};  // by tid
+  Statistics blocked{};
+  Statistics wake_delay{};
+  Statistics wakeup_latency{};
+  std::uint64_t identity_failures = 0;
+
+  // Witnesses of the extremes, over complete instances in the window.
+  std::optional<Extreme<Duration>> max_response{};        // exact ones
+  std::optional<Extreme<Duration>> max_response_lower{};  // exact value or lower bound
+  std::optional<Extreme<Duration>> max_response_upper{};  // exact value or upper bound
+  std::uint64_t without_upper_bound = 0;                  // inexact, no upper bound
+  std::optional<Extreme<Duration>> max_duration{};
+  std::optional<Extreme<Duration>> max_execution{};
+  std::optional<Extreme<Duration>> max_duration_without_execution{};  // CPU time unknown
+  // Inter-arrival of consecutive seqs, both exact; seq and start are the later one's.
+  std::optional<Extreme<Duration>> min_inter_arrival{};
+  std::optional<Extreme<Duration>> max_inter_arrival{};
+  // R1 directly: release of k+1 at or before the end of k.
+  struct ReleaseBeforeEnd {
+    std::uint64_t seq = 0;
+    EventRef start{};
+    EventRef end{};
+    Timestamp next_release{};
+    EventRef next_start{};
+  };
+  std::optional<ReleaseBeforeEnd> release_before_end{};
+
+  std::uint64_t missed = 0;  // skipped periods, those before open instances included
+  std::optional<Extreme<std::uint32_t>> first_missed{};
+  std::uint64_t overwritten = 0;  // last running total of callback_release
+  std::uint64_t lost = 0;         // last running total of sample_lost
+  // Samples that were released and not overwritten, and whose instance had not started: the most.
+  std::uint64_t longest_queue = 0;
+  std::optional<std::uint64_t> first_release{};  // the least release_seq seen
+  std::uint64_t last_release = 0;                // and the largest
+  std::optional<EventRef> overwritten_at{};
+  std::optional<EventRef> lost_at{};
+};
+
+struct PublisherFacts {
+  ProcessIndex process{};
+  PublisherId id{};
+  std::optional<EventRef> registered{};
+  std::uint64_t first_next_seq = 0;
+  std::string topic{};
+  std::uint64_t writer_gid = 0;
+  std::optional<NodeId> node{};
+  SequenceFacts published{};
+  std::optional<std::pair<EventRef, std::uint64_t>> fini{};  // total published
+  std::optional<std::int64_t> first_source_timestamp{};
+};
+
+// Messages that instances of one callback took from another, or from outside any callback seen.
+struct MessageEdgeFacts {
+  std::optional<CallbackIndex> from{};
+  CallbackIndex to{};
+  std::uint64_t messages = 0;
+  Statistics communication{};         // exact releases only
+  std::optional<HostPair> crosses{};  // hosts, if they are two
+};
+
+// Chain instance as a witness.
+struct ChainExtreme {
+  Duration value{};
+  EventRef first_start{};  // of the first callback's instance
+  EventRef last_end{};
+};
+
+// By message of a chain: from which host to which, if they are two.
+using HostRoute = std::vector<std::optional<HostPair>>;
+
+struct ChainFacts {
+  std::string name{};
+  bool specified = false;
+  std::vector<std::string> hops{};
+  std::vector<CallbackIndex> last_callbacks{};  // resolved hops of the last instance seen
+  std::optional<ProcessIndex> process{};        // empty when it spans processes or never ran
+  std::uint64_t instances = 0;
+  std::uint64_t incomplete = 0;  // a hop's publish is unseen without excuse
+  std::optional<EventRef> first_incomplete{};
+  // Their first release is not exact, or the clocks of its hosts cannot be related.
+  std::uint64_t inexact = 0;
+  Statistics path_latency{};
+  Statistics reaction_time{};
+  Statistics data_age{};
+  std::uint64_t reads_not_kept = 0;  // too many without an answer: in no reaction time
+  // The hop table. Of instances with a path latency, each cell those whose releases it needs are
+  // known of; the rest of their path latency is undivided, so that all together add up.
+  Statistics undivided{};
+  std::vector<Statistics> processing{};     // one per hop
+  std::vector<Statistics> communication{};  // one fewer
+  std::set<HostRoute> routes{};             // taken; one unless callbacks changed hosts
+  std::optional<ChainExtreme> max_path_latency{};
+  std::optional<ChainExtreme> max_reaction_time{};
+  std::optional<ChainExtreme> max_data_age{};
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,50 @@
+// The facts a trace gives about its processes, threads, callbacks and messages: plain data, filled
+// by the trackers in one pass, read by the rules and the report. Bounded: per subject, never per
+// instance. Indices are dense and stable; vectors of Model are in order of first appearance, which
+// is not an order to print in.
+#pragma once
+
+#include <cie/analysis/recording.hpp>
+
+#include "callback_facts.hpp"
+#include "recording_facts.hpp"
+#include "thread_facts.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+struct Model {
+  std::vector<std::string> paths{};
+  std::vector<Recording> recordings{};  // what they say of themselves
+  std::vector<HostFacts> hosts{};
+  std::map<HostPair, HostClockFacts> host_clocks{};  // of hosts that exchange messages
+  std::vector<StreamFacts> streams{};
+  std::map<std::uint32_t, ChannelFacts> channels{};
+  std::vector<Loss> losses{};  // capped at 100 000; see losses_dropped
+  std::uint64_t losses_dropped = 0;
+  // Deques, because trackers hold references and observers hold views of names.
+  std::deque<ProcessFacts> processes{};
+  std::deque<ThreadFacts> threads{};
+  std::deque<CallbackFacts> callbacks{};
+  std::vector<NodeFacts> nodes{};
+  std::deque<GroupFacts> groups{};
+  std::deque<PublisherFacts> publishers{};
+  std::vector<ForkFacts> forks{};
+  std::vector<ChainFacts> chains{};
+  std::vector<MessageEdgeFacts> edges{};
+  EventCounts events{};
+  TimeRegressionFacts time_regressions{};
+  bool clocks_unrelated = false;  // streams of one host disagree about the boot, as far as is known
+  // What all user channels cover (all channels, if there is no user channel); their hull where they
+  // have nothing in common.
+  std::optional<Timestamp> begin{};
+  std::optional<Timestamp> end{};
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,65 @@
+// The clocks of several hosts: how one's times read on another, and how far messages between them
+// can tell that the clocks agree.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/report.hpp>
+
+#include "by_index.hpp"
+#include "facts.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace cie::analysis {
+
+class HostClocks {
+ public:
+  explicit HostClocks(Model& model) : model_(model) {}
+
+  // CLOCK_REALTIME - CLOCK_MONOTONIC, as a trace's metadata have it. 0: they do not tell.
+  void apply(HostIndex host, const StreamBegin& event);
+  // The same, as a process has just read it: as it began or was attached to, and every second.
+  void apply(HostIndex host, const RunBegin& event);
+  void apply(HostIndex host, const ClockSync& event);
+
+  // What a process of the host read last. Empty: none did.
+  std::optional<std::int64_t> synced(HostIndex host) const noexcept;
+  // When the host's own clock, CLOCK_MONOTONIC, showed a time that CLOCK_REALTIME showed somewhere.
+  // Empty: nothing relates the host's two clocks.
+  std::optional<Timestamp> local(HostIndex host, std::int64_t realtime_ns) const noexcept;
+  // A message took so long from one host to another, as their clocks show.
+  void note_message(HostIndex from, HostIndex to, Duration shown);
+
+ private:
+  struct Offsets {
+    std::optional<std::int64_t> of_metadata;
+    std::optional<std::int64_t> of_process;
+  };
+  Model& model_;
+  ByIndex<HostIndex, Offsets> offsets_;
+  HostClockFacts* last_ = nullptr;  // most often a message takes the way of the one before it
+  HostPair last_pair_{};
+};
+
+// Whose clock the whole recording's times are of: the first one's by name. Null without hosts.
+const HostFacts* reference_host(const Model& model) noexcept;
+
+// What to add to a time of one host's clock for that of another, as far as their wall clocks agree.
+// Hosts of one boot are containers, which share the clock unless it was moved for one of them.
+Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept;
+
+// What to add to a time span that begins on one host and ends on another, so that it is what one
+// clock would have shown: no message arrives before it was sent, so the fastest one each way bounds
+// by how much the clocks differ (one difference for the whole recording; Cristian: Probabilistic
+// clock synchronization, 1989). Without a bound where no message went that way.
+ClockError clock_error(const Model& model, HostPair from_to);
+// The same of a chain, along all its messages, whichever of its routes they took. Empty: it ends on
+// the host where it begins.
+std::optional<ClockError> clock_error(const Model& model, const ChainFacts& chain);
+// The same of one of its messages, by position. Empty: it stays on its host.
+std::optional<ClockError> clock_error(const Model& model, const ChainFacts& chain,
+                                      std::size_t message);
+
+}  // namespace cie::analysis

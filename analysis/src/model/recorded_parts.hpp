@@ -1,0 +1,35 @@
+// What manifests say was recorded, held against what was seen of it.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+
+#include "facts.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::analysis {
+
+enum class PartKind : std::uint8_t { process, chunk, kernel };
+std::string_view label(PartKind kind) noexcept;  // "process", …
+
+// Something of which nothing was seen.
+struct UnseenPart {
+  PartKind kind{};
+  std::string note;  // names it
+};
+std::vector<UnseenPart> unseen_parts(const Model& model);
+
+// Why events of user space may be missing that were recorded; empty: nothing says so.
+std::optional<std::string> missing_user_part(const Model& model);
+
+// What recordings say of themselves, the chunks of one taken together.
+std::vector<RecordingReport> recording_reports(const Model& model);
+
+// Chunks before the first one that is here were recorded.
+bool begins_late(const RecordingReport& recording) noexcept;
+
+}  // namespace cie::analysis

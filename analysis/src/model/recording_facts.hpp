@@ -1,0 +1,113 @@
+// Facts about the recording itself, and what facts of every kind are made of: references to events.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/identity.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// No event's stream: of points in time that no event marks.
+inline constexpr StreamIndex kNoStream{0xffffffff};
+
+// Where and when an event happened: what evidence is made of.
+struct EventRef {
+  Timestamp time{};
+  std::optional<std::int32_t> cpu{};
+  std::optional<std::int64_t> pid{};
+  std::optional<std::int64_t> tid{};
+  StreamIndex stream = kNoStream;
+};
+inline EventRef ref(const EventHead& head) noexcept {
+  return {head.time, head.cpu, head.pid, head.tid, head.stream};
+}
+
+struct StreamFacts {
+  std::uint32_t channel = 0;
+  Domain domain = Domain::user;
+  HostIndex host{};
+  std::string path{};
+  std::string clock_uuid{};
+  std::int64_t clock_offset_ns = 0;
+  std::optional<Timestamp> begin{};  // first packet's begin
+  std::optional<Timestamp> end{};    // last packet's end
+  std::uint64_t packets = 0;
+  std::vector<Timestamp> packet_begins{};  // of the first million
+  std::uint64_t events = 0;
+  bool is_evidence = true;   // false: of the kernel, and no clock relates it to its host's others
+  bool is_left_out = false;  // it has no time in common with the rest of its channel
+  bool is_apart = false;     // no time is common to its channel: nothing of that is counted
+};
+
+// Window of a channel: [latest first-packet begin, earliest last-packet end] over its streams that
+// have events.
+struct ChannelFacts {
+  Domain domain = Domain::user;
+  HostIndex host{};
+  std::optional<Timestamp> begin{};
+  std::optional<Timestamp> end{};
+};
+
+enum class LossKind : std::uint8_t {
+  discarded_events,
+  discarded_packets,
+  damaged_packet,
+  foreign_metadata,  // what was read with other metadata than its own
+  switch_mismatch    // a sched_switch whose prev_tid is not the CPU's last next_tid
+};
+struct Loss {
+  LossKind kind = LossKind::discarded_events;
+  Domain domain = Domain::user;
+  HostIndex host{};
+  Timestamp begin{};
+  Timestamp end{};
+  std::optional<std::uint64_t> count{};  // events or packets; empty: unknown
+  std::optional<std::int32_t> cpu{};
+  std::string note{};       // stream, reason
+  bool is_evidence = true;  // as its stream
+  std::uint64_t times = 1;  // it stands for so many, which the list had no room for
+};
+
+struct HostFacts {
+  std::string name{};  // as told, but for namesakes: with their boot behind it
+  std::string told{};  // by the tracer
+  std::string clock_uuid{};
+  std::optional<std::int64_t> clock_offset_ns{};  // of its first stream that has one
+  bool has_switches = false;                      // kernel events by class
+  bool has_wakings = false;
+  bool has_forks = false;
+  std::uint32_t cpus_not_recorded = 0;  // it has them, and kernel streams, but none of theirs
+};
+
+using HostPair = std::pair<HostIndex, HostIndex>;  // from, to
+
+// Messages from one host to another, by the times that their clocks showed.
+struct HostClockFacts {
+  std::uint64_t messages = 0;
+  Duration shortest{};
+};
+
+// Which event classes and contexts the trace has at all (T5 and "event class absent").
+struct EventCounts {
+  std::uint64_t total = 0;
+  std::map<std::string, std::uint64_t, std::less<>> by_name{};  // of the vocabularies we know
+  std::uint64_t cie = 0;
+  std::uint64_t cie_without_pid = 0;
+  std::uint64_t cie_without_tid = 0;
+};
+
+struct TimeRegressionFacts {
+  std::uint64_t count = 0;
+  std::optional<EventRef> first{};
+  Timestamp first_previous{};
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,112 @@
+#include "subjects.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+namespace cie::analysis {
+
+Subjects::Subjects(const Model& model) : model_(model) {
+  const ProcessFacts* first = nullptr;
+  for (const auto& process : model.processes) {
+    if (!process.has_cie_events) continue;
+    if (first == nullptr) {
+      first = &process;
+      continue;
+    }
+    has_several_ = true;
+    has_several_hosts_ = has_several_hosts_ || process.host != first->host;
+  }
+}
+
+std::string_view label(SubjectKind kind) noexcept {
+  switch (kind) {
+    case SubjectKind::trace:
+      return "trace";
+    case SubjectKind::process:
+      return "process";
+    case SubjectKind::thread:
+      return "thread";
+    case SubjectKind::callback:
+      return "callback";
+    case SubjectKind::group:
+      return "group";
+    case SubjectKind::topic:
+      return "topic";
+    case SubjectKind::chain:
+      return "chain";
+  }
+  return {};
+}
+
+NamedSubject NamedSubject::without_row(SubjectKind kind, const std::string& name) {
+  return {.about = {.kind = kind}, .name = std::string(label(kind)) + ' ' + name};
+}
+
+NamedSubject Subjects::named(Subject about, const std::string& name) const {
+  return {.about = about,
+          .name = std::string(label(about.kind)) + ' ' + name,
+          .place = about.process ? place_of(*about.process) : std::string()};
+}
+
+std::string Subjects::place_of(ProcessIndex index) const {
+  if (!has_several_) return {};
+  const auto& process = model_.processes[at(index)];
+  const auto host = has_several_hosts_ ? " on " + model_.hosts[at(process.host)].name : "";
+  return " (pid " + std::to_string(process.pid) + host + ")";
+}
+
+NamedSubject Subjects::process(ProcessIndex index) const {
+  return named(Subject::of(SubjectKind::process, index, index),
+               std::to_string(model_.processes[at(index)].pid));
+}
+
+NamedSubject Subjects::callback(CallbackIndex index) const {
+  const auto& callback = model_.callbacks[at(index)];
+  return named(Subject::of(SubjectKind::callback, index, callback.process), callback.logical_id);
+}
+
+NamedSubject Subjects::thread(ThreadIndex index) const {
+  const auto& thread = model_.threads[at(index)];
+  return named(Subject::of(SubjectKind::thread, index, thread.process), std::to_string(thread.tid));
+}
+
+NamedSubject Subjects::group(GroupIndex index) const {
+  const auto& group = model_.groups[at(index)];
+  return named(Subject::of(SubjectKind::group, index, group.process),
+               std::to_string(to_number(group.id)));
+}
+
+NamedSubject Subjects::group(ProcessIndex process, GroupId id) const {
+  return named({.kind = SubjectKind::group, .process = process}, std::to_string(to_number(id)));
+}
+
+NamedSubject Subjects::topic(PublisherIndex index) const {
+  const auto& publisher = model_.publishers[at(index)];
+  return named(
+      Subject::of(SubjectKind::topic, index, publisher.process),
+      publisher.registered ? publisher.topic : "?" + std::to_string(to_number(publisher.id)));
+}
+
+NamedSubject Subjects::chain(ChainIndex index) const {
+  const auto& chain = model_.chains[at(index)];
+  return named(Subject::of(SubjectKind::chain, index, chain.process), chain.name);
+}
+
+std::vector<CallbackIndex> callbacks_in_order(const Model& model) {
+  std::vector<CallbackIndex> order;
+  order.reserve(model.callbacks.size());
+  for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
+    order.push_back(CallbackIndex{static_cast<std::uint32_t>(i)});
+  }
+  const auto key = [&model](CallbackIndex index) {
+    const auto& callback = model.callbacks[at(index)];
+    const auto& process = model.processes[at(callback.process)];
+    return std::make_tuple(at(process.host), process.pid, at(callback.process),
+                           to_number(callback.id));
+  };
+  std::sort(order.begin(), order.end(),
+            [&key](CallbackIndex a, CallbackIndex b) { return key(a) < key(b); });
+  return order;
+}
+
+}  // namespace cie::analysis

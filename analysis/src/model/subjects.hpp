@@ -1,0 +1,51 @@
+// Names of subjects as verdicts print them, and the orders in which things are printed.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "facts.hpp"
+
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+// A subject with its name: "callback LOGICAL_ID" and the like.
+struct NamedSubject {
+  Subject about{};
+  std::string name{};
+  std::string place{};
+
+  // The trace as a whole.
+  static NamedSubject trace() { return {.name = "trace"}; }
+  // One that the spec or the kernel names, and that is no row of the report.
+  static NamedSubject without_row(SubjectKind kind, const std::string& name);
+};
+
+// Their places are " (pid N)" when the trace holds several processes, " (pid N on HOST)" when they
+// are of several hosts.
+class Subjects {
+ public:
+  explicit Subjects(const Model& model);
+
+  NamedSubject process(ProcessIndex index) const;  // "process PID"
+  NamedSubject callback(CallbackIndex index) const;
+  NamedSubject thread(ThreadIndex index) const;
+  NamedSubject group(GroupIndex index) const;
+  NamedSubject group(ProcessIndex process, GroupId id) const;  // one that was never announced
+  NamedSubject topic(PublisherIndex index) const;
+  NamedSubject chain(ChainIndex index) const;  // of no process when it spans several
+
+ private:
+  NamedSubject named(Subject about, const std::string& name) const;
+  std::string place_of(ProcessIndex index) const;
+
+  const Model& model_;
+  bool has_several_ = false;  // processes
+  bool has_several_hosts_ = false;
+};
+
+// Callbacks by host, pid, process and id: creation order within a process.
+std::vector<CallbackIndex> callbacks_in_order(const Model& model);
+
+}  // namespace cie::analysis

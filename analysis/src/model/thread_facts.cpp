@@ -1,0 +1,41 @@
+#include "thread_facts.hpp"
+
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include <algorithm>
+
+namespace cie::analysis {
+
+std::int32_t kernel_priority(const ReadBack& read_back) {
+  switch (static_cast<Policy>(read_back.policy)) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return 99 - static_cast<std::int32_t>(std::min(read_back.priority, 99U));
+    case Policy::deadline:
+      return -1;
+    case Policy::other:
+    case Policy::batch:
+    case Policy::idle:
+      return 120 + std::clamp(read_back.nice, -20, 19);
+  }
+  return 120;
+}
+
+bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
+  if (a.policy != b.policy || a.cpus != b.cpus) return false;
+  switch (static_cast<Policy>(a.policy)) {
+    case Policy::fifo:
+    case Policy::round_robin:
+      return a.priority == b.priority;
+    case Policy::deadline:
+      return a.runtime_ns == b.runtime_ns && a.deadline_ns == b.deadline_ns &&
+             a.period_ns == b.period_ns;
+    case Policy::other:
+    case Policy::batch:
+    case Policy::idle:
+      return a.nice == b.nice;
+  }
+  return a.priority == b.priority && a.nice == b.nice;
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,230 @@
+// Facts about processes, their groups and threads, and which callbacks ran on which thread.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/tracepoints/schema.hpp>
+
+#include "recording_facts.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+struct RunTotals {
+  EventRef at{};
+  std::uint32_t callbacks = 0;
+  std::uint32_t threads = 0;
+  std::uint32_t groups = 0;
+  std::uint32_t publishers = 0;
+  std::int32_t status = 0;
+};
+
+// One process incarnation: (host, pid, process start).
+struct ProcessFacts {
+  HostIndex host{};
+  std::int64_t pid = 0;
+  std::optional<EventRef> run_begin{};  // first one seen
+  std::optional<RunMoment> first_moment{};
+  std::string executor{};
+  std::string boot_id{};
+  std::string spec_sha256{};        // of the last run_begin that names one
+  std::string first_spec_sha256{};  // of the first run_begin seen: another one if it was reloaded
+  std::string tool_version{};
+  std::optional<std::int64_t> start_ns{};
+  std::uint64_t pid_ns = 0;
+  bool is_pid_own = true;  // false: run_begin names another process than its context does
+  // The run_begin that showed that another process, not ended, has the same pid: of another pid
+  // namespace, or a child of fork() without LTTng's library for it. Whose events are whose is
+  // unknown.
+  std::optional<EventRef> shares_pid_since{};
+  std::uint32_t contract_version = 0;
+  std::uint32_t online_cpus = 0;
+  std::optional<RunTotals> run_end{};    // last one seen
+  std::optional<EventRef> first_seen{};  // any event of this pid
+  std::optional<EventRef> last_seen{};
+  std::uint64_t announcements = 0;  // run_begin of moment announce
+  bool has_cie_events = false;  // anything but clock_sync; others are not processes of the report
+  std::string name{};           // command name where known
+};
+
+struct NodeFacts {
+  ProcessIndex process{};
+  NodeId id{};
+  std::string name{};
+};
+
+struct GroupFacts {
+  ProcessIndex process{};
+  GroupId id{};
+  std::optional<NodeId> node{};
+  std::optional<GroupType> type{};  // empty: group_init never seen
+  EventRef first_seen{};
+  std::vector<CallbackIndex> callbacks{};  // registered to it, in order
+};
+
+// One `thread_sched`.
+struct ReadBack {
+  EventRef at{};
+  std::optional<SchedMoment> moment{};
+  std::uint32_t n = 0;
+  std::int32_t policy = 0;
+  std::uint64_t flags = 0;
+  std::int32_t nice = 0;
+  std::uint32_t priority = 0;
+  std::uint64_t runtime_ns = 0;
+  std::uint64_t deadline_ns = 0;
+  std::uint64_t period_ns = 0;
+  std::vector<std::uint32_t> cpus{};
+  std::int32_t error = 0;
+  std::optional<std::uint64_t> slice_ns{};  // empty: the recording does not tell; 0: has none
+  std::optional<std::uint32_t> util_min{};  // likewise
+  std::optional<std::uint32_t> util_max{};  // 0: the kernel has no utilization clamps
+  std::uint32_t change = 0;                 // of the parameters; 0: the first configuration
+  std::uint64_t starts_before = 0;          // callback starts seen on the thread before it
+};
+
+// Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs.
+bool is_same_parameters(const ReadBack& a, const ReadBack& b);
+// The kernel's priority (99 - rt, 120 + nice, -1) that a read-back's policy gives.
+std::int32_t kernel_priority(const ReadBack& read_back);
+
+// A hole in contiguous numbers: `missing` numbers are absent between two events.
+struct SequenceGap {
+  std::uint64_t expected = 0;
+  std::uint64_t seen = 0;
+  EventRef before{};  // last event before the hole (or the announcement that promised `expected`)
+  EventRef after{};
+};
+
+// Numbers of one subject (`seq` of a callback or publisher, `n` of a thread).
+struct SequenceFacts {
+  std::uint64_t count = 0;  // numbers seen
+  std::optional<std::uint64_t> first{};
+  std::optional<std::uint64_t> last{};  // largest
+  EventRef first_at{};
+  EventRef last_at{};
+  std::uint64_t missing = 0;
+  std::optional<SequenceGap> first_gap{};
+  std::uint64_t repeated = 0;  // a number not above the last, seen again or out of order
+};
+
+// A callback as seen running on a thread.
+struct CallbackOnThread {
+  CallbackIndex callback{};
+  ThreadIndex thread{};
+  std::uint64_t starts = 0;
+  std::uint64_t instances = 0;  // complete, in the window
+  EventRef first_start{};
+  std::uint64_t first_seq = 0;
+  EventRef last_activity{};  // last start or end of it there
+};
+
+struct SwitchPriority {
+  EventRef at{};
+  std::int32_t prio = 0;
+};
+
+// A stretch of time through which the kernel scheduled a thread with one priority (priority
+// inheritance aside).
+struct ScheduledAs {
+  SwitchPriority first{};           // where it was seen first
+  EventRef last{};                  // and last
+  std::uint64_t starts_before = 0;  // callback starts seen on the thread before it
+  // CPUs that the thread was switched in on, each with the first time.
+  std::vector<EventRef> cpus{};
+};
+
+// One thread incarnation: (process, tid, creation).
+struct ThreadFacts {
+  ProcessIndex process{};
+  std::int64_t tid = 0;
+  std::optional<EventRef> announced{};  // first thread_init; empty: never announced
+  std::optional<ThreadRole> role{};
+  std::optional<CallbackId> callback{};  // as announced; empty: none
+  std::optional<GroupId> group{};
+  std::string name{};
+  std::optional<std::int64_t> start_ns{};
+  std::optional<EventRef> fini{};
+  std::uint32_t fini_read_backs = 0;
+  // Of a thread that is known only by a callback that started on its tid after this `thread_fini`
+  // of the tid's last thread, and before any other `thread_init`.
+  std::optional<EventRef> former_fini{};
+  std::optional<EventRef> kernel_exit{};  // sched_process_exit
+  std::optional<EventRef> first_seen{};   // events that this thread itself emitted
+  std::optional<EventRef> last_seen{};
+  std::vector<CallbackOnThread> ran{};  // by first start
+
+  SequenceFacts read_backs{};         // their `n`
+  std::optional<ReadBack> initial{};  // first of moment initial
+  std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
+  std::optional<ReadBack> first_audit{};
+  std::optional<ReadBack> last_read_back{};
+  std::uint32_t last_change = 0;         // of its parameters, that any read-back tells of
+  std::optional<std::int64_t> audits{};  // how many
+
+  // S3: first later audit or switch priority that differs from the last `applied` before it
+  // (or from the first audit, where the process was announced). A raised priority may be an
+  // inherited one whose sched_pi_setprio is lost; a lowered one is never inherited.
+  std::optional<std::pair<ReadBack, ReadBack>> audit_mismatch{};
+  std::optional<std::pair<ReadBack, SwitchPriority>> raised_priority{};
+  std::optional<std::pair<ReadBack, SwitchPriority>> lowered_priority{};
+  std::uint64_t switches_checked = 0;  // sched_switch priorities compared
+  std::uint64_t audits_checked = 0;
+
+  // S1 and S2, of threads without any read-back: what sched_switch tells. Capped at 1024.
+  std::vector<ScheduledAs> scheduled{};
+
+  // S4: first run on a CPU outside the mask last read back before.
+  std::optional<std::pair<ReadBack, EventRef>> cpu_violation{};
+  std::uint64_t cpus_checked = 0;         // user events and switch-ins compared
+  std::uint64_t switch_cpus_checked = 0;  // of them, switch-ins
+
+  // E3: an instance that contained the start of another (and did end).
+  struct Nesting {
+    CallbackIndex outer{};
+    EventRef outer_start{};
+    std::optional<EventRef> outer_end{};  // empty: it never ended
+    CallbackIndex inner{};
+    EventRef inner_start{};
+  };
+  std::optional<Nesting> nesting{};           // outer ended: proven
+  std::optional<Nesting> nesting_unproven{};  // outer never ended: an end may be lost
+
+  // M6: on-CPU time outside instances, from the first wait to the end; needs kernel events.
+  std::optional<Timestamp> first_wait{};
+  std::optional<std::int64_t> foreign_ns{};
+  std::optional<std::int64_t> foreign_span_ns{};
+
+  std::optional<std::int64_t> busy_ns{};  // on-CPU time; empty: not known without a hole
+  // First of its own events on a CPU of which the kernel recorded nothing at that time.
+  std::optional<EventRef> ran_unrecorded{};
+  bool is_fork_child_of_real_time = false;
+};
+
+// The slice or clamp of a read-back if somebody asked for it, which shows when it is not the one
+// with which the thread began. 0: the policy or the kernel has none.
+template <typename Integer>
+std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read_back,
+                                 std::optional<Integer> ReadBack::*field) {
+  const auto& value = read_back.*field;
+  if (!thread.initial || !value || *value == 0) return std::nullopt;
+  const auto& began = *thread.initial.*field;
+  return began && *began != *value ? value : std::nullopt;
+}
+
+// A child created by a real-time thread (S5), seen through fork events.
+struct ForkFacts {
+  EventRef at{};
+  HostIndex host{};
+  std::int64_t parent_tid = 0;
+  std::int64_t child_tid = 0;
+  std::int32_t parent_prio = 0;                 // last seen in a switch
+  std::optional<SwitchPriority> child_first{};  // first switch-in of the child
+  std::optional<ThreadIndex> child{};           // when announced later
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,60 @@
+#include "discovery.hpp"
+
+#include <cie/analysis/analyzer.hpp>
+
+#include "ctf/salvage/metadata_rebuild.hpp"
+
+#include <algorithm>
+#include <string>
+#include <system_error>
+
+namespace cie::analysis {
+namespace {
+
+constexpr int kMaxDepth = 16;
+constexpr std::size_t kMaxTraces = 100'000;
+
+}  // namespace
+
+std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path) {
+  namespace fs = std::filesystem;
+  const auto shown = path.string();
+  std::error_code error;
+  const auto status = fs::status(path, error);
+  if (!fs::exists(status)) {
+    throw UnreadableTrace("cannot read trace " + shown + ": " +
+                          (error ? error.message() : "no such file or directory") +
+                          "; name the directory that holds the trace");
+  }
+  if (!fs::is_directory(status)) {
+    throw UnreadableTrace("cannot read trace " + shown +
+                          ": not a directory; name the directory that holds the trace");
+  }
+  std::vector<fs::path> found;
+  const auto take = [&found](const fs::path& directory) {
+    std::error_code ignored;
+    const bool is_trace =
+        fs::is_regular_file(directory / "metadata", ignored) || ctf::looks_recorded(directory);
+    if (is_trace) found.push_back(directory);
+  };
+  take(path);
+  fs::recursive_directory_iterator entry(path, error);
+  if (error) throw UnreadableTrace("cannot read trace " + shown + ": " + error.message());
+  for (const fs::recursive_directory_iterator end; entry != end; entry.increment(error)) {
+    if (error) break;
+    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    std::error_code ignored;
+    if (entry->is_directory(ignored)) take(entry->path());
+    if (found.size() > kMaxTraces) break;
+  }
+  if (error) throw UnreadableTrace("cannot read trace " + shown + ": " + error.message());
+  if (found.empty()) {
+    throw UnreadableTrace(
+        "cannot read trace " + shown +
+        ": no CTF trace in it (no file named \"metadata\"); was anything recorded?");
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+}  // namespace cie::analysis

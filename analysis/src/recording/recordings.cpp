@@ -1,0 +1,167 @@
+#include <cie/analysis/recording.hpp>
+#include <cie/tracepoints/sha256.hpp>
+
+#include <algorithm>
+#include <exception>
+#include <set>
+#include <system_error>
+
+namespace cie::analysis {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kMaxDepth = 16;
+constexpr std::size_t kMaxRecordings = 100'000;
+constexpr const char* kIndexDirectory = "index";  // of LTTng's, beside the streams
+
+bool has_part(const fs::path& path, const char* part) {
+  return std::ranges::any_of(path.parent_path(), [part](const fs::path& p) { return p == part; });
+}
+
+bool is_below(const fs::path& path, const fs::path& directory) {
+  const auto [end, rest] = std::ranges::mismatch(directory, path);
+  return end == directory.end() && rest != path.end();
+}
+
+// Why the file is not the one that was recorded; empty: it is.
+std::string difference(const fs::path& file, const RecordedFile& recorded,
+                       bool is_content_checked) {
+  std::error_code error;
+  const auto size = fs::file_size(file, error);
+  if (error) return "cannot be read: " + error.message();
+  if (size != recorded.size) {
+    return "has " + std::to_string(size) + " bytes, and had " + std::to_string(recorded.size) +
+           " when it was recorded";
+  }
+  if (!is_content_checked) return {};
+  try {
+    if (sha256_file(file) == recorded.sha256) return {};
+  } catch (const std::exception& unreadable) {
+    return unreadable.what();
+  }
+  return "has another content than when it was recorded (SHA-256)";
+}
+
+std::optional<FileDoubt> doubt_of(const fs::path& directory, const RecordedFile& recorded,
+                                  bool is_content_checked) {
+  FileDoubt doubt{.kind = FileDoubtKind::changed_file,
+                  .note = recorded.path + ' ',
+                  .costs_user_events = !has_part(recorded.path, kKernelDirectory) &&
+                                       !has_part(recorded.path, kIndexDirectory)};
+  std::error_code error;
+  const auto file = fs::canonical(directory / recorded.path, error);
+  if (error) {
+    const bool is_missing =
+        error == std::errc::no_such_file_or_directory || error == std::errc::not_a_directory;
+    doubt.kind = FileDoubtKind::missing_file;
+    doubt.note += is_missing ? "is missing" : "cannot be read: " + error.message();
+    return doubt;
+  }
+  if (!is_below(file, directory)) {
+    doubt.note += "is a link that leads out of the recording";
+    return doubt;
+  }
+  if (!fs::is_regular_file(file, error)) {
+    doubt.note += "is no file any more";
+    return doubt;
+  }
+  const auto what = difference(file, recorded, is_content_checked);
+  if (what.empty()) return std::nullopt;
+  doubt.note += what;
+  return doubt;
+}
+
+// A file that holds something and is not about others.
+bool has_streams(const fs::path& directory) {
+  std::error_code error;
+  fs::recursive_directory_iterator entry(directory, error);
+  if (error) return false;
+  for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
+    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    std::error_code ignored;
+    const auto& path = entry->path();
+    const bool is_stream = path.filename() != kManifestName && path.filename() != "metadata" &&
+                           path.parent_path().filename() != kIndexDirectory &&
+                           entry->is_regular_file(ignored) && entry->file_size(ignored) > 0;
+    if (is_stream) return true;
+  }
+  return false;
+}
+
+std::optional<Recording> recording_at(const fs::path& directory, const std::string& name,
+                                      bool is_content_checked) {
+  Recording recording{.name = name};
+  try {
+    recording.manifest = load_recording_manifest(directory);
+    if (!recording.manifest) return std::nullopt;
+  } catch (const std::exception& error) {
+    recording.doubts.push_back({.kind = FileDoubtKind::manifest,
+                                .note = std::string(kManifestName) +
+                                        " says nothing that can be relied on: " + error.what()});
+    return recording;
+  }
+  bool is_divided = false;
+  for (const auto& file : recording.manifest->files) {
+    if (auto doubt = doubt_of(directory, file, is_content_checked))
+      recording.doubts.push_back(*std::move(doubt));
+    const fs::path path(file.path);
+    if (path.filename() != kManifestName) continue;
+    is_divided = true;
+    if (!has_streams(directory / path.parent_path()))
+      recording.missing_chunks.push_back(path.parent_path().string());
+  }
+  // Chunks have their parts of them, and tell of those themselves.
+  const auto& manifest = *recording.manifest;
+  const bool has_kernel_events = manifest.has_kernel_events && manifest.kernel.events != 0;
+  recording.is_kernel_missing =
+      has_kernel_events && !is_divided && !has_streams(directory / kKernelDirectory);
+  return recording;
+}
+
+// Directories with a manifest, itself included. What cannot be listed is told where traces are
+// looked for.
+std::vector<fs::path> directories_with_manifest(const fs::path& trace) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(trace, error);
+  if (error) return found;
+  for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
+    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    if (entry->path().filename() == kManifestName) found.push_back(entry->path().parent_path());
+    if (found.size() > kMaxRecordings) break;
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace
+
+std::string_view label(FileDoubtKind kind) noexcept {
+  switch (kind) {
+    case FileDoubtKind::missing_file:
+      return "missing_file";
+    case FileDoubtKind::changed_file:
+      return "changed_file";
+    case FileDoubtKind::manifest:
+      break;
+  }
+  return "manifest";
+}
+
+std::vector<Recording> find_recordings(std::span<const fs::path> traces, bool is_content_checked) {
+  std::vector<Recording> recordings;
+  std::set<fs::path> known;  // traces may be named twice
+  for (const auto& trace : traces) {
+    for (const auto& directory : directories_with_manifest(trace)) {
+      std::error_code error;
+      const auto place = fs::canonical(directory, error);
+      if (error || !known.insert(place).second) continue;
+      auto recording = recording_at(place, directory.string(), is_content_checked);
+      if (recording) recordings.push_back(*std::move(recording));
+    }
+  }
+  return recordings;
+}
+
+}  // namespace cie::analysis

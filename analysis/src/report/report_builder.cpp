@@ -1,0 +1,372 @@
+#include "report_builder.hpp"
+
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "model/host_clocks.hpp"
+#include "model/recorded_parts.hpp"
+#include "model/subjects.hpp"
+#include "model/wall_clock.hpp"
+#include "rules/completeness_rules.hpp"
+#include "rules/proof.hpp"
+#include "rules/trace_rules.hpp"
+#include "trace_defects.hpp"
+
+#include <algorithm>
+#include <functional>
+#include <map>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxPreemptorsShown = 16;
+
+// Null unless it was judged.
+const RuleVerdict* verdict_of(const VerdictReport& verdicts, const Rule& rule) {
+  const auto found = std::ranges::find(verdicts.rules, rule.id, &RuleVerdict::id);
+  return found == verdicts.rules.end() ? nullptr : &*found;
+}
+
+bool is_pass(const VerdictReport& verdicts, const Rule& rule) {
+  const auto* judged = verdict_of(verdicts, rule);
+  return judged == nullptr || judged->verdict < Verdict::inconclusive;
+}
+
+// Recorded from its begin to its end.
+bool is_complete(const VerdictReport& verdicts, ProcessIndex process) {
+  const auto* judged = verdict_of(verdicts, kRunComplete);
+  if (judged == nullptr) return true;
+  const auto subject = Subject::of(SubjectKind::process, process, process);
+  const auto found = std::ranges::find(judged->subjects, subject, &SubjectVerdict::about);
+  return found == judged->subjects.end() || found->verdict < Verdict::inconclusive;
+}
+
+TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
+  TraceSummary trace;
+  trace.paths = model.paths;
+  trace.begin = model.begin;
+  trace.end = model.end;
+  trace.clock_offset_ns = clock_offset_ns(model);
+  trace.begin_realtime_ns = begin_realtime_ns(model);
+  trace.events = model.events.total;
+  trace.streams = model.streams.size();
+  for (const auto& host : model.hosts)
+    trace.hosts.push_back(host.name);
+  std::sort(trace.hosts.begin(), trace.hosts.end());
+  for (const auto& loss : model.losses) {
+    if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::damaged_packet ||
+        loss.kind == LossKind::foreign_metadata) {
+      continue;
+    }
+    if (loss.kind == LossKind::discarded_packets || !loss.count) {
+      trace.lost_events.reset();
+    } else if (trace.lost_events) {
+      *trace.lost_events += *loss.count;
+    }
+  }
+  trace.complete = is_pass(verdicts, kNoLoss) && is_pass(verdicts, kSeqContiguous) &&
+                   is_pass(verdicts, kRunComplete) && !missing_user_part(model) &&
+                   std::ranges::none_of(recording_reports(model), begins_late);
+  return trace;
+}
+
+std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
+  std::optional<ReleaseSource> source;
+  for (std::size_t i = 0; i < facts.by_release_source.size(); ++i) {
+    if (facts.by_release_source[i] == 0) continue;
+    source = source ? ReleaseSource::mixed : static_cast<ReleaseSource>(i);
+  }
+  return source;
+}
+
+// Empty: some run's thread is unknown, and the others show no sharing.
+std::optional<Isolation> isolation_of(const Model& model, const CallbackFacts& facts) {
+  const bool is_shared = facts.ran_on.size() > 1 ||
+                         std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread& pair) {
+                           return model.threads[at(pair.thread)].ran.size() > 1;
+                         });
+  if (is_shared) return Isolation::not_isolated;
+  if (facts.starts_without_tid > 0) return std::nullopt;
+  return facts.ran_on.empty() ? Isolation::never_ran : Isolation::isolated;
+}
+
+// Empty where a release or a start that is missing would change it.
+std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proof,
+                                           CallbackIndex index) {
+  const auto& facts = model.callbacks[at(index)];
+  if (facts.kind != CallbackKind::subscription || proof.loss(index)) return std::nullopt;
+  if (!model.events.by_name.contains("callback_release")) return std::nullopt;
+  const auto numbered = facts.first_release ? facts.last_release - *facts.first_release + 1 : 0;
+  if (numbered != facts.releases) return std::nullopt;
+  return facts.longest_queue;
+}
+
+CallbackReport report_of(const Model& model, const Proof& proof, CallbackIndex index,
+                         bool keep_buckets) {
+  const auto& facts = model.callbacks[at(index)];
+  CallbackReport report;
+  report.index = index;
+  report.process = facts.process;
+  report.logical_id = facts.logical_id;
+  report.node = facts.node;
+  report.kind = facts.kind;
+  report.source = facts.source;
+  report.symbol = facts.symbol;
+  if (facts.period_ns > 0) report.period_ns = facts.period_ns;
+  if (facts.deadline_ns > 0) report.deadline_ns = facts.deadline_ns;
+  if (facts.group) report.group = to_number(*facts.group);
+  for (const auto& pair : facts.ran_on) {
+    const auto& thread = model.threads[at(pair.thread)];
+    report.threads.push_back(CallbackThread{.thread = pair.thread,
+                                            .tid = thread.tid,
+                                            .name = thread.name,
+                                            .instances = pair.instances});
+  }
+  std::stable_sort(report.threads.begin(), report.threads.end(),
+                   [](const auto& a, const auto& b) { return a.tid < b.tid; });
+  report.isolation = isolation_of(model, facts);
+  report.instances = facts.instances;
+  report.incomplete = facts.open_count;
+  if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
+  report.longest_queue = longest_queue(model, proof, index);
+  if (facts.kind == CallbackKind::timer && facts.is_accounted)
+    report.missed_releases = facts.missed;
+  report.release_source = release_source_of(facts);
+  report.response_time = facts.response_time.summary(keep_buckets);
+  report.response_time_lower = facts.response_time_lower.summary(keep_buckets);
+  report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
+  report.start_latency = facts.start_latency.summary(keep_buckets);
+  report.duration = facts.duration.summary(keep_buckets);
+  report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
+  report.execution_time = facts.execution_time.summary(keep_buckets);
+  report.preempted = facts.preempted.summary(keep_buckets);
+  for (const auto& [tid, preemptor] : facts.preempted_by)
+    report.preempted_by.push_back(preemptor);
+  std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
+  if (report.preempted_by.size() > kMaxPreemptorsShown) {
+    report.preempted_by.resize(kMaxPreemptorsShown);
+  }
+  report.blocked = facts.blocked.summary(keep_buckets);
+  report.wake_delay = facts.wake_delay.summary(keep_buckets);
+  report.wakeup_latency = facts.wakeup_latency.summary(keep_buckets);
+  return report;
+}
+
+ThreadReport report_of(const Model& model, ThreadIndex index) {
+  const auto& facts = model.threads[at(index)];
+  ThreadReport report;
+  report.index = index;
+  report.process = facts.process;
+  report.tid = facts.tid;
+  report.name = facts.name;
+  report.role = facts.role;
+  const auto id_of = [&model](CallbackIndex callback) -> const std::string& {
+    return model.callbacks[at(callback)].logical_id;
+  };
+  for (const auto& pair : facts.ran)
+    report.ran.push_back(pair.callback);
+  std::ranges::stable_sort(report.ran, {}, id_of);
+  for (const auto callback : report.ran)
+    report.callbacks.push_back(id_of(callback));
+  if (const auto& last = facts.last_read_back) {
+    report.sched = ThreadSchedReport{
+        .moment = last->moment,
+        .policy = last->policy,
+        .policy_name = std::string(policy_name(static_cast<Policy>(last->policy))),
+        .flags = last->flags,
+        .nice = last->nice,
+        .priority = last->priority,
+        .runtime_ns = last->runtime_ns,
+        .deadline_ns = last->deadline_ns,
+        .period_ns = last->period_ns,
+        .cpus = last->cpus,
+        .error = last->error,
+        .slice_ns = asked_for(facts, *last, &ReadBack::slice_ns),
+        .util_min = asked_for(facts, *last, &ReadBack::util_min),
+        .util_max = asked_for(facts, *last, &ReadBack::util_max)};
+  }
+  report.busy_ns = facts.busy_ns;
+  return report;
+}
+
+GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
+  GraphEdge edge;
+  edge.from = facts.from;
+  edge.to = facts.to;
+  edge.topic = model.callbacks[at(facts.to)].source;
+  edge.messages = facts.messages;
+  edge.communication = facts.communication.summary();
+  if (facts.crosses) edge.clock_error = clock_error(model, *facts.crosses);
+  return edge;
+}
+
+// Each pair once, in the order of its names.
+std::vector<HostClockReport> clocks_of(const Model& model) {
+  std::map<std::pair<std::string, std::string>, HostClockReport> pairs;
+  for (const auto& [from_to, facts] : model.host_clocks) {
+    const auto& from = model.hosts[at(from_to.first)].name;
+    const auto& to = model.hosts[at(from_to.second)].name;
+    const bool is_there = from < to;
+    auto& pair = pairs[std::minmax(from, to)];
+    (is_there ? pair.messages_there : pair.messages_back) = facts.messages;
+    (is_there ? pair.fastest_there_ns : pair.fastest_back_ns) = facts.shortest.ns;
+  }
+  std::vector<HostClockReport> reports;
+  for (auto& [names, pair] : pairs) {
+    std::tie(pair.first, pair.second) = names;
+    if (pair.fastest_there_ns && pair.fastest_back_ns) {
+      // Each is half the way, plus or minus what the clocks differ by.
+      pair.ahead_ns = (*pair.fastest_there_ns - *pair.fastest_back_ns) / 2;
+      pair.error_ns = (*pair.fastest_there_ns + *pair.fastest_back_ns) / 2;
+    }
+    reports.push_back(std::move(pair));
+  }
+  return reports;
+}
+
+ChainReport report_of(const Model& model, ChainIndex index) {
+  const auto& facts = model.chains[at(index)];
+  ChainReport report;
+  report.index = index;
+  report.name = facts.name;
+  report.process = facts.process;
+  report.hops = facts.hops;
+  report.is_specified = facts.specified;
+  report.callbacks = facts.last_callbacks;
+  report.instances = facts.instances;
+  report.path_latency = facts.path_latency.summary();
+  report.reaction_time = facts.reaction_time.summary();
+  report.data_age = facts.data_age.summary();
+  report.clock_error = clock_error(model, facts);
+  // Nothing of a chain without instances.
+  const auto summary_at = [](const std::vector<Statistics>& cells, std::size_t i) {
+    return i < cells.size() ? cells[i].summary() : std::nullopt;
+  };
+  const auto callback_at = [&facts](std::size_t i) {
+    const auto& known = facts.last_callbacks;
+    return i < known.size() ? std::optional(known[i]) : std::nullopt;
+  };
+  for (std::size_t i = 0; i < facts.hops.size(); ++i) {
+    HopReport hop{.from = facts.hops[i],
+                  .to = std::nullopt,
+                  .from_callback = callback_at(i),
+                  .to_callback = std::nullopt,
+                  .processing = summary_at(facts.processing, i),
+                  .communication = std::nullopt};
+    if (i + 1 < facts.hops.size()) {
+      hop.to = facts.hops[i + 1];
+      hop.to_callback = callback_at(i + 1);
+      hop.communication = summary_at(facts.communication, i);
+      hop.clock_error = clock_error(model, facts, i);
+    }
+    report.hop_table.push_back(std::move(hop));
+  }
+  report.undivided = facts.undivided.summary();
+  return report;
+}
+
+}  // namespace
+
+std::string_view label(Severity severity) noexcept {
+  switch (severity) {
+    case Severity::info:
+      return "info";
+    case Severity::loss:
+      return "loss";
+    case Severity::error:
+      break;
+  }
+  return "error";
+}
+
+std::string_view label(Isolation isolation) noexcept {
+  switch (isolation) {
+    case Isolation::isolated:
+      return "isolated";
+    case Isolation::not_isolated:
+      return "not_isolated";
+    case Isolation::never_ran:
+      break;
+  }
+  return "never_ran";
+}
+
+std::string_view label(ReleaseSource source) noexcept {
+  switch (source) {
+    case ReleaseSource::exact:
+      return "exact";
+    case ReleaseSource::wakeup:
+      return "wakeup";
+    case ReleaseSource::source_timestamp:
+      return "source_timestamp";
+    case ReleaseSource::start:
+      return "start";
+    case ReleaseSource::mixed:
+      return "mixed";
+  }
+  return {};
+}
+
+Report build_report(const Model& model, const VerdictReport& verdicts, bool keep_buckets) {
+  Report report;
+  report.trace = summary_of(model, verdicts);
+  report.defects = trace_defects(model);
+  const Proof proof(model);
+
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto& process = model.processes[i];
+    if (!process.has_cie_events) continue;
+    const ProcessIndex index{static_cast<std::uint32_t>(i)};
+    ProcessReport entry{.index = index,
+                        .host = model.hosts[at(process.host)].name,
+                        .boot_id = process.boot_id,
+                        .pid_ns = process.pid_ns,
+                        .has_ended = process.run_end.has_value(),
+                        .pid = process.pid,
+                        .name = process.name,
+                        .executor = std::nullopt,
+                        .complete = is_complete(verdicts, index),
+                        .host_index = process.host};
+    if (!process.executor.empty()) entry.executor = process.executor;
+    report.processes.push_back(std::move(entry));
+  }
+  std::stable_sort(report.processes.begin(), report.processes.end(),
+                   [](const auto& a, const auto& b) {
+                     return std::tie(a.host, a.pid) < std::tie(b.host, b.pid);
+                   });
+
+  for (const auto index : callbacks_in_order(model)) {
+    report.callbacks.push_back(report_of(model, proof, index, keep_buckets));
+  }
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (thread.announced || !thread.ran.empty()) {
+      report.threads.push_back(report_of(model, ThreadIndex{static_cast<std::uint32_t>(i)}));
+    }
+  }
+  std::ranges::stable_sort(report.threads, {}, [&model](const ThreadReport& thread) {
+    const auto& process = model.processes[at(thread.process)];
+    return std::tuple(process.host, process.pid, thread.process, thread.tid);
+  });
+  for (std::size_t i = 0; i < model.chains.size(); ++i)
+    report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));
+  report.clocks = clocks_of(model);
+  report.recordings = recording_reports(model);
+  for (const auto& edge : model.edges)
+    report.edges.push_back(report_of(model, edge));
+  const auto place_of = [&model](CallbackIndex index) {
+    const auto& callback = model.callbacks[at(index)];
+    return std::tuple(std::string_view(callback.logical_id),
+                      model.processes[at(callback.process)].pid, index);
+  };
+  std::ranges::stable_sort(report.edges, {}, [&place_of](const GraphEdge& edge) {
+    return std::tuple(place_of(edge.to),
+                      edge.from ? std::optional(place_of(*edge.from)) : std::nullopt,
+                      std::string_view(edge.topic));
+  });
+  return report;
+}
+
+}  // namespace cie::analysis

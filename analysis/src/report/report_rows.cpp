@@ -1,0 +1,49 @@
+#include <cie/analysis/report_rows.hpp>
+
+#include <algorithm>
+
+namespace cie::analysis {
+
+template <typename Rows>
+ReportRows::Places ReportRows::places_of(const Rows& rows) {
+  Places places;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto number = at(rows[i].index);
+    if (number >= places.size()) places.resize(number + 1);
+    if (places[number] == 0) places[number] = i + 1;
+  }
+  return places;
+}
+
+template <typename Rows, typename Index>
+auto ReportRows::find(const Rows& rows, const Places& places, Index index) noexcept -> const
+    typename Rows::value_type* {
+  const auto number = at(index);
+  return number < places.size() && places[number] != 0 ? &rows[places[number] - 1] : nullptr;
+}
+
+ReportRows::ReportRows(const Report& report)
+    : report_(report),
+      processes_(places_of(report.processes)),
+      threads_(places_of(report.threads)),
+      callbacks_(places_of(report.callbacks)) {}
+
+const ProcessReport* ReportRows::find(ProcessIndex index) const noexcept {
+  return find(report_.processes, processes_, index);
+}
+
+const ThreadReport* ReportRows::find(ThreadIndex index) const noexcept {
+  return find(report_.threads, threads_, index);
+}
+
+const CallbackReport* ReportRows::find(CallbackIndex index) const noexcept {
+  return find(report_.callbacks, callbacks_, index);
+}
+
+const ProcessReport& ReportRows::process(ProcessIndex index) const noexcept {
+  static const ProcessReport kNone;
+  const auto* row = find(index);
+  return row != nullptr ? *row : kNone;
+}
+
+}  // namespace cie::analysis

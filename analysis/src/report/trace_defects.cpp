@@ -1,0 +1,269 @@
+#include "trace_defects.hpp"
+
+#include <cie/tracepoints/schema.hpp>
+
+#include "model/host_clocks.hpp"
+#include "model/host_gaps.hpp"
+#include "model/recorded_parts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <ctime>
+#include <numeric>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::array<std::string_view, 35> kLabels{"damaged-manifest",
+                                                   "missing-files",
+                                                   "unseen-process",
+                                                   "unseen-chunk",
+                                                   "unseen-kernel",
+                                                   "recorder-problem",
+                                                   "begins-late",
+                                                   "damaged-packets",
+                                                   "foreign-metadata",
+                                                   "discarded-events",
+                                                   "discarded-packets",
+                                                   "streams-left-out",
+                                                   "streams-apart",
+                                                   "sched-switch-gaps",
+                                                   "cpus-not-recorded",
+                                                   "losses-not-listed",
+                                                   "time-runs-backwards",
+                                                   "clocks-unrelated",
+                                                   "clocks-drifted",
+                                                   "host-gap",
+                                                   "seq-gaps",
+                                                   "publish-gaps",
+                                                   "read-back-gaps",
+                                                   "ends-without-start",
+                                                   "repeated-ends",
+                                                   "open-instances",
+                                                   "instances-cut-by-window",
+                                                   "unregistered-callbacks",
+                                                   "identity-failures",
+                                                   "incomplete-chains",
+                                                   "reads-not-kept",
+                                                   "missing-run-begin",
+                                                   "missing-run-end",
+                                                   "shared-pid",
+                                                   "contract-too-new"};
+
+void add_defect(std::vector<TraceDefect>& defects, DefectKind kind, Severity severity,
+                std::uint64_t count, std::string advice) {
+  if (count == 0) return;
+  defects.push_back(
+      TraceDefect{.kind = kind, .severity = severity, .count = count, .advice = std::move(advice)});
+}
+
+std::uint64_t count_losses(const Model& model, LossKind kind) {
+  std::uint64_t total = 0;
+  for (const auto& loss : model.losses) {
+    if (loss.kind == kind) total += loss.count.value_or(loss.times);
+  }
+  return total;
+}
+
+template <typename Range, typename Count>
+std::uint64_t total_of(const Range& range, Count count) {
+  return std::accumulate(
+      range.begin(), range.end(), std::uint64_t{0},
+      [&count](std::uint64_t sum, const auto& item) { return sum + count(item); });
+}
+
+// Pairs of hosts whose fastest messages both ways took less than nothing together.
+std::uint64_t contradictory_clocks(const Model& model) {
+  return static_cast<std::uint64_t>(
+      std::ranges::count_if(model.host_clocks, [&model](const auto& entry) {
+        const auto& [from, to] = entry.first;
+        return from < to && clock_error(model, entry.first).is_contradiction();
+      }));
+}
+
+// Streams for which `is_one` holds, as "ust/uid/0/64-bit/events_1 and 3 others".
+template <typename IsOne>
+void add_streams(std::vector<TraceDefect>& defects, const Model& model, DefectKind kind,
+                 IsOne is_one, const std::string& advice) {
+  std::vector<std::string> paths;
+  for (const auto& stream : model.streams) {
+    if (is_one(stream)) paths.push_back(stream.path);
+  }
+  if (paths.empty()) return;
+  constexpr std::size_t kShown = 3;
+  std::sort(paths.begin(), paths.end());
+  std::string names;
+  for (std::size_t i = 0; i < std::min(paths.size(), kShown); ++i)
+    names += (i == 0 ? "" : ", ") + paths[i];
+  if (paths.size() > kShown) names += " and " + std::to_string(paths.size() - kShown) + " more";
+  add_defect(defects, kind, Severity::error, paths.size(), advice + ": " + names);
+}
+
+std::string utc(std::int64_t realtime_ns) {
+  const auto seconds = static_cast<std::time_t>(realtime_ns / 1'000'000'000);
+  std::tm date{};
+  std::array<char, 32> text{};
+  if (gmtime_r(&seconds, &date) == nullptr ||
+      std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &date) == 0) {
+    return "a time that is no date";
+  }
+  return text.data();
+}
+
+DefectKind defect_of(PartKind kind) {
+  switch (kind) {
+    case PartKind::process:
+      return DefectKind::unseen_process;
+    case PartKind::chunk:
+      return DefectKind::unseen_chunk;
+    case PartKind::kernel:
+      break;
+  }
+  return DefectKind::unseen_kernel;
+}
+
+// What manifests say that the reader of the numbers must know.
+void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects) {
+  std::uint64_t files = 0;
+  for (const auto& recording : model.recordings) {
+    for (const auto& doubt : recording.doubts) {
+      if (doubt.kind != FileDoubtKind::manifest) {
+        ++files;
+        continue;
+      }
+      add_defect(defects, DefectKind::damaged_manifest, Severity::error, 1,
+                 doubt.note + " (" + recording.name + ')');
+    }
+  }
+  add_defect(defects, DefectKind::missing_files, Severity::error, files,
+             "files that the manifest names are missing or changed; cie verify names them (T1)");
+  for (const auto& part : unseen_parts(model))
+    add_defect(defects, defect_of(part.kind), Severity::loss, 1, part.note);
+  for (const auto& recording : recording_reports(model)) {
+    for (const auto& problem : recording.problems)
+      add_defect(defects, DefectKind::recorder_problem, Severity::error, 1,
+                 "cie record says: " + problem);
+    if (!begins_late(recording)) continue;
+    add_defect(defects, DefectKind::begins_late, Severity::info, *recording.first_chunk - 1,
+               "chunks before the first one that is here are gone: " + recording.path +
+                   " is from " + utc(recording.begin.realtime_ns) + " on");
+  }
+}
+
+}  // namespace
+
+std::vector<TraceDefect> trace_defects(const Model& model) {
+  std::vector<TraceDefect> defects;
+  add_recording_defects(model, defects);
+  add_defect(defects, DefectKind::damaged_packets, Severity::error,
+             count_losses(model, LossKind::damaged_packet),
+             "some packets could not be read and were skipped; what they held is missing");
+  add_defect(defects, DefectKind::foreign_metadata, Severity::error,
+             count_losses(model, LossKind::foreign_metadata),
+             "read with metadata that is not its own: right only as far as both agree");
+  add_defect(defects, DefectKind::discarded_events, Severity::loss,
+             count_losses(model, LossKind::discarded_events),
+             "the tracer's buffers were full: record with larger or more sub-buffers");
+  add_defect(
+      defects, DefectKind::discarded_packets, Severity::loss,
+      count_losses(model, LossKind::discarded_packets),
+      "whole packets are missing: use discard mode, larger buffers, or look for a lost file");
+  add_streams(
+      defects, model, DefectKind::streams_left_out,
+      [](const StreamFacts& s) { return s.is_left_out; },
+      "they cover no time that most streams of their channel cover: the window is that of the "
+      "others, in which these are missing; read them without the others to see what they hold");
+  add_streams(
+      defects, model, DefectKind::streams_apart, [](const StreamFacts& s) { return s.is_apart; },
+      "no time is covered by all of these streams, so nothing of theirs is counted; cie report "
+      "finds what most of them cover");
+  add_defect(defects, DefectKind::sched_switch_gaps, Severity::loss,
+             count_losses(model, LossKind::switch_mismatch),
+             "the kernel's record misses switches: execution times around them are not measured");
+  add_defect(defects, DefectKind::cpus_not_recorded, Severity::loss,
+             total_of(model.hosts, [](const auto& host) { return host.cpus_not_recorded; }),
+             "kernel streams are missing: execution times of what may have run on those CPUs are "
+             "not measured");
+  add_defect(defects, DefectKind::losses_not_listed, Severity::info, model.losses_dropped,
+             "more losses than are kept one by one; they are still losses");
+  add_defect(defects, DefectKind::time_runs_backwards, Severity::error,
+             model.time_regressions.count,
+             "a stream's clock went back: its times cannot be trusted");
+  add_defect(defects, DefectKind::clocks_unrelated, Severity::error, model.clocks_unrelated ? 1 : 0,
+             "the traces do not share a boot id: times of different streams cannot be compared");
+  add_defect(defects, DefectKind::clocks_drifted, Severity::error, contradictory_clocks(model),
+             "messages between two hosts arrive before they were sent, whatever the difference of "
+             "their clocks: it changed meanwhile; synchronise them, or report a shorter --window");
+  for (const auto& gap : host_gaps(model))
+    add_defect(defects, DefectKind::host_gap, Severity::loss, 1, in_words(gap, model));
+  add_defect(defects, DefectKind::seq_gaps, Severity::loss,
+             total_of(model.callbacks, [](const auto& c) { return c.starts.missing; }),
+             "instances are missing from the record; figures of their callbacks are incomplete");
+  add_defect(defects, DefectKind::publish_gaps, Severity::loss,
+             total_of(model.publishers, [](const auto& p) { return p.published.missing; }),
+             "publications are missing from the record; chains through them are incomplete");
+  add_defect(defects, DefectKind::read_back_gaps, Severity::loss,
+             total_of(model.threads, [](const auto& t) { return t.read_backs.missing; }),
+             "scheduling read-backs are missing from the record");
+  add_defect(defects, DefectKind::ends_without_start, Severity::loss,
+             total_of(model.callbacks, [](const auto& c) { return c.ends_without_start; }),
+             "an instance's start is missing; it is not counted");
+  add_defect(defects, DefectKind::repeated_ends, Severity::error,
+             total_of(model.callbacks, [](const auto& c) { return c.second_ends; }),
+             "an instance ended twice: the traced program does not pair its events");
+  add_defect(defects, DefectKind::open_instances, Severity::info,
+             total_of(model.callbacks, [](const auto& c) { return c.open_count; }),
+             "started but never ended in this trace; listed, not counted");
+  add_defect(defects, DefectKind::instances_cut_by_window, Severity::info,
+             total_of(model.callbacks, [](const auto& c) { return c.cut_instances; }),
+             "they overlap an edge of what all streams cover; listed, not counted");
+  add_defect(defects, DefectKind::unregistered_callbacks, Severity::loss,
+             total_of(model.callbacks,
+                      [](const auto& c) { return std::uint64_t{!c.registered.has_value()}; }),
+             "no callback_init was seen: record from the start, or attach for more than a second");
+  add_defect(defects, DefectKind::identity_failures, Severity::error,
+             total_of(model.callbacks, [](const auto& c) { return c.identity_failures; }),
+             "execution, preempted, blocked and wake delay do not add up to the duration");
+  add_defect(defects, DefectKind::incomplete_chains, Severity::loss,
+             total_of(model.chains, [](const auto& c) { return c.incomplete; }),
+             "a message's publication was not seen; those chain instances are not measured");
+  add_defect(
+      defects, DefectKind::reads_not_kept, Severity::info,
+      total_of(model.chains, [](const auto& c) { return c.reads_not_kept; }),
+      "too many reads of a chain's first callback had no answer yet: they are in no reaction "
+      "time, but for the longest, which is exact");
+  const auto missing_marker = [&model](auto has) {
+    return total_of(model.processes, [has](const ProcessFacts& p) {
+      return std::uint64_t{p.has_cie_events && !has(p)};
+    });
+  };
+  add_defect(defects, DefectKind::missing_run_begin, Severity::loss,
+             missing_marker([](const ProcessFacts& p) { return p.run_begin.has_value(); }),
+             "the beginning of a process's run was not recorded");
+  add_defect(defects, DefectKind::missing_run_end, Severity::info,
+             missing_marker([](const ProcessFacts& p) { return p.run_end.has_value(); }),
+             "a process was still running, or was interrupted, when the recording ended");
+  add_defect(
+      defects, DefectKind::shared_pid, Severity::error,
+      total_of(model.processes,
+               [](const ProcessFacts& p) { return std::uint64_t{p.shares_pid_since.has_value()}; }),
+      "processes of one pid ran at once, and their events cannot be told apart: record containers "
+      "one by "
+      "one; run a program that forks without exec() with LD_PRELOAD=liblttng-ust-fork.so.1");
+  add_defect(defects, DefectKind::contract_too_new, Severity::error,
+             total_of(model.processes,
+                      [](const ProcessFacts& p) {
+                        return std::uint64_t{p.contract_version > kContractVersion};
+                      }),
+             "the trace follows a newer contract than this program knows: update cie");
+  return defects;
+}
+
+std::string_view label(DefectKind kind) noexcept {
+  const auto index = static_cast<std::size_t>(kind);
+  return index < kLabels.size() ? kLabels[index] : std::string_view{};
+}
+
+}  // namespace cie::analysis

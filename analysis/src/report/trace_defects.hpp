@@ -1,0 +1,15 @@
+// What a reader of the numbers must know of the trace itself.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+
+#include "model/facts.hpp"
+
+#include <vector>
+
+namespace cie::analysis {
+
+// Those that there are, in the order of DefectKind.
+std::vector<TraceDefect> trace_defects(const Model& model);
+
+}  // namespace cie::analysis

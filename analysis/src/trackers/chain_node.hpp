@@ -1,0 +1,116 @@
+// Instances as links of chains, and who keeps them alive.
+#pragma once
+
+#include "model/facts.hpp"
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <new>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+struct ChainNode;
+class ChainNodePool;
+
+// Shares a node with whoever may still descend from it. Counts without atomic operations, unlike a
+// shared_ptr in a program with threads: an analyzer and its nodes belong to one thread.
+class ChainNodeRef {
+ public:
+  ChainNodeRef() = default;
+  explicit ChainNodeRef(ChainNode& node) noexcept;
+  ChainNodeRef(const ChainNodeRef& other) noexcept;
+  ChainNodeRef(ChainNodeRef&& other) noexcept : node_(std::exchange(other.node_, nullptr)) {}
+  ChainNodeRef& operator=(ChainNodeRef other) noexcept {
+    std::swap(node_, other.node_);
+    return *this;
+  }
+  ~ChainNodeRef() { reset(); }
+
+  void reset() noexcept;
+  ChainNode* get() const noexcept { return node_; }
+  ChainNode& operator*() const noexcept { return *node_; }
+  ChainNode* operator->() const noexcept { return node_; }
+  explicit operator bool() const noexcept { return node_ != nullptr; }
+
+ private:
+  ChainNode* node_ = nullptr;
+};
+
+// One instance as a link of chains.
+struct ChainNode {
+  CallbackIndex callback{};
+  std::uint64_t seq = 0;
+  EventRef start;
+  std::optional<Timestamp> release;  // exact ones only
+  bool is_in_window = true;          // began inside the window
+  std::uint64_t read = 0;            // its read's number among those of its callback in the window
+
+  HostIndex host{};
+  // The message it took: writer and source timestamp; parent and published are resolved from them.
+  std::uint64_t writer_gid = 0;
+  std::int64_t source_timestamp = 0;
+  ChainNodeRef parent;
+  HostIndex writer_host{};
+  Timestamp published;            // when the parent published it, by its host's clock
+  std::optional<Timestamp> sent;  // the same by this host's clock; empty: they cannot be related
+  enum class Link : std::uint8_t { source, resolved, outside, unseen };
+  Link link = Link::source;  // outside: published outside any callback, or before the first seen
+  std::uint32_t depth = 0;
+
+ private:
+  friend class ChainNodeRef;
+  friend class ChainNodePool;
+  std::uint32_t references_ = 0;
+  ChainNodePool* pool_ = nullptr;
+};
+
+// Owns nodes and gives those out again that nobody refers to. Outlives all references.
+class ChainNodePool {
+ public:
+  ChainNodePool() = default;
+  ChainNodePool(const ChainNodePool&) = delete;
+  ChainNodePool& operator=(const ChainNodePool&) = delete;
+
+  // A node as new.
+  ChainNodeRef take();
+
+ private:
+  friend class ChainNodeRef;
+  std::deque<ChainNode> nodes_;
+  std::vector<ChainNode*> free_;
+};
+
+inline ChainNodeRef::ChainNodeRef(ChainNode& node) noexcept : node_(&node) { ++node.references_; }
+
+inline ChainNodeRef::ChainNodeRef(const ChainNodeRef& other) noexcept : node_(other.node_) {
+  if (node_ != nullptr) ++node_->references_;
+}
+
+inline void ChainNodeRef::reset() noexcept {
+  auto* node = std::exchange(node_, nullptr);
+  if (node == nullptr || --node->references_ > 0) return;
+  node->parent.reset();  // as deep as chains are, which is bounded
+  node->pool_->free_.push_back(node);
+}
+
+inline ChainNodeRef ChainNodePool::take() {
+  if (free_.empty()) {
+    auto& node = nodes_.emplace_back();
+    // So that giving back cannot fail.
+    if (free_.capacity() < nodes_.size()) free_.reserve(2 * nodes_.size());
+    node.pool_ = this;
+    return ChainNodeRef(node);
+  }
+  auto* node = free_.back();
+  free_.pop_back();
+  std::destroy_at(node);
+  ::new (static_cast<void*>(node)) ChainNode;
+  node->pool_ = this;
+  return ChainNodeRef(*node);
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,349 @@
+#include "chain_tracker.hpp"
+
+#include "prefetch.hpp"
+
+#include <algorithm>
+#include <span>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::uint32_t kMaxHops = 32;
+constexpr std::size_t kMaxPaths = 4096;
+
+void keep_larger(std::optional<ChainExtreme>& extreme, Duration value, const EventRef& start,
+                 const EventRef& end) {
+  if (extreme && extreme->value >= value) return;
+  extreme = ChainExtreme{.value = value, .first_start = start, .last_end = end};
+}
+
+HostRoute route_of(std::span<const ChainNode* const> nodes) {
+  HostRoute route;
+  for (const auto* next : nodes.subspan(1)) {
+    const bool is_same_host = next->writer_host == next->host;
+    route.push_back(is_same_host ? std::nullopt
+                                 : std::optional(HostPair{next->writer_host, next->host}));
+  }
+  return route;
+}
+
+}  // namespace
+
+ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
+                           const SchedulingSpec* spec)
+    : model_(model), registry_(registry), clocks_(clocks), has_spec_(spec != nullptr) {
+  if (!has_spec_) return;
+  for (const auto& chain : spec->chains()) {
+    Chain entry;
+    entry.facts.name = chain.name;
+    entry.facts.specified = true;
+    entry.facts.hops = chain.callbacks;
+    specified_.push_back(std::move(entry));
+  }
+}
+
+void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
+                              std::int64_t source_timestamp, ChainNodeRef node) {
+  auto& facts = model_.publishers[publisher];
+  if (!facts.first_source_timestamp) facts.first_source_timestamp = source_timestamp;
+  auto& messages = messages_[publisher];
+  messages.push(
+      Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
+  // It was not looked at for long; to give its node back would be to wait for memory.
+  messages.prefetch_oldest([](const Message& oldest) { return oldest.node.get(); });
+}
+
+void ChainTracker::resolve(ChainNode& node) {
+  if (node.writer_gid == 0 || node.source_timestamp == 0) return;
+  if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside) return;
+  const auto publisher = registry_.publisher_by_gid(node.host, node.writer_gid);
+  if (!publisher) {
+    node.link = ChainNode::Link::source;  // written by somebody who is not traced
+    return;
+  }
+  const auto* found = messages_[*publisher].find_newest(
+      [&node](const Message& m) { return m.source_timestamp == node.source_timestamp; });
+  if (found == nullptr) {
+    const auto& first = model_.publishers[*publisher].first_source_timestamp;
+    node.link = !first || node.source_timestamp < *first ? ChainNode::Link::outside
+                                                         : ChainNode::Link::unseen;
+    return;
+  }
+  node.published = found->time;
+  const auto writer = model_.publishers[*publisher].process;
+  node.writer_host = model_.processes[at(writer)].host;
+  if (node.writer_host == node.host) {
+    node.sent = found->time;
+  } else {
+    node.sent = clocks_.local(node.host, node.source_timestamp);
+  }
+  if (!found->node) {
+    node.link = ChainNode::Link::outside;
+    return;
+  }
+  node.link = ChainNode::Link::resolved;
+  node.parent = found->node;
+  node.depth = node.parent->depth + 1;
+  if (node.depth < kMaxHops) return;
+  auto* ancestor = &node;  // a cycle of callbacks: forget what lies further back
+  for (std::uint32_t i = 1; i < kMaxHops && ancestor->parent; ++i)
+    ancestor = ancestor->parent.get();
+  ancestor->parent.reset();
+  if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::outside;
+}
+
+void ChainTracker::link(ChainNode& node) {
+  resolve(node);
+  if (node.is_in_window) node.read = reads_[node.callback].add(node.start.time);
+  // What it will be measured by when it ends.
+  if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
+    const auto& [facts, hops, progress] = (*path)->second;
+    prefetch_head(&facts.instances);
+    prefetch_head(&facts.path_latency);
+    prefetch_head(&facts.reaction_time);
+    prefetch_head(&facts.data_age);
+    prefetch_to_write(&progress);
+    for (const auto& quantity : facts.processing)
+      prefetch_head(&quantity);
+    for (const auto& quantity : facts.communication)
+      prefetch_head(&quantity);
+  }
+}
+
+void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
+  resolve(node);  // the publisher may have been announced in between
+  note_edge(node);
+  if (!has_spec_) {
+    on_path(node, end);
+    return;
+  }
+  for (auto& chain : specified_)
+    on_specified(node, end, chain);
+}
+
+void ChainTracker::note_edge(const ChainNode& node) {
+  if (node.writer_gid == 0 || node.source_timestamp == 0) return;  // it took no message
+  if (node.link == ChainNode::Link::unseen) return;
+  std::optional<CallbackIndex> from;
+  if (node.link == ChainNode::Link::resolved && node.parent) from = node.parent->callback;
+  // Most often a message comes from where the one before it came from.
+  auto*& edge = last_edge_to_[node.callback];
+  if (edge == nullptr || edge->from != from) {
+    edge = &edges_[{node.callback, from}];
+    edge->from = from;
+    edge->to = node.callback;
+  }
+  ++edge->messages;
+  if (!node.release || !node.sent) return;
+  const auto shown = *node.release - *node.sent;
+  if (from) edge->communication.add(shown);
+  if (node.writer_host == node.host) return;
+  edge->crosses = HostPair{node.writer_host, node.host};
+  clocks_.note_message(node.writer_host, node.host, shown);
+}
+
+void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
+  const auto& hops = chain.facts.hops;
+  auto& nodes = scratch_;
+  nodes.resize(hops.size());
+  const auto* current = &node;
+  for (std::size_t i = hops.size(); i-- > 0;) {
+    if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return;
+    nodes[i] = current;
+    if (i == 0) break;
+    if (current->link == ChainNode::Link::unseen) {
+      ++chain.facts.incomplete;
+      if (!chain.facts.first_incomplete) chain.facts.first_incomplete = current->start;
+      return;
+    }
+    if (!current->parent) return;
+    current = current->parent.get();
+  }
+  if (!nodes.front()->is_in_window) return;
+  measure(chain, nodes, end);
+}
+
+void ChainTracker::on_path(const ChainNode& node, const EventRef& end) {
+  auto& nodes = scratch_;
+  nodes.clear();
+  for (const auto* current = &node; current != nullptr; current = current->parent.get()) {
+    nodes.push_back(current);
+    if (!current->parent && current->link != ChainNode::Link::source &&
+        current->link != ChainNode::Link::outside) {
+      return;  // an unseen publish: where the path begins is unknown
+    }
+  }
+  if (nodes.size() < 2) return;
+  std::reverse(nodes.begin(), nodes.end());
+  if (!nodes.front()->is_in_window) return;
+  if (auto* chain = chain_of(nodes)) measure(*chain, nodes, end);
+}
+
+ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
+  // Most often an instance ends the same path as the one before it.
+  auto*& last = last_path_to_[nodes.back()->callback];
+  const auto is_hop = [](const ChainNode* node, CallbackIndex hop) {
+    return node->callback == hop;
+  };
+  if (last != nullptr &&
+      std::equal(nodes.begin(), nodes.end(), last->first.begin(), last->first.end(), is_hop)) {
+    return &last->second;
+  }
+  Path path;
+  path.reserve(nodes.size());
+  for (const auto* node : nodes)
+    path.push_back(node->callback);
+  if (!paths_.contains(path) && paths_.size() >= kMaxPaths) return nullptr;
+  last = &*paths_.try_emplace(std::move(path)).first;
+  return &last->second;
+}
+
+bool ChainTracker::has_hole(const Nodes& nodes, const Progress& progress) {
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (registry_.starts(nodes[i]->callback).has_hole_between(progress.seqs[i], nodes[i]->seq)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+std::optional<Duration> ChainTracker::to_last(const Nodes& nodes) {
+  Duration shift{};
+  for (const auto* node : std::span(nodes).subspan(1)) {
+    if (!node->sent) return std::nullopt;
+    shift += *node->sent - node->published;
+  }
+  return shift;
+}
+
+// What is known of the way: where a release is not, the time from one publish to the next (or to
+// the end) stays undivided.
+void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+                                Duration to_last) {
+  const auto latency = end.time - (*nodes.front()->release + to_last);
+  auto undivided = latency;
+  bool is_divided = true;
+  const auto add = [&undivided](Statistics& quantity, Duration part) {
+    quantity.add(part);
+    undivided = undivided - part;
+  };
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto& node = *nodes[i];
+    if (!node.release) {
+      is_divided = false;
+      continue;
+    }
+    if (i > 0) add(facts.communication[i - 1], *node.release - *node.sent);
+    const auto leaves = i + 1 < nodes.size() ? nodes[i + 1]->published : end.time;
+    add(facts.processing[i], leaves - *node.release);
+  }
+  if (!is_divided) facts.undivided.add(undivided);
+  facts.path_latency.add(latency);
+  keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
+}
+
+void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
+  auto& facts = chain.facts;
+  ++facts.instances;
+  const bool is_restarted =
+      !std::equal(chain.hops.begin(), chain.hops.end(), nodes.begin(), nodes.end(),
+                  [](CallbackIndex hop, const ChainNode* node) { return hop == node->callback; });
+  chain.hops.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
+                 [](const ChainNode* node) { return node->callback; });
+  facts.processing.resize(nodes.size());
+  facts.communication.resize(nodes.size() - 1);
+  if (is_restarted) facts.routes.insert(route_of(nodes));
+  const auto& first = *nodes.front();
+  const auto shift = to_last(nodes);
+  if (first.release && shift) {
+    note_latency(facts, nodes, end, *shift);
+  } else {
+    ++facts.inexact;
+  }
+
+  auto& progress = chain.progress;
+  if (!shift) {
+    progress.has_last = false;
+    return;
+  }
+  if (progress.has_last && !is_restarted && !has_hole(nodes, progress)) {
+    const auto age = end.time - (progress.last_start.time + *shift);
+    facts.data_age.add(age);
+    keep_larger(facts.max_data_age, age, progress.last_start, end);
+    answer(chain, first, end, *shift);
+  } else {
+    progress.newest_start = first.start;
+    progress.unanswered = first.read;
+  }
+  progress.seqs.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), progress.seqs.begin(),
+                 [](const ChainNode* node) { return node->seq; });
+  progress.last_start = first.start;
+  progress.has_last = true;
+}
+
+void ChainTracker::answer(Chain& chain, const ChainNode& first, const EventRef& end,
+                          Duration to_last) {
+  auto& [facts, hops, progress] = chain;
+  if (first.start.time <= progress.newest_start.time) return;
+  const auto reaction_to = [&](Timestamp read) { return end.time - (read + to_last); };
+  const auto& reads = reads_[first.callback];
+  const auto oldest = std::min(reads.oldest(), first.read);
+  // The read that has waited longest is that of a chain instance, which is known in any case.
+  const auto longest = reaction_to(progress.newest_start.time);
+  keep_larger(facts.max_reaction_time, longest, progress.newest_start, end);
+  if (progress.unanswered < oldest) {
+    facts.reaction_time.add(longest);
+    facts.reads_not_kept += oldest - progress.unanswered - 1;
+    progress.unanswered = oldest;
+  }
+  for (auto& read = progress.unanswered; read < first.read && reads[read] < first.start.time;
+       ++read) {
+    facts.reaction_time.add(reaction_to(reads[read]));
+  }
+  progress.newest_start = first.start;
+}
+
+void ChainTracker::finish() {
+  model_.chains.clear();
+  model_.edges.clear();
+  const auto add = [this](const Chain& chain, ChainFacts facts) {
+    facts.process.reset();
+    facts.last_callbacks = chain.hops;
+    for (std::size_t i = 0; i < chain.hops.size(); ++i) {
+      const auto process = model_.callbacks[at(chain.hops[i])].process;
+      if (i == 0) {
+        facts.process = process;
+      } else if (facts.process != process) {
+        facts.process.reset();
+        break;
+      }
+    }
+    model_.chains.push_back(std::move(facts));
+  };
+  for (const auto& [key, edge] : edges_)
+    model_.edges.push_back(edge);
+  for (const auto& chain : specified_)
+    add(chain, chain.facts);
+  for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
+    // Paths are in lexical order: the ones that go on from this one follow it directly.
+    const auto next = std::next(entry);
+    const auto& path = entry->first;
+    const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
+                         std::equal(path.begin(), path.end(), next->first.begin());
+    if (goes_on) continue;
+    auto facts = entry->second.facts;
+    for (const auto hop : path) {
+      const auto& id = model_.callbacks[at(hop)].logical_id;
+      facts.hops.push_back(id);
+      facts.name += facts.name.empty() ? id : " -> " + id;
+    }
+    add(entry->second, std::move(facts));
+  }
+  std::stable_sort(
+      model_.chains.begin(), model_.chains.end(),
+      [](const ChainFacts& a, const ChainFacts& b) { return !a.specified && a.name < b.name; });
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,114 @@
+// Messages linking callbacks: finds the instance that published what another one took, and measures
+// path latency, reaction time and data age of the chains (definitions.md; Günzel et al. 2023).
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
+
+#include "chain_node.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+#include "model/host_clocks.hpp"
+#include "recent.hpp"
+#include "registry.hpp"
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+class ChainTracker {
+ public:
+  ChainTracker(Model& model, Registry& registry, HostClocks& clocks, const SchedulingSpec* spec);
+
+  // A node for an instance that begins. Valid as long as the tracker.
+  ChainNodeRef new_node() { return nodes_.take(); }
+  // `node` is the open instance that publishes, null outside callbacks.
+  void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
+                  ChainNodeRef node);
+  // An instance began: looks up what it took.
+  void link(ChainNode& node);
+  // An instance in the window was completed.
+  void on_complete(ChainNode& node, const EventRef& end);
+  // Fills the model's chains and edges. May be called again after more instances.
+  void finish();
+
+ private:
+  static constexpr std::size_t kMaxMessages = 1024;  // per publisher, waiting to be taken
+  static constexpr std::size_t kMaxReads = 8192;     // per callback, waiting for an answer
+
+  struct Message {
+    std::int64_t source_timestamp = 0;
+    Timestamp time;
+    ChainNodeRef node;
+  };
+  // When instances of one callback started, the last few, numbered from 0. Which of them begin a
+  // chain is seen only when its last callback ends, so every one is kept.
+  class Reads {
+   public:
+    std::uint64_t add(Timestamp read) {
+      times_.push(read);
+      return count_++;
+    }
+    std::uint64_t oldest() const noexcept { return count_ - times_.size(); }
+    // oldest() <= number < the count.
+    Timestamp operator[](std::uint64_t number) const noexcept {
+      return times_.newest(static_cast<std::size_t>(count_ - 1 - number));
+    }
+
+   private:
+    Recent<Timestamp, kMaxReads> times_;
+    std::uint64_t count_ = 0;
+  };
+  struct Progress {
+    bool has_last = false;
+    std::vector<std::uint64_t> seqs;  // of the last chain instance, hop by hop
+    EventRef last_start;              // of its first callback
+    EventRef newest_start;            // of the chain instance that read last
+    std::uint64_t unanswered = 0;     // number of the first read from that one on
+  };
+  struct Chain {
+    ChainFacts facts;
+    std::vector<CallbackIndex> hops;
+    Progress progress;
+  };
+  using Path = std::vector<CallbackIndex>;
+  using Paths = std::map<Path, Chain>;
+  using Nodes = std::vector<const ChainNode*>;
+
+  void resolve(ChainNode& node);
+  void note_edge(const ChainNode& node);
+  void on_specified(const ChainNode& node, const EventRef& end, Chain& chain);
+  void on_path(const ChainNode& node, const EventRef& end);
+  // The chain of a path, new if it is; null if there are too many.
+  Chain* chain_of(const Nodes& nodes);
+  // What to add to times of the first callback's host for those of the last one's. Empty: their
+  // clocks have nothing in common.
+  static std::optional<Duration> to_last(const Nodes& nodes);
+  static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+                           Duration to_last);
+  void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
+  // Answers the reads before that of this chain instance.
+  void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
+  bool has_hole(const Nodes& nodes, const Progress& progress);
+
+  Model& model_;
+  Registry& registry_;
+  HostClocks& clocks_;
+  ChainNodePool nodes_;
+  ByIndex<std::uint32_t, Recent<Message, kMaxMessages>> messages_;  // by publisher
+  ByIndex<CallbackIndex, Reads> reads_;
+  std::vector<Chain> specified_;
+  Paths paths_;
+  ByIndex<CallbackIndex, Paths::value_type*> last_path_to_;                // null: none yet
+  using EdgeKey = std::pair<CallbackIndex, std::optional<CallbackIndex>>;  // to, from
+  std::map<EdgeKey, MessageEdgeFacts> edges_;
+  ByIndex<CallbackIndex, MessageEdgeFacts*> last_edge_to_;  // null: none yet
+  Nodes scratch_;
+  bool has_spec_ = false;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,314 @@
+#include "enforcement_tracker.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::int32_t kFirstFairPriority = 100;  // kernel priorities below are real-time
+constexpr std::size_t kMaxForks = 65'536;
+constexpr std::size_t kMaxScheduled = 1'024;
+
+bool is_real_time(std::int32_t prio) noexcept { return prio < kFirstFairPriority; }
+
+// The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
+bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
+  const auto is_same = [&](auto field) {
+    const auto wanted = asked_for(thread, expected, field);
+    return !wanted || !(audit.*field) || audit.*field == wanted;
+  };
+  return is_same(&ReadBack::slice_ns) && is_same(&ReadBack::util_min) &&
+         is_same(&ReadBack::util_max);
+}
+
+}  // namespace
+
+const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
+  if (!thread.applied.empty()) return &thread.applied.back();
+  const bool is_attached = model_.processes[at(thread.process)].first_moment == RunMoment::announce;
+  return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
+}
+
+void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
+  auto& state = threads_[index];
+  state.has_cpus = !event.cpus.empty();
+  state.allowed_cpu = -1;
+  if (event.moment == SchedMoment::applied) state.is_changing = false;
+  if (event.moment != SchedMoment::audit) return;
+  auto& thread = model_.threads[at(index)];
+  const auto* expected = reference(thread);
+  if (expected == nullptr || !thread.last_read_back || state.is_changing) return;
+  // The audit that announces a change is the last one to compare with what was applied before.
+  state.is_changing = event.change > expected->change;
+  const auto& audit = *thread.last_read_back;
+  // The first audit of an attached process stands for what was applied: nothing is compared yet.
+  const bool is_reference = thread.applied.empty() && audit.n == expected->n;
+  if (!is_judging_ || is_reference) return;
+  ++thread.audits_checked;
+  const bool is_same = is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit);
+  if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {*expected, audit};
+}
+
+void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit) {
+  auto& thread = model_.threads[at(index)];
+  const auto* expected = reference(thread);
+  if (expected == nullptr || threads_[index].is_changing) return;
+  if (is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit)) {
+    ++thread.audits_checked;
+  }
+}
+
+void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, bool is_switch) {
+  auto& state = threads_[index];
+  if (!is_judging_ || !head.cpu || !state.has_cpus || state.is_changing) return;
+  auto& thread = model_.threads[at(index)];
+  ++thread.cpus_checked;
+  if (is_switch) ++thread.switch_cpus_checked;
+  const auto& cpus = thread.last_read_back->cpus;
+  const bool is_allowed =
+      *head.cpu >= 0 &&
+      std::binary_search(cpus.begin(), cpus.end(), static_cast<std::uint32_t>(*head.cpu));
+  if (is_allowed) state.allowed_cpu = *head.cpu;
+  if (is_allowed || thread.cpu_violation) return;
+  auto where = ref(head);
+  where.tid = thread.tid;
+  where.pid = model_.processes[at(thread.process)].pid;
+  thread.cpu_violation = {*thread.last_read_back, where};
+}
+
+void EnforcementTracker::adopt_unread(const EventHead& head, ThreadIndex index) {
+  auto& thread = model_.threads[at(index)];
+  if (thread.scheduled.empty() && thread.read_backs.count == 0) adopt_priority(head, thread);
+}
+
+void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, std::int64_t tid,
+                                        std::int32_t prio) {
+  if (!is_judging_) return;
+  const auto index = registry_.thread_by_tid(host, tid);
+  if (!index) return;
+  auto& thread = model_.threads[at(*index)];
+  if (thread.fini || threads_[*index].is_boosted || threads_[*index].is_changing) return;
+  const auto* expected = reference(thread);
+  auto where = ref(head);
+  where.tid = tid;
+  where.pid = model_.processes[at(thread.process)].pid;
+  if (expected == nullptr) {
+    if (thread.read_backs.count == 0) note_priority(where, thread, prio);
+    return;
+  }
+  ++thread.switches_checked;
+  const auto own = kernel_priority(*expected);
+  if (prio == own) return;
+  auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
+  if (!mismatch) mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+}
+
+void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& thread,
+                                       std::int32_t prio) {
+  auto& all = thread.scheduled;
+  if (all.empty() || all.back().first.prio != prio) {
+    if (all.size() >= kMaxScheduled) return;
+    std::uint64_t starts = 0;
+    for (const auto& pair : thread.ran)
+      starts += pair.starts;
+    all.push_back(
+        ScheduledAs{.first = {.at = where, .prio = prio}, .last = where, .starts_before = starts});
+  }
+  all.back().last = where;
+}
+
+void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thread) {
+  const auto* tid = tids_[registry_.host_of(head)].find(thread.tid);
+  if (tid == nullptr || !tid->scheduled) return;
+  note_priority(*tid->scheduled, thread, tid->prio);
+  thread.scheduled.back().cpus.push_back(*tid->scheduled);
+}
+
+void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
+                                   const SchedSwitch& event) {
+  has_switches_ = true;
+  auto& tids = tids_[host];
+  if (event.prev_tid != 0) {
+    tids[event.prev_tid].prio = event.prev_prio;
+    tids[event.prev_tid].scheduled = ref(head);
+    check_priority(head, host, event.prev_tid, event.prev_prio);
+    const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
+    if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
+      auto& thread = model_.threads[at(*index)];
+      auto& state = threads_[*index];
+      const bool is_configured =
+          (!thread.applied.empty() || thread.first_audit) && !instances_.is_inside_unseen(*index);
+      if (!state.first_wait && thread.announced && is_configured && !thread.fini) {
+        state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
+        state.inside_before = instances_.inside_execution(*index, host, head.time);
+        thread.first_wait = head.time;
+      }
+      if (thread.fini) {  // its last switch-out, unless another follows
+        auto& tid = tids[event.prev_tid];
+        tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
+        thread.busy_ns = (tid.busy_at_exit - state.busy_before).ns;
+      }
+    }
+  }
+  if (event.next_tid == 0) return;
+  auto& next = tids[event.next_tid];
+  next.prio = event.next_prio;
+  next.scheduled = ref(head);
+  if (next.fork) {
+    model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
+    next.fork.reset();
+  }
+  check_priority(head, host, event.next_tid, event.next_prio);
+  if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
+    auto& thread = model_.threads[at(*index)];
+    if (!thread.fini) check_cpu(head, *index, true);
+    if (thread.scheduled.empty()) return;
+    auto& cpus = thread.scheduled.back().cpus;
+    if (std::ranges::find(cpus, head.cpu, &EventRef::cpu) == cpus.end()) {
+      cpus.push_back(thread.scheduled.back().last);
+    }
+  }
+}
+
+void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
+                                 const SchedProcessFork& event) {
+  auto& tids = tids_[host];
+  auto& child = tids[event.child_tid];  // first: it may move the others
+  const auto* parent = tids.find(event.parent_tid);
+  child.prio = OfTid{}.prio;
+  child.fork.reset();
+  if (!is_judging_ || parent == nullptr || !is_real_time(parent->prio)) return;
+  if (model_.forks.size() >= kMaxForks) return;
+  child.fork = model_.forks.size();
+  model_.forks.push_back(ForkFacts{.at = ref(head),
+                                   .host = host,
+                                   .parent_tid = event.parent_tid,
+                                   .child_tid = event.child_tid,
+                                   .parent_prio = parent->prio,
+                                   .child_first = std::nullopt,
+                                   .child = std::nullopt});
+}
+
+void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& event) {
+  const auto index = registry_.thread_by_tid(host, event.tid);
+  if (!index) return;
+  const auto* expected = reference(model_.threads[at(*index)]);
+  auto& state = threads_[*index];
+  if (!state.is_boosted) state.unboosted = event.old_prio;
+  const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
+  state.is_boosted = event.new_prio != own;
+}
+
+void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
+  auto& tid = tids_[host][model_.threads[at(index)].tid];
+  if (tid.thread == index) return;
+  threads_[index].busy_before = tid.busy_at_exit;
+  tid.thread = index;
+}
+
+void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {
+  const auto index = registry_.thread_by_tid(host, tid);
+  if (index && !is_totalled_) total_foreign_work(*index, host, head.time);
+}
+
+void EnforcementTracker::begin_window(Timestamp begin) {
+  is_judging_ = true;
+  judged_from_ = begin;
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& thread = model_.threads[i];
+    const auto host = model_.processes[at(thread.process)].host;
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    auto& state = threads_[index];
+    const auto mark = timeline_.mark(host, thread.tid, begin);
+    state.busy_before = mark.total.execution;
+    if (!state.first_wait) continue;
+    state.first_wait.reset();
+    thread.first_wait.reset();
+    if (instances_.is_inside_unseen(index)) continue;  // until that instance has ended
+    state.first_wait = mark;
+    state.inside_before = instances_.inside_execution(index, host, begin);
+    thread.first_wait = begin;
+  }
+}
+
+void EnforcementTracker::end_window(Timestamp end) {
+  is_judging_ = false;
+  is_totalled_ = true;
+  total(end);
+}
+
+bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
+                                     Timestamp end) const {
+  const auto host = model_.processes[at(thread.process)].host;
+  if (thread.ran_unrecorded || timeline_.overlaps_hole(host, begin, end)) return false;
+  const auto& coverage = recording_.coverage();
+  if (coverage.covers_all(host)) return true;
+  const auto is_confined = [&](const std::optional<ReadBack>& read_back) {
+    return !read_back || coverage.covers(host, read_back->cpus);
+  };
+  return thread.last_read_back && is_confined(thread.initial) && is_confined(thread.first_audit) &&
+         is_confined(thread.last_read_back) &&
+         std::ranges::all_of(thread.applied, [&](const ReadBack& applied) {
+           return coverage.covers(host, applied.cpus);
+         });
+}
+
+void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end) {
+  auto& thread = model_.threads[at(index)];
+  const auto& state = threads_[index];
+  if (!state.first_wait || !model_.hosts[at(host)].has_switches) return;
+  const auto parts =
+      ThreadTimeline::between(*state.first_wait, timeline_.mark(host, thread.tid, end));
+  const auto inside = instances_.inside_execution(index, host, end);
+  if (!parts || !inside || !state.inside_before) return;
+  if (!is_recorded(thread, state.first_wait->time, end)) return;
+  thread.foreign_ns = (parts->execution - (*inside - *state.inside_before)).ns;
+  thread.foreign_span_ns = (end - state.first_wait->time).ns;
+}
+
+void EnforcementTracker::total(std::optional<Timestamp> end) {
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& thread = model_.threads[i];
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    thread.cpus_checked += std::exchange(threads_[index].allowed_again, 0);
+    const auto host = model_.processes[at(thread.process)].host;
+    if (!model_.hosts[at(host)].has_switches) continue;
+    if (!thread.fini && thread.first_seen) {
+      const auto& last_seen = thread.last_seen ? *thread.last_seen : *thread.first_seen;
+      total_foreign_work(index, host, end.value_or(last_seen.time));
+    }
+    if (registry_.thread_by_tid(host, thread.tid) == index) {
+      const auto at_end = end.value_or(Timestamp{});
+      const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
+      thread.busy_ns = (total - threads_[index].busy_before).ns;
+    }
+    const auto begin =
+        thread.start_ns ? Timestamp{*thread.start_ns} : thread.first_seen.value_or(EventRef{}).time;
+    const auto last = thread.fini ? thread.last_seen.value_or(*thread.fini).time
+                                  : end.value_or(thread.last_seen.value_or(EventRef{}).time);
+    if (thread.busy_ns && !is_recorded(thread, std::max(begin, judged_from_), last)) {
+      thread.busy_ns.reset();
+    }
+  }
+}
+
+void EnforcementTracker::look(Timestamp now) {
+  total(now);
+  adopt_children();
+}
+
+void EnforcementTracker::finish() {
+  if (!is_totalled_) total(model_.end);
+  adopt_children();
+}
+
+void EnforcementTracker::adopt_children() {
+  for (auto& fork : model_.forks) {
+    if (const auto child = registry_.thread_by_tid(fork.host, fork.child_tid)) {
+      fork.child = child;
+      model_.threads[at(*child)].is_fork_child_of_real_time = true;
+    }
+  }
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,112 @@
+// Compares what threads do with what their parameters allow, event by event: audits, priorities and
+// CPUs of switches, CPUs of user events, children of real-time threads, work outside callbacks.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "flat_map.hpp"
+#include "instance_builder.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+#include "recording_tracker.hpp"
+#include "registry.hpp"
+#include "thread_timeline.hpp"
+
+#include <optional>
+
+namespace cie::analysis {
+
+class EnforcementTracker {
+ public:
+  EnforcementTracker(Model& model, Registry& registry, const RecordingTracker& recording,
+                     ThreadTimeline& timeline, InstanceBuilder& instances)
+      : model_(model),
+        registry_(registry),
+        recording_(recording),
+        timeline_(timeline),
+        instances_(instances) {}
+
+  void on_read_back(ThreadIndex thread, const ThreadSched& event);
+  // An audit after the window: where it agrees, nothing changed in the window that lasted.
+  void on_later_audit(ThreadIndex thread, const ReadBack& audit);
+  void on_user_event(const EventHead& head, ThreadIndex thread) {
+    auto* state = threads_.find(thread);
+    if (state == nullptr || !state->has_cpus) {
+      if (has_switches_) adopt_unread(head, thread);
+      return;
+    }
+    if (!head.cpu || !is_judging_) return;
+    if (*head.cpu == state->allowed_cpu && !state->is_changing) {
+      ++state->allowed_again;
+    } else {
+      check_cpu(head, thread, false);
+    }
+  }
+  // After the timeline has seen the switch.
+  void on_switch(const EventHead& head, HostIndex host, const SchedSwitch& event);
+  void on_fork(const EventHead& head, HostIndex host, const SchedProcessFork& event);
+  void on_pi_setprio(HostIndex host, const SchedPiSetprio& event);
+  // A thread_init that begins a new incarnation: what the tid ran before is not its own.
+  void on_thread_began(HostIndex host, ThreadIndex thread);
+  void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
+  // Nothing is judged before the one and after the other.
+  void await_window() noexcept { is_judging_ = false; }
+  void begin_window(Timestamp begin);
+  void end_window(Timestamp end);
+  // Totals what has been seen until now; more may follow.
+  void look(Timestamp now);
+  void finish();
+
+ private:
+  struct OfThread {
+    bool has_cpus = false;            // was read back, with the CPUs it may use
+    std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
+    std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
+    bool is_changing = false;    // an audit told that its parameters change; no `applied` since
+    bool is_boosted = false;     // runs at a priority inherited through a mutex
+    std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
+    std::optional<ThreadTimeline::Mark> first_wait;
+    std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
+    Duration busy_before;                   // of earlier incarnations of its tid
+  };
+  struct OfTid {
+    std::int32_t prio = 120;
+    std::optional<EventRef> scheduled;  // its last switch
+    // The incarnation that holds the tid, and the tid's on-CPU time when it last left a CPU for
+    // good.
+    std::optional<ThreadIndex> thread;
+    Duration busy_at_exit;
+    std::optional<std::size_t> fork;  // index into model.forks while its first switch-in is awaited
+  };
+
+  // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
+  const ReadBack* reference(const ThreadFacts& thread) const;
+  void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
+  void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
+  // A thread that nobody read back is scheduled with this priority.
+  void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
+  // The same if it is a thread that nobody read back.
+  void adopt_unread(const EventHead& head, ThreadIndex thread);
+  // A thread speaks for the first time: what it was scheduled as until now is its own.
+  void adopt_priority(const EventHead& head, ThreadFacts& thread);
+  // The kernel's record of the thread has no hole between the two.
+  bool is_recorded(const ThreadFacts& thread, Timestamp begin, Timestamp end) const;
+  void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
+  // Busy time and foreign work of the threads that have not ended.
+  void total(std::optional<Timestamp> end);
+  void adopt_children();
+
+  Model& model_;
+  Registry& registry_;
+  const RecordingTracker& recording_;
+  ThreadTimeline& timeline_;
+  InstanceBuilder& instances_;
+  ByIndex<ThreadIndex, OfThread> threads_;
+  ByIndex<HostIndex, FlatMap<std::int64_t, OfTid>> tids_;
+  bool is_judging_ = true;
+  bool has_switches_ = false;  // of any host: until then nothing was scheduled
+  bool is_totalled_ = false;
+  Timestamp judged_from_{};  // begin of the window
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,412 @@
+#include "instance_builder.hpp"
+
+#include "model/host_clocks.hpp"
+#include "prefetch.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <new>
+#include <tuple>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::size_t kMaxOpenPerThread = 64;
+constexpr std::size_t kMaxPending = 100'000;
+constexpr std::size_t kMaxMoves = 1024;
+constexpr std::size_t kMaxSpare = 1024;
+// State is announced within one second of a session's start; three are ample.
+constexpr Duration kSettleTime{3'000'000'000};
+
+}  // namespace
+
+void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
+  // A thread may be announced long after it began: what woke it since is its own.
+  const auto& facts = model_.threads[at(thread)];
+  const Timestamp begin{facts.start_ns.value_or(0)};
+  auto& wakeup = of_thread(thread).wakeup;
+  if (wakeup && *wakeup < begin) wakeup.reset();
+  const auto wake = timeline_.last_wake(host, facts.tid);
+  if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
+}
+
+void InstanceBuilder::begin_outside(const std::optional<ThreadIndex>& thread) {
+  ++of_thread(thread).unseen;
+}
+
+void InstanceBuilder::end_outside(const std::optional<ThreadIndex>& thread) {
+  auto& unseen = of_thread(thread).unseen;
+  if (unseen > 0) --unseen;
+}
+
+bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
+  const auto& open = callbacks_[callback].open;
+  return std::ranges::find(open, seq, &LiveInstance::seq) != open.end();
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
+                            const ThreadWakeup& /*event*/) {
+  if (!who.thread) return;
+  of_thread(who.thread).wakeup = head.time;
+  // A start follows soon, but other threads' events come between.
+  if (who.known != nullptr && who.known->callback_facts != nullptr) {
+    prefetch_to_write(&who.known->callback_facts->starts);
+  }
+}
+
+std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
+  if (spare_.empty()) return std::make_unique<LiveInstance>();
+  auto live = std::move(spare_.back());
+  spare_.pop_back();
+  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
+  // be by std::construct_at() as well.
+  std::destroy_at(live.get());
+  ::new (static_cast<void*>(live.get())) LiveInstance;
+  return live;
+}
+
+void InstanceBuilder::measure(std::unique_ptr<LiveInstance> live) {
+  measurer_.measure(*live);
+  live->node.reset();
+  if (spare_.size() < kMaxSpare) spare_.push_back(std::move(live));
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
+  if (!who.process) return;
+  registry_.note_speaker(*who.process);
+  auto live = new_instance();
+  live->callback = registry_.callback(who, event.callback);
+  live->callback_facts = &model_.callbacks[at(live->callback)];
+  live->thread = who.thread;
+  if (who.thread) live->thread_facts = &model_.threads[at(*who.thread)];
+  live->host = registry_.host_of(head);
+  live->stream = head.stream;
+  live->seq = event.seq;
+  live->start = ref(head);
+  live->release_kind = event.release_kind.value_or(ReleaseKind::none);
+  live->release_ns = event.release_ns;
+  live->missed = event.missed;
+  live->source_timestamp = event.source_timestamp_realtime_ns;
+  live->writer_gid = event.writer_gid;
+  live->realtime_offset = clocks_.synced(live->host);
+
+  auto& on_thread = of_thread(live->thread);
+  auto& callback = callbacks_[live->callback];
+  auto& facts = *live->callback_facts;
+  if (head.is_derived) facts.is_accounted = false;
+  registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
+  if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
+    facts.missed += live->missed;
+    if (live->missed > 0 && !facts.first_missed) {
+      facts.first_missed = Extreme<std::uint32_t>{.value = live->missed,
+                                                  .seq = live->seq,
+                                                  .start = live->start,
+                                                  .end = std::nullopt,
+                                                  .release = std::nullopt};
+    }
+  }
+  if (live->thread) {
+    live->wakeup = on_thread.wakeup;
+    if (recording_.has_kernel(live->host)) {
+      live->wake = timeline_.last_wake(live->host, *head.tid);
+      live->mark = timeline_.mark(live->host, *head.tid, head.time);
+      timeline_.begin_watch(live->host, *head.tid);
+      live->is_confined = is_confined(*live);
+    }
+    note_on_thread(*live);
+    if (!on_thread.open.empty()) {
+      live->is_nested = true;
+      auto& outer = *on_thread.open.back();
+      if (!outer.first_inner) outer.first_inner = {live->callback, live->start};
+    }
+  } else {
+    ++facts.starts_without_tid;
+  }
+  for (auto* open : callback.open) {
+    if (!open->first_overlapping) open->first_overlapping = {live->seq, live->start};
+  }
+
+  live->node = chains_.new_node();
+  live->node->callback = live->callback;
+  live->node->host = live->host;
+  live->node->seq = live->seq;
+  live->node->start = live->start;
+  live->node->writer_gid = live->writer_gid;
+  live->node->source_timestamp = live->source_timestamp;
+  const auto& window = recording_.window_of(head.stream);
+  live->node->is_in_window = window.begin && *window.begin <= head.time;
+  if (live->release_kind != ReleaseKind::none && live->release_ns >= 0) {
+    live->node->release = Timestamp{live->release_ns};
+  }
+  chains_.link(*live->node);
+  measurer_.expect(*live);
+
+  if (on_thread.open.size() >= kMaxOpenPerThread) {
+    auto oldest = std::move(on_thread.open.front());
+    on_thread.open.erase(on_thread.open.begin());
+    abandon(std::move(oldest));
+  }
+  callback.open.push_back(live.get());
+  on_thread.open.push_back(std::move(live));
+}
+
+bool InstanceBuilder::is_confined(const LiveInstance& live) const {
+  const auto& read_back = live.thread_facts->last_read_back;
+  return !recording_.coverage().covers_all(live.host) && read_back &&
+         recording_.coverage().covers(live.host, read_back->cpus);
+}
+
+void InstanceBuilder::note_on_thread(LiveInstance& live) {
+  auto& callback = *live.callback_facts;
+  auto& thread = *live.thread_facts;
+  const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
+    for (auto& pair : pairs) {
+      if (pair.callback != live.callback || pair.thread != *live.thread) continue;
+      ++pair.starts;
+      pair.last_activity = live.start;
+      return static_cast<std::size_t>(&pair - pairs.data());
+    }
+    pairs.push_back(CallbackOnThread{.callback = live.callback,
+                                     .thread = *live.thread,
+                                     .starts = 1,
+                                     .instances = 0,
+                                     .first_start = live.start,
+                                     .first_seq = live.seq,
+                                     .last_activity = live.start});
+    return pairs.size() - 1;
+  };
+  if (!callback.ran_on.empty() && callback.moves.size() < kMaxMoves) {
+    const auto last = std::max_element(callback.ran_on.begin(), callback.ran_on.end(),
+                                       [](const CallbackOnThread& a, const CallbackOnThread& b) {
+                                         return a.last_activity.time < b.last_activity.time;
+                                       });
+    if (last->thread != *live.thread) {
+      const bool is_new = callback.last_init && callback.last_init->time > last->last_activity.time;
+      callback.moves.push_back(Move{.from = last->thread,
+                                    .to = *live.thread,
+                                    .last_on_from = last->last_activity,
+                                    .first_on_to = live.start,
+                                    .registered_again = is_new});
+    }
+  }
+  live.on_callback = start_on(callback.ran_on);
+  live.on_thread = start_on(thread.ran);
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
+  if (!who.process) return;
+  const auto index = registry_.callback(who, event.callback);
+  const auto& thread = who.thread;
+  auto& facts = model_.callbacks[at(index)];
+  registry_.ends(index).observe(event.seq, ref(head), facts.ended);
+  auto& on_thread = of_thread(thread);
+  auto& open = on_thread.open;
+  const auto found = std::find_if(open.rbegin(), open.rend(),
+                                  [index, &event](const std::unique_ptr<LiveInstance>& live) {
+                                    return live->callback == index && live->seq == event.seq;
+                                  });
+  // Whatever woke the thread before belongs to what ended here, even if its start was not seen.
+  const auto forget_wakes = [&] {
+    if (!thread) return;
+    timeline_.forget_wake(registry_.host_of(head), *head.tid);
+    on_thread.wakeup.reset();
+  };
+  if (found == open.rend()) {
+    end_outside(thread);
+    note_end_without_start(head, index, event.seq);
+    forget_wakes();
+    return;
+  }
+  auto live = std::move(*found);
+  open.erase(std::next(found).base());
+  live->end = ref(head);
+  live->status = event.status;
+  if (thread) on_thread.wakeup.reset();
+  if (thread && recording_.has_kernel(live->host)) {
+    const auto mark = timeline_.mark(live->host, *head.tid, head.time);
+    live->parts = ThreadTimeline::between(live->mark, mark);
+    live->preempted_by = timeline_.end_watch(live->host, *head.tid);
+    live->is_confined = live->is_confined && is_confined(*live);
+    if (live->is_nested) live->preempted_by.clear();  // the list is the outer one's
+    if (!live->is_nested) {
+      if (live->parts) {
+        on_thread.inside += live->parts->execution;
+      } else {
+        on_thread.is_inside_known = false;
+      }
+    }
+  }
+  forget_wakes();
+  close(std::move(live));
+}
+
+void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,
+                                             std::uint64_t seq) {
+  auto& facts = model_.callbacks[at(index)];
+  auto& callback = callbacks_[index];
+  const auto& starts = facts.starts;
+  if (!starts.first || seq < *starts.first) {
+    ++facts.ends_before_first;
+    return;
+  }
+  const bool was_started = seq <= *starts.last && !registry_.starts(index).is_missing(seq);
+  const auto* first_end =
+      callback.recent.find_newest([seq](const Ended& ended) { return ended.seq == seq; });
+  const bool is_open = std::any_of(callback.open.begin(), callback.open.end(),
+                                   [seq](const LiveInstance* live) { return live->seq == seq; });
+  if (was_started && !is_open) {
+    ++facts.second_ends;
+    if (!facts.first_second_end && first_end != nullptr) {
+      facts.first_second_end =
+          CallbackFacts::SecondEnd{.seq = seq, .first = first_end->end, .second = ref(head)};
+    }
+    return;
+  }
+  ++facts.ends_without_start;
+  if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
+}
+
+void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
+  auto& callback = callbacks_[live->callback];
+  std::erase(callback.open, live.get());
+  auto& facts = *live->callback_facts;
+  if (live->first_overlapping && !facts.overlap) {
+    facts.overlap = CallbackFacts::Overlap{.first_seq = live->seq,
+                                           .first_start = live->start,
+                                           .first_end = live->end,
+                                           .second_seq = live->first_overlapping->first,
+                                           .second_start = live->first_overlapping->second};
+  }
+  if (live->thread) {
+    auto& thread = *live->thread_facts;
+    if (live->first_inner && !thread.nesting) {
+      thread.nesting = ThreadFacts::Nesting{.outer = live->callback,
+                                            .outer_start = live->start,
+                                            .outer_end = live->end,
+                                            .inner = live->first_inner->first,
+                                            .inner_start = live->first_inner->second};
+    }
+    facts.ran_on[live->on_callback].last_activity = *live->end;
+    thread.ran[live->on_thread].last_activity = *live->end;
+  }
+  callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
+  // Without the way through the queue if nothing is to be waited for.
+  if (pending_.empty() && is_settled(*live, live->end->time, live->host)) {
+    measure(std::move(live));
+  } else {
+    pending_.push_back(std::move(live));
+  }
+}
+
+void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
+  if (live->thread) timeline_.end_watch(live->host, *live->start.tid);
+  auto& callback = callbacks_[live->callback];
+  std::erase(callback.open, live.get());
+  auto& facts = *live->callback_facts;
+  if (live->first_overlapping && !facts.overlap_unproven) {
+    facts.overlap_unproven =
+        CallbackFacts::Overlap{.first_seq = live->seq,
+                               .first_start = live->start,
+                               .first_end = std::nullopt,
+                               .second_seq = live->first_overlapping->first,
+                               .second_start = live->first_overlapping->second};
+  }
+  if (live->thread && live->first_inner) {
+    auto& thread = *live->thread_facts;
+    if (!thread.nesting_unproven) {
+      thread.nesting_unproven = ThreadFacts::Nesting{.outer = live->callback,
+                                                     .outer_start = live->start,
+                                                     .outer_end = std::nullopt,
+                                                     .inner = live->first_inner->first,
+                                                     .inner_start = live->first_inner->second};
+    }
+  }
+  measure(std::move(live));
+}
+
+bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const {
+  const auto shift = there == live.host
+                         ? Duration{}
+                         : clock_shift(model_.hosts[at(there)], model_.hosts[at(live.host)]);
+  if (now + shift - live.end->time > kSettleTime) return true;
+  // Nothing of the kernel came yet: its first switch tells what ran until then.
+  const bool is_kernel_silent =
+      recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
+  if (is_kernel_silent) return false;
+  const bool is_announced = live.callback_facts->registered &&
+                            (live.thread_facts == nullptr || live.thread_facts->announced);
+  return is_announced && timeline_.is_confirmed(live.host, live.end->time);
+}
+
+void InstanceBuilder::advance(const EventHead& head) {
+  while (!pending_.empty() && (is_settled(*pending_.front(), head.time, registry_.host_of(head)) ||
+                               pending_.size() > kMaxPending)) {
+    measure(std::move(pending_.front()));
+    pending_.pop_front();
+  }
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
+  if (!who.process) return;
+  registry_.note_speaker(*who.process);
+  const auto index = registry_.publisher(*who.process, event.publisher);
+  auto& facts = model_.publishers[index];
+  registry_.published(index).observe(event.seq, ref(head), facts.published);
+  ChainNodeRef node;
+  if (who.thread) {
+    const auto& open = of_thread(who.thread).open;
+    if (!open.empty()) node = open.back()->node;
+  }
+  chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, std::move(node));
+  if (observer_ == nullptr) return;
+  observer_->on_publication(
+      Publication{.time = head.time,
+                  .pid = *head.pid,
+                  .tid = head.tid.value_or(-1),
+                  .cpu = head.cpu,
+                  .topic = facts.topic,
+                  .publisher_id = to_number(event.publisher),
+                  .seq = event.seq,
+                  .writer_gid = facts.writer_gid,
+                  .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns,
+                  .host = registry_.host_of(head)});
+}
+
+std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,
+                                                          Timestamp now) {
+  auto& on_thread = of_thread(thread);
+  if (!on_thread.is_inside_known) return std::nullopt;
+  auto inside = on_thread.inside;
+  if (!on_thread.open.empty()) {
+    const auto& outermost = *on_thread.open.front();
+    const auto parts = ThreadTimeline::between(
+        outermost.mark, timeline_.mark(host, model_.threads[at(thread)].tid, now));
+    if (!parts) return std::nullopt;
+    inside += parts->execution;
+  }
+  return inside;
+}
+
+void InstanceBuilder::finish() {
+  while (!pending_.empty()) {
+    measure(std::move(pending_.front()));
+    pending_.pop_front();
+  }
+  std::vector<std::unique_ptr<LiveInstance>> open;
+  const auto take = [&open](OfThread& state) {
+    for (auto& live : state.open)
+      open.push_back(std::move(live));
+    state.open.clear();
+  };
+  std::for_each(threads_.begin(), threads_.end(), take);
+  take(nobody_);
+  std::sort(open.begin(), open.end(), [](const auto& a, const auto& b) {
+    return std::tie(a->start.time, a->start.tid, a->seq) <
+           std::tie(b->start.time, b->start.tid, b->seq);
+  });
+  for (auto& live : open)
+    abandon(std::move(live));
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,110 @@
+// Pairs starts with ends per thread, notes what does not pair, overlaps or nests, and has each
+// instance measured once nothing later in the trace can change what is known of it.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+
+#include "chain_tracker.hpp"
+#include "instance_measurer.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+#include "model/host_clocks.hpp"
+#include "recent.hpp"
+#include "recording_tracker.hpp"
+#include "registry.hpp"
+#include "thread_timeline.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+class InstanceBuilder {
+ public:
+  InstanceBuilder(Model& model, Registry& registry, RecordingTracker& recording,
+                  ThreadTimeline& timeline, HostClocks& clocks, ChainTracker& chains,
+                  Observer* observer)
+      : model_(model),
+        registry_(registry),
+        recording_(recording),
+        timeline_(timeline),
+        clocks_(clocks),
+        chains_(chains),
+        observer_(observer),
+        measurer_(model, registry, recording, timeline, chains, observer) {}
+
+  // `who`: of the registry, for this event.
+  void apply(const EventHead& head, const Emitter& who, const CallbackStart& event);
+  void apply(const EventHead& head, const Emitter& who, const CallbackEnd& event);
+  void apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event);
+  void apply(const EventHead& head, const Emitter& who, const Publish& event);
+  void thread_began(HostIndex host, ThreadIndex thread);
+  // An instance that is not looked at, because it began before the window, begins and ends.
+  void begin_outside(const std::optional<ThreadIndex>& thread);
+  void end_outside(const std::optional<ThreadIndex>& thread);
+  // Such an instance may run on the thread.
+  bool is_inside_unseen(ThreadIndex thread) { return threads_[thread].unseen > 0; }
+  // Instances of the callback that began in the window and have not ended yet.
+  std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
+  bool is_open(CallbackIndex callback, std::uint64_t seq);
+  // Finalises instances that nothing later in the trace can change any more.
+  void advance(const EventHead& head);
+  void finish();
+
+  // On-CPU time of a thread inside its instances so far; empty where its record is broken.
+  std::optional<Duration> inside_execution(ThreadIndex thread, HostIndex host, Timestamp now);
+
+ private:
+  static constexpr std::size_t kRecentEnds = 64;
+
+  struct OfThread {
+    std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above
+    std::optional<Timestamp> wakeup;
+    Duration inside;  // on-CPU time inside outermost instances that ended
+    bool is_inside_known = true;
+    std::uint32_t unseen = 0;  // instances that began before the window and have not ended
+  };
+  struct Ended {  // recently ended instances of a callback
+    std::uint64_t seq = 0;
+    EventRef end;
+  };
+  struct OfCallback {
+    std::vector<LiveInstance*> open;
+    Recent<Ended, kRecentEnds> recent;  // for second ends
+  };
+
+  OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
+    return thread ? threads_[*thread] : nobody_;
+  }
+  std::unique_ptr<LiveInstance> new_instance();
+  void note_on_thread(LiveInstance& live);
+  // The thread's last read-back allows it none but CPUs that the kernel's record covers.
+  bool is_confined(const LiveInstance& live) const;
+  void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
+  void close(std::unique_ptr<LiveInstance> live);
+  void abandon(std::unique_ptr<LiveInstance> live);
+  void measure(std::unique_ptr<LiveInstance> live);
+  // `now` of the clock of the host `there`.
+  bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
+
+  Model& model_;
+  Registry& registry_;
+  RecordingTracker& recording_;
+  ThreadTimeline& timeline_;
+  const HostClocks& clocks_;
+  ChainTracker& chains_;
+  Observer* observer_;
+  InstanceMeasurer measurer_;
+  ByIndex<ThreadIndex, OfThread> threads_;
+  OfThread nobody_;  // events without a tid
+  ByIndex<CallbackIndex, OfCallback> callbacks_;
+  std::deque<std::unique_ptr<LiveInstance>> pending_;  // ended, in order of their ends
+  std::vector<std::unique_ptr<LiveInstance>> spare_;   // measured, to be used again
+};
+
+}  // namespace cie::analysis

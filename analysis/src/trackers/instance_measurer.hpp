@@ -1,0 +1,147 @@
+// Turns a finished instance into an Instance with its release, its four parts and its place in the
+// window; feeds the statistics, the witnesses of the extremes and the observer.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+
+#include "chain_tracker.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+#include "recent.hpp"
+#include "recording_tracker.hpp"
+#include "registry.hpp"
+#include "thread_timeline.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// A started instance; kept until nothing later can change what is known of it.
+struct LiveInstance {
+  CallbackIndex callback{};
+  std::optional<ThreadIndex> thread;
+  CallbackFacts* callback_facts = nullptr;  // the model's
+  ThreadFacts* thread_facts = nullptr;      // null without a thread
+  HostIndex host{};
+  StreamIndex stream{};
+  std::uint64_t seq = 0;
+  EventRef start;
+  std::optional<EventRef> end;
+  std::optional<CallbackStatus> status{};
+  ReleaseKind release_kind = ReleaseKind::none;
+  std::int64_t release_ns = -1;
+  std::uint32_t missed = 0;
+  std::int64_t source_timestamp = 0;
+  std::uint64_t writer_gid = 0;
+  std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
+  std::optional<Timestamp> wakeup;
+  ThreadTimeline::Wake wake;
+  ThreadTimeline::Mark mark;
+  std::optional<ThreadTimeline::Parts> parts;
+  std::vector<Preemptor> preempted_by;
+  // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
+  bool is_confined = false;
+  ChainNodeRef node;
+  std::size_t on_callback = 0;  // places in `ran_on` of its callback and `ran` of its thread
+  std::size_t on_thread = 0;
+  bool is_nested = false;  // began inside another instance of its thread
+  std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
+  std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
+};
+
+class InstanceMeasurer {
+ public:
+  InstanceMeasurer(Model& model, const Registry& registry, const RecordingTracker& recording,
+                   const ThreadTimeline& timeline, ChainTracker& chains, Observer* observer)
+      : model_(model),
+        registry_(registry),
+        recording_(recording),
+        timeline_(timeline),
+        chains_(chains),
+        observer_(observer) {}
+
+  // An instance began: what measuring it needs will be in the cache by its end.
+  void expect(const LiveInstance& live) const noexcept;
+  // Once per instance, when nothing later in the trace can change what is known of it.
+  void measure(const LiveInstance& live);
+
+ private:
+  struct Arrival {
+    std::uint64_t seq = 0;
+    EventRef start;
+    EventRef end;
+    Timestamp release;  // exact
+  };
+  struct Arrivals {
+    static constexpr std::size_t kRemembered = 64;
+    Recent<Arrival, kRemembered> recent;
+    std::size_t ascending = 0;  // so many of the latest have numbers each above the one before
+    // Of the latest: what of it is asked for every time, without the way to where it was put.
+    std::uint64_t seq = 0;
+    Timestamp release;
+    Timestamp end;
+  };
+  // The value of an Extreme, beside those of the callback's others: the witnesses are written now
+  // and then, the values are looked at for every instance.
+  struct Bound {
+    std::int64_t value = 0;
+    bool is_set = false;
+    // Whether `other` is the first value or above it, which it then becomes.
+    bool rise(Duration other) noexcept {
+      if (is_set && value >= other.ns) return false;
+      return set(other);
+    }
+    bool fall(Duration other) noexcept {
+      if (is_set && value <= other.ns) return false;
+      return set(other);
+    }
+    bool set(Duration other) noexcept {
+      value = other.ns;
+      is_set = true;
+      return true;
+    }
+  };
+  struct Bounds {
+    Bound response;
+    Bound response_lower;
+    Bound response_upper;
+    Bound duration;
+    Bound execution;
+    Bound duration_without_execution;
+    Bound min_inter_arrival;
+    Bound max_inter_arrival;
+  };
+
+  Instance instance_of(const LiveInstance& live) const;
+  // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
+  std::optional<Timestamp> source_time(const LiveInstance& live) const;
+  bool is_isolated_thread(const LiveInstance& live) const;
+  // The kernel's record is whole wherever the instance may have run.
+  bool is_recorded(const LiveInstance& live) const;
+  // What woke the thread last before the instance, if no later wake-up may be missing.
+  ThreadTimeline::Wake wake_of(const LiveInstance& live) const;
+  void count(const LiveInstance& live, const Instance& instance);
+  void note_response_time(const LiveInstance& live, const Instance& instance);
+  void note_parts(const LiveInstance& live, const Instance& instance);
+  void note_arrival(const LiveInstance& live, const Instance& instance);
+  // Two instances with consecutive numbers.
+  static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
+                        const Arrival& later);
+  static void note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap, const Arrival& later);
+
+  Model& model_;
+  const Registry& registry_;
+  const RecordingTracker& recording_;
+  const ThreadTimeline& timeline_;
+  ChainTracker& chains_;
+  Observer* observer_;
+  ByIndex<CallbackIndex, Arrivals> arrivals_;
+  ByIndex<CallbackIndex, Bounds> bounds_;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,191 @@
+#include "kernel_coverage.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::int32_t kMaxCpus = 65'536;
+
+}  // namespace
+
+KernelCoverage::Cpu* KernelCoverage::cpu_of(Host& host, std::int32_t number) {
+  if (number < 0 || number >= kMaxCpus) return nullptr;
+  const auto place = static_cast<std::size_t>(number);
+  if (place >= host.cpus.size()) host.cpus.resize(place + 1);
+  return &host.cpus[place];
+}
+
+void KernelCoverage::begin(const EventHead& head, const StreamBegin& event, HostIndex host) {
+  auto& stream = streams_[head.stream];
+  stream.is_kernel = event.domain == Domain::kernel;
+  stream.host = host;
+  stream.channel = event.channel;
+  auto& of_host = hosts_[host];
+  if (stream.is_kernel) {
+    relate();
+    if (head.cpu) note_cpu(stream, *head.cpu);
+    return;
+  }
+  if (head.cpu && event.has_events == true) see(host, *head.cpu);
+  if (of_host.user_clock == event.clock_uuid) return;
+  of_host.has_other_user_clock = of_host.user_clock.has_value();
+  if (!of_host.user_clock) of_host.user_clock = event.clock_uuid;
+  relate();
+}
+
+bool KernelCoverage::is_related(const Stream& stream, const std::string& clock) const {
+  const auto& host = *hosts_.find(stream.host);
+  if (host.user_clock) return !host.has_other_user_clock && host.user_clock == clock;
+  // No application of this boot was recorded. If some of a machine of the same name were, it is
+  // theirs, most likely, and was booted anew.
+  const auto& told = model_.hosts[at(stream.host)].told;
+  for (std::size_t i = 0; i < model_.hosts.size(); ++i) {
+    const auto* other = hosts_.find(HostIndex{static_cast<std::uint32_t>(i)});
+    if (other != nullptr && other->user_clock && model_.hosts[i].told == told) return false;
+  }
+  return true;
+}
+
+void KernelCoverage::relate() {
+  std::set<std::pair<HostIndex, std::uint32_t>> unrelated;  // channels
+  for (std::size_t i = 0; i < model_.streams.size(); ++i) {
+    auto* stream = streams_.find(StreamIndex{static_cast<std::uint32_t>(i)});
+    if (stream == nullptr || !stream->is_kernel) continue;
+    const bool is_related = this->is_related(*stream, model_.streams[i].clock_uuid);
+    if (is_related == stream->is_evidence) continue;
+    auto& host = hosts_[stream->host];
+    if (is_related) {
+      stream->is_evidence = true;
+      ++host.streams;
+      if (stream->cpu) note_cpu(*stream, *stream->cpu);
+    } else {
+      set_open(*stream, false);
+      stream->is_evidence = false;
+      --host.streams;
+      unrelated.emplace(stream->host, stream->channel);
+    }
+    change(host);
+  }
+  for (const auto& [host, channel] : unrelated)
+    hosts_[host].channels.erase(channel);
+}
+
+void KernelCoverage::change(Host& host) {
+  host.covered.reset();
+  host.is_whole.reset();
+}
+
+void KernelCoverage::set_open(Stream& stream, bool is_open) {
+  if (!stream.is_evidence || stream.is_open == is_open) return;
+  stream.is_open = is_open;
+  auto& host = hosts_[stream.host];
+  auto* cpu = stream.cpu ? cpu_of(host, *stream.cpu) : nullptr;
+  if (is_open) {
+    ++host.open;
+    if (cpu != nullptr) ++cpu->open;
+  } else {
+    --host.open;
+    if (cpu != nullptr) --cpu->open;
+  }
+}
+
+void KernelCoverage::note_cpu(Stream& stream, std::int32_t number) {
+  const bool was_open = stream.is_open;
+  set_open(stream, false);
+  stream.cpu = number;
+  if (stream.is_evidence) {
+    auto& host = hosts_[stream.host];
+    if (host.channels[stream.channel].cpus.insert(number).second) change(host);
+  }
+  set_open(stream, was_open);
+}
+
+void KernelCoverage::note_switches(Stream& stream, std::int32_t number) {
+  if (stream.cpu != number) note_cpu(stream, number);
+  stream.has_switches = true;
+  auto& host = hosts_[stream.host];
+  auto& channel = host.channels[stream.channel];
+  if (channel.has_switches) return;
+  channel.has_switches = true;
+  change(host);
+}
+
+void KernelCoverage::begin_packet(StreamIndex index, std::optional<std::int32_t> cpu) {
+  auto* stream = streams_.find(index);
+  if (stream == nullptr || !stream->is_kernel) return;
+  if (cpu && stream->cpu != cpu) note_cpu(*stream, *cpu);
+  set_open(*stream, true);
+}
+
+void KernelCoverage::end(StreamIndex index) {
+  if (auto* stream = streams_.find(index); stream != nullptr) set_open(*stream, false);
+}
+
+void KernelCoverage::expect(HostIndex index, std::uint32_t online_cpus) {
+  auto& host = hosts_[index];
+  if (online_cpus <= host.online_cpus) return;
+  host.online_cpus = online_cpus;
+  change(host);
+}
+
+bool KernelCoverage::see(HostIndex index, std::int32_t number) {
+  auto& host = hosts_[index];
+  auto* cpu = cpu_of(host, number);
+  if (cpu == nullptr) return host.open == 0;
+  if (!cpu->is_seen) {
+    cpu->is_seen = true;
+    change(host);
+  }
+  return cpu->open > 0 || host.open == 0;
+}
+
+const std::set<std::int32_t>& KernelCoverage::covered(Host& host) {
+  if (host.covered) return *host.covered;
+  auto& cpus = host.covered.emplace();
+  const bool has_switches = std::ranges::any_of(
+      host.channels, [](const auto& entry) { return entry.second.has_switches; });
+  for (const auto& [number, channel] : host.channels) {
+    if (has_switches == channel.has_switches) cpus.insert(channel.cpus.begin(), channel.cpus.end());
+  }
+  return cpus;
+}
+
+bool KernelCoverage::covers(HostIndex index, std::int32_t cpu) const {
+  auto* host = hosts_.find(index);
+  return host != nullptr && covered(*host).contains(cpu);
+}
+
+bool KernelCoverage::covers(HostIndex index, std::span<const std::uint32_t> cpus) const {
+  return !cpus.empty() && std::ranges::all_of(cpus, [this, index](std::uint32_t cpu) {
+    return covers(index, static_cast<std::int32_t>(cpu));
+  });
+}
+
+std::uint32_t KernelCoverage::missing(Host& host) {
+  const auto& cpus = covered(host);
+  std::uint32_t unseen = 0;
+  for (std::size_t i = 0; i < host.cpus.size(); ++i) {
+    if (host.cpus[i].is_seen && !cpus.contains(static_cast<std::int32_t>(i))) ++unseen;
+  }
+  const auto count = static_cast<std::uint32_t>(cpus.size());
+  return std::max(unseen, host.online_cpus > count ? host.online_cpus - count : 0);
+}
+
+bool KernelCoverage::covers_all(HostIndex index) const {
+  auto* host = hosts_.find(index);
+  if (host == nullptr) return true;
+  if (!host->is_whole) host->is_whole = missing(*host) == 0;
+  return *host->is_whole;
+}
+
+void KernelCoverage::finish() {
+  for (std::size_t i = 0; i < model_.hosts.size(); ++i) {
+    auto* host = hosts_.find(HostIndex{static_cast<std::uint32_t>(i)});
+    const bool has_kernel = host != nullptr && host->streams > 0;
+    model_.hosts[i].cpus_not_recorded = has_kernel ? missing(*host) : 0;
+  }
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,107 @@
+// Which kernel traces are evidence at all, and of which CPUs: a kernel stream is evidence if its
+// clock is that of the host's user-space streams, and it tells of one CPU.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+class KernelCoverage {
+ public:
+  explicit KernelCoverage(Model& model) : model_(model) {}
+
+  // A stream began, of that CPU if its first packet tells already.
+  void begin(const EventHead& head, const StreamBegin& event, HostIndex host);
+  void begin_packet(StreamIndex index, std::optional<std::int32_t> cpu);
+  void end(StreamIndex index);
+  // A switch on the CPU: the stream tells of it, and its channel of switches.
+  void note_switch(StreamIndex index, std::int32_t cpu) {
+    auto* stream = streams_.find(index);
+    if (stream != nullptr && !(stream->has_switches && stream->cpu == cpu)) {
+      note_switches(*stream, cpu);
+    }
+  }
+  // The host has so many CPUs.
+  void expect(HostIndex host, std::uint32_t online_cpus);
+  // The host has this CPU. False: some kernel stream of the host is open, and none of this CPU.
+  bool see(HostIndex host, std::int32_t cpu);
+
+  // The events of a user-space stream, or of a kernel stream that shares its clock with them. What
+  // shares no clock is neither for nor against anything: rule T6 says that it is there.
+  bool is_evidence(StreamIndex index) const noexcept {
+    const auto* stream = streams_.find(index);
+    return stream == nullptr || !stream->is_kernel || stream->is_evidence;
+  }
+  bool has_kernel(HostIndex host) const noexcept {
+    const auto* state = hosts_.find(host);
+    return state != nullptr && state->streams > 0;
+  }
+  bool covers(HostIndex host, std::int32_t cpu) const;
+  // Every one of the CPUs, of which there is at least one.
+  bool covers(HostIndex host, std::span<const std::uint32_t> cpus) const;
+  // Every CPU that the host is known to have.
+  bool covers_all(HostIndex host) const;
+
+  // Writes down what is missing on each host.
+  void finish();
+
+ private:
+  struct Stream {
+    bool is_kernel = false;
+    bool is_evidence = false;
+    bool is_open = false;  // between its first packet's begin and its end
+    bool has_switches = false;
+    HostIndex host{};
+    std::uint32_t channel = 0;
+    std::optional<std::int32_t> cpu;
+  };
+  struct Channel {
+    std::set<std::int32_t> cpus;
+    bool has_switches = false;  // seen yet
+  };
+  struct Cpu {
+    bool is_seen = false;    // the host has it
+    std::uint32_t open = 0;  // kernel streams of it
+  };
+  struct Host {
+    std::optional<std::string> user_clock;  // of its first user-space stream
+    bool has_other_user_clock = false;
+    std::uint32_t streams = 0;  // of the kernel, that are evidence
+    std::uint32_t open = 0;     // of them
+    std::map<std::uint32_t, Channel> channels;
+    std::uint32_t online_cpus = 0;
+    std::vector<Cpu> cpus;  // by number
+    // Found out, until something changes.
+    std::optional<std::set<std::int32_t>> covered;
+    std::optional<bool> is_whole;
+  };
+
+  // Null: no such number is believed.
+  static Cpu* cpu_of(Host& host, std::int32_t number);
+  // CPUs of the channels that have switches, or, as long as none is known to, of all.
+  static const std::set<std::int32_t>& covered(Host& host);
+  static std::uint32_t missing(Host& host);
+  static void change(Host& host);
+  bool is_related(const Stream& stream, const std::string& clock) const;
+  void relate();
+  void set_open(Stream& stream, bool is_open);
+  void note_cpu(Stream& stream, std::int32_t cpu);
+  void note_switches(Stream& stream, std::int32_t cpu);
+
+  Model& model_;
+  ByIndex<StreamIndex, Stream> streams_;
+  mutable ByIndex<HostIndex, Host> hosts_;
+};
+
+}  // namespace cie::analysis

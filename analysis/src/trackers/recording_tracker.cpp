@@ -1,0 +1,288 @@
+#include "recording_tracker.hpp"
+
+#include "model/host_clocks.hpp"
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+namespace cie::analysis {
+namespace {
+constexpr std::size_t kMaxLosses = 100'000;
+// Of a live system every loss is looked at again and again.
+constexpr std::size_t kMaxLiveLosses = 1'000;
+// Of the kernel's, so that they leave room for losses in user space, of which each one counts.
+constexpr std::size_t kMaxKernelLosses = kMaxLosses / 2;
+constexpr std::size_t kMaxPackets = 1'000'000;
+}  // namespace
+
+StreamFacts* RecordingTracker::stream(StreamIndex index) {
+  return at(index) < model_.streams.size() ? &model_.streams[at(index)] : nullptr;
+}
+
+void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
+  const auto host = registry_.host(event.host, event.clock_uuid);
+  registry_.set_stream_host(head.stream, host);
+  auto& host_facts = model_.hosts[at(host)];
+  // Of the user's first stream that has one, or else of the kernel's.
+  const bool has_users = std::ranges::any_of(model_.streams, [host](const StreamFacts& other) {
+    return other.host == host && other.domain == Domain::user && other.clock_offset_ns != 0;
+  });
+  const bool is_first = event.domain == Domain::user ? !has_users : !host_facts.clock_offset_ns;
+  if (is_first && event.clock_offset_ns != 0) host_facts.clock_offset_ns = event.clock_offset_ns;
+  for (std::size_t i = 0; i < model_.streams.size(); ++i) {
+    const auto* other = states_.find(StreamIndex{static_cast<std::uint32_t>(i)});
+    if (other == nullptr || other->channel == nullptr) continue;  // not begun
+    const auto& begun = model_.streams[i];
+    if (begun.host == host && begun.clock_uuid != event.clock_uuid) has_unrelated_clocks_ = true;
+  }
+  if (at(head.stream) >= model_.streams.size()) {
+    model_.streams.resize(at(head.stream) + 1);
+  }
+  auto& facts = model_.streams[at(head.stream)];
+  facts.channel = event.channel;
+  facts.domain = event.domain;
+  facts.host = host;
+  facts.path = event.path;
+  facts.clock_uuid = event.clock_uuid;
+  facts.clock_offset_ns = event.clock_offset_ns;
+  auto& channel = channels_[event.channel];
+  channel.domain = event.domain;
+  channel.host = host;
+  channel.streams.push_back(static_cast<std::uint32_t>(head.stream));
+  facts.is_left_out = event.is_left_out;
+  states_[head.stream].channel = &channel;
+  states_[head.stream].is_idle = event.has_events == false;
+  coverage_.begin(head, event, host);
+  update(channel);
+}
+
+void RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) {
+  const auto* facts = stream(head.stream);
+  if (facts == nullptr) return;
+  states_[head.stream].ended = true;
+  coverage_.end(head.stream);
+  update(channels_[facts->channel]);
+}
+
+void RecordingTracker::apply(const EventHead& head, const PacketBegin& /*event*/) {
+  auto* facts = stream(head.stream);
+  if (facts == nullptr) return;
+  ++facts->packets;
+  coverage_.begin_packet(head.stream, head.cpu);
+  if (facts->packet_begins.size() < kMaxPackets) facts->packet_begins.push_back(head.time);
+  if (facts->begin) return;
+  facts->begin = head.time;
+  update(channels_[facts->channel]);
+}
+
+void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) {
+  auto* facts = stream(head.stream);
+  if (facts != nullptr) facts->end = head.time;
+}
+
+void RecordingTracker::update(Channel& channel) {
+  channel.window = Window{};
+  bool has_all_begun = true;
+  for (const auto index : channel.streams) {
+    const auto& facts = model_.streams[index];
+    const auto& state = states_[StreamIndex{index}];
+    const bool is_empty = !facts.begin && (is_live_ || state.ended);
+    if (is_empty || facts.is_left_out) continue;
+    if (!facts.begin && !state.is_idle) {
+      has_all_begun = false;
+      continue;
+    }
+    auto& window = channel.window;
+    if (!state.is_idle) {
+      window.begin = window.begin ? std::max(*window.begin, *facts.begin) : *facts.begin;
+    }
+    if (!is_live_ && state.ended && facts.end) {
+      window.end = window.end ? std::min(*window.end, *facts.end) : *facts.end;
+    }
+  }
+  if (!has_all_begun) channel.window.begin.reset();
+  if (!asked_) return;
+  auto& window = channel.window;
+  if (window.begin) window.begin = std::max(*window.begin, asked_->from);
+  if (window.end || asked_->to != TimeWindow{}.to) {
+    window.end = std::min(window.end.value_or(asked_->to), asked_->to);
+  }
+}
+
+void RecordingTracker::add_loss(Loss loss) {
+  const bool is_damage =
+      loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
+  if (asked_ && !is_damage && (loss.end < asked_->from || loss.begin > asked_->to)) return;
+  const bool is_kernel = loss.domain == Domain::kernel;
+  const auto kernel_limit = is_live_ ? kMaxLiveLosses / 2 : kMaxKernelLosses;
+  if (is_kernel && kernel_losses_ >= kernel_limit && merge_loss(loss)) return;
+  if (model_.losses.size() >= (is_live_ ? kMaxLiveLosses : kMaxLosses)) {
+    if (!is_live_ || !merge_loss(loss)) ++model_.losses_dropped;
+    return;
+  }
+  kernel_losses_ += is_kernel ? 1 : 0;
+  model_.losses.push_back(std::move(loss));
+}
+
+bool RecordingTracker::merge_loss(const Loss& loss) {
+  const auto same = std::find_if(model_.losses.rbegin(), model_.losses.rend(), [&](const Loss& l) {
+    return l.kind == loss.kind && l.host == loss.host && l.cpu == loss.cpu && l.note == loss.note &&
+           l.count.has_value() == loss.count.has_value();
+  });
+  if (same == model_.losses.rend()) return false;
+  same->begin = std::min(same->begin, loss.begin);
+  same->end = std::max(same->end, loss.end);
+  if (loss.count) *same->count += *loss.count;
+  ++same->times;
+  return true;
+}
+
+void RecordingTracker::apply(const EventHead& head, const Discarded& event) {
+  const auto* facts = stream(head.stream);
+  add_loss(Loss{.kind = event.packets ? LossKind::discarded_packets : LossKind::discarded_events,
+                .domain = facts != nullptr ? facts->domain : Domain::user,
+                .host = registry_.host_of(head),
+                .begin = event.begin,
+                .end = event.end,
+                .count = event.count,
+                .cpu = head.cpu,
+                .note = facts != nullptr ? facts->path : std::string{},
+                .is_evidence = coverage_.is_evidence(head.stream)});
+}
+
+void RecordingTracker::apply(const EventHead& head, const DamagedPacket& event) {
+  const auto* facts = stream(head.stream);
+  add_loss(Loss{
+      .kind = event.has_foreign_metadata ? LossKind::foreign_metadata : LossKind::damaged_packet,
+      .domain = facts != nullptr ? facts->domain : Domain::user,
+      .host = registry_.host_of(head),
+      .begin = event.begin.value_or(head.time),
+      .end = event.end.value_or(head.time),
+      .count = std::nullopt,
+      .cpu = head.cpu,
+      .note = std::string(event.reason),
+      .is_evidence = coverage_.is_evidence(head.stream)});
+}
+
+void RecordingTracker::apply(const EventHead& head, const TimeRegression& event) {
+  auto& facts = model_.time_regressions;
+  ++facts.count;
+  if (facts.first) return;
+  facts.first = ref(head);
+  facts.first_previous = event.previous;
+}
+
+bool RecordingTracker::is_kernel(StreamIndex index) const {
+  return at(index) < model_.streams.size() && model_.streams[at(index)].domain == Domain::kernel;
+}
+
+bool RecordingTracker::is_idle(const Channel& channel) const {
+  return std::ranges::all_of(channel.streams, [this](std::uint32_t index) {
+    const auto* state = states_.find(StreamIndex{index});
+    return model_.streams[index].is_left_out || (state != nullptr && state->is_idle);
+  });
+}
+
+Window RecordingTracker::kernel_window(HostIndex host) const {
+  Window all;
+  for (const auto& [number, channel] : channels_) {
+    if (channel.domain != Domain::kernel || channel.host != host) continue;
+    if (!coverage_.is_evidence(StreamIndex{channel.streams.front()})) continue;
+    const auto& window = channel.window;
+    if (!window.begin && !is_idle(channel)) return Window{};
+    if (window.begin) all.begin = all.begin ? std::max(*all.begin, *window.begin) : *window.begin;
+    if (window.end) all.end = all.end ? std::min(*all.end, *window.end) : *window.end;
+  }
+  return all;
+}
+
+// Kernel events of a boot in which none of its machine's applications was recorded: of a machine
+// that was booted anew, most likely, for its namesake's were.
+bool RecordingTracker::has_foreign_kernel() const {
+  std::map<std::string_view, int> namesakes;
+  std::set<HostIndex> with_user_events;
+  for (const auto& host : model_.hosts)
+    ++namesakes[host.told];
+  for (const auto& stream : model_.streams) {
+    if (stream.domain == Domain::user) with_user_events.insert(stream.host);
+  }
+  return std::ranges::any_of(model_.streams, [&](const StreamFacts& stream) {
+    return stream.domain == Domain::kernel && !with_user_events.contains(stream.host) &&
+           namesakes[model_.hosts[at(stream.host)].told] > 1;
+  });
+}
+
+void RecordingTracker::finish() {
+  coverage_.finish();
+  for (std::size_t i = 0; i < model_.streams.size(); ++i) {
+    const StreamIndex index{static_cast<std::uint32_t>(i)};
+    model_.streams[i].events = states_[index].events;
+    model_.streams[i].is_evidence = coverage_.is_evidence(index);
+  }
+  const bool has_user = std::any_of(channels_.begin(), channels_.end(), [](const auto& entry) {
+    return entry.second.domain == Domain::user && entry.second.window.begin;
+  });
+  model_.clocks_unrelated = has_unrelated_clocks_ || has_foreign_kernel();
+  const auto* reference = reference_host(model_);
+  Window common;  // processes that ran one after the other have nothing in common
+  Window hull;
+  for (const auto& [number, channel] : channels_) {
+    model_.channels[number] = ChannelFacts{.domain = channel.domain,
+                                           .host = channel.host,
+                                           .begin = channel.window.begin,
+                                           .end = channel.window.end};
+    if (has_user && channel.domain != Domain::user) continue;
+    auto window = channel.window;
+    if (!asked_ && window.begin && window.end && *window.begin > *window.end) {
+      set_apart(channel);
+      continue;
+    }
+    const auto shift = clock_shift(model_.hosts[at(channel.host)], *reference);
+    if (window.begin) window.begin = *window.begin + shift;
+    if (window.end) window.end = *window.end + shift;
+    if (window.begin) {
+      common.begin = common.begin ? std::max(*common.begin, *window.begin) : *window.begin;
+      hull.begin = hull.begin ? std::min(*hull.begin, *window.begin) : *window.begin;
+    }
+    if (window.end) {
+      common.end = common.end ? std::min(*common.end, *window.end) : *window.end;
+      hull.end = hull.end ? std::max(*hull.end, *window.end) : *window.end;
+    }
+  }
+  const bool is_common = !common.begin || !common.end || *common.begin <= *common.end;
+  model_.begin = is_common ? common.begin : hull.begin;
+  model_.end = is_common ? common.end : hull.end;
+  const bool is_known = model_.begin || asked_;
+  if (!is_known && reference != nullptr) set_window_of_idle_streams(*reference);
+}
+
+// A reader that does not know ahead what streams cover cannot leave any out.
+void RecordingTracker::set_apart(const Channel& channel) {
+  for (const auto index : channel.streams) {
+    auto& facts = model_.streams[index];
+    facts.is_apart = facts.events > 0;
+    if (!facts.is_apart) continue;
+    add_loss(Loss{.kind = LossKind::discarded_packets,
+                  .domain = channel.domain,
+                  .host = channel.host,
+                  .begin = *channel.window.end,
+                  .end = *channel.window.begin,
+                  .note = facts.path});
+  }
+}
+
+// Nothing happened in all of the recording.
+void RecordingTracker::set_window_of_idle_streams(const HostFacts& reference) {
+  model_.end.reset();
+  for (const auto& facts : model_.streams) {
+    const auto shift = clock_shift(model_.hosts[at(facts.host)], reference);
+    if (facts.begin) {
+      model_.begin = std::min(model_.begin.value_or(*facts.begin + shift), *facts.begin + shift);
+    }
+    if (facts.end)
+      model_.end = std::max(model_.end.value_or(*facts.end + shift), *facts.end + shift);
+  }
+}
+
+}  // namespace cie::analysis

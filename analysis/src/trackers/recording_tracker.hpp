@@ -1,0 +1,102 @@
+// Streams, packets and what the tracer lost: yields the window of each channel as it becomes known.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/time.hpp>
+
+#include "kernel_coverage.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+#include "registry.hpp"
+
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+// Part of the time line that a channel covers in all its streams, as far as events in order of time
+// have shown it yet. An empty begin: not every stream has begun, so the window lies ahead. An empty
+// end: no stream has ended.
+struct Window {
+  std::optional<Timestamp> begin;
+  std::optional<Timestamp> end;
+
+  bool contains(Timestamp from, Timestamp to) const noexcept {
+    return begin && *begin <= from && (!end || to <= *end);
+  }
+  bool excludes(Timestamp from, Timestamp to) const noexcept {
+    return !begin || to < *begin || (end && from > *end);
+  }
+};
+
+class RecordingTracker {
+ public:
+  // `asked`: every channel's window ends there at the latest, and losses elsewhere are not kept.
+  // `is_live`: see AnalysisOptions.
+  RecordingTracker(Model& model, Registry& registry, std::optional<TimeWindow> asked = {},
+                   bool is_live = false)
+      : model_(model), registry_(registry), coverage_(model), asked_(asked), is_live_(is_live) {}
+
+  void apply(const EventHead& head, const StreamBegin& event);
+  void apply(const EventHead& head, const StreamEnd& event);
+  void apply(const EventHead& head, const PacketBegin& event);
+  void apply(const EventHead& head, const PacketEnd& event);
+  void apply(const EventHead& head, const Discarded& event);
+  void apply(const EventHead& head, const DamagedPacket& event);
+  void apply(const EventHead& head, const TimeRegression& event);
+  void add_loss(Loss loss);
+  void count_event(StreamIndex stream) noexcept {
+    if (auto* state = states_.find(stream)) ++state->events;
+  }
+
+  // Window of the channel that a stream belongs to.
+  const Window& window_of(StreamIndex stream) const noexcept {
+    static constexpr Window kNone{};
+    const auto* state = states_.find(stream);
+    return state == nullptr || state->channel == nullptr ? kNone : state->channel->window;
+  }
+  // Intersection of the windows of a host's kernel channels that are evidence; empty begin without
+  // kernel events.
+  Window kernel_window(HostIndex host) const;
+  bool has_kernel(HostIndex host) const noexcept { return coverage_.has_kernel(host); }
+  KernelCoverage& coverage() noexcept { return coverage_; }
+  const KernelCoverage& coverage() const noexcept { return coverage_; }
+  bool is_kernel(StreamIndex stream) const;
+  void finish();
+
+ private:
+  struct Channel {
+    Domain domain = Domain::user;
+    HostIndex host{};
+    std::vector<std::uint32_t> streams;
+    Window window;
+  };
+  struct StreamState {
+    bool ended = false;
+    bool is_idle = false;              // known ahead: it covers everything up to its end
+    std::uint64_t events = 0;          // its facts' number, once finish() has been called
+    const Channel* channel = nullptr;  // null: not begun
+  };
+  StreamFacts* stream(StreamIndex index);
+  bool has_foreign_kernel() const;
+  void update(Channel& channel);
+  // Each of its streams has no event, or is left out.
+  bool is_idle(const Channel& channel) const;
+  void set_apart(const Channel& channel);
+  void set_window_of_idle_streams(const HostFacts& reference);
+  // Adds it to a loss of its kind and place; false if there is none.
+  bool merge_loss(const Loss& loss);
+
+  Model& model_;
+  Registry& registry_;
+  KernelCoverage coverage_;
+  std::optional<TimeWindow> asked_;
+  bool is_live_;
+  bool has_unrelated_clocks_ = false;  // streams of one host disagree about the boot
+  ByIndex<StreamIndex, StreamState> states_;
+  std::size_t kernel_losses_ = 0;  // in the model
+  std::map<std::uint32_t, Channel> channels_;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,119 @@
+#include "sequence_tracker.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+constexpr std::size_t kMaxHoles = 256;
+}
+
+void SequenceTracker::observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
+  ++facts.count;
+  if (!facts.first) {
+    facts.first = facts.last = number;
+    facts.first_at = facts.last_at = where;
+    restarted_ = false;
+    return;
+  }
+  if (restarted_) {
+    restarted_ = false;
+    facts.last = number;
+    facts.last_at = where;
+    if (number != 0) untracked_ += number;
+    return;
+  }
+  const auto last = *facts.last;
+  if (number > last) {
+    if (number - last > 1) {
+      if (holes_.size() < kMaxHoles) {
+        holes_.push_back(
+            Hole{.begin = last + 1, .end = number, .before = facts.last_at, .after = where});
+      } else {
+        untracked_ += number - last - 1;
+      }
+    }
+    facts.last = number;
+    facts.last_at = where;
+    return;
+  }
+  if (number < *facts.first) {
+    if (*facts.first - number > 1 && holes_.size() < kMaxHoles) {
+      holes_.insert(
+          holes_.begin(),
+          Hole{.begin = number + 1, .end = *facts.first, .before = where, .after = facts.first_at});
+    }
+    facts.first = number;
+    facts.first_at = where;
+    return;
+  }
+  for (auto hole = holes_.begin(); hole != holes_.end(); ++hole) {
+    if (number < hole->begin || number >= hole->end) continue;
+    const auto right =
+        Hole{.begin = number + 1, .end = hole->end, .before = hole->before, .after = hole->after};
+    hole->end = number;
+    const bool left_is_empty = hole->begin == hole->end;
+    if (right.begin < right.end) {
+      if (left_is_empty) {
+        *hole = right;
+      } else {
+        holes_.insert(hole + 1, right);
+      }
+    } else if (left_is_empty) {
+      holes_.erase(hole);
+    }
+    return;
+  }
+  ++facts.repeated;
+}
+
+bool SequenceTracker::is_missing(std::uint64_t number) const noexcept {
+  return std::any_of(holes_.begin(), holes_.end(), [number](const Hole& hole) {
+    return number >= hole.begin && number < hole.end;
+  });
+}
+
+bool SequenceTracker::has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept {
+  return std::any_of(holes_.begin(), holes_.end(), [after, until](const Hole& hole) {
+    return hole.begin <= until && hole.end > after + 1;
+  });
+}
+
+void SequenceTracker::total_holes(SequenceFacts& facts, std::uint64_t from) const {
+  facts.missing += untracked_;
+  for (const auto& hole : holes_) {
+    const auto begin = std::max(hole.begin, from);
+    if (begin >= hole.end) continue;
+    facts.missing += hole.end - begin;
+    if (!facts.first_gap) {
+      facts.first_gap = SequenceGap{
+          .expected = begin, .seen = hole.end, .before = hole.before, .after = hole.after};
+    }
+  }
+}
+
+void SequenceTracker::finish(SequenceFacts& facts) const {
+  facts.missing = 0;
+  facts.first_gap.reset();
+  total_holes(facts);
+}
+
+void SequenceTracker::finish(std::uint64_t promised, const EventRef& promised_at,
+                             SequenceFacts& facts) const {
+  finish_from(promised, promised_at, facts);
+  // Numbers below it came before it was promised.
+  if (facts.first && *facts.first < promised) finish(facts);
+}
+
+void SequenceTracker::finish_from(std::uint64_t promised, const EventRef& promised_at,
+                                  SequenceFacts& facts) const {
+  facts.missing = 0;
+  facts.first_gap.reset();
+  if (facts.first && *facts.first > promised) {
+    facts.missing += *facts.first - promised;
+    facts.first_gap = SequenceGap{
+        .expected = promised, .seen = *facts.first, .before = promised_at, .after = facts.first_at};
+  }
+  total_holes(facts, promised);
+}
+
+}  // namespace cie::analysis

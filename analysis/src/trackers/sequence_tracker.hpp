@@ -1,0 +1,42 @@
+// Watches contiguous numbers of one subject. A number may come a little late (two threads of one
+// publisher), so a hole counts only if it is never filled.
+#pragma once
+
+#include "model/facts.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace cie::analysis {
+
+class SequenceTracker {
+ public:
+  void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
+  // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
+  bool is_missing(std::uint64_t number) const noexcept;
+  // Whether any number in (after, until] is in a hole.
+  bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;
+  // A new series begins: the next number is expected to be 0.
+  void restart() noexcept { restarted_ = true; }
+  // Totals the holes, with the one between a promised first number and the first one seen. May be
+  // called again after more numbers.
+  void finish(std::uint64_t promised, const EventRef& promised_at, SequenceFacts& facts) const;
+  void finish(SequenceFacts& facts) const;
+  // The same where numbers below the promised one may have been left out.
+  void finish_from(std::uint64_t promised, const EventRef& promised_at, SequenceFacts& facts) const;
+
+ private:
+  void total_holes(SequenceFacts& facts, std::uint64_t from = 0) const;
+
+  struct Hole {
+    std::uint64_t begin = 0;  // first missing number
+    std::uint64_t end = 0;    // one past the last
+    EventRef before;
+    EventRef after;
+  };
+  std::vector<Hole> holes_;      // ascending, at most kMaxHoles
+  std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxHoles holes
+  bool restarted_ = false;
+};
+
+}  // namespace cie::analysis

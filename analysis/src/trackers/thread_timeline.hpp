@@ -1,0 +1,161 @@
+// What the kernel's scheduler did with each thread: cumulative on-CPU, preempted, blocked and
+// wake-delay time, so that any interval's parts are the difference of two marks.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/instance.hpp>
+
+#include "flat_map.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+
+// The four parts of a duration (definitions: identity). Blocked and wake delay are known only
+// together, when the wake-ups were recorded.
+struct TimeParts {
+  Duration execution;
+  Duration preempted;
+  Duration blocked;
+  Duration wake_delay;
+};
+
+class ThreadTimeline {
+ public:
+  // A reading of a thread's cumulative parts at one of its own events, when it was on a CPU.
+  struct Mark {
+    TimeParts total;
+    std::uint64_t breaks = 0;        // times its record was found broken before the mark
+    std::uint64_t split_breaks = 0;  // the same for blocked / wake delay only
+    // Taken where the thread was presumed to have been switched in (0: it was known), and the last
+    // presumption that proved wrong before the mark: one of the breaks, between what lies before
+    // and after the presumed switch-in.
+    std::uint64_t presumption = 0;
+    std::uint64_t failed_presumption = 0;
+    std::uint64_t departures = 0;  // times it left a CPU before the mark
+    Timestamp time;
+  };
+  struct Parts {
+    Duration execution;
+    Duration preempted;
+    std::optional<Duration> blocked;
+    std::optional<Duration> wake_delay;
+    bool has_left = false;  // the CPU, if only to come back
+  };
+  struct Wake {
+    std::optional<Timestamp> waking;    // W: sched_waking, or sched_wakeup where the host has none
+    std::optional<Timestamp> first_in;  // first switch-in after W
+    // Not earlier than that: of a sched_wakeup, the sched_waking before it may be lost.
+    std::optional<Timestamp> since;
+  };
+  struct Hole {
+    Timestamp begin;
+    Timestamp end;
+    std::int32_t cpu = 0;  // -1: any
+  };
+
+  // Returns the hole that a switch reveals, if its prev_tid is not the CPU's last next_tid.
+  std::optional<Hole> on_switch(HostIndex host, std::int32_t cpu, Timestamp time,
+                                const SchedSwitch& event, Observer* observer);
+  void on_waking(HostIndex host, std::int64_t tid, Timestamp time);
+  // False: on_waking told of it before.
+  bool on_wakeup(HostIndex host, std::int64_t tid, Timestamp time);
+  // The thread that the last switch of this CPU brought; 0 is the idle one. Empty before any.
+  std::optional<std::int64_t> running_on(HostIndex host, std::int32_t cpu);
+  // A user event proves that its thread runs on its CPU, whatever was seen before.
+  void on_user_event(HostIndex host, std::int64_t tid, std::optional<std::int32_t> cpu,
+                     Timestamp time);
+  // A preempted thread waits on another CPU from now on.
+  void on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu, Timestamp time);
+  void on_exit(HostIndex host, std::int64_t tid);
+  void add_hole(HostIndex host, Hole hole);
+
+  Mark mark(HostIndex host, std::int64_t tid, Timestamp time) const;
+  // The parts between two marks; empty if the thread's record broke between them.
+  static std::optional<Parts> between(const Mark& from, const Mark& to);
+  // Whether an interval overlaps a hole or a loss of the kernel's record: of one CPU's, or of any.
+  bool overlaps_hole(HostIndex host, Timestamp from, Timestamp to,
+                     std::optional<std::int32_t> cpu = std::nullopt) const;
+  // Every CPU of the host has been heard of at or after `time`: no hole before it is left to find.
+  bool is_confirmed(HostIndex host, Timestamp time);
+
+  // From here to the matching end_watch() it is noted who runs while the thread is preempted.
+  void begin_watch(HostIndex host, std::int64_t tid);
+  // Who did, since the first watch that has not ended; the times add up to the preempted part.
+  std::vector<Preemptor> end_watch(HostIndex host, std::int64_t tid);
+
+  Wake last_wake(HostIndex host, std::int64_t tid) const;
+  // Forgets wake-ups: a later instance or incarnation must not see them.
+  void forget_wake(HostIndex host, std::int64_t tid);
+
+ private:
+  enum class State : std::uint8_t { unknown, running, preempted, blocked, waking };
+  struct Thread {
+    State state = State::unknown;
+    std::int32_t cpu = -1;
+    Timestamp since;
+    std::optional<Timestamp> out;  // last switch-out
+    TimeParts total;
+    std::uint64_t breaks = 0;
+    std::uint64_t split_breaks = 0;
+    std::optional<Timestamp> waking;
+    std::optional<Timestamp> wakeup;
+    std::optional<Timestamp> asleep;  // when it had left its CPU before `wakeup`
+    std::optional<Timestamp> first_in;
+    // A user event of the time `since` moved it to running without a switch-in, which is presumed
+    // to follow with the same time.
+    bool is_presumed = false;
+    std::uint64_t presumptions = 0;
+    std::uint64_t failed_presumption = 0;
+    std::uint64_t departures = 0;
+    std::uint32_t watches = 0;
+    std::int32_t waits_on = -1;  // watched and preempted: the CPU
+    Timestamp charged;           // until then it is noted who ran there
+    std::vector<Preemptor> preemptors;
+  };
+  struct Cpu {
+    std::int64_t tid = -1;  // last next_tid
+    Timestamp time;         // last switch
+    bool is_known = false;
+    std::string name;                   // of its thread, where somebody waits
+    std::vector<std::int64_t> waiting;  // watched threads that were preempted here
+  };
+  struct Host {
+    FlatMap<std::int64_t, Thread> threads;
+    std::vector<Cpu> cpus;  // by first switch
+    FlatMap<std::int32_t, std::size_t> cpu_places;
+    std::size_t unconfirmed = 0;         // CPU that was not heard of when is_confirmed() last asked
+    std::vector<Hole> holes;             // by end
+    bool has_wakings = false;            // sched_waking of any thread
+    std::optional<Timestamp> forgotten;  // holes that ended by then are not kept any more
+  };
+
+  Thread& thread(HostIndex host, std::int64_t tid) { return hosts_[host].threads[tid]; }
+  // Null: nothing of the thread was seen.
+  const Thread* find(HostIndex host, std::int64_t tid) const;
+  static Cpu& cpu_of(Host& host, std::int32_t number);
+  static void leave(Thread& thread, Timestamp time, std::int32_t cpu, bool is_runnable);
+  static void enter(Thread& thread, Timestamp time, std::int32_t cpu);
+  // Moves it to running, wherever it was.
+  static void resume(Thread& thread, Timestamp time, std::int32_t cpu);
+  // Something happens to the thread: no switch-in of the presumed time follows any more.
+  static void drop_presumption(Thread& thread);
+  static void wake(Thread& thread, Timestamp time);
+  // Notes that `tid` ran on the CPU where `waiting` waits, up to `time`.
+  static void charge(Thread& waiting, std::int64_t tid, std::string_view name, Timestamp time);
+  // Ends the waiting of a thread that was preempted.
+  static void stop_waiting(Host& host, std::int64_t tid, Thread& waiting, Timestamp time);
+
+  ByIndex<HostIndex, Host> hosts_;
+};
+
+}  // namespace cie::analysis

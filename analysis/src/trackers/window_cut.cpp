@@ -1,0 +1,253 @@
+#include "window_cut.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+void keep_first(std::optional<std::uint64_t>& first, std::uint64_t number) {
+  first = first ? std::min(*first, number) : number;
+}
+
+// Releases are numbered from 1; some writers begin with 0.
+std::uint64_t first_number(const std::optional<std::uint64_t>& first_seen) {
+  return first_seen == 0U ? 0 : 1;
+}
+
+}  // namespace
+
+std::uint64_t WindowCut::releases_before(const OfCallback& state) {
+  return state.last_release ? *state.last_release + 1 - first_number(state.first_release) : 0;
+}
+
+std::uint64_t WindowCut::releases_until(const OfCallback& state, std::uint64_t seen,
+                                        std::uint64_t total) {
+  if (!state.next_release) return total;
+  const auto next = *state.next_release;
+  if (!state.last_release && next == seen) return next;
+  return next - std::min(next, first_number(state.first_release));
+}
+
+void WindowCut::begin_at(Timestamp time) noexcept {
+  is_awaiting_begin_ = false;
+  window_.from = std::max(window_.from, time);
+}
+
+// Of a snapshot, the first release and the first loss inside tell what had been counted before.
+void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
+  if (!is_snapshot_ || !who.process) return;
+  if (const auto* release = std::get_if<CallbackRelease>(&body)) {
+    auto& state = callbacks_[index_of(who, release->callback)];
+    if (state.is_release_known) return;
+    state.is_release_known = true;
+    if (release->release_seq > 0) {
+      state.first_release = 0;
+      state.last_release = release->release_seq - 1;
+    }
+    state.overwritten_before = std::max(state.overwritten_before, release->overwritten);
+  } else if (const auto* lost = std::get_if<SampleLost>(&body)) {
+    auto& state = callbacks_[index_of(who, lost->callback)];
+    if (state.has_lost_inside) return;
+    state.has_lost_inside = true;
+    state.lost_before = lost->total - std::min<std::uint64_t>(lost->total, lost->count);
+  }
+}
+
+void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBody& body) {
+  if (!who.process) return;
+  const bool is_speech =
+      std::holds_alternative<CallbackStart>(body) || std::holds_alternative<Publish>(body);
+  if (is_speech) registry_.note_speaker(*who.process);
+  if (is_before(head.time)) {
+    before(who, body);
+  } else {
+    after(head, who, body);
+  }
+}
+
+void WindowCut::before(const Emitter& who, const EventBody& body) {
+  std::visit(
+      Overloaded{[&](const CallbackStart& e) {
+                   auto& facts = model_.callbacks[at(index_of(who, e.callback))];
+                   facts.first_next_seq = e.seq + 1;
+                   ++facts.starts_outside;
+                   instances_.begin_outside(who.thread);
+                 },
+                 [&](const CallbackEnd&) { instances_.end_outside(who.thread); },
+                 [&](const CallbackRelease& e) {
+                   const auto index = index_of(who, e.callback);
+                   auto& state = callbacks_[index];
+                   keep_first(state.first_release, e.release_seq);
+                   state.last_release = std::max(state.last_release.value_or(0), e.release_seq);
+                   state.overwritten_before = std::max(state.overwritten_before, e.overwritten);
+                   model_.callbacks[at(index)].overwritten = state.overwritten_before;
+                 },
+                 [&](const SampleLost& e) {
+                   const auto index = index_of(who, e.callback);
+                   auto& state = callbacks_[index];
+                   state.lost_before = std::max(state.lost_before, e.total);
+                   model_.callbacks[at(index)].lost = state.lost_before;
+                 },
+                 [&](const Publish& e) {
+                   const auto index = registry_.publisher(*who.process, e.publisher);
+                   model_.publishers[index].first_next_seq = e.seq + 1;
+                 },
+                 [](const auto&) {}},
+      body);
+}
+
+void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody& body) {
+  std::visit(
+      Overloaded{[&](const CallbackStart& e) {
+                   const auto index = index_of(who, e.callback);
+                   keep_first(callbacks_[index].next_start, e.seq);
+                   ++model_.callbacks[at(index)].starts_outside;
+                 },
+                 [&](const CallbackEnd& e) {
+                   const auto index = index_of(who, e.callback);
+                   auto& state = callbacks_[index];
+                   if (state.next_start && e.seq >= *state.next_start) {
+                     ++state.ends_after;
+                   } else if (instances_.is_open(index, e.seq)) {
+                     instances_.apply(head, who, e);  // the window's end cuts it
+                   }
+                 },
+                 [&](const CallbackRelease& e) {
+                   keep_first(callbacks_[index_of(who, e.callback)].next_release, e.release_seq);
+                 },
+                 [&](const SampleLost& e) {
+                   keep_first(callbacks_[index_of(who, e.callback)].lost_until,
+                              e.total - std::min<std::uint64_t>(e.total, e.count));
+                 },
+                 [&](const Publish& e) {
+                   keep_first(next_publish_[registry_.publisher(*who.process, e.publisher)], e.seq);
+                 },
+                 [](const auto&) {}},
+      body);
+}
+
+bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
+  if (!is_after(head.time)) return false;
+  const auto of = [&head](std::int64_t tid) { return TidOf{head.pid.value_or(-1), tid}; };
+  if (const auto* init = std::get_if<ThreadInit>(&body)) {
+    const bool is_late = init->start_ns > window_.to.ns;
+    if (is_late) late_threads_.insert(of(init->tid));
+    return is_late;
+  }
+  if (const auto* sched = std::get_if<ThreadSched>(&body)) {
+    const auto [first, is_first] = next_read_back_.try_emplace(of(sched->tid), sched->n);
+    if (!is_first) first->second = std::min(first->second, sched->n);
+    return true;
+  }
+  const auto* fini = std::get_if<ThreadFini>(&body);
+  return fini != nullptr && late_threads_.contains(of(fini->tid));
+}
+
+std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const CallbackFini& event) {
+  const auto process = registry_.process_of(head);
+  if (!process) return event;
+  const auto index = registry_.callback(*process, event.callback);
+  const auto& facts = model_.callbacks[at(index)];
+  const auto& state = callbacks_[index];
+  auto totals = event;
+  if (is_before(head.time)) {
+    totals.started = facts.first_next_seq;
+    totals.ended = facts.first_next_seq;
+    totals.released = releases_before(state);
+    totals.overwritten = facts.overwritten;
+    totals.lost = facts.lost;
+    return totals;
+  }
+  if (!is_after(head.time)) return totals;
+  const auto started = std::min(state.next_start.value_or(event.started), event.started);
+  const auto started_after = event.started - started;
+  const auto open = instances_.open_count(index);
+  // What is open at the end of the recording began in the window and never ended.
+  const auto ended = started - std::min<std::uint64_t>(started, open);
+  const bool is_told = state.ends_after == started_after || open == 0;
+  if (!is_told) return std::nullopt;
+  totals.started = started;
+  totals.ended = state.ends_after == started_after
+                     ? event.ended - std::min(event.ended, started_after)
+                     : ended;
+  totals.released = releases_until(state, facts.releases, event.released);
+  totals.overwritten = facts.overwritten;
+  totals.lost = state.lost_until.value_or(event.lost);
+  return totals;
+}
+
+PublisherFini WindowCut::cut(const EventHead& head, PublisherFini event) {
+  const auto process = registry_.process_of(head);
+  if (!process) return event;
+  const auto index = registry_.publisher(*process, event.publisher);
+  if (is_before(head.time)) event.published = model_.publishers[index].first_next_seq;
+  const auto& next = next_publish_[index];
+  if (is_after(head.time) && next) event.published = std::min(event.published, *next);
+  return event;
+}
+
+ThreadFini WindowCut::cut(const EventHead& head, ThreadFini event) {
+  const auto next = next_read_back_.find({head.pid.value_or(-1), event.tid});
+  if (next == next_read_back_.end()) return event;
+  event.read_backs = std::min(event.read_backs, next->second);
+  return event;
+}
+
+RunEnd WindowCut::cut(const EventHead& head, RunEnd event) {
+  const auto late = static_cast<std::uint32_t>(
+      std::ranges::count(late_threads_, head.pid.value_or(-1), &TidOf::first));
+  event.threads -= std::min(event.threads, late);
+  return event;
+}
+
+// In a snapshot: what was announced before its window may have run in between, unseen. Nothing is
+// lost within the window, so the first number seen in it is the one that was next when it began.
+void WindowCut::conclude_callback(CallbackFacts& facts, OfCallback& state) const {
+  if (!facts.registered || facts.registered->time >= window_.from) return;
+  auto& next = facts.first_next_seq;
+  if (facts.starts.first) {
+    next = std::max(next, *facts.starts.first);
+  } else if (facts.fini) {
+    next = std::max(next, facts.fini->started);
+  } else if (facts.ended.last) {
+    next = std::max(next, *facts.ended.last + 1);
+  }
+  if (!facts.fini) return;
+  if (!state.has_lost_inside) state.lost_before = facts.fini->lost;
+  if (!state.is_release_known) {
+    state.first_release = 0;
+    if (facts.fini->released > 0) state.last_release = facts.fini->released - 1;
+    state.overwritten_before = facts.fini->overwritten;
+  }
+}
+
+void WindowCut::conclude_publisher(PublisherFacts& facts) const {
+  if (!facts.registered || facts.registered->time >= window_.from) return;
+  if (facts.published.first) {
+    facts.first_next_seq = std::max(facts.first_next_seq, *facts.published.first);
+  } else if (facts.fini) {
+    facts.first_next_seq = std::max(facts.first_next_seq, facts.fini->second);
+  }
+}
+
+void WindowCut::finish() {
+  for (auto& publisher : model_.publishers) {
+    if (is_snapshot_) conclude_publisher(publisher);
+  }
+  for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
+    auto& facts = model_.callbacks[i];
+    auto& state = callbacks_[CallbackIndex{static_cast<std::uint32_t>(i)}];
+    if (is_snapshot_) conclude_callback(facts, state);
+    const auto subtract = [](std::uint64_t& total, std::uint64_t before) {
+      total -= std::min(total, before);
+    };
+    subtract(facts.overwritten, state.overwritten_before);
+    subtract(facts.lost, state.lost_before);
+    if (!facts.fini) continue;
+    subtract(facts.fini->released, releases_before(state));
+    subtract(facts.fini->overwritten, state.overwritten_before);
+    subtract(facts.fini->lost, state.lost_before);
+  }
+}
+
+}  // namespace cie::analysis

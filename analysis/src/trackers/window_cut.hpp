@@ -1,0 +1,95 @@
+// Makes of a recording what a recording of a part of it would be (AnalysisOptions::window): events
+// of callbacks outside the window move the numbers that are expected next and the totals that are
+// reached, and judge nothing. A flight recorder's snapshot is such a part, of whose past only some
+// is left: what had been counted when its window began follows from what is in it.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+#include <cie/analysis/time.hpp>
+
+#include "instance_builder.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+#include "registry.hpp"
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+namespace cie::analysis {
+
+class WindowCut {
+ public:
+  WindowCut(const TimeWindow& window, Model& model, Registry& registry, InstanceBuilder& instances)
+      : window_(window), model_(model), registry_(registry), instances_(instances) {}
+
+  const TimeWindow& window() const noexcept { return window_; }
+  bool is_before(Timestamp time) const noexcept {
+    return is_awaiting_begin_ || time < window_.from;
+  }
+  bool is_after(Timestamp time) const noexcept { return time > window_.to; }
+
+  // The recording is a snapshot: all is before the window until begin_at() says where that begins.
+  void await_begin() noexcept { is_snapshot_ = is_awaiting_begin_ = true; }
+  bool is_snapshot() const noexcept { return is_snapshot_; }
+  bool is_awaiting_begin() const noexcept { return is_awaiting_begin_; }
+  void begin_at(Timestamp time) noexcept;
+
+  // A hot event in the window.
+  void see_inside(const Emitter& who, const EventBody& body);
+  // A hot event of a process outside the window.
+  void pass_by(const EventHead& head, const Emitter& who, const EventBody& body);
+  // Whether a state event is to be left out: of threads that were created after the window, and
+  // read-backs after it.
+  bool leaves_out(const EventHead& head, const EventBody& body);
+  // Totals as they were when the window ended. Empty: they cannot be told from those at the end.
+  std::optional<CallbackFini> cut(const EventHead& head, const CallbackFini& event);
+  PublisherFini cut(const EventHead& head, PublisherFini event);
+  ThreadFini cut(const EventHead& head, ThreadFini event);
+  RunEnd cut(const EventHead& head, RunEnd event);
+  // Once, when everything was seen: counts what the window's begin found counted already.
+  void finish();
+
+ private:
+  struct OfCallback {
+    // Numbers of the first and the last release before the window.
+    std::optional<std::uint64_t> first_release;
+    std::optional<std::uint64_t> last_release;
+    std::uint64_t overwritten_before = 0;  // running totals at the window's begin
+    std::uint64_t lost_before = 0;
+    std::optional<std::uint64_t> next_start;    // number of the first one after the window
+    std::optional<std::uint64_t> next_release;  // likewise
+    std::optional<std::uint64_t> lost_until;    // total of lost samples before the first one after
+    std::uint64_t ends_after = 0;               // of instances that started after it
+    bool has_lost_inside = false;               // of a snapshot only, these two
+    bool is_release_known = false;              // the first release inside was seen
+  };
+
+  static std::uint64_t releases_before(const OfCallback& state);
+  // Releases up to the window's end, given how many were seen in it and how many there were.
+  static std::uint64_t releases_until(const OfCallback& state, std::uint64_t seen,
+                                      std::uint64_t total);
+  void before(const Emitter& who, const EventBody& body);
+  void after(const EventHead& head, const Emitter& who, const EventBody& body);
+  void conclude_callback(CallbackFacts& facts, OfCallback& state) const;
+  void conclude_publisher(PublisherFacts& facts) const;
+  CallbackIndex index_of(const Emitter& who, CallbackId id) {
+    return registry_.callback(*who.process, id);
+  }
+
+  TimeWindow window_;
+  bool is_snapshot_ = false;
+  bool is_awaiting_begin_ = false;
+  Model& model_;
+  Registry& registry_;
+  InstanceBuilder& instances_;
+  ByIndex<CallbackIndex, OfCallback> callbacks_;
+  ByIndex<std::uint32_t, std::optional<std::uint64_t>> next_publish_;  // by publisher, after it
+  using TidOf = std::pair<std::int64_t, std::int64_t>;                 // pid, tid
+  std::set<TidOf> late_threads_;
+  std::map<TidOf, std::uint32_t> next_read_back_;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,94 @@
+#include "event_batch.hpp"
+
+#include "field.hpp"
+
+#include <cstdint>
+#include <cstring>
+#include <new>
+#include <string_view>
+#include <type_traits>
+
+namespace cie::analysis {
+namespace {
+
+// Makes views of an event point to copies: one function for each kind of kWithViews.
+class Keeper {
+ public:
+  explicit Keeper(std::pmr::memory_resource& memory) : memory_(memory) {}
+
+  void keep(StreamBegin& event) { keep(event.host, event.clock_uuid, event.path); }
+  void keep(DamagedPacket& event) { keep(event.reason); }
+  void keep(RunBegin& event) {
+    keep(event.tool_version, event.executor, event.boot_id, event.host, event.spec_sha256);
+  }
+  void keep(NodeInit& event) { keep(event.name); }
+  void keep(CallbackInit& event) { keep(event.logical_id, event.source, event.symbol); }
+  void keep(PublisherInit& event) { keep(event.topic); }
+  void keep(ThreadInit& event) { keep(event.name); }
+  void keep(ThreadSched& event) { keep(event.cpus); }
+  void keep(SchedSwitch& event) { keep(event.prev_comm, event.next_comm); }
+  void keep(SchedProcessFork& event) { keep(event.child_comm); }
+  void keep(ProcessName& event) { keep(event.name); }
+  void keep(OtherEvent& event) { keep(event.name); }
+  void keep(Untranslated& event) {
+    const Payload payload(event.fields);
+    auto* const slots =
+        static_cast<Field*>(memory_.allocate(kMaxSlots * sizeof(Field), alignof(Field)));
+    for (std::size_t i = 0; i < kMaxSlots; ++i) {
+      auto& field = *new (slots + i) Field(payload.collected(i));
+      if (field.kind == Field::Kind::text) {
+        field.characters = static_cast<const char*>(copy(field.characters, field.length, 1));
+      } else if (field.kind == Field::Kind::integers) {
+        field.elements = static_cast<const std::uint32_t*>(
+            copy(field.elements, field.length * sizeof(std::uint32_t), alignof(std::uint32_t)));
+      }
+    }
+    event.fields = {.slots = slots, .begin = nullptr, .fixed = nullptr};
+  }
+
+ private:
+  void keep(std::string_view& text) {
+    text = {static_cast<const char*>(copy(text.data(), text.size(), 1)), text.size()};
+  }
+  void keep(std::span<const std::uint32_t>& numbers) {
+    const auto* kept = copy(numbers.data(), numbers.size_bytes(), alignof(std::uint32_t));
+    numbers = {static_cast<const std::uint32_t*>(kept), numbers.size()};
+  }
+  template <typename... Views>
+  requires(sizeof...(Views) > 1) void keep(Views&... views) { (keep(views), ...); }
+  const void* copy(const void* from, std::size_t size, std::size_t alignment) {
+    if (size == 0) return nullptr;
+    auto* to = memory_.allocate(size, alignment);
+    std::memcpy(to, from, size);
+    return to;
+  }
+
+  std::pmr::memory_resource& memory_;
+};
+
+}  // namespace
+
+EventBatch::EventBatch(std::size_t capacity)
+    : events_(std::make_unique<Event[]>(capacity)),  // NOLINT(modernize-avoid-c-arrays)
+      next_(events_.get()),
+      end_(events_.get() + capacity) {}
+
+void EventBatch::keep_views(EventBody& body) {
+  std::visit(
+      [this](auto& event) {
+        using Body = std::remove_cvref_t<decltype(event)>;
+        if constexpr ((kWithViews & kinds<Body>()) != 0) {
+          Keeper(memory_).keep(event);
+        } else {
+          static_assert(sizeof(Body) <= sizeof(CallbackStart), "large enough to hide views");
+        }
+      },
+      body);
+}
+
+void EventBatch::clear() noexcept {
+  next_ = events_.get();
+  memory_.release();
+}
+
+}  // namespace cie::analysis

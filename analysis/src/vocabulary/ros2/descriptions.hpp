@@ -1,0 +1,15 @@
+// What tracers say of who is who, entered into a process's directory.
+#pragma once
+
+#include "message_links.hpp"
+#include "process_state.hpp"
+#include "ros2_event.hpp"
+#include "vocabulary/field.hpp"
+
+namespace cie::analysis::ros2 {
+
+// Ignores events that describe nothing. `repeats`: by a tracer that may say it a second time.
+void enter_description(Ros2Event event, bool repeats, const Payload& p, Process& process,
+                       MessageLinks& links);
+
+}  // namespace cie::analysis::ros2

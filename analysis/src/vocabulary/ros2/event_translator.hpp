@@ -1,0 +1,64 @@
+// Events of ROS 2's tracers as those of the model: CallbackInit, CallbackStart, Publish, …
+//
+// What these tracers tell of a callback's identity is spread over many events and addresses; what
+// they do not tell at all (a timer's release, threads and their parameters, totals) stays absent.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "message_links.hpp"
+#include "process_state.hpp"
+#include "publications.hpp"
+#include "ros2_event.hpp"
+#include "vocabulary/field.hpp"
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace cie::analysis {
+
+class EventTranslator {
+ public:
+  EventTranslator() = default;
+  EventTranslator(const EventTranslator&) = delete;
+  EventTranslator& operator=(const EventTranslator&) = delete;
+
+  // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
+  void apply(const EventHead& head, const StreamBegin& event);
+  // The process tells of itself in this project's own events.
+  void apply(const EventHead& head, const RunBegin& event);
+  // Events of a host were lost: what is open may have ended, and what ends now may have begun
+  // unseen.
+  void lose(const EventHead& head);
+  // Feeds `sink` what follows from the event; all of it is_derived.
+  void translate(const EventHead& head, const Untranslated& event, const ros2::EventSink& sink);
+  // The trace ended: what was still to be told.
+  void finish(const ros2::EventSink& sink);
+
+ private:
+  struct Host {
+    std::map<std::int64_t, ros2::Process> processes{};  // by pid
+    bool has_clock = false;
+  };
+  struct Stream {
+    std::string host{};
+    std::int64_t offset_ns = 0;
+  };
+
+  static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
+  void start(ros2::Address address, ros2::Context& context);
+  static void end(ros2::Address address, ros2::Context& context);
+  static void enqueue(const Payload& p, ros2::Context& context);
+  ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
+                               ros2::Context& context);
+  const Stream& stream_of(const EventHead& head) const;
+
+  std::vector<Stream> streams_;
+  std::map<std::string, Host> hosts_;
+  ros2::MessageLinks links_;
+  ros2::Publications publications_{links_};
+};
+
+}  // namespace cie::analysis

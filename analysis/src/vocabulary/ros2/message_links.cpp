@@ -1,0 +1,61 @@
+#include "message_links.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis::ros2 {
+namespace {
+
+constexpr std::size_t kMaxPublications = 1024;  // per topic, waiting to be taken
+// How well tracers know the offset between their clock and CLOCK_REALTIME.
+constexpr std::int64_t kOffsetError = 2'000;
+
+}  // namespace
+
+std::shared_ptr<WrittenMessage> MessageLinks::add(const std::string& topic,
+                                                  const WrittenMessage& publication) {
+  auto& publications = topics_[topic].publications;
+  if (publications.size() >= kMaxPublications) publications.pop_front();
+  publications.push_back(std::make_shared<WrittenMessage>(publication));
+  return publications.back();
+}
+
+void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
+  auto& entry = topics_[topic];
+  ++entry.publishers;
+  entry.sole_publisher = entry.publishers == 1 ? gid : 0;
+}
+
+MessageLinks::Origin MessageLinks::find(const std::string& topic,
+                                        std::int64_t source_timestamp) const {
+  const auto found = topics_.find(topic);
+  if (found == topics_.end()) return {.gid = 0, .stamp = source_timestamp};
+  const auto& publications = found->second.publications;
+  const WrittenMessage* within = nullptr;
+  std::size_t candidates = 0;
+  for (auto each = publications.rbegin(); each != publications.rend(); ++each) {
+    const auto& publication = **each;
+    if (publication.is_exact) {
+      if (publication.stamp == source_timestamp) return {publication.gid, publication.stamp};
+      continue;
+    }
+    if (source_timestamp < publication.from - kOffsetError) continue;
+    if (source_timestamp > publication.until) continue;
+    within = &publication;
+    ++candidates;
+  }
+  if (candidates == 1) return {within->gid, within->stamp};
+  const bool is_open = candidates > 1;  // several may have written it
+  return {is_open ? 0 : found->second.sole_publisher, source_timestamp};
+}
+
+MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int64_t entry) const {
+  const auto found = topics_.find(topic);
+  if (found == topics_.end()) return {};
+  const auto& publications = found->second.publications;
+  const auto each = std::find_if(publications.rbegin(), publications.rend(),
+                                 [entry](const auto& p) { return p->entry == entry; });
+  if (each == publications.rend()) return {};
+  return {(*each)->gid, (*each)->stamp};
+}
+
+}  // namespace cie::analysis::ros2

@@ -1,0 +1,55 @@
+// Which publication a taken message is: by topic and source timestamp, or where the publishing side
+// does not tell timestamps (Humble), by the one call of publish that the timestamp falls into.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include <cstdint>
+#include <deque>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <unordered_map>
+
+namespace cie::analysis::ros2 {
+
+struct WrittenMessage {
+  std::uint64_t gid = 0;   // of its publisher
+  std::int64_t stamp = 0;  // the name by which the model knows it: CLOCK_REALTIME, unique
+  bool is_exact = false;   // `stamp` is the source timestamp that takes will tell
+  std::int64_t from = 0;   // the writing lies between these two (CLOCK_REALTIME)
+  std::int64_t until = std::numeric_limits<std::int64_t>::max();
+  std::optional<std::int64_t> entry{};  // agnocast's number of the message
+};
+
+class MessageLinks {
+ public:
+  std::shared_ptr<WrittenMessage> add(const std::string& topic, const WrittenMessage& publication);
+  // For a publisher that is announced: other writers have ids drawn by DDS.
+  std::uint64_t new_gid() noexcept { return kFirstGid + ++publishers_; }
+  // A publisher of the topic was announced.
+  void add_publisher(const std::string& topic, std::uint64_t gid);
+
+  // What the message of that source timestamp is called in the model: publisher and stamp. No
+  // publisher: it cannot be told which one wrote it.
+  struct Origin {
+    std::uint64_t gid = 0;
+    std::int64_t stamp = 0;
+  };
+  Origin find(const std::string& topic, std::int64_t source_timestamp) const;
+  Origin find_entry(const std::string& topic, std::int64_t entry) const;
+
+ private:
+  static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
+
+  struct Topic {
+    std::deque<std::shared_ptr<WrittenMessage>> publications{};
+    std::uint64_t sole_publisher = 0;
+    std::size_t publishers = 0;
+  };
+  std::unordered_map<std::string, Topic> topics_;
+  std::uint64_t publishers_ = 0;
+};
+
+}  // namespace cie::analysis::ros2

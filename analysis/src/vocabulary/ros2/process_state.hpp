@@ -1,0 +1,83 @@
+// What is going on in one process of ROS 2, and one event on its way through it.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "directory.hpp"
+#include "message_links.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis::ros2 {
+
+// Takes the model's events; all of them is_derived.
+using EventSink = std::function<void(const Event&)>;
+
+struct RunningCallback {
+  Address address = 0;
+  CallbackNumber callback{};
+  std::uint64_t seq = 0;
+};
+
+// Between the call and the first word of a source timestamp.
+struct Publishing {
+  EventHead head{};
+  std::int64_t realtime = 0;  // of `head`
+  Address message = 0;
+  std::optional<Address> publisher{};
+};
+
+// A message between callbacks of one process.
+struct QueuedMessage {
+  MessageLinks::Origin origin{};
+  std::optional<Timestamp> release{};
+};
+
+struct Thread {
+  std::vector<RunningCallback> open{};
+  std::optional<Publishing> publishing{};
+  std::shared_ptr<WrittenMessage> writing{};          // until the thread's next event
+  std::optional<MessageLinks::Origin> handed_over{};  // being put into queues
+  // What the next callback to start has taken.
+  std::optional<std::int64_t> taken{};
+  std::optional<QueuedMessage> dequeued{};
+  bool is_waiting = false;
+};
+
+struct Process {
+  EventHead last{};  // event of it
+  Directory directory{};
+  std::unordered_map<std::int64_t, Thread> threads{};
+  std::map<std::pair<Address, std::uint64_t>, QueuedMessage> queues{};  // by buffer and index
+  std::unordered_map<Address, MessageLinks::Origin> handed_over{};      // by message
+  std::unordered_map<std::uint64_t, Address> agnocast_subscriptions{};  // by its own number
+  std::unordered_map<Address, std::int64_t> agnocast_entries{};         // by callable
+  std::set<Address> announced_groups{};
+  bool has_own_events = false;    // this project's, which say more and are numbered
+  bool has_ros2_profile = false;  // says the same in ROS 2's words too
+};
+
+// One event on its way: where it happened and where its consequences go.
+struct Context {
+  const EventHead& head;
+  std::int64_t realtime;  // CLOCK_REALTIME of the event
+  Process& process;
+  Thread& thread;
+  const EventSink& sink;
+};
+
+inline void emit(const EventHead& head, EventBody body, const EventSink& sink) {
+  Event event{.head = head, .body = body};
+  event.head.is_derived = true;
+  sink(event);
+}
+
+}  // namespace cie::analysis::ros2

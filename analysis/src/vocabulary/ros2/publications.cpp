@@ -1,0 +1,120 @@
+#include "publications.hpp"
+
+#include "announcements.hpp"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace cie::analysis::ros2 {
+namespace {
+
+constexpr std::size_t kMaxHandedOver = 4096;
+
+bool is_current(const Thread& thread, Address message) {
+  return thread.publishing && thread.publishing->message == message;
+}
+
+}  // namespace
+
+bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
+  auto& thread = context.thread;
+  switch (event) {
+    case Ros2Event::publish:
+      begin(p.number<Address>(0), std::nullopt, context);
+      return true;
+    case Ros2Event::rcl_publish: {
+      const auto message = p.number<Address>(1);
+      if (!is_current(thread, message) || thread.publishing->publisher) {
+        begin(message, p.number<Address>(0), context);
+      }
+      thread.publishing->publisher = p.number<Address>(0);
+      return true;
+    }
+    case Ros2Event::rmw_publish:
+    case Ros2Event::bind_stamp: {
+      if (!is_current(thread, p.number<Address>(0)) || !thread.publishing->publisher) return false;
+      const auto stamp = p.integer(1);
+      WrittenMessage publication{.from = context.realtime};
+      if (stamp && *stamp != 0) {
+        publication.stamp = *stamp;
+        publication.is_exact = true;
+      }
+      const auto publishing = *thread.publishing;
+      thread.publishing.reset();
+      tell(publishing, publication, context);
+      return true;
+    }
+    case Ros2Event::intra_publish: {
+      const auto origin = tell_at_once(p.number<Address>(0), {}, context);
+      thread.handed_over = origin;
+      auto& by_message = context.process.handed_over;
+      if (by_message.size() >= kMaxHandedOver) by_message.clear();
+      by_message[p.number<Address>(1)] = origin;
+      return true;
+    }
+    case Ros2Event::agnocast_publish: {
+      WrittenMessage publication;
+      publication.entry = p.integer(1);
+      tell_at_once(p.number<Address>(0), publication, context);
+      return true;
+    }
+    default:
+      return false;
+  }
+}
+
+void Publications::settle(Context& context) {
+  auto& thread = context.thread;
+  if (thread.writing) {
+    thread.writing->until = context.realtime;
+    thread.writing.reset();
+  }
+  if (!thread.publishing) return;
+  const auto publishing = *thread.publishing;
+  thread.publishing.reset();
+  if (!publishing.publisher) return;
+  tell(publishing, WrittenMessage{.from = publishing.realtime, .until = context.realtime}, context);
+  thread.writing.reset();
+}
+
+void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {
+  settle(context);
+  context.thread.handed_over.reset();
+  context.thread.publishing = Publishing{.head = context.head,
+                                         .realtime = context.realtime,
+                                         .message = message,
+                                         .publisher = publisher};
+}
+
+MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMessage publication,
+                                        Context& context) {
+  auto& publisher = context.process.directory.publisher(*publishing.publisher);
+  announce(publisher, publishing.head, context.process, context.sink);
+  if (!publication.is_exact) {
+    publication.stamp = std::max(publishing.realtime, publisher.last_stamp + 1);
+  }
+  publisher.last_stamp = std::max(publisher.last_stamp, publication.stamp);
+  emit(publishing.head,
+       Publish{.publisher = publisher.id,
+               .seq = publisher.next_seq++,
+               .source_timestamp_realtime_ns = publication.stamp},
+       context.sink);
+  if (publisher.topic.empty()) return {};
+  publication.gid = publisher.gid;
+  context.thread.writing = links_.add(publisher.topic, publication);
+  return {.gid = publisher.gid, .stamp = publication.stamp};
+}
+
+MessageLinks::Origin Publications::tell_at_once(Address publisher,
+                                                const WrittenMessage& publication,
+                                                Context& context) {
+  settle(context);
+  const auto origin = tell(
+      Publishing{
+          .head = context.head, .realtime = context.realtime, .message = 0, .publisher = publisher},
+      publication, context);
+  context.thread.writing.reset();
+  return origin;
+}
+
+}  // namespace cie::analysis::ros2

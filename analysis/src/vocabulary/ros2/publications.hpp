@@ -1,0 +1,34 @@
+// Calls of publish, put together from what several layers of ROS 2 say of each.
+#pragma once
+
+#include "message_links.hpp"
+#include "process_state.hpp"
+#include "ros2_event.hpp"
+#include "vocabulary/field.hpp"
+
+#include <optional>
+
+namespace cie::analysis::ros2 {
+
+class Publications {
+ public:
+  // `links` learns of every publication.
+  explicit Publications(MessageLinks& links) noexcept : links_(links) {}
+
+  // Whether the event is part of a publication.
+  bool apply(Ros2Event event, const Payload& p, Context& context);
+  // The thread did something else: whatever it was writing is written.
+  void settle(Context& context);
+
+ private:
+  void begin(Address message, std::optional<Address> publisher, Context& context);
+  MessageLinks::Origin tell(const Publishing& publishing, WrittenMessage publication,
+                            Context& context);
+  // Of a message that no layer below will speak of.
+  MessageLinks::Origin tell_at_once(Address publisher, const WrittenMessage& publication,
+                                    Context& context);
+
+  MessageLinks& links_;
+};
+
+}  // namespace cie::analysis::ros2

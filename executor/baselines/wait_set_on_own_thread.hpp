@@ -1,0 +1,17 @@
+// All callbacks on the thread that spins, served from a DDS wait set.
+#pragma once
+
+#include "dispatch/own_thread.hpp"
+
+namespace cie::executor {
+
+class WaitSetOnOwnThread final : public OwnThread {
+ public:
+  // Throws dds::Error.
+  explicit WaitSetOnOwnThread(FailureHandler& failures);
+
+  void run(std::int64_t deadline_ns, Cancellation& cancellation) override;
+  void cancel() noexcept override {}
+};
+
+}  // namespace cie::executor

@@ -1,0 +1,36 @@
+// What happens when a function of the user's throws.
+#pragma once
+
+#include <cie/tracepoints/schema.hpp>
+
+#include <exception>
+#include <string>
+
+namespace cie {
+
+// A callback, or the function of a thread, ended by an exception.
+struct CallbackFailure {
+  CallbackId callback{};   // kNoCallback: a thread's function
+  std::string logical_id;  // or the thread's name
+  std::exception_ptr exception;
+
+  // What the exception says of itself.
+  std::string reason() const;
+  // "callback \"/lidar@Timer(100000000)\" threw: no more fuel", or `thread "gnss" threw: …`.
+  std::string text() const;
+};
+
+namespace scheduling {
+
+// Told of it, on the thread that ran the function. Outlives whatever runs functions.
+class FailureHandler {
+ public:
+  FailureHandler() = default;
+  FailureHandler(const FailureHandler&) = delete;
+  FailureHandler& operator=(const FailureHandler&) = delete;
+  virtual ~FailureHandler() = default;
+  virtual void on_failure(CallbackFailure failure) noexcept = 0;
+};
+
+}  // namespace scheduling
+}  // namespace cie

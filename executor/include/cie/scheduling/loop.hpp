@@ -1,0 +1,52 @@
+// What a thread of an executor does all day.
+#pragma once
+
+#include <cie/scheduling/callback.hpp>
+#include <cie/scheduling/failure.hpp>
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace cie::scheduling {
+
+// Serves a set of callbacks on the threads that call run(). Everything else may be called from any
+// thread while they do.
+class Loop {
+ public:
+  Loop() = default;
+  Loop(const Loop&) = delete;
+  Loop& operator=(const Loop&) = delete;
+  virtual ~Loop() = default;
+  virtual void add(std::shared_ptr<Callback> callback) = 0;
+  // Returns when none of them runs or will run; not from a thread of this loop.
+  virtual void remove(const std::vector<std::shared_ptr<Callback>>& callbacks) = 0;
+  // None of them will run any more; one that runs, runs on, and is let go of then. Any thread.
+  virtual void abandon(const std::vector<std::shared_ptr<Callback>>& callbacks) = 0;
+  // Serves until stop() or until `deadline_ns` of CLOCK_MONOTONIC.
+  virtual void run(std::int64_t deadline_ns) = 0;
+  // Makes every run() return after the callback it is in. Async-signal-safe in OneThreadLoop.
+  virtual void stop() noexcept = 0;
+  // Undoes stop(), while no thread runs the loop.
+  virtual void resume() noexcept = 0;
+  virtual bool is_on_own_thread() const noexcept = 0;
+};
+
+// Runs one instance; true if there was one. What the user's function throws is handed over
+// to `failures` whole, so that those who are told of it free it.
+inline bool execute(Callback& callback, FailureHandler& failures) noexcept {
+  std::exception_ptr failure;
+  try {
+    return callback.execute_one();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  failures.on_failure({.callback = callback.id(),
+                       .logical_id = callback.logical_id(),
+                       .exception = std::move(failure)});
+  return true;
+}
+
+}  // namespace cie::scheduling

@@ -1,0 +1,41 @@
+// The threads that a user asked for beside those of callbacks.
+#pragma once
+
+#include <cie/scheduling/failure.hpp>
+#include <cie/scheduling/team.hpp>
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+namespace cie::scheduling {
+
+// Thread-safe. end() comes before destruction.
+class SpawnedThreads {
+ public:
+  using Function = std::function<void(std::stop_token)>;
+
+  // Both outlive the threads.
+  SpawnedThreads(ThreadConfigurator& configurator, FailureHandler& failures)
+      : configurator_(configurator), failures_(failures) {}
+
+  // Starts a thread and configures it. Under OnError::refuse throws SchedulingRefused, and then the
+  // function never runs. Throws std::invalid_argument for what cannot be a name.
+  void start(const std::string& name, Function function);
+  // Asks all to stop and joins them; final.
+  void end();
+
+ private:
+  void run(const std::string& name, const Function& function, std::stop_token stop) noexcept;
+
+  ThreadConfigurator& configurator_;
+  FailureHandler& failures_;
+  std::mutex mutex_;  // of what follows
+  bool has_ended_ = false;
+  std::vector<std::shared_ptr<Team>> threads_;
+};
+
+}  // namespace cie::scheduling

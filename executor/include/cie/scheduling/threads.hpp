@@ -1,0 +1,34 @@
+// The threads of this process as the kernel lists them.
+#pragma once
+
+#include <cie/tracepoints/trace.hpp>
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cie::scheduling {
+
+std::set<std::uint32_t> thread_ids();
+
+// The name (comm) of a thread of this process; empty when it is gone.
+std::string thread_name(std::uint32_t tid);
+
+// The threads that are not in `before`. A new thread names itself when it comes to run; this waits
+// for those that still carry the caller's name: ten seconds for who lacks a CPU, and briefly for
+// who sleeps under that name.
+std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
+    const std::set<std::uint32_t>& before);
+
+std::uint32_t current_tid() noexcept;
+
+// What the thread of a callback can be called (15 bytes) so that `ps` and `top` show what it does:
+// the beginnings of the node's name and of the topic or period, "lidar:100ms", "fusion:front/po".
+std::string thread_label(const trace::CallbackInfo& info);
+
+// Names the calling thread; what exceeds 15 bytes is cut off.
+void set_current_thread_name(const std::string& name) noexcept;
+
+}  // namespace cie::scheduling

@@ -1,0 +1,113 @@
+#include "reader.hpp"
+
+#include "context_state.hpp"
+#include "dds_qos.hpp"
+#include "message_data.hpp"
+#include "serdata_ptr.hpp"
+
+#include <utility>
+
+namespace cie::executor {
+namespace {
+
+// How many arrivals are remembered for a queue without bound.
+constexpr std::uint32_t kUnboundedLogDepth = 4096;
+
+void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* delivery) noexcept {
+  if (status.total_count_change > 0) {
+    static_cast<Delivery*>(delivery)->lost(static_cast<std::uint32_t>(status.total_count_change));
+  }
+}
+
+struct DeleteListener {
+  void operator()(dds_listener_t* listener) const noexcept { dds_delete_listener(listener); }
+};
+
+}  // namespace
+
+Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
+               const dds_topic_descriptor& type, const std::string& user_data,
+               std::optional<Reply> reply)
+    : context_(std::move(context)), topic_(*context_, topic, type) {
+  const bool keeps_all = qos.history() == History::keep_all;
+  const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
+  delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
+                                         keeps_all || is_keyed ? 0 : qos.depth());
+  if (reply) delivery_->accept_only(reply->recipient);
+  const auto dds_qos = dds::to_dds(qos, topic.ros, user_data);
+  const dds_entity_t participant = context_->participant();
+  const std::unique_ptr<dds_listener_t, DeleteListener> listener{
+      dds_create_listener(delivery_.get())};
+  dds_lset_sample_lost(listener.get(), on_sample_lost);
+  // The cache belongs to the reader from here on; if there is no reader, it leaks nothing but
+  // itself, because Cyclone does not say whether it took it.
+  reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.entity(), dds_qos.get(),
+                                              listener.get(), make_recording_cache(delivery_)),
+                        "creating the DDS reader", topic.ros};
+}
+
+void Reader::announce(const Graph::Member& node) {
+  graph_member_ = context_->graph().add_endpoint(node, Graph::Direction::reader, reader_.get());
+}
+
+bool Reader::take(MessagePool::Loan& message, MessageInfo& info) {
+  for (;;) {
+    ddsi_serdata* taken = nullptr;
+    dds_sample_info_t sample{};
+    QueueCount& count = delivery_->count();
+    const std::uint64_t stored = count.begin_take();
+    const bool is_empty = dds_takecdr(reader_.get(), &taken, 1, &sample, DDS_ANY_STATE) <= 0;
+    const auto outcome = is_empty            ? TakeOutcome::empty
+                         : sample.valid_data ? TakeOutcome::sample
+                                             : TakeOutcome::other;
+    count.end_take(outcome, stored);
+    if (is_empty) return false;
+    const SerdataPtr data{taken};
+    if (outcome == TakeOutcome::other) continue;
+    if (auto passed = message_of(*data)) {
+      message.refer_to(std::move(passed));
+    } else if (!ddsi_serdata_to_sample(data.get(), message.memory(), nullptr, nullptr)) {
+      continue;
+    }
+    info.source_timestamp_realtime_ns = sample.source_timestamp;
+    if (const auto arrival = delivery_->arrivals().find(data.get())) {
+      info.arrival_ns = arrival->time_ns;
+      info.writer_gid = arrival->writer_gid;
+    } else {
+      info.arrival_ns = -1;
+      info.writer_gid = 0;
+    }
+    return true;
+  }
+}
+
+std::uint64_t Reader::close() {
+  delivery_->close();
+  QueueCount& count = delivery_->count();
+  for (;;) {
+    ddsi_serdata* taken = nullptr;
+    dds_sample_info_t sample{};
+    const std::uint64_t stored = count.begin_take();
+    const bool is_empty = dds_takecdr(reader_.get(), &taken, 1, &sample, DDS_ANY_STATE) <= 0;
+    const SerdataPtr data{taken};
+    count.end_take(is_empty            ? TakeOutcome::empty
+                   : sample.valid_data ? TakeOutcome::sample
+                                       : TakeOutcome::other,
+                   stored);
+    if (is_empty) return count.overwritten();
+  }
+}
+
+dds::Entity Reader::new_read_condition() const {
+  return {dds_create_readcondition(reader_.get(), DDS_ANY_STATE), "creating the read condition",
+          "a reader"};
+}
+
+std::uint32_t Reader::matched() const {
+  dds_subscription_matched_status_t status{};
+  dds::check(dds_get_subscription_matched_status(reader_.get(), &status),
+             "asking for the publishers", "a reader");
+  return status.current_count;
+}
+
+}  // namespace cie::executor

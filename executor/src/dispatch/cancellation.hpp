@@ -1,0 +1,35 @@
+// The wish that spinning ends.
+#pragma once
+
+#include <cie/scheduling/clock.hpp>
+#include <cie/scheduling/wakeup.hpp>
+
+#include "scheduling_names.hpp"
+
+#include <atomic>
+#include <cstdint>
+
+namespace cie::executor {
+
+// One thread waits for it. A cancel() that came before ends the next wait at once.
+class Cancellation {
+ public:
+  // An atomic and a futex: also in a signal handler.
+  void cancel() noexcept {
+    is_cancelled_.store(true, std::memory_order_release);
+    wakeup_.notify();
+  }
+  void reset() noexcept { is_cancelled_.store(false, std::memory_order_release); }
+  // Until cancel(), or until `deadline_ns` of CLOCK_MONOTONIC.
+  void wait_until(std::int64_t deadline_ns) noexcept {
+    while (!is_cancelled_.load(std::memory_order_acquire)) {
+      if (wakeup_.wait_until(deadline_ns) == WaitResult::timeout) return;
+    }
+  }
+
+ private:
+  std::atomic<bool> is_cancelled_{false};
+  Wakeup wakeup_;
+};
+
+}  // namespace cie::executor

@@ -1,0 +1,143 @@
+#include "client_callback.hpp"
+
+#include "services/service_endpoint.hpp"
+#include "services/service_type.hpp"
+
+#include <cstddef>
+#include <cstring>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace cie::executor {
+
+ClientCallback::ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info,
+                               Ends ends, std::int64_t timeout_ns)
+    : Callback(std::move(group), info),
+      service_(info.source),
+      ends_(std::move(ends)),
+      timeout_ns_(timeout_ns),
+      messages_(ends_.responses->layout()) {
+  ends_.responses->delivery().set_trace(&trace());
+}
+
+void ClientCallback::dispose() noexcept {
+  ends_.responses->delivery().set_trace(nullptr);
+  trace().overwritten(ends_.responses->close());
+  std::map<std::int64_t, Request> dropped;  // with what users gave, so without the lock
+  const std::lock_guard lock{mutex_};
+  dropped.swap(requests_);
+  update_next_due();
+}
+
+void ClientCallback::serve(ReadySink* sink) {
+  ends_.responses->delivery().set_target(sink, this);
+  if (sink != nullptr) sink->on_ready(*this);  // for what arrived before
+}
+
+void ClientCallback::update_next_due() {
+  next_due_ns_.store(requests_.empty() ? kNever : requests_.begin()->second.deadline_ns,
+                     std::memory_order_relaxed);
+}
+
+void ClientCallback::send(const void* request, Completion completion) {
+  std::int64_t seq = 0;
+  bool is_first = false;
+  {
+    const std::lock_guard lock{mutex_};
+    seq = ++last_seq_;
+    const std::int64_t deadline = timeout_ns_ > 0 ? monotonic_now() + timeout_ns_ : kNever;
+    requests_.emplace(seq, Request{std::move(completion), deadline});
+    is_first = requests_.size() == 1;
+    update_next_due();
+  }
+  try {
+    // Its contents stay the user's: DDS copies them out.
+    std::vector<std::byte> message(ends_.requests->layout()->size());
+    set_header(message.data(), {.guid = ends_.guid, .seq = seq});
+    std::memcpy(payload_of(message.data()), request, message.size() - sizeof(CallHeader));
+    ends_.requests->publish(message.data());
+  } catch (...) {
+    remove(seq);
+    throw;
+  }
+  // Whoever serves it may sleep without end.
+  if (is_first && timeout_ns_ > 0) ends_.responses->delivery().wake();
+}
+
+std::optional<ClientCallback::Request> ClientCallback::remove(std::int64_t seq) {
+  const std::lock_guard lock{mutex_};
+  auto node = requests_.extract(seq);
+  update_next_due();
+  if (node.empty()) return std::nullopt;
+  return std::move(node.mapped());
+}
+
+std::optional<ClientCallback::Request> ClientCallback::remove_overdue() {
+  if (next_due() > monotonic_now()) return std::nullopt;
+  const std::lock_guard lock{mutex_};
+  const auto first = requests_.begin();
+  if (first == requests_.end() || first->second.deadline_ns > monotonic_now()) return std::nullopt;
+  Request request = std::move(first->second);
+  requests_.erase(first);
+  update_next_due();
+  return request;
+}
+
+// What has arrived comes before what is overdue: a late thread makes no timeout of a response that
+// is there.
+bool ClientCallback::run_one() {
+  {
+    MessagePool::Loan response{messages_};
+    MessageInfo info;
+    while (ends_.responses->take(response, info)) {
+      const auto request = remove(header_of(response.get()).seq);
+      if (!request) continue;
+      const Instance instance{*this,
+                              {.kind = ReleaseKind::data,
+                               .release_ns = info.arrival_ns,
+                               .source_timestamp_realtime_ns = info.source_timestamp_realtime_ns,
+                               .writer_gid = info.writer_gid}};
+      request->completion({response.handle(), payload_of(response.get())});
+      return true;
+    }
+  }
+  trace().overwritten(ends_.responses->delivery().count().overwritten());
+  const auto request = remove_overdue();
+  if (!request) return false;
+  const Instance instance{*this, {.kind = ReleaseKind::timer, .release_ns = request->deadline_ns}};
+  request->completion(nullptr);
+  return true;
+}
+
+bool ClientCallback::is_ready() const {
+  return ends_.requests->matched() > 0 && ends_.responses->matched() > 0;
+}
+
+std::size_t ClientCallback::pending() const {
+  const std::lock_guard lock{mutex_};
+  return requests_.size();
+}
+
+void send_request(ClientCallback& client, const void* request, Completion completion) {
+  client.send(request, std::move(completion));
+}
+const std::string& logical_id_of(const ClientCallback& client) noexcept {
+  return client.logical_id();
+}
+const std::string& service_of(const ClientCallback& client) noexcept { return client.service(); }
+CallbackId id_of(const ClientCallback& client) noexcept { return client.id(); }
+bool is_ready(const ClientCallback& client) { return client.is_ready(); }
+std::size_t pending_requests(const ClientCallback& client) { return client.pending(); }
+
+bool wait_until_ready(const ClientCallback& client, std::chrono::nanoseconds timeout) {
+  const auto end = std::chrono::steady_clock::now() + timeout;
+  while (!client.is_ready()) {
+    if (std::chrono::steady_clock::now() >= end) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds{1});
+  }
+  return true;
+}
+
+}  // namespace cie::executor

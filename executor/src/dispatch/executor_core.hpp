@@ -1,0 +1,110 @@
+// What the executors have in common: membership, start and end of spinning, cancellation.
+// They differ in their placement of callbacks on threads.
+#pragma once
+
+#include <cie/executor/executor.hpp>
+#include <cie/scheduling/failure.hpp>
+#include <cie/scheduling/spawned_threads.hpp>
+#include <cie/scheduling/thread_configurator.hpp>
+#include <cie/tracepoints/trace.hpp>
+
+#include "cancellation.hpp"
+#include "placement.hpp"
+#include "scheduling_names.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+namespace cie::executor {
+
+class ContextState;
+class NodeState;
+
+class ExecutorCore final : public FailureHandler,
+                           public std::enable_shared_from_this<ExecutorCore> {
+ public:
+  ExecutorCore(ExecutorKind kind, ExecutorOptions options, const PlacementFactory& placement);
+
+  void add_node(const std::shared_ptr<NodeState>& node);
+  // Throws std::logic_error for a stranger, and in a callback that it would have to wait for.
+  void remove_node(NodeState& node);
+  // Likewise for who goes: a stranger is none of ours, and a callback is waited for by its end().
+  void drop_node(NodeState& node);
+  void drop_all_nodes();
+  // These are about to end: none of them will run any more. Waits for those that run, unless the
+  // caller is a callback itself.
+  void withdraw(const std::vector<std::shared_ptr<Callback>>& callbacks);
+  // A callback that a node got: served at once while spinning, if the node still belongs here.
+  void serve_new(NodeState& node, const std::shared_ptr<Callback>& callback);
+
+  // The threads that serve the node beside those of callbacks, as far as they are new; while
+  // spinning, and if the node belongs here. Throws SchedulingRefused.
+  void configure_new_workers(const NodeState& node);
+
+  void spin(std::int64_t deadline_ns);
+  void cancel() noexcept;
+  // Not in spin().
+  void wait_until_idle() const noexcept;
+  // Whether the calling thread is the one that spins and runs callbacks itself.
+  bool is_on_own_thread() const noexcept;
+  bool is_spinning() const noexcept { return is_spinning_.load(std::memory_order_acquire); }
+  std::vector<SchedulingProblem> problems() const { return configurator_.problems(); }
+  void reload_spec(std::shared_ptr<const SchedulingSpec> spec);
+
+  void spawn_thread(const std::string& name, SpawnedThreads::Function function) {
+    spawned_.start(name, std::move(function));
+  }
+  // Asks all threads of spawn_thread() to stop and joins them; final.
+  void end_spawned_threads() { spawned_.end(); }
+
+  void on_failure(CallbackFailure failure) noexcept override;
+
+ private:
+  using Callbacks = Placement::Callbacks;
+
+  // One spin() from its beginning to its end, whichever way it ends.
+  class Spin;
+
+  // With mutex_ held.
+  bool is_member(const NodeState& node) const;
+  Callbacks all_callbacks() const;
+  // Puts callbacks on threads, and lets them run.
+  void serve(const Callbacks& callbacks);
+  // Without it. If it does not wait, teams that leave are joined later.
+  void vacate(const Placement::Vacating& vacating, bool waits);
+  // Those that have left, or all of them.
+  void join_departed(bool all);
+  void configure_workers_of(const NodeState& node);
+  KnownIds known_ids() const;
+
+  const ExecutorOptions options_;
+  trace::Run run_;
+  ThreadConfigurator configurator_{options_};
+  std::atomic<bool> is_spinning_{false};
+  // Whoever cancels may be a signal handler in another thread, and is not done when spin() wakes up:
+  // what it uses must outlive it, and its executor may go as soon as spin() has returned.
+  void wait_for_cancelling() const noexcept;
+
+  Cancellation cancellation_;
+  std::atomic<int> cancelling_{0};  // calls of cancel() that have not returned
+
+  mutable std::mutex mutex_;  // of what follows, but for running the placement and cancelling it
+  const std::unique_ptr<Placement> placement_;
+  bool is_serving_ = false;
+  std::vector<std::shared_ptr<NodeState>> nodes_;
+  std::set<std::weak_ptr<trace::Thread>, std::owner_less<>> configured_workers_;
+  Placement::Teams departed_;  // stopped by a callback, and so not joined yet
+
+  std::mutex failure_mutex_;
+  std::optional<CallbackFailure> failure_;  // the first one
+
+  SpawnedThreads spawned_{configurator_, *this};
+};
+
+}  // namespace cie::executor

@@ -1,0 +1,27 @@
+#include "own_thread.hpp"
+
+namespace cie::executor {
+
+Placement::Teams OwnThread::place(const Callbacks& callbacks) {
+  for (const auto& callback : callbacks)
+    loop_->add(callback);
+  return {};
+}
+
+Placement::Vacating OwnThread::take_off(const Callbacks& callbacks) {
+  return [this, callbacks](Running running) {
+    if (running == Running::awaited) {
+      loop_->remove(callbacks);
+    } else {
+      loop_->abandon(callbacks);
+    }
+    return Teams{};
+  };
+}
+
+Placement::Waiting OwnThread::stop() {
+  return
+      [this, callbacks = Callbacks(served().begin(), served().end())] { loop_->remove(callbacks); };
+}
+
+}  // namespace cie::executor

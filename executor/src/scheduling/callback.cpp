@@ -1,0 +1,120 @@
+#include <cie/scheduling/callback.hpp>
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+#include <vector>
+
+namespace cie::scheduling {
+
+// An instance of a callback, or its end, on the stack of a thread.
+struct Callback::Frame {
+  Frame(const Callback* entered, const Frame*& innermost_frame) noexcept
+      : callback(entered), outer(innermost_frame), innermost(innermost_frame) {
+    innermost = this;
+  }
+  Frame(const Frame&) = delete;
+  Frame& operator=(const Frame&) = delete;
+  ~Frame() { innermost = outer; }
+
+  const Callback* callback;
+  const Frame* outer;
+  const Frame*& innermost;
+};
+
+namespace {
+
+// Of the calling thread; null outside of all callbacks.
+thread_local const Callback::Frame* innermost_of_thread = nullptr;
+
+// A thread that waits in end(), for `target`.
+struct Wait {
+  const Callback::Frame* frames;
+  const Callback* target;
+};
+
+struct Ends {
+  std::mutex mutex;  // of what follows
+  std::condition_variable disposed;
+  std::vector<Wait> waits;
+};
+
+// Never destroyed: callbacks may be, as the process ends.
+Ends& ends() {
+  static Ends& ends = *new Ends;
+  return ends;
+}
+
+bool is_on(const Callback::Frame* frames, const Callback* callback) noexcept {
+  for (; frames != nullptr; frames = frames->outer) {
+    if (frames->callback == callback) return true;
+  }
+  return false;
+}
+
+// Whether `target` cannot end before the thread of `frames` goes on. With the mutex held.
+bool waits_for(const Callback* target, const Callback::Frame* frames) {
+  return is_on(frames, target) || std::ranges::any_of(ends().waits, [&](const Wait& wait) {
+           return is_on(wait.frames, target) && waits_for(wait.target, frames);
+         });
+}
+
+}  // namespace
+
+bool Callback::is_in_instance() noexcept { return innermost_of_thread != nullptr; }
+
+// Counts the instance for as long as it may use what the callback holds.
+class Callback::Execution {
+ public:
+  explicit Execution(Callback& callback) noexcept
+      : callback_(callback),
+        frame_(&callback, innermost_of_thread),
+        is_open_((callback.life_.fetch_add(kRunning) & kClosed) == 0) {}
+  Execution(const Execution&) = delete;
+  Execution& operator=(const Execution&) = delete;
+  ~Execution() {
+    if (callback_.life_.fetch_sub(kRunning) == (kClosed | kRunning)) callback_.try_dispose();
+  }
+  bool is_open() const noexcept { return is_open_; }
+
+ private:
+  Callback& callback_;
+  const Frame frame_;
+  bool is_open_;
+};
+
+bool Callback::execute_one() {
+  const Execution execution{*this};
+  return execution.is_open() && run_one();
+}
+
+void Callback::try_dispose() noexcept {
+  std::uint32_t unused = kClosed;
+  if (!life_.compare_exchange_strong(unused, kClosed | kDisposing)) return;
+  {
+    const Frame frame{this, innermost_of_thread};
+    serve(nullptr);  // who makes it ready just now has done so
+    dispose();
+    trace_.reset();
+  }
+  const std::lock_guard lock{ends().mutex};
+  life_.fetch_or(kDisposed);
+  ends().disposed.notify_all();
+}
+
+void Callback::end() noexcept {
+  close();
+  try_dispose();
+  const auto is_disposed = [this] { return (life_.load() & kDisposed) != 0; };
+  std::unique_lock lock{ends().mutex};
+  if (is_disposed() || waits_for(this, innermost_of_thread)) return;
+  auto& waits = ends().waits;
+  waits.push_back({innermost_of_thread, this});
+  ends().disposed.wait(lock, is_disposed);
+  const auto own = std::ranges::find_if(waits, [this](const Wait& wait) {
+    return wait.target == this && wait.frames == innermost_of_thread;
+  });
+  waits.erase(own);
+}
+
+}  // namespace cie::scheduling

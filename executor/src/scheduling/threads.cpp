@@ -1,0 +1,105 @@
+#include <cie/scheduling/threads.hpp>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+#include <thread>
+
+#include <pthread.h>
+#include <unistd.h>
+
+namespace cie::scheduling {
+
+std::set<std::uint32_t> thread_ids() {
+  std::set<std::uint32_t> tids;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry{"/proc/self/task", error}, end;
+       !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename();
+    std::uint32_t tid = 0;
+    if (std::from_chars(name.data(), name.data() + name.size(), tid).ec == std::errc{}) {
+      tids.insert(tid);
+    }
+  }
+  return tids;
+}
+
+std::string thread_name(std::uint32_t tid) {
+  std::ifstream file{"/proc/self/task/" + std::to_string(tid) + "/comm"};
+  std::string name;
+  std::getline(file, name);
+  return name;
+}
+
+namespace {
+
+std::string_view last_part(std::string_view name) noexcept {
+  return name.substr(name.rfind('/') + 1);  // npos + 1 is 0: a name without slash is its last part
+}
+
+// "100ms": the largest unit that the period is a whole number of.
+std::string short_period(std::uint64_t ns) {
+  constexpr std::uint64_t kThousand = 1000;
+  if (ns % (kThousand * kThousand) == 0) return std::to_string(ns / kThousand / kThousand) + "ms";
+  if (ns % kThousand == 0) return std::to_string(ns / kThousand) + "us";
+  return std::to_string(ns) + "ns";
+}
+
+// Runs, or would if it had a CPU: a thread that has not come to its first instructions does.
+bool is_runnable(std::uint32_t tid) {
+  std::ifstream file{"/proc/self/task/" + std::to_string(tid) + "/stat"};
+  std::string line;
+  std::getline(file, line);
+  const std::size_t name_end = line.rfind(") ");
+  return name_end != std::string::npos && line.compare(name_end + 2, 1, "R") == 0;
+}
+
+}  // namespace
+
+std::vector<std::pair<std::uint32_t, std::string>> new_named_threads(
+    const std::set<std::uint32_t>& before) {
+  using namespace std::chrono_literals;
+  using std::chrono::steady_clock;
+  const auto begin = steady_clock::now();
+  const std::string own = thread_name(current_tid());
+  std::vector<std::pair<std::uint32_t, std::string>> found;
+  const auto may_name_itself = [&](const auto& thread) {
+    const auto waited = steady_clock::now() - begin;
+    return thread.second == own && (waited < 50ms || (waited < 10s && is_runnable(thread.first)));
+  };
+  while (true) {
+    found.clear();
+    for (const std::uint32_t tid : thread_ids()) {
+      if (!before.contains(tid)) found.emplace_back(tid, thread_name(tid));
+    }
+    std::erase_if(found, [](const auto& thread) { return thread.second.empty(); });
+    if (std::ranges::none_of(found, may_name_itself)) break;
+    std::this_thread::sleep_for(1ms);
+  }
+  return found;
+}
+
+std::uint32_t current_tid() noexcept { return static_cast<std::uint32_t>(gettid()); }
+
+std::string thread_label(const trace::CallbackInfo& info) {
+  constexpr std::size_t kRoom = 15;  // TASK_COMM_LEN without its terminator
+  const std::string_view id = info.logical_id;
+  std::string node{last_part(id.substr(0, id.find('@')))};
+  std::string source = info.kind == CallbackKind::timer
+                           ? (info.period_ns == 0 ? "once" : short_period(info.period_ns))
+                           : info.source.substr(info.source.starts_with('/') ? 1 : 0);
+  const std::size_t source_room = std::max(kRoom / 2, kRoom - 1 - std::min(node.size(), kRoom - 1));
+  source.resize(std::min(source.size(), source_room));
+  node.resize(std::min(node.size(), kRoom - 1 - source.size()));
+  return node + ":" + source;
+}
+
+void set_current_thread_name(const std::string& name) noexcept {
+  constexpr std::size_t kRoom = 15;
+  pthread_setname_np(pthread_self(), name.substr(0, kRoom).c_str());
+}
+
+}  // namespace cie::scheduling

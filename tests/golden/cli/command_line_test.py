@@ -1,0 +1,417 @@
+#!/usr/bin/env python3
+"""The cie program from outside: which commands and options there are, and what is refused with which words. Arguments: CIE EXAMPLES."""
+import gzip
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+import xml.etree.ElementTree
+
+from program import CIE, COMMANDS, EXAMPLES, Folder, SPEC, TRACE, cie
+
+
+class Help(unittest.TestCase):
+    def test_alone_it_prints_an_overview(self):
+        for arguments in ((), ("--help",), ("-h",), ("help",)):
+            result = cie(*arguments)
+            self.assertEqual((result.returncode, result.stderr), (0, b""))
+            for command in COMMANDS + ("run", "record"):
+                self.assertIn(f"\n  {command} ".encode(), result.stdout)
+
+    def test_version(self):
+        self.assertRegex(cie("--version").stdout, rb"^cie \d+\.\d+\.\d+\n$")
+
+    def test_every_command_explains_itself(self):
+        for command in COMMANDS:
+            result = cie(command, "--help")
+            self.assertEqual((result.returncode, result.stderr), (0, b""))
+            self.assertEqual(result.stdout, cie("help", command).stdout)
+            text = result.stdout.decode()
+            self.assertTrue(text.startswith(f"Usage: cie {command} "), text)
+            self.assertRegex(text, r"\nExamples?:\n  cie " + command)
+            self.assertIn("\nExit codes: 0 ", text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 100)
+
+
+class Usage(Folder):
+    def assert_usage_error(self, arguments, message):
+        result = cie(*arguments)
+        self.assertEqual(result.returncode, 2, arguments)
+        self.assertEqual(result.stdout, b"")
+        lines = result.stderr.decode().splitlines()
+        self.assertEqual(lines[0], "cie: " + message)
+        self.assertRegex(lines[1], r"^Try: cie .*--help$")
+        self.assertEqual(len(lines), 2)
+
+    def test_misspelt(self):
+        self.assert_usage_error(("verfy", TRACE), 'there is no command "verfy"; did you mean "verify"?')
+        self.assert_usage_error(("verify", TRACE, "--sepc", "x"), 'unknown option "--sepc"; did you mean "--spec"?')
+        self.assert_usage_error(("report", TRACE, "--fromat=json"),
+                                'unknown option "--fromat"; did you mean "--format"?')
+        self.assert_usage_error(("report", TRACE, "--zzz"), 'unknown option "--zzz"')
+        self.assert_usage_error(("--verison",), 'there is no command "--verison"; did you mean "--version"?')
+
+    def test_missing(self):
+        for command in ("report", "instances", "verify"):
+            self.assert_usage_error((command,), "no TRACE was given: name the directory that a recording is in")
+        self.assert_usage_error(("export", TRACE), "--to is missing: name the viewer, for instance --to perfetto")
+        self.assert_usage_error(("spec", "check"), "no FILE was given: name the spec to check")
+        self.assert_usage_error(("spec", "template"),
+                                "no TRACE was given: name the directory that a recording is in")
+        for arguments in (("report", TRACE, "--spec"), ("report", TRACE, "-o"), ("report", TRACE, "-f", "a", "-f", "b")):
+            self.assertEqual(cie(*arguments).returncode, 2, arguments)
+
+    def test_rules_are_chosen(self):
+        def rules(*arguments):
+            return [r["id"] for r in json.loads(cie("verify", TRACE, "-f", "json", *arguments).stdout)["rules"]]
+        everything = rules()
+        self.assertEqual(rules("--only", "m2,M3"), ["M2", "M3"])
+        self.assertEqual(rules("--skip", "M2,T1"), [r for r in everything if r not in ("M2", "T1")])
+        self.assert_usage_error(("verify", TRACE, "--only", "M2,Z9"),
+                                '--only: there is no rule "Z9"; cie verify --list-rules names them all')
+        self.assert_usage_error(("verify", TRACE, "--only", "M2", "--skip", "M3"),
+                                "--only and --skip exclude each other: name the rules that count, or those that do not")
+
+    def test_what_is_left_out_has_no_say(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        self.assertEqual(cie("verify", violating).returncode, 1)
+        self.assertEqual(cie("verify", violating, "--only", "T1").returncode, 0)
+
+    def suppressions(self, *fields):
+        lines = "".join(f"  - {{rule: {rule}, subject: \"{subject}\", reason: known, expires: {expires}}}\n"
+                        for rule, subject, expires in fields)
+        return self.write("accepted.yaml", ("suppressions:\n" + lines).encode())
+
+    def test_what_is_suppressed_has_no_say_until_it_expires(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        rules = [r["id"] for r in json.loads(cie("verify", violating, "-f", "json").stdout)["rules"]
+                 if r["verdict"] in ("FAIL", "INCONCLUSIVE")]
+        file = self.suppressions(*((rule, "*", "2026-06-15") for rule in rules))
+        for date, code in (("2026-06-15", 0), ("2026-06-16", 1)):
+            for form in ("text", "json", "junit", "sarif", "tap"):
+                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form)
+                self.assertEqual((result.returncode, result.stderr), (code, b""))
+                self.assertIn(b"known", result.stdout)
+        self.assertEqual(cie("verify", violating, "--suppressions", self.suppressions(("R9", "*", "never"))).returncode, 2)
+        forever = self.suppressions(*((rule, "*", "never") for rule in rules))
+        self.assertEqual(cie("verify", violating, "--suppressions", forever).returncode, 0)
+
+    def test_a_bad_suppressions_file_is_named_with_its_line(self):
+        file = self.suppressions(("R2", "*", "tomorrow"))
+        result = cie("verify", TRACE, "--suppressions", file)
+        self.assertEqual((result.returncode, result.stdout), (2, b""))
+        self.assertEqual(result.stderr.decode(),
+                         f'cie: {file}:2: entry "R2 *": "expires" is "tomorrow"; write its last day as in '
+                         "2026-12-31, or never\n")
+        self.assert_usage_error(("verify", TRACE, "--now", "2026-01-01"),
+                                "--now is the day that suppressions expire by: add --suppressions FILE")
+        self.assert_usage_error(("verify", TRACE, "--suppressions", file, "--now", "today"),
+                                '--now takes a date such as 2026-12-31, and not "today"')
+
+    def test_a_window_is_judged_alone(self):
+        begin, end = (json.loads(cie("report", TRACE, "-f", "json").stdout)["trace"][key] for key in ("begin_ns", "end_ns"))
+        middle = begin + 50_000_000
+        for text, window in ((f"{middle}..{middle + 7}", (middle, middle + 7)), ("+50ms..", (middle, end)),
+                             ("..-0.01s", (begin, end - 10_000_000)), ("+50ms..-10ms", (middle, end - 10_000_000)),
+                             (f"..{middle}", (begin, middle)), ("..", (begin, end)), ("-9s..+9s", (begin, end))):
+            arguments = (TRACE, f"--window={text}", "-f", "json")
+            result = cie("verify", *arguments)
+            self.assertEqual(json.loads(result.stdout)["window"], {"begin_ns": window[0], "end_ns": window[1]}, text)
+            self.assertEqual(result.returncode, 3 if text.startswith(str(middle)) else 0, text)
+            trace = json.loads(cie("report", *arguments).stdout)["trace"]
+            self.assertEqual((trace["begin_ns"], trace["end_ns"]), window)
+        for form in ("text", "junit", "sarif", "tap"):
+            self.assertIn(str(middle).encode(), cie("verify", TRACE, "--window", f"{middle}..", "-f", form).stdout)
+
+    def test_a_bad_window(self):
+        for text, message in (("5", '--window does not understand "5"; write FROM..TO, each of them nanoseconds as outputs '
+                                    "show them, +1.5s from the begin, -200ms from the end, or nothing"),
+                              ("2..1", "--window 2..1 is empty: it begins at 2 ns and ends at 1 ns"),
+                              ("1..2", "--window 1..2 lies outside the recording"),
+                              ("+1h..", '--window does not understand "+1h"; write FROM..TO, each of them nanoseconds as '
+                                        "outputs show them, +1.5s from the begin, -200ms from the end, or nothing")):
+            self.assert_usage_error(("verify", TRACE, "--window", text), message)
+
+    def test_schedulability(self):
+        result = cie("analyze", "schedulability", TRACE, "-f", "json")
+        document = json.loads(result.stdout)
+        self.assertEqual(document["schema"], "cie.schedulability/1")
+        told = document["deadlines"]
+        is_undecided = told["count"] > 0 and told["decided"] == 0
+        self.assertEqual(result.returncode, 1 if document["finding"] else 3 if is_undecided else 0, result.stderr)
+        ids = [c["logical_id"] for c in json.loads(cie("report", TRACE, "-f", "json").stdout)["callbacks"]]
+        self.assertEqual([c["logical_id"] for c in document["callbacks"]], ids)
+        self.assert_usage_error(("analyze",), "say what to analyze: cie analyze schedulability TRACE")
+        self.assert_usage_error(("analyze", "schedulabilty", TRACE),
+                                'cie analyze does not know "schedulabilty"; did you mean "schedulability"? '
+                                "available: schedulability")
+
+    def test_a_graph_is_drawn_where_graphviz_is(self):
+        dot = cie("export", TRACE, "--to", "dot")
+        self.assertEqual(dot.returncode, 0)
+        self.assertIn(b"/a/plan@Timer(20000000)", dot.stdout)
+        nowhere = cie("export", TRACE, "--to", "svg", env={**os.environ, "PATH": self.folder})
+        self.assertEqual((nowhere.returncode, nowhere.stdout), (4, b""))
+        self.assertIn(b"install graphviz, or use --to dot", nowhere.stderr)
+        if shutil.which("dot") is None:
+            self.skipTest("graphviz is not installed")
+        svg = cie("export", TRACE, "--to", "svg")
+        self.assertEqual(svg.returncode, 0, svg.stderr)
+        texts = [e.text for e in xml.etree.ElementTree.fromstring(svg.stdout).iter("{http://www.w3.org/2000/svg}text")]
+        self.assertIn("/a/plan@Timer(20000000)", texts)
+
+    def test_live_refuses_what_it_cannot_do(self):
+        for arguments, message in ((("--batch", "--json"), "--batch or --json, not both"),
+                                   (("net://x/host/y/z", "--", "true"), "a session or a command, not both"),
+                                   (("--",), "no command after --"),
+                                   (("--interval", "0"), '--interval: "0" is no number in its range'),
+                                   (("--interval", "1s"), '--interval: "1s" is no number in its range'),
+                                   (("-n", "0"), '--count: "0" is no number in its range'),
+                                   (("--sort", "colour"), '--sort does not know "colour"; available: p99, p50, max, rate, late, missed, name'),
+                                   (("--listen", "127.0.0.1:"),
+                                    '--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: "127.0.0.1:"'),
+                                   (("--listen", "65536"), '--listen takes [ADDRESS:]PORT, a port from 0 (any free one) to 65535: "65536"'),
+                                   (("--batch", "--instances"), "--instances goes with --json")):
+            with self.subTest(arguments=arguments):
+                self.assert_usage_error(("live", *arguments), message)
+
+    def test_viewers(self):
+        self.assert_usage_error(("export", TRACE, "--to", "chrom"), '--to does not know "chrom"; did you mean "chrome"? available: perfetto, chrome,'
+                                " speedscope, otlp, mcap, dot, svg, sqlite, csv, jsonl, parquet, clickhouse")
+        self.assert_usage_error(("export", TRACE, "--to", "mcap", "--gzip"), "--gzip is not for --to mcap, which readers seek in")
+        self.assert_usage_error(("export", TRACE, "--to", "csv", "--gzip"), "--gzip is for --to perfetto, chrome, speedscope and otlp")
+        for viewer in ("chrome", "speedscope", "otlp"):
+            self.assertIn(viewer, cie("export", "--help").stdout.decode())
+            plain = cie("export", TRACE, "--to", viewer)
+            packed = cie("export", TRACE, "--to", viewer, "--gzip")
+            self.assertEqual((plain.returncode, packed.returncode), (0, 0), plain.stderr + packed.stderr)
+            self.assertEqual(gzip.decompress(packed.stdout), plain.stdout)
+
+    def test_unknown_choices(self):
+        self.assert_usage_error(("verify", TRACE, "--inconclusive", "wran"),
+                                '--inconclusive does not know "wran"; did you mean "warn"? available: warn, fail')
+        self.assert_usage_error(("verify", "--explain", "Z9"),
+                                '--explain: there is no rule "Z9"; cie verify --list-rules names them all')
+
+
+class Rules(unittest.TestCase):
+    def test_list_and_pages(self):
+        lines = cie("verify", "--list-rules").stdout.decode().splitlines()
+        ids = [line.split()[0] for line in lines]
+        self.assertEqual(ids[:6], ["T1", "T2", "T3", "T4", "T5", "T6"])
+        self.assertIn("M2  one-callback-per-thread", lines)
+        self.assertEqual(len(ids), len(set(ids)))
+        for rule in ids:
+            page = cie("verify", "--explain", rule.lower())
+            self.assertEqual(page.returncode, 0)
+            self.assertTrue(page.stdout.decode().startswith(rule + " "), page.stdout)
+            self.assertGreater(len(page.stdout), 100, "a page explains")
+
+
+class Spec(Folder):
+    def test_what_is_not_applied_is_said(self):
+        spec = self.write("more.yaml", b"callback_groups: []\nirqs:\n  - {irq: 5, affinity: [1]}\n")
+        result = cie("spec", "check", spec)
+        self.assertEqual(result.returncode, 0)
+        self.assertIn(b'more.yaml:3: note: "irqs" is about the machine and is not applied',
+                      result.stdout)
+
+    def test_a_good_spec(self):
+        result = cie("spec", "check", SPEC)
+        self.assertEqual(result.returncode, 0)
+        self.assertRegex(result.stdout.decode(), r"good: \d+ callbacks?, \d+ threads?, \d+ chains?; sha256 [0-9a-f]{64}\n$")
+
+    def test_a_bad_spec_is_named_with_its_line(self):
+        spec = self.write("bad.yaml", b"callback_groups:\n  - id: /a@Timer(1)\n    policy: SCHED_OTHER\n    nice: 50\n")
+        for arguments in (("spec", "check", spec), ("verify", TRACE, "--spec", spec), ("report", TRACE, "--spec", spec)):
+            result = cie(*arguments)
+            self.assertEqual((result.returncode, result.stdout), (2, b""), arguments)
+            self.assertIn(b"bad.yaml:", result.stderr)
+
+    def test_a_missing_spec(self):
+        result = cie("verify", TRACE, "--spec", self.path("none.yaml"))
+        self.assertEqual((result.returncode, result.stdout), (2, b""))
+        self.assertIn(b"none.yaml", result.stderr)
+
+
+class Doctor(Folder):
+    def test_problems_decide_the_exit_code_and_come_with_advice(self):
+        done = cie("doctor", "--root", self.folder, "-f", "json")
+        report = json.loads(done.stdout)
+        self.assertEqual((report["schema"], done.returncode), ("cie.doctor/1", 1))  # no real time, no /dev/shm
+        counted = [check["health"] for check in report["checks"]]
+        self.assertEqual((report["problems"], report["warnings"]),
+                         (counted.count("problem"), counted.count("warning")))
+        for check in report["checks"]:
+            self.assertEqual(check["advice"] is None, check["health"] == "ok", check)
+        text = cie("doctor", "--root", self.folder).stdout.decode()
+        self.assertLessEqual(max(map(len, text.splitlines())), 100)
+        for check in report["checks"]:
+            self.assertIn(check["id"], text)
+
+    def test_kernel_events_are_tried(self):
+        """On this machine: recorded for a second, or it is said why not."""
+        report = json.loads(cie("doctor", "-f", "json").stdout)
+        finding, = [check for check in report["checks"] if check["id"] == "kernel-events"]
+        self.assertRegex(finding["finding"], r"^by (bpf|tracefs), tried for \d\.\d s: .*switch|^they cannot be recorded: "
+                                             r"|not tried: \"cie-record\" is not installed")
+
+    def test_what_is_no_recording_is_an_error(self):
+        self.assertEqual(cie("doctor", "--trace", self.folder).returncode, 4)
+
+
+class ToPaste(Folder):
+    """Commands that are printed for pasting."""
+
+    def test_the_evidence_of_a_report_is_that_of_what_was_reported(self):
+        spec = os.path.join(self.folder, "a spec's.yaml")
+        with open(spec, "w", encoding="utf-8") as file:
+            file.write("callback_groups:\n  - id: nobody@Timer(1)\n    response_deadline: 7\n")
+        for options in ((), ("--spec", spec), ("--window", "+10ms..-10ms"), ("--spec", spec, "--window=-50ms..")):
+            text = cie("report", TRACE, *options).stdout.decode()
+            command, = re.findall(r"^Evidence   (cie verify .*)$", text, re.M)
+            told = re.search(r"^Verdict    (PASS|FAIL|INCONCLUSIVE)", text, re.M)[1]
+            pasted = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
+                                    env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]}).stdout
+            self.assertEqual(pasted, cie("verify", TRACE, *options).stdout, command)
+            self.assertTrue(pasted.decode().startswith(f"Verdict: {told}\n"), command)
+
+    def test_what_lies_below_is_said_to_lie_below(self):
+        lost = os.path.join(self.folder, "lost")
+        shutil.copytree(TRACE, lost, copy_function=shutil.copyfile)
+        streams = [os.path.join(where, name) for where, _, names in os.walk(os.path.join(lost, "ust")) for name in names
+                   if name != "metadata" and os.path.basename(where) != "index"]
+        os.remove(max(streams, key=os.path.getsize))
+        text = cie("report", lost).stdout.decode()
+        self.assertLess(text.index("see the defects below"), text.index("Defects of the trace"))
+
+
+class Diff(Folder):
+    def report(self, name, change=lambda report: None):
+        report = json.loads(cie("report", TRACE, "-f", "json").stdout)
+        change(report)
+        return self.write(name, json.dumps(report).encode())
+
+    def test_nothing_is_worse_than_itself(self):
+        for inputs in ((TRACE, TRACE), (self.report("a.json"), self.report("b.json"))):
+            done = cie("diff", *inputs)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn(b"No regression", done.stdout)
+
+    def test_a_callback_that_is_gone_or_shares_its_thread_is_a_regression(self):
+        def drop(report):
+            del report["callbacks"][0]
+
+        def share(report):
+            report["callbacks"][0].update(isolated=False, isolation="not_isolated")
+
+        for change, said in ((drop, b"is gone"), (share, b"no longer has a thread of its own")):
+            done = cie("diff", TRACE, self.report("changed.json", change))
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn(said, done.stdout)
+
+    def test_what_is_slower_beyond_chance(self):
+        def scaled(count, factor):
+            def change(report):
+                for callback in report["callbacks"]:
+                    callback["response_time_ns"] = {
+                        "count": count, "sum": 0, "mean": 0,
+                        **{k: int(v * factor) for k, v in
+                           {"min": 1000, "max": 1090, "p50": 1020, "p90": 1050, "p99": 1080, "p99_9": 1090}.items()}}
+            return change
+
+        # Every value known lies above every value known before: certain with 1000, not with 2.
+        for count, code in ((1000, 1), (2, 0)):
+            before = self.report("before.json", scaled(count, 1))
+            after = self.report("after.json", scaled(count, 2))
+            done = cie("diff", before, after, "-f", "json")
+            self.assertEqual(done.returncode, code, (count, done.stderr))
+            diff = json.loads(done.stdout)
+            self.assertEqual((diff["schema"], diff["regression"]), ("cie.diff/1", code == 1))
+            self.assertEqual(cie("diff", before, after, "--tolerance", "150").returncode, 0)
+
+    def test_reports_of_version_1_are_compared(self):
+        def version_1(report):
+            report["schema"] = "cie.report/1"
+            for rows in (report["processes"], report["callbacks"], report["threads"]):
+                for row in rows:
+                    for key in ("index", "process", "ran", "deadline_ns", "exceptions", "longest_queue", "preempted_by",
+                                "isolation"):
+                        row.pop(key, None)
+            for callback in report["callbacks"]:
+                for thread in callback["threads"]:
+                    del thread["thread"]
+
+        old = self.report("old.json", version_1)
+        done = cie("diff", old, self.report("new.json"), "-f", "json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        same = cie("diff", self.report("same.json"), self.report("new.json"), "-f", "json")
+        self.assertEqual(json.loads(done.stdout)["callbacks"], json.loads(same.stdout)["callbacks"])
+
+    def test_bad_input_is_named(self):
+        self.assertEqual(cie("diff", TRACE).returncode, 2)
+        for schema in ("cie.report/1", "cie.report/2"):
+            done = cie("diff", TRACE, self.write("bad.json", json.dumps({"schema": schema, "callbacks": [{}]}).encode()))
+            self.assertEqual(done.returncode, 4, schema)
+        self.assertEqual(cie("diff", TRACE, TRACE, "--tolerance", "much").returncode, 2)
+        for content in ("", "[", "{}", '{"schema": "cie.verify/1"}', '{"schema": "cie.report/1", "callbacks": [{}]}'):
+            done = cie("diff", TRACE, self.write("bad.json", content.encode()))
+            self.assertEqual(done.returncode, 4, content)
+            self.assertIn(b"bad.json", done.stderr)
+
+
+class OtherPrograms(Folder):
+    """`cie run`, `cie record` and `cie collect` start cie-run, cie-record and cie-collect."""
+
+    def setUp(self):
+        super().setUp()
+        os.mkdir(self.path("bin"))
+        shutil.copy(CIE, self.path("bin", "cie"))
+        self.program = self.path("bin", "cie")
+        self.echo = b'#!/bin/sh\nprintf "%s|" "$0" "$@"\nexit 7\n'
+        os.mkdir(self.path("path"))
+
+    def start(self, *arguments):
+        return cie(*arguments, program=self.program, env={**os.environ, "PATH": self.path("path") + ":/usr/bin:/bin"})
+
+    def test_absent(self):
+        for name in ("run", "record", "collect"):
+            result = self.start(name, "app.yaml")
+            self.assertEqual((result.returncode, result.stdout), (4, b""))
+            self.assertIn(f'"cie-{name}" is not installed'.encode(), result.stderr)
+
+    def test_found_in_path_with_every_argument_as_it_is(self):
+        self.write("path/cie-record", self.echo, 0o755)
+        result = self.start("record", "--help", "-o", "a b", "--", "$(reboot)", "*", "")
+        self.assertEqual(result.returncode, 7, "its exit code is passed on")
+        self.assertEqual(result.stdout.decode(),
+                         self.path("path", "cie-record") + "|--help|-o|a b|--|$(reboot)|*||")
+
+    def test_the_one_beside_it_comes_first(self):
+        self.write("path/cie-run", self.echo, 0o755)
+        self.write("bin/cie-run", self.echo, 0o755)
+        self.assertTrue(self.start("run", "x").stdout.decode().startswith(self.path("bin", "cie-run") + "|x|"))
+
+
+class Verdicts(unittest.TestCase):
+    def test_exit_codes(self):
+        failing = os.path.join(EXAMPLES, "multi_threaded_fails")
+        for form in ("text", "json"):
+            self.assertEqual(cie("verify", TRACE, "--spec", SPEC, "-f", form).returncode, 0)
+            result = cie("verify", os.path.join(failing, "trace"), "--spec", os.path.join(failing, "spec.yaml"), "-f", form)
+            self.assertEqual(result.returncode, 1)
+            self.assertIn(b"FAIL", result.stdout)
+        self.assertIn(b"no --spec was given", cie("verify", TRACE).stdout)
+
+    def test_without_the_kernel_or_the_user_half(self):
+        kernel = cie("verify", os.path.join(TRACE, "kernel"), "-f", "json")
+        self.assertEqual(kernel.returncode, 3, "no cie event is there: nothing is shown, nothing passes")
+        self.assertEqual(json.loads(kernel.stdout)["verdict"], "INCONCLUSIVE")
+        self.assertEqual(cie("verify", os.path.join(TRACE, "kernel"), "--inconclusive=warn").returncode, 0)
+        self.assertEqual(cie("verify", os.path.join(TRACE, "kernel"), "--inconclusive=fail").returncode, 1)
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=1)

@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""The cie program from outside: what is read and written: unreadable input, output files, terminals, pipes. Arguments: CIE EXAMPLES."""
+import os
+import resource
+import signal
+import stat
+import subprocess
+import sys
+import unittest
+
+from program import CIE, Folder, TRACE, cie, on_terminal
+
+
+class Unreadable(Folder):
+    def assert_unreadable(self, path):
+        for arguments in (("report", path), ("instances", path), ("verify", path),
+                          ("export", path, "--to", "perfetto", "-o", self.path("out"))):
+            result = cie(*arguments)
+            self.assertEqual(result.returncode, 4, (arguments, result))
+            self.assertEqual(result.stdout, b"")
+            self.assertRegex(result.stderr, rb"^cie: [^\n]+\n$")
+            self.assertNotIn(b"\x1b", result.stderr)
+            self.assertFalse(os.path.exists(self.path("out")))
+
+    def test_nothing_there(self):
+        self.assert_unreadable(self.path("none"))
+
+    def test_a_file(self):
+        self.assert_unreadable(self.write("file", b"no trace"))
+
+    def test_a_directory_without_a_trace(self):
+        os.mkdir(self.path("empty"))
+        self.assert_unreadable(self.path("empty"))
+
+    def test_garbage(self):
+        os.mkdir(self.path("garbage"))
+        self.write("garbage/metadata", b"\x57\x1d\xd1\x75garbage")
+        self.write("garbage/channel_0", bytes(range(256)) * 16)
+        self.assert_unreadable(self.path("garbage"))
+
+    def test_a_hostile_name(self):
+        self.assert_unreadable(self.path("\x1b[31m\n'\"\udcff"))
+        self.assert_unreadable("x" * 10_000)
+
+
+class Output(Folder):
+    def test_a_file_is_what_standard_output_would_be(self):
+        for arguments in (("report", TRACE), ("report", TRACE, "-f", "json"), ("report", TRACE, "-f", "csv"),
+                          ("instances", TRACE), ("instances", TRACE, "-f", "jsonl"), ("verify", TRACE),
+                          ("verify", TRACE, "-f", "json"), ("export", TRACE, "--to", "perfetto")):
+            expected = cie(*arguments)
+            self.assertEqual(expected.returncode, 0, expected)
+            self.assertEqual(expected.stderr, b"")
+            self.assertEqual(cie(*arguments, "-o", "-").stdout, expected.stdout)
+            result = cie(*arguments, "-o", "out", cwd=self.folder)
+            self.assertEqual((result.returncode, result.stdout, result.stderr), (0, b"", b""))
+            self.assertEqual(self.read("out"), expected.stdout)
+            self.assertEqual(os.listdir(self.folder), ["out"])
+
+    def test_an_old_file_survives_a_failure(self):
+        self.write("out", b"old", 0o600)
+        self.assertEqual(cie("report", self.path("none"), "-o", self.path("out")).returncode, 4)
+        for viewer in ("perfetto", "chrome", "speedscope", "otlp", "mcap"):
+            limited = cie("export", TRACE, "--to", viewer, "-o", self.path("out"),
+                          preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000)))
+            self.assertEqual(limited.returncode, 4)
+            self.assertRegex(limited.stderr, rb"^cie: cannot write [^\n]*: File too large\n$")
+            self.assertEqual(self.read("out"), b"old")
+            self.assertEqual(os.listdir(self.folder), ["out"])
+        self.assertEqual(cie("report", TRACE, "-o", self.path("out")).returncode, 0)
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o600)
+
+    def test_a_new_file_has_the_usual_mode(self):
+        cie("report", TRACE, "-o", self.path("out"), preexec_fn=lambda: os.umask(0o027))
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o640)
+
+    def test_a_full_disk(self):
+        for arguments in (("report",), ("instances",), ("verify", "-f", "json"), ("export", "--to", "perfetto")):
+            result = cie(*arguments, TRACE, "-o", "/dev/full")
+            self.assertEqual(result.returncode, 4)
+            self.assertEqual(result.stderr, b'cie: cannot write "/dev/full": No space left on device\n')
+            with open("/dev/full", "wb") as full:
+                result = cie(*arguments, TRACE, stdout=full)
+            self.assertEqual((result.returncode, result.stderr),
+                             (4, b"cie: cannot write standard output: No space left on device\n"))
+
+    def test_a_closed_pipe(self):
+        reader, writer = os.pipe()
+        os.close(reader)
+        result = cie("instances", TRACE, stdout=writer)
+        os.close(writer)
+        self.assertEqual((result.returncode, result.stderr), (-signal.SIGPIPE, b""))
+
+    def test_too_little_memory(self):
+        """Wherever it ends: an error of ours, not a signal."""
+        commands = [("report", TRACE), ("instances", TRACE), ("verify", TRACE), ("diff", TRACE, TRACE),
+                    ("analyze", "schedulability", TRACE), ("spec", "template", TRACE), ("export", TRACE, "--to", "chrome")]
+        lack = set()
+        for command in commands:
+            for kibibytes in (1024, 3000, 8000, 12_300, 12_350, 12_500, 20_000):
+                limit = kibibytes << 10
+                done = cie(*command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit)))
+                if done.returncode == 127:  # the loader
+                    continue
+                self.assertIn(done.returncode, (0, 1, 3, 4), (command, kibibytes, done.stderr))
+                if done.returncode == 4:
+                    self.assertRegex(done.stderr, b"cie: (out of memory|.*([Mm]emory|[Rr]esource).*)\n")
+                    lack.add(command)
+        self.assertEqual(lack, set(commands))
+
+    def test_head(self):
+        """As a shell runs it: the last one's status counts, and nothing is said."""
+        for command in ("instances", "report", "verify", "export --to jsonl"):
+            done = subprocess.run(["bash", "-c", f"'{CIE}' {command} '{TRACE}' | head -c 1"], capture_output=True, check=False)
+            self.assertEqual((done.returncode, len(done.stdout), done.stderr), (0, 1, b""), command)
+
+    def test_closed_standard_output(self):
+        for arguments in (("report", TRACE), ("--help",), ("--version",)):
+            result = cie(*arguments, preexec_fn=lambda: os.close(1))
+            self.assertEqual(result.returncode, 4)
+            self.assertEqual(result.stderr, b"cie: cannot write standard output: Bad file descriptor\n")
+        result = cie("report", TRACE, "-o", self.path("out"), preexec_fn=lambda: os.close(1))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.read("out"), cie("report", TRACE).stdout)
+
+    def test_targets_that_cannot_be_written(self):
+        result = cie("report", TRACE, "-o", self.folder)
+        self.assertEqual((result.returncode, result.stdout), (4, b""))
+        self.assertIn(b"Is a directory", result.stderr)
+        result = cie("report", TRACE, "-o", self.path("none", "out"))
+        self.assertEqual(result.returncode, 4)
+        self.assertIn(b"No such file or directory", result.stderr)
+
+    def test_an_interrupt_ends_it(self):
+        os.mkfifo(self.path("fifo"))
+        process = subprocess.Popen([CIE, "report", TRACE, "-o", self.path("fifo")], stderr=subprocess.PIPE)
+        try:  # it waits for somebody to read the fifo
+            with self.assertRaises(subprocess.TimeoutExpired):
+                process.wait(timeout=0.5)
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(timeout=10), -signal.SIGINT)
+        finally:
+            process.kill()
+            process.stderr.close()
+
+
+class Terminal(Folder):
+    def test_colours_only_where_they_are_wanted(self):
+        for command in ("report", "verify"):
+            self.assertIn(b"\x1b[", on_terminal(command, TRACE, environment={"NO_COLOR": ""})[1])
+            self.assertNotIn(b"\x1b[", on_terminal(command, TRACE, environment={"NO_COLOR": "1"})[1])
+            self.assertNotIn(b"\x1b[", on_terminal(command, TRACE, environment={"TERM": "dumb"})[1])
+            self.assertNotIn(b"\x1b[", cie(command, TRACE).stdout)
+
+    def test_a_binary_file_is_not_for_a_terminal(self):
+        code, shown, errors = on_terminal("export", TRACE, "--to", "perfetto")
+        self.assertEqual((code, shown), (2, b""))
+        self.assertIn(b"name a file with -o FILE", errors)
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1], verbosity=1)

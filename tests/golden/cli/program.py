@@ -1,0 +1,62 @@
+"""What tests of the cie program from outside share. Arguments of each: CIE EXAMPLES."""
+import os
+import pty
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CIE = os.path.abspath(sys.argv[1])
+EXAMPLES = os.path.abspath(sys.argv[2])
+TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
+SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
+COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff", "live", "doctor")
+
+
+def cie(*arguments, **options):
+    options.setdefault("stdout", subprocess.PIPE)
+    options.setdefault("stderr", subprocess.PIPE)
+    options.setdefault("program", CIE)
+    program = options.pop("program")
+    return subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, timeout=200, check=False, **options)
+
+
+def on_terminal(*arguments, environment=None):
+    """Runs cie with standard output on a terminal; returns its exit code and what it showed."""
+    ours, theirs = pty.openpty()
+    process = subprocess.Popen([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=theirs, stderr=subprocess.PIPE,
+                               env={**os.environ, "TERM": "xterm", **(environment or {})})
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 65536)
+        except OSError:  # the other end was closed
+            part = b""
+        if not part:
+            break
+        shown += part
+    os.close(ours)
+    errors = process.stderr.read()
+    process.stderr.close()
+    return process.wait(timeout=200), shown, errors
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.mkdtemp(prefix="cie-cli.")
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def write(self, name, content, mode=0o644):
+        with open(self.path(name), "wb") as file:
+            file.write(content)
+        os.chmod(self.path(name), mode)
+        return self.path(name)
+
+    def read(self, name):
+        with open(self.path(name), "rb") as file:
+            return file.read()

@@ -1,0 +1,175 @@
+#include "support/verdicts.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+ChainReport chain_of(const TextTrace& trace) {
+  const auto report = analyze(trace).report;
+  EXPECT_EQ(report.chains.size(), 1U);
+  return report.chains.empty() ? ChainReport{} : report.chains.front();
+}
+
+std::int64_t sum_of(const std::optional<Summary>& summary) { return summary ? summary->sum : 0; }
+std::uint64_t count_of(const std::optional<Summary>& summary) {
+  return summary ? summary->count : 0;
+}
+
+// plan is released at 10 and 40, last ends at 30 and 60. The first time it is not known when mid
+// was released.
+constexpr const char* kThreeHops = R"(
+  publisher out topic=/points
+  publisher next topic=/tracks
+  callback plan timer period=30
+  callback mid subscription topic=/points
+  callback last subscription topic=/tracks
+  11 start plan release=10
+  13 publish out on=plan
+  15 end plan
+  18 start mid release=none from=out:0
+  22 publish next on=mid
+  24 end mid
+  27 start last release=25 from=next:0
+  30 end last
+  41 start plan release=40
+  43 publish out on=plan
+  45 end plan
+  48 start mid release=46 from=out:1
+  52 publish next on=mid
+  54 end mid
+  57 start last release=55 from=next:1
+  60 end last)";
+
+TEST(PathLatency, NeedsNoReleaseButTheFirst) {
+  const auto chain = chain_of(trace_of(kThreeHops));
+  EXPECT_EQ(chain.instances, 2U);
+  EXPECT_EQ(count_of(chain.path_latency), 2U);
+  EXPECT_EQ(sum_of(chain.path_latency), (30 - 10) + (60 - 40));
+}
+
+TEST(HopTable, LeavesOpenWhatAnUnknownReleaseDivides) {
+  const auto chain = chain_of(trace_of(kThreeHops));
+  ASSERT_EQ(chain.hop_table.size(), 3U);
+  EXPECT_EQ(sum_of(chain.hop_table[0].processing), (13 - 10) + (43 - 40));
+  EXPECT_EQ(count_of(chain.hop_table[0].communication), 1U);
+  EXPECT_EQ(sum_of(chain.hop_table[0].communication), 46 - 43);
+  EXPECT_EQ(count_of(chain.hop_table[1].processing), 1U);
+  EXPECT_EQ(sum_of(chain.hop_table[1].processing), 52 - 46);
+  EXPECT_EQ(sum_of(chain.hop_table[1].communication), (25 - 22) + (55 - 52));
+  EXPECT_EQ(sum_of(chain.hop_table[2].processing), (30 - 25) + (60 - 55));
+  // From the publish that mid took to its own.
+  EXPECT_EQ(count_of(chain.undivided), 1U);
+  EXPECT_EQ(sum_of(chain.undivided), 22 - 13);
+  std::int64_t all = sum_of(chain.undivided);
+  for (const auto& hop : chain.hop_table)
+    all += sum_of(hop.processing) + sum_of(hop.communication);
+  EXPECT_EQ(all, sum_of(chain.path_latency));
+}
+
+TEST(HopTable, OfInstancesWithoutTheFirstReleaseIsUnknown) {
+  auto text = std::string(kThreeHops);
+  for (const std::string line : {"11 start plan release=10", "41 start plan release=40"})
+    text.replace(text.find(line), line.size(), line.substr(0, 22) + "none");
+  const auto chain = chain_of(trace_of(text));
+  EXPECT_EQ(chain.instances, 2U);
+  EXPECT_FALSE(chain.path_latency);
+  ASSERT_EQ(chain.hop_table.size(), 3U);
+  for (const auto& hop : chain.hop_table) {
+    EXPECT_FALSE(hop.processing);
+    EXPECT_FALSE(hop.communication);
+  }
+  EXPECT_FALSE(chain.undivided);
+}
+
+// plan reads at 1, 11, 31, 51 and 71; what it read at 31 and 51 is overwritten by what follows.
+constexpr const char* kOvertaken = R"(
+  publisher out topic=/points
+  callback plan timer period=20
+  callback fusion subscription topic=/points
+  1 start plan release=0
+  5 end plan
+  11 start plan release=10
+  13 publish out on=plan
+  15 end plan
+  18 start fusion release=16 from=out:0
+  25 end fusion
+  31 start plan release=30
+  33 publish out on=plan
+  35 end plan
+  51 start plan release=50
+  53 publish out on=plan
+  55 end plan
+  71 start plan release=70
+  73 publish out on=plan
+  75 end plan
+  78 start fusion release=76 from=out:3
+  95 end fusion)";
+
+TEST(ReactionTime, CountsEveryReadFromTheFirstChainOn) {
+  const auto chain = chain_of(trace_of(kOvertaken));
+  ASSERT_TRUE(chain.reaction_time);
+  EXPECT_EQ(chain.reaction_time->count, 3U);
+  EXPECT_EQ(chain.reaction_time->min, 95 - 51);
+  EXPECT_EQ(chain.reaction_time->max, 95 - 11);
+  EXPECT_EQ(chain.reaction_time->sum, (95 - 11) + (95 - 31) + (95 - 51));
+  EXPECT_EQ(chain.reaction_time->p50, 95 - 31);
+  ASSERT_TRUE(chain.data_age);
+  EXPECT_EQ(chain.data_age->count, 1U);
+  EXPECT_EQ(chain.data_age->max, chain.reaction_time->max);
+}
+
+TEST(ReactionTime, IsNotTakenAcrossALostRead) {
+  auto trace = trace_of(kOvertaken);
+  const auto is_lost = [](const auto& event, const EventHead&) { return event.seq == 3; };
+  EXPECT_EQ(trace.erase<CallbackStart>(is_lost), 1U);
+  EXPECT_EQ(trace.erase<CallbackEnd>(is_lost), 1U);
+  const auto chain = chain_of(trace);
+  EXPECT_EQ(chain.instances, 2U);
+  EXPECT_FALSE(chain.reaction_time);
+  EXPECT_FALSE(chain.data_age);
+}
+
+TEST(ReactionTime, OfTheLongestWaitIsExactHoweverManyReadsWait) {
+  constexpr int kReads = 9'000;  // more than are kept
+  std::string text = R"(
+    publisher out topic=/points
+    callback plan timer period=10
+    callback fusion subscription topic=/points
+    11 start plan release=10
+    13 publish out on=plan
+    15 end plan
+    16 start fusion release=16 from=out:0
+    18 end fusion)";
+  const auto add = [&text](int at, const std::string& what) {
+    text += "\n" + std::to_string(at) + " " + what;
+  };
+  for (int i = 1; i <= kReads + 1; ++i) {
+    add(11 + 10 * i, "start plan release=" + std::to_string(10 + 10 * i));
+    if (i == kReads + 1) add(12 + 10 * i, "publish out on=plan");
+    add(13 + 10 * i, "end plan");
+  }
+  const int last = 10 * (kReads + 1);
+  add(14 + last, "start fusion release=" + std::to_string(14 + last) + " from=out:1");
+  add(20 + last, "end fusion");
+  const auto report = analyze(trace_of(text)).report;
+  ASSERT_EQ(report.chains.size(), 1U);
+  const auto& reaction = report.chains[0].reaction_time;
+  ASSERT_TRUE(reaction);
+  EXPECT_EQ(reaction->max, 20 + last - 11);
+  EXPECT_EQ(reaction->min, 20 + last - (11 + 10 * kReads));
+  const auto defect =
+      std::ranges::find(report.defects, DefectKind::reads_not_kept, &TraceDefect::kind);
+  ASSERT_NE(defect, report.defects.end());
+  EXPECT_EQ(defect->count + reaction->count, kReads + 1U) << "what is left out is told";
+}
+
+}  // namespace
+}  // namespace cie::test

@@ -1,0 +1,80 @@
+// Whether a callback had a thread of its own: it had, it had not, it never ran, or nobody knows.
+#include <cie/analysis/analyzer.hpp>
+
+#include "support/trace_text.hpp"
+
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+std::map<std::string, std::optional<Isolation>> isolation_of(const TextTrace& trace) {
+  std::map<std::string, std::optional<Isolation>> isolation;
+  for (const auto& callback : analyze(trace).report.callbacks)
+    isolation[callback.logical_id] = callback.isolation;
+  return isolation;
+}
+
+constexpr const char* kThree = R"(
+  callback alone timer
+  callback idle service
+  callback first timer pooled
+  callback second timer pooled
+  thread pool pool
+  10 start alone release=10
+  12 end alone
+  20 start first on=pool release=20
+  22 end first on=pool
+  30 start second on=pool release=30
+  32 end second on=pool)";
+
+TEST(Isolation, OfWhatNeverRanIsNeitherKeptNorBroken) {
+  auto isolation = isolation_of(trace_of(kThree));
+  EXPECT_EQ(isolation["alone"], Isolation::isolated);
+  EXPECT_EQ(isolation["idle"], Isolation::never_ran);
+  EXPECT_EQ(isolation["first"], Isolation::not_isolated);
+  EXPECT_EQ(isolation["second"], Isolation::not_isolated);
+}
+
+TEST(Isolation, IsBrokenByASecondThread) {
+  auto isolation = isolation_of(trace_of(R"(
+    callback first timer
+    thread other pool
+    20 start first release=20
+    22 end first
+    30 start first on=other release=30
+    32 end first on=other)"));
+  EXPECT_EQ(isolation["first"], Isolation::not_isolated);
+}
+
+// An instance that was open when the recording ended ran, though no table counts it.
+TEST(Isolation, IsKnownOfWhatOnlyBegan) {
+  auto isolation = isolation_of(trace_of(R"(
+    process app crash
+    callback first timer
+    20 start first release=20)"));
+  EXPECT_EQ(isolation["first"], Isolation::isolated);
+}
+
+TEST(Isolation, IsNotKnownOfRunsWithoutAThread) {
+  auto trace = trace_of(kThree);
+  for (auto& event : trace.events) {
+    const bool is_run = std::holds_alternative<CallbackStart>(event.body) ||
+                        std::holds_alternative<CallbackEnd>(event.body);
+    if (is_run && event.head.time.ns < 15) event.head.tid.reset();  // those of `alone`
+  }
+  auto isolation = isolation_of(trace);
+  EXPECT_EQ(isolation["alone"], std::nullopt);
+  EXPECT_EQ(isolation["idle"], Isolation::never_ran);
+  EXPECT_EQ(isolation["first"], Isolation::not_isolated);
+}
+
+}  // namespace
+}  // namespace cie::test

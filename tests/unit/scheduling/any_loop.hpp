@@ -1,0 +1,137 @@
+// What every loop keeps, whatever its threads. A test of a loop instantiates it.
+#pragma once
+
+#include "loop_support.hpp"
+
+#include <atomic>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::scheduling {
+
+template <typename LoopType>
+class AnyLoop : public testing::Test {};
+TYPED_TEST_SUITE_P(AnyLoop);
+
+TYPED_TEST_P(AnyLoop, WaitsForTheRunningInstanceBeforeRemoveReturns) {
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> started{0};
+  std::atomic<bool> may_end{false};
+  std::atomic<bool> has_ended{false};
+  const auto callback = std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] {
+    ++started;
+    while (!may_end)
+      std::this_thread::yield();
+    has_ended = true;
+  });
+  const Running running{loop, 1};
+  loop.add(callback);
+  callback->release();
+  wait_for(started, 1);
+  std::thread remover{[&] {
+    loop.remove({callback});
+    EXPECT_TRUE(has_ended);
+  }};
+  may_end = true;
+  remover.join();
+  callback->release();  // nobody serves it any more
+  EXPECT_EQ(started, 1);
+}
+
+TYPED_TEST_P(AnyLoop, AbandonsWhatRunsWithoutWaiting) {
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> started{0};
+  std::atomic<bool> has_ended{false};
+  std::shared_ptr<Counted> callback;
+  callback = std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] {
+    ++started;
+    loop.abandon({callback});  // would wait for itself
+    has_ended = true;
+  });
+  std::weak_ptr<Counted> watch = callback;
+  const Running running{loop, 1};
+  loop.add(callback);
+  callback->release();
+  wait_for(started, 1);
+  while (!has_ended)
+    std::this_thread::yield();
+  callback->release();
+  callback.reset();
+  while (!watch.expired())  // the loop lets go of it
+    std::this_thread::yield();
+  EXPECT_EQ(started, 1);
+}
+
+TYPED_TEST_P(AnyLoop, ReportsAnExceptionAndGoesOn) {
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> runs{0};
+  const auto callback = std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] {
+    ++runs;
+    throw 1;
+  });
+  const Running running{loop, 1};
+  loop.add(callback);
+  callback->release();
+  callback->release();
+  wait_for(runs, 2);
+  loop.remove({callback});
+  EXPECT_EQ(failures.count, 2);
+}
+
+TYPED_TEST_P(AnyLoop, RunsEveryReleaseOfEveryCallbackOnce) {
+  constexpr int kReleases = 2000;
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> runs{0};
+  std::vector<std::shared_ptr<Counted>> callbacks;
+  std::vector<std::shared_ptr<Callback>> all;
+  for (int i = 0; i < 3; ++i) {
+    callbacks.push_back(
+        std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] { ++runs; }));
+    all.push_back(callbacks.back());
+  }
+  const Running running{loop, 1};
+  for (const auto& callback : callbacks)
+    loop.add(callback);
+  std::vector<std::thread> releasers;
+  for (const auto& callback : callbacks) {
+    releasers.emplace_back([&callback] {
+      for (int i = 0; i < kReleases; ++i)
+        callback->release();
+    });
+  }
+  for (auto& releaser : releasers)
+    releaser.join();
+  wait_for(runs, 3 * kReleases);
+  loop.remove(all);
+  EXPECT_EQ(runs, 3 * kReleases);
+}
+
+TYPED_TEST_P(AnyLoop, TakesACallbackBackThatWasReadyWhenItWent) {
+  NoFailures failures;
+  TypeParam loop{failures};
+  std::atomic<int> runs{0};
+  const auto callback =
+      std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] { ++runs; });
+  loop.add(callback);
+  callback->release();
+  loop.remove({callback});  // no thread has run it
+  const Running running{loop, 1};
+  loop.add(callback);
+  wait_for(runs, 1);
+  loop.remove({callback});
+  EXPECT_EQ(runs, 1);
+}
+
+REGISTER_TYPED_TEST_SUITE_P(AnyLoop, AbandonsWhatRunsWithoutWaiting,
+                            WaitsForTheRunningInstanceBeforeRemoveReturns,
+                            ReportsAnExceptionAndGoesOn, RunsEveryReleaseOfEveryCallbackOnce,
+                            TakesACallbackBackThatWasReadyWhenItWent);
+
+}  // namespace cie::scheduling

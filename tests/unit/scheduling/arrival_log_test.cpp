@@ -1,0 +1,77 @@
+#include "scheduling/arrival_log.hpp"
+
+#include <array>
+#include <atomic>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+namespace cie::scheduling {
+namespace {
+
+TEST(ArrivalLog, FindsWhatWasRecorded) {
+  ArrivalLog log{1};
+  const std::array<char, 3> samples{};
+  for (int i = 0; i < 3; ++i) {
+    log.record(&samples[static_cast<std::size_t>(i)], {.time_ns = 10 + i, .writer_gid = 100});
+  }
+  const auto arrival = log.find(&samples[1]);
+  ASSERT_TRUE(arrival);
+  EXPECT_EQ(arrival->time_ns, 11);
+  EXPECT_EQ(arrival->writer_gid, 100U);
+}
+
+TEST(ArrivalLog, DoesNotKnowWhatItNeverSaw) {
+  ArrivalLog log{1};
+  const char sample = 0;
+  EXPECT_FALSE(log.find(&sample));
+}
+
+// Memory of a sample that was freed comes back for another one.
+TEST(ArrivalLog, PrefersTheNewestOfAnAddress) {
+  ArrivalLog log{1};
+  const char sample = 0;
+  log.record(&sample, {.time_ns = 1, .writer_gid = 1});
+  log.record(&sample, {.time_ns = 2, .writer_gid = 2});
+  EXPECT_EQ(log.find(&sample)->time_ns, 2);
+}
+
+TEST(ArrivalLog, ForgetsTheOldestNeverTheOnesInTheQueue) {
+  constexpr std::size_t kDepth = 100;
+  ArrivalLog log{kDepth};
+  std::array<char, 10000> samples{};
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    log.record(&samples[i], {.time_ns = static_cast<std::int64_t>(i), .writer_gid = 0});
+  }
+  for (std::size_t i = samples.size() - kDepth; i < samples.size(); ++i) {
+    ASSERT_TRUE(log.find(&samples[i]));
+    EXPECT_EQ(log.find(&samples[i])->time_ns, static_cast<std::int64_t>(i));
+  }
+  EXPECT_FALSE(log.find(&samples[0]));
+}
+
+// A lookup that races with the recorder finds the right arrival or none, never a torn one.
+TEST(ArrivalLog, NeverTearsAnEntry) {
+  ArrivalLog log{1};
+  std::array<char, 64> samples{};
+  std::atomic<bool> is_done{false};
+  std::thread recorder{[&] {
+    for (std::int64_t i = 0; i < 200000; ++i) {
+      const auto index = static_cast<std::size_t>(i) % samples.size();
+      log.record(&samples[index], {.time_ns = i, .writer_gid = static_cast<std::uint64_t>(i)});
+    }
+    is_done = true;
+  }};
+  while (!is_done) {
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (const auto arrival = log.find(&samples[i])) {
+        EXPECT_EQ(arrival->writer_gid, static_cast<std::uint64_t>(arrival->time_ns));
+        EXPECT_EQ(static_cast<std::size_t>(arrival->time_ns) % samples.size(), i);
+      }
+    }
+  }
+  recorder.join();
+}
+
+}  // namespace
+}  // namespace cie::scheduling

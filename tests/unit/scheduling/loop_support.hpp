@@ -1,0 +1,83 @@
+// What the tests of the loops share: callbacks that are released by hand.
+#pragma once
+
+#include <cie/scheduling/clock.hpp>
+#include <cie/scheduling/loop.hpp>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace cie::scheduling {
+
+// Released as often as release() was called.
+class Counted final : public Callback {
+ public:
+  Counted(std::shared_ptr<GroupState> group, std::function<void()> function)
+      : Callback(std::move(group), info()), function_(std::move(function)) {}
+  bool run_one() override {
+    int left = left_.load();
+    do {
+      if (left == 0) return false;
+    } while (!left_.compare_exchange_weak(left, left - 1));
+    function_();
+    return true;
+  }
+  std::int64_t next_due() const noexcept override { return kNever; }
+  std::uint64_t queued() const noexcept override {
+    return static_cast<std::uint64_t>(left_.load());
+  }
+  void serve(ReadySink* sink) override {
+    sink_ = sink;
+    if (sink != nullptr) sink->on_ready(*this);
+  }
+  void release() {
+    ++left_;
+    if (ReadySink* const sink = sink_; sink != nullptr) sink->on_ready(*this);
+  }
+
+ private:
+  static trace::CallbackInfo info() {
+    trace::CallbackInfo info;
+    info.logical_id = trace::unique_logical_id("/test@Waitable(x)");
+    info.kind = CallbackKind::waitable;
+    return info;
+  }
+  std::function<void()> function_;
+  std::atomic<int> left_{0};
+  std::atomic<ReadySink*> sink_{nullptr};
+};
+
+class NoFailures final : public FailureHandler {
+ public:
+  void on_failure(CallbackFailure) noexcept override { ++count; }
+  std::atomic<int> count{0};
+};
+
+inline std::shared_ptr<GroupState> group(GroupType type) {
+  return std::make_shared<GroupState>(kNoNode, type);
+}
+
+struct Running {
+  Running(Loop& running_loop, int threads) : loop(running_loop) {
+    for (int i = 0; i < threads; ++i)
+      workers.emplace_back([this] { loop.run(kNever); });
+  }
+  ~Running() {
+    loop.stop();
+    for (auto& worker : workers)
+      worker.join();
+  }
+  Loop& loop;
+  std::vector<std::thread> workers;
+};
+
+inline void wait_for(const std::atomic<int>& count, int value) {
+  while (count < value)
+    std::this_thread::yield();
+}
+
+}  // namespace cie::scheduling

@@ -1,0 +1,11 @@
+# cmake -DLDD=ldd -DFILES=A,B -P: fails if one of the files needs a library of DDS.
+string(REPLACE "," ";" FILES "${FILES}")
+foreach(file IN LISTS FILES)
+  execute_process(COMMAND "${LDD}" "${file}" OUTPUT_VARIABLE needed COMMAND_ERROR_IS_FATAL ANY)
+  if(NOT needed MATCHES "libcie_tracepoints")
+    message(FATAL_ERROR "${file}: this is not what was to be looked at:\n${needed}")
+  endif()
+  if(needed MATCHES "dds")
+    message(FATAL_ERROR "${file} needs DDS:\n${needed}")
+  endif()
+endforeach()

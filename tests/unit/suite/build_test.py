@@ -1,0 +1,76 @@
+#!/usr/bin/env python3
+"""./run and CMake's options: for whom a warning is an error, and which versions the build accepts.
+Arguments: CMAKE SOURCES."""
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+CMAKE, SOURCES = sys.argv[1], Path(sys.argv[2]).resolve()
+
+
+class Scratch(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="cie-build-")
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+
+class Warnings(Scratch):
+    def option(self, *arguments):
+        """Whether CIE_WERROR is on after configuring the least there is."""
+        tree = self.folder / "tree"
+        subprocess.run([CMAKE, "-S", SOURCES, "-B", tree, *arguments, "-DCIE_BUILD_ROBOT=OFF", "-DCIE_BUILD_DESK=OFF",
+                        "-DCIE_BUILD_TESTS=OFF", "-DCIE_BUILD_FUZZERS=OFF"], check=True, stdout=subprocess.DEVNULL, timeout=200)
+        return re.search(r"^CIE_WERROR:\w+=(\w+)$", (tree / "CMakeCache.txt").read_text("utf-8"), re.M)[1]
+
+    def test_who_only_builds_is_not_stopped_by_one(self):
+        self.assertEqual(self.option(), "OFF")
+
+    def test_who_develops_is(self):
+        for preset in ("dev", "asan", "tsan"):
+            shutil.rmtree(self.folder / "tree", ignore_errors=True)
+            self.assertEqual(self.option("--preset", preset), "ON", preset)
+
+
+class Run(Scratch):
+    """./run, with commands in place of the real ones that say what they were called with."""
+
+    def calls_of_cmake(self, *arguments):
+        shutil.copy(SOURCES / "run", self.folder)
+        tools = self.folder / "tools"
+        tools.mkdir()
+        for name, script in (("cmake", 'mkdir -p build/dev; echo "$@" >>calls'), ("dpkg-query", "echo installed")):
+            (tools / name).write_text(f"#!/bin/sh\n{script}\n", "utf-8")
+            (tools / name).chmod(0o755)
+        subprocess.run([self.folder / "run", *arguments], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                       env={**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}, timeout=100)
+        return (self.folder / "calls").read_text("utf-8").splitlines()
+
+    def test_build_takes_no_warning_for_an_error(self):
+        configuring, building = self.calls_of_cmake("build")
+        self.assertIn("--preset dev ", configuring)
+        self.assertIn(" -DCIE_WERROR=OFF", configuring)
+        self.assertIn("--build --preset dev", building)
+
+
+class CycloneDds(unittest.TestCase):
+    def accepts(self, version):
+        done = subprocess.run([CMAKE, f"-DCycloneDDS_VERSION={version}", "-P",
+                               SOURCES / "executor" / "cmake" / "CieCycloneDdsVersion.cmake"],
+                              stderr=subprocess.PIPE, text=True, check=False, timeout=100)
+        if done.returncode != 0:
+            self.assertIn(f"found {version}", re.sub(r"\s+", " ", done.stderr))
+        return done.returncode == 0
+
+    def test_versions_that_were_tried_and_no_others(self):
+        self.assertEqual([v for v in ("0.10.1", "0.10.2", "0.10.3", "0.10.4", "0.10.5", "0.10.6", "0.11.0", "0.9.1", "1.0.0")
+                          if self.accepts(v)], ["0.10.2", "0.10.3", "0.10.4", "0.10.5"])
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)

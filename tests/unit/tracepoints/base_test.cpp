@@ -1,0 +1,79 @@
+// What all rooms of tracepoints/ stand on.
+#include "base/clock.hpp"
+#include "base/file_descriptor.hpp"
+#include "base/machine.hpp"
+#include "base/text.hpp"
+
+#include <array>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+
+namespace cie {
+namespace {
+
+FileDescriptor null_device() { return FileDescriptor(open("/dev/null", O_WRONLY | O_CLOEXEC)); }
+
+bool is_open(int descriptor) { return fcntl(descriptor, F_GETFD) >= 0; }
+
+TEST(FileDescriptor, ClosesWithItsOwner) {
+  int number = -1;
+  {
+    const FileDescriptor file = null_device();
+    number = file.get();
+    ASSERT_TRUE(is_open(number));
+  }
+  EXPECT_FALSE(is_open(number));
+}
+
+TEST(FileDescriptor, GivesUpWhatIsMovedAway) {
+  FileDescriptor first = null_device();
+  FileDescriptor second = null_device();
+  const int moved = first.get();
+  const int replaced = second.get();
+  second = std::move(first);
+  EXPECT_EQ(second.get(), moved);
+  EXPECT_TRUE(is_open(moved));
+  EXPECT_FALSE(is_open(replaced));
+}
+
+TEST(FileDescriptor, SaysWhetherClosingFailed) {
+  FileDescriptor file = null_device();
+  EXPECT_TRUE(file.close());
+  EXPECT_FALSE(file.is_open());
+  EXPECT_TRUE(file.close()) << "nothing is left to close";
+  EXPECT_FALSE(FileDescriptor(1 << 20).close()) << "no such descriptor";
+}
+
+TEST(Clocks, ArePairedBetweenLooksAtEach) {
+  const std::int64_t before = now_ns(CLOCK_MONOTONIC);
+  const ClockPair pair = read_clocks();
+  EXPECT_GE(pair.monotonic_ns, before);
+  EXPECT_LE(pair.monotonic_ns, now_ns(CLOCK_MONOTONIC));
+}
+
+TEST(Joined, HasSeparatorsBetweenTextsOnly) {
+  EXPECT_EQ(joined(std::vector<std::string>{}), "");
+  EXPECT_EQ(joined(std::vector<std::string>{"a"}), "a");
+  EXPECT_EQ(joined(std::array<std::string_view, 3>{"a", "b", "c"}), "a, b, c");
+  EXPECT_EQ(joined(std::vector<std::string>{"a", "b"}, " "), "a b");
+}
+
+TEST(Machine, KnowsWhenThisProcessBegan) {
+  const auto start = start_ns("self");
+  ASSERT_TRUE(start);
+  EXPECT_LE(*start, now_ns(CLOCK_MONOTONIC));
+  EXPECT_EQ(stat_field("self", 4), static_cast<std::uint64_t>(getppid()));
+}
+
+TEST(Machine, KnowsNothingOfAProcessThatIsNotThere) {
+  EXPECT_FALSE(start_ns("0"));
+  EXPECT_FALSE(stat_field("0", 22));
+}
+
+}  // namespace
+}  // namespace cie

@@ -1,0 +1,115 @@
+// What a recorder says at its end, from what came of the recording alone.
+#include "keeping/outcome.hpp"
+
+#include "base/machine.hpp"
+
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::record {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using ::testing::StartsWith;
+
+Outcome outcome() {
+  Outcome outcome;
+  outcome.manifest.options.directory = "/rec";
+  outcome.manifest.options.command = {"./app", "--fast"};
+  outcome.manifest.exit = ExitStatus{.code = 0, .signal = std::nullopt};
+  return outcome;
+}
+
+TEST(Summary, OfADirectoryNamesItTheKernelsRouteAndWhatReadsIt) {
+  Outcome kept = outcome();
+  kept.manifest.kernel = KernelSummary{.route = "bpf", .events = 12};
+  EXPECT_EQ(summary(kept),
+            "./app exited with status 0\n"
+            "recorded /rec (user-space events; kernel events: 12 by bpf)\n"
+            "next: cie report /rec\n"
+            "      cie verify /rec\n");
+}
+
+TEST(Summary, SaysWhyThereIsNoKernel) {
+  Outcome kept = outcome();
+  EXPECT_THAT(summary(kept), HasSubstr("kernel events: no)"));
+  kept.manifest.no_kernel_because = "it is for root";
+  EXPECT_THAT(summary(kept), HasSubstr("kernel events: no, it is for root)"));
+}
+
+TEST(Summary, OfWhatWasAttachedToNamesNoCommand) {
+  Outcome kept = outcome();
+  kept.manifest.options.command.clear();
+  kept.manifest.exit.reset();
+  EXPECT_THAT(summary(kept), StartsWith("recorded /rec "));
+}
+
+TEST(Summary, QuotesForAShell) {
+  Outcome kept = outcome();
+  kept.manifest.options.directory = "/it's here";
+  EXPECT_THAT(summary(kept), HasSubstr(R"(next: cie report '/it'\''s here')"));
+}
+
+TEST(Summary, CountsLossesAndDoesNotFailForThem) {
+  Outcome kept = outcome();
+  kept.manifest.losses = {{.name = "state"},
+                          {.name = "events", .discarded_events = 7, .lost_packets = 1}};
+  kept.manifest.kernel = KernelSummary{.route = "bpf", .lost_events = 3, .untold_switches = 2};
+  const std::string text = summary(kept);
+  EXPECT_TRUE(kept.is_success());
+  EXPECT_THAT(text, Not(HasSubstr("channel \"state\"")));
+  EXPECT_THAT(text, HasSubstr("LOST: channel \"events\" discarded 7 events and lost 1 packets"));
+  EXPECT_THAT(text, HasSubstr("LOST: the kernel's buffers lost 3 events"));
+  EXPECT_THAT(text, HasSubstr("LOST: this kernel did not report 2 switches"));
+  EXPECT_THAT(text, HasSubstr("recorded /rec"));
+}
+
+TEST(Summary, OfChunksCountsThoseThatAreSealedAndGone) {
+  Outcome kept = outcome();
+  kept.kept = KeptInChunks{.sealed = 5, .removed = 0};
+  EXPECT_THAT(summary(kept), HasSubstr("recorded 5 chunks in /rec; each is a recording, too\n"));
+  kept.kept = KeptInChunks{.sealed = 5, .removed = 2};
+  EXPECT_THAT(summary(kept),
+              HasSubstr("5 chunks in /rec, of which the oldest 2 were removed; each"));
+}
+
+TEST(Summary, OfSnapshotsNamesTheFirstIfThereIsOne) {
+  Outcome kept = outcome();
+  kept.kept = KeptInSnapshots{.saved = 0, .left_out = 4};
+  EXPECT_EQ(summary(kept),
+            "./app exited with status 0\n"
+            "saved 0 snapshots in /rec; 4 times more there was a reason to, but --max-snapshots or "
+            "--min-interval forbade it\n");
+  kept.kept = KeptInSnapshots{.saved = 2, .left_out = 0};
+  EXPECT_THAT(summary(kept), HasSubstr("saved 2 snapshots in /rec\n"
+                                       "next: cie report /rec/snapshot-001\n"));
+}
+
+TEST(Summary, OfWhatWasStreamedNamesItsSessionsThere) {
+  Outcome kept = outcome();
+  kept.kept = KeptElsewhere{};
+  kept.manifest.options.relay = NetworkAddress{.host = "desk", .port = 5342};
+  kept.manifest.relayed = {{.name = "cie-record-1", .begin = {}, .lost = {}, .end = {}}};
+  EXPECT_THAT(summary(kept), HasSubstr("streamed to the relay daemon at desk:5342, as " +
+                                       host_name() + "/cie-record-1-*\nnext, where it collects"));
+}
+
+TEST(Summary, OfAFailureSaysWhatIsWrongInsteadOfWhatIsNext) {
+  Outcome kept = outcome();
+  kept.manifest.exit = ExitStatus{.code = std::nullopt, .signal = SIGKILL};
+  kept.manifest.problems = {"the disk was full", "a daemon died"};
+  EXPECT_FALSE(kept.is_success());
+  EXPECT_EQ(summary(kept),
+            "./app was killed by signal 9 (Killed)\n"
+            "THE RECORDING FAILED; what there is stands in /rec:\n"
+            "  the disk was full\n"
+            "  a daemon died\n");
+  kept.manifest.options.relay = NetworkAddress{.host = "desk", .port = 1};
+  EXPECT_THAT(summary(kept), HasSubstr("what there is stands at desk:1:\n"));
+}
+
+}  // namespace
+}  // namespace cie::record

@@ -1,0 +1,91 @@
+// The objects of trace.hpp: each is a place in the registry.
+#include <cie/tracepoints/trace.hpp>
+
+#include "base/clock.hpp"
+#include "registry.hpp"
+#include "state.hpp"
+
+#include <utility>
+
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace cie::trace {
+namespace {
+
+std::uint32_t current_tid() noexcept { return static_cast<std::uint32_t>(syscall(SYS_gettid)); }
+
+}  // namespace
+
+Run::Run(ExecutorKind executor, std::string_view spec_sha256)
+    : generation_(Registry::instance().begin_run(executor, spec_sha256)) {}
+
+Run::~Run() { Registry::instance().end_run(generation_); }
+
+void Run::set_status(std::int32_t status) noexcept {
+  Registry::instance().set_status(generation_, status);
+}
+
+void Run::set_spec(std::string_view spec_sha256) {
+  Registry::instance().set_spec(generation_, spec_sha256);
+}
+
+Node::Node(std::string_view name) : id_(Registry::instance().add_node(name)) {}
+
+Node::~Node() { Registry::instance().remove_node(id_); }
+
+Group::Group(NodeId node, GroupType type) : id_(Registry::instance().add_group(node, type)) {}
+
+Group::~Group() { Registry::instance().remove_group(id_); }
+
+std::string unique_logical_id(std::string_view base) {
+  return Registry::instance().unique_logical_id(base);
+}
+
+Callback::Callback(CallbackInfo info)
+    : id_(), state_(Registry::instance().add_callback(std::move(info))) {
+  id_ = state_->id;
+}
+
+Callback::~Callback() { Registry::instance().remove_callback(id_); }
+
+Publisher::Publisher(NodeId node, std::string_view topic, std::uint64_t writer_gid,
+                     std::uint32_t queue_depth)
+    : id_(), state_(Registry::instance().add_publisher(node, topic, writer_gid, queue_depth)) {
+  id_ = state_->id;
+}
+
+Publisher::~Publisher() { Registry::instance().remove_publisher(id_); }
+
+Thread::Thread(ThreadRole role, CallbackId callback, GroupId group, std::string_view name,
+               std::uint32_t tid)
+    : tid_(tid != 0 ? tid : current_tid()),
+      state_(Registry::instance().add_thread({.role = role,
+                                              .callback = callback,
+                                              .group = group,
+                                              .name = std::string(name),
+                                              .tid = tid_,
+                                              .start_ns = now_ns(CLOCK_MONOTONIC),
+                                              .read_backs = 0,
+                                              .change = 0,
+                                              .unsent = {}})) {}
+
+Thread::~Thread() {
+  emit_sched(SchedMoment::audit, 0);
+  Registry::instance().remove_thread(state_.get());
+}
+
+std::optional<SchedReadBack> Thread::emit_sched(SchedMoment moment, std::int32_t error) {
+  std::optional<SchedReadBack> parameters = read_back(tid_);
+  if (parameters) {
+    Registry::instance().record_sched(*state_, moment, error, *parameters);
+  }
+  return parameters;
+}
+
+void Thread::begin_change() {
+  Registry::instance().begin_change(*state_);
+  emit_sched(SchedMoment::audit, 0);
+}
+
+}  // namespace cie::trace

@@ -1,0 +1,70 @@
+// Reads a thread's scheduling parameters back from the kernel.
+#include <cie/tracepoints/sched_attr.hpp>
+#include <cie/tracepoints/trace.hpp>
+
+#include <cerrno>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <sched.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+namespace cie::trace {
+namespace {
+
+constexpr std::uint32_t kDeadlinePolicy = 6;  // SCHED_DEADLINE, which glibc 2.36 does not define
+
+// The kernel refuses a mask shorter than its own, so it grows until it fits.
+std::optional<std::vector<std::uint32_t>> read_affinity(pid_t tid) {
+  constexpr std::size_t kBits = 8 * sizeof(unsigned long);
+  for (std::size_t words = 16; words <= 16384; words *= 2) {
+    std::vector<unsigned long> mask(words);
+    const long bytes =
+        syscall(SYS_sched_getaffinity, tid, words * sizeof(unsigned long), mask.data());
+    if (bytes < 0 && errno == EINVAL) {
+      continue;
+    }
+    if (bytes < 0) {
+      return std::nullopt;
+    }
+    std::vector<std::uint32_t> cpus;
+    for (std::size_t bit = 0; bit < static_cast<std::size_t>(bytes) * 8; ++bit) {
+      if ((mask[bit / kBits] >> (bit % kBits)) & 1U) {
+        cpus.push_back(static_cast<std::uint32_t>(bit));
+      }
+    }
+    return cpus;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<SchedReadBack> read_back(std::uint32_t tid) {
+  SchedAttr attr;
+  if (get_sched_attr(tid, attr) != 0) {
+    return std::nullopt;
+  }
+  std::optional<std::vector<std::uint32_t>> cpus = read_affinity(static_cast<pid_t>(tid));
+  if (!cpus) {
+    return std::nullopt;
+  }
+  // For SCHED_OTHER the kernel reports the time slice there.
+  const bool is_deadline = attr.policy == kDeadlinePolicy;
+  return SchedReadBack{
+      .policy = static_cast<std::int32_t>(attr.policy & ~std::uint32_t{SCHED_RESET_ON_FORK}),
+      .flags = attr.flags,
+      .nice = attr.nice,
+      .priority = attr.priority,
+      .runtime_ns = is_deadline ? attr.runtime : 0,
+      .deadline_ns = is_deadline ? attr.deadline : 0,
+      .period_ns = is_deadline ? attr.period : 0,
+      .cpus = std::move(*cpus),
+      .slice_ns = attr.policy == SCHED_OTHER ? attr.runtime : 0,
+      .util_min = attr.util_min,
+      .util_max = attr.util_max};
+}
+
+}  // namespace cie::trace

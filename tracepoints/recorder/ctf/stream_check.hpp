@@ -1,0 +1,35 @@
+// Looks over the stream files of a finished recording without decoding events.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// What the packet headers of one stream file say.
+struct StreamSummary {
+  std::filesystem::path file;
+  std::uint64_t packets = 0;
+  std::uint64_t content_bytes = 0;     // of events, headers included, padding not
+  std::uint64_t discarded_events = 0;  // the tracer's count in the last packet
+  std::uint64_t lost_packets = 0;      // holes in the packet numbers, those before the first too
+  std::uint64_t next_packet = 0;       // the number that would have followed
+  std::uint64_t begin = 0;             // of the first packet, on the trace's clock
+  std::uint64_t end = 0;               // of the last one
+  bool is_damaged = false;             // ends within a packet, or is no stream of LTTng-UST
+};
+
+// Whether a stream of hot events holds any: its packets hold more than how they begin. (The channel
+// that describes has the tracer's own word for who registers.)
+bool has_events(const StreamSummary& stream);
+
+// Every stream file of the traces below `directory`, in order of path. Throws
+// std::filesystem::filesystem_error if the directory cannot be read.
+std::vector<StreamSummary> check_streams(const std::filesystem::path& directory);
+
+// Paths of metadata files below `directory` that are empty: nothing beside one can be decoded.
+std::vector<std::filesystem::path> empty_metadata(const std::filesystem::path& directory);
+
+}  // namespace cie::record

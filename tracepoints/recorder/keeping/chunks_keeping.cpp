@@ -1,0 +1,85 @@
+#include "keeping/chunks_keeping.hpp"
+
+#include "keeping/attempt.hpp"
+#include "keeping/chunk_names.hpp"
+#include "keeping/kernel_beside.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <iterator>
+
+namespace cie::record {
+
+bool ChunksKeeping::begin() {
+  Manifest& manifest = tracing_.manifest;
+  tracing_.start_daemon();
+  tracing_.create_session();
+  kernel_ = start_kernel(kernel_part_directory(manifest.options.directory, 1), manifest);
+  tracing_.watch_processes();
+  tracing_.start();
+  rotation_ = std::make_unique<Rotation>(manifest.options, tracing_.session(), kernel_.get(),
+                                         tracing_.processes(), manifest.begin);
+  return true;
+}
+
+void ChunksKeeping::start_reading() {
+  if (kernel_) kernel_->start_reading();
+}
+
+void ChunksKeeping::abandon() noexcept {
+  rotation_.reset();
+  kernel_.reset();
+  tracing_.abandon();
+}
+
+void ChunksKeeping::on_request(Target& /*target*/) { tracing_.refuse_snapshot(); }
+
+void ChunksKeeping::poll(Target& target) {
+  poll_rotation();
+  tracing_.look_for_applications(target);
+  tracing_.poll_processes();  // chunks have their own lists
+  if (tracing_.has_checked_daemon()) {
+    adopt_clock(kernel_.get(), tracing_.manifest);
+    tracing_.check_space();
+  }
+  tracing_.end_tick(target);
+}
+
+void ChunksKeeping::poll_rotation() {
+  if (tracing_.is_daemon_lost()) {
+    return;
+  }
+  try {
+    rotation_->poll(tracing_.manifest);
+  } catch (const std::exception& error) {
+    tracing_.console.warn(error.what());
+    tracing_.manifest.problems.emplace_back(error.what());
+  }
+}
+
+void ChunksKeeping::end_rotation() {
+  Manifest& manifest = tracing_.manifest;
+  std::ranges::move(rotation_->finish(manifest, tracing_.ending()),
+                    std::back_inserter(manifest.problems));
+  if (!rotation_->has_events()) {
+    tracing_.note_nothing_recorded();
+  }
+  manifest.processes = rotation_->processes();
+  manifest.removed_chunks = rotation_->removed();
+}
+
+Outcome ChunksKeeping::finish(const std::optional<ExitStatus>& exit) {
+  Manifest& manifest = tracing_.manifest;
+  manifest.exit = exit;
+  tracing_.end();
+  end_kernel(std::move(kernel_), manifest);
+  tracing_.poll_processes();
+  tracing_.close();
+  attempt(manifest.problems, [this] { end_rotation(); });
+  attempt(manifest.problems, [&] { write_manifest(manifest); });
+  tracing_.release_directory();
+  return {.manifest = manifest,
+          .kept = KeptInChunks{.sealed = rotation_->sealed(), .removed = rotation_->removed()}};
+}
+
+}  // namespace cie::record

@@ -1,0 +1,86 @@
+#include "keeping/directory_keeping.hpp"
+
+#include "ctf/stream_check.hpp"
+#include "keeping/attempt.hpp"
+#include "keeping/kernel_beside.hpp"
+#include "system/text.hpp"
+
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::record {
+
+bool DirectoryKeeping::begin() {
+  tracing_.start_daemon();
+  tracing_.create_session();
+  // Before the first user event, so that no instance begins without its thread's record.
+  kernel_ = start_kernel(tracing_.options().directory / kKernelDirectory, tracing_.manifest);
+  tracing_.watch_processes();
+  tracing_.start();
+  return true;
+}
+
+void DirectoryKeeping::start_reading() {
+  if (kernel_) kernel_->start_reading();
+}
+
+void DirectoryKeeping::abandon() noexcept {
+  kernel_.reset();
+  tracing_.abandon();
+}
+
+void DirectoryKeeping::on_request(Target& /*target*/) { tracing_.refuse_snapshot(); }
+
+void DirectoryKeeping::poll(Target& target) {
+  tracing_.look_for_applications(target);
+  tracing_.note_processes();
+  if (tracing_.has_checked_daemon()) {
+    adopt_clock(kernel_.get(), tracing_.manifest);
+    tracing_.check_space();
+  }
+  tracing_.end_tick(target);
+}
+
+Outcome DirectoryKeeping::finish(const std::optional<ExitStatus>& exit) {
+  Manifest& manifest = tracing_.manifest;
+  manifest.exit = exit;
+  tracing_.end();
+  end_kernel(std::move(kernel_), manifest);
+  tracing_.note_processes();
+  tracing_.close();
+  attempt(manifest.problems, [this] { check_files(); });
+  attempt(manifest.problems, [&] { write_manifest(manifest); });
+  tracing_.release_directory();
+  return {.manifest = manifest, .kept = KeptInDirectory{}};
+}
+
+void DirectoryKeeping::check_files() {
+  namespace fs = std::filesystem;
+  const fs::path& directory = tracing_.options().directory;
+  std::vector<std::string>& problems = tracing_.manifest.problems;
+  for (const fs::path& file : empty_metadata(directory)) {
+    problems.push_back(in_quotes(file) +
+                       " is empty: its streams cannot be read (is the disk full?)");
+  }
+  bool has_any = false;  // events of applications
+  for (const StreamSummary& stream : check_streams(directory)) {
+    if (stream.file.parent_path() != directory / kKernelDirectory) {
+      has_any = has_any || has_events(stream);
+    }
+    if (stream.is_damaged) {
+      problems.push_back(in_quotes(stream.file) + " ends within a packet (is the disk full?)");
+    }
+    if (stream.lost_packets > 0) {
+      problems.push_back(
+          fmt::format("{} lacks {} packets", in_quotes(stream.file), stream.lost_packets));
+    }
+  }
+  // Buffers are written out for who registered, whether it emitted anything or not.
+  if (!has_any && tracing_.manifest.processes.empty()) {
+    tracing_.note_nothing_recorded();
+  }
+}
+
+}  // namespace cie::record

@@ -1,0 +1,89 @@
+#include "keeping/kernel_snapshots.hpp"
+
+#include "kernel/kernel_clock.hpp"
+#include "system/error.hpp"
+#include "system/text.hpp"
+
+#include <string>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of the scheduler's events in memory, on average (34 to 66).
+constexpr std::uint64_t kBytesPerKernelEvent = 56;
+
+// What a ring replays, as a stream of a trace.
+class Writer final : public KernelEventSink {
+ public:
+  explicit Writer(CtfStream& stream) : stream_(stream) {}
+  void on_event(std::uint64_t time, std::string_view event) override {
+    stream_.add(time, event);
+    check_.on_event(event);
+  }
+  void on_loss(std::uint64_t time, std::uint64_t total) override {
+    stream_.lose(time, total);
+    check_.on_loss();
+  }
+  std::uint64_t untold_switches() const noexcept { return check_.untold(); }
+
+ private:
+  CtfStream& stream_;
+  SwitchCheck check_;
+};
+
+}  // namespace
+
+std::uint64_t KernelSnapshots::most_bytes_per_cpu(const Options& options) {
+  const SnapshotOptions& snapshot = options.snapshot.value();
+  const double seconds = std::chrono::duration<double>(snapshot.length).count();
+  return static_cast<std::uint64_t>(seconds * static_cast<double>(snapshot.event_rate) *
+                                    static_cast<double>(kBytesPerKernelEvent));
+}
+
+KernelSnapshots::KernelSnapshots(std::unique_ptr<KernelSource> source, const Options& options)
+    : source_(std::move(source)) {
+  const std::uint64_t begin = monotonic_ns();
+  rings_.assign(source_->cpus().size(),
+                KernelRing(options.snapshot.value().length, most_bytes_per_cpu(options), begin));
+  std::vector<KernelEventSink*> sinks;
+  sinks.reserve(rings_.size());
+  for (KernelRing& ring : rings_)
+    sinks.push_back(&ring);
+  reader_ = std::make_unique<KernelReader>(*source_, std::move(sinks), options.flush_interval);
+  source_->start();
+}
+
+KernelSummary KernelSnapshots::save(const fs::path& snapshot) {
+  const fs::path directory = snapshot / "kernel";
+  TraceClock clock = measured_clock();
+  find_clock(snapshot, directory, clock);
+  std::error_code error;
+  fs::create_directory(directory, error);
+  if (error) throw system_error("cannot create " + in_quotes(directory), error.value());
+  const TraceUuid uuid = random_uuid();
+  write_kernel_metadata(directory, uuid, clock);
+  KernelSummary summary{.route = std::string(source_->name())};
+  const std::uint64_t end =
+      monotonic_ns();  // what comes later may still be in the kernel's buffers
+  reader_->drain([&] {
+    for (std::size_t i = 0; i < rings_.size(); ++i) {
+      const std::uint32_t cpu = source_->cpus()[i];
+      CtfStream stream(directory / fmt::format("sched_{}", cpu), uuid, cpu, rings_[i].begin());
+      Writer writer(stream);
+      rings_[i].replay(writer);
+      stream.finish(end, rings_[i].lost_since_begin(source_->lost(i)));
+      summary.events += stream.events();
+      summary.lost_events += stream.lost();
+      summary.untold_switches += writer.untold_switches();
+      if (stream.events() > 0) ++summary.streams;
+    }
+  });
+  return summary;
+}
+
+}  // namespace cie::record

@@ -1,0 +1,142 @@
+#include "keeping/outcome.hpp"
+
+#include "base/machine.hpp"
+#include "system/text.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <iterator>
+#include <string_view>
+#include <system_error>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The scheduling spec that a command names as this project's programs take it: `--spec FILE`.
+// Empty: none.
+fs::path spec_of(const std::vector<std::string>& command) {
+  constexpr std::string_view kOption = "--spec";
+  for (auto argument = command.begin(); argument != command.end(); ++argument) {
+    fs::path file;
+    if (*argument == kOption && std::next(argument) != command.end()) {
+      file = *std::next(argument);
+    } else if (argument->starts_with(std::string(kOption) + '=')) {
+      file = argument->substr(kOption.size() + 1);
+    }
+    std::error_code ignored;
+    const bool is_yaml = file.extension() == ".yaml" || file.extension() == ".yml";
+    if (is_yaml && fs::is_regular_file(file, ignored)) return file;
+  }
+  return {};
+}
+
+// The commands that read a recording, for pasting: judged by the spec that its command ran by.
+std::string next_commands(const Options& options) {
+  const auto spec = spec_of(options.command);
+  const auto input =
+      in_shell_quotes(options.directory) + (spec.empty() ? "" : " --spec " + in_shell_quotes(spec));
+  return fmt::format("next: cie report {}\n      cie verify {}\n", input, input);
+}
+
+std::string kernel_in_words(const Manifest& manifest) {
+  if (manifest.kernel) {
+    return fmt::format("{} by {}", manifest.kernel->events, manifest.kernel->route);
+  }
+  return manifest.no_kernel_because.empty() ? "no" : "no, " + manifest.no_kernel_because;
+}
+
+std::string result(const Manifest& manifest, const KeptInDirectory& /*kept*/) {
+  return fmt::format("recorded {} (user-space events; kernel events: {})\n{}",
+                     in_shell_quotes(manifest.options.directory), kernel_in_words(manifest),
+                     next_commands(manifest.options));
+}
+
+std::string result(const Manifest& manifest, const KeptInChunks& kept) {
+  const std::string removed =
+      kept.removed > 0 ? fmt::format(", of which the oldest {} were removed", kept.removed) : "";
+  return fmt::format("recorded {} chunks in {}{}; each is a recording, too\n{}", kept.sealed,
+                     in_shell_quotes(manifest.options.directory), removed,
+                     next_commands(manifest.options));
+}
+
+std::string result(const Manifest& manifest, const KeptInSnapshots& kept) {
+  const fs::path& directory = manifest.options.directory;
+  std::string text =
+      fmt::format("saved {} snapshots in {}", kept.saved, in_shell_quotes(directory));
+  if (kept.left_out > 0) {
+    text += fmt::format(
+        "; {} times more there was a reason to, but --max-snapshots or --min-interval forbade it",
+        kept.left_out);
+  }
+  text += '\n';
+  if (kept.saved > 0) {
+    text += fmt::format("next: cie report {}\n", in_shell_quotes(directory / "snapshot-001"));
+  }
+  return text;
+}
+
+std::string result(const Manifest& manifest, const KeptElsewhere& /*kept*/) {
+  std::string text =
+      "streamed to the relay daemon at " + manifest.options.relay.value_or(NetworkAddress{}).text();
+  for (const RelaySession& session : manifest.relayed) {
+    text += fmt::format(", as {}/{}-*", host_name(), session.name);
+  }
+  return text +
+         fmt::format("\nnext, where it collects: cie report DIR; what was lost here stands in {}\n",
+                     in_shell_quotes(manifest.options.directory / "manifest.json"));
+}
+
+std::string losses(const Manifest& manifest) {
+  std::string text;
+  for (const ChannelLoss& loss : manifest.losses) {
+    if (loss.discarded_events > 0 || loss.lost_packets > 0) {
+      text += fmt::format(
+          "LOST: channel \"{}\" discarded {} events and lost {} packets; record with a larger "
+          "--subbuf-size or --num-subbuf\n",
+          loss.name, loss.discarded_events, loss.lost_packets);
+    }
+  }
+  if (manifest.kernel && manifest.kernel->lost_events > 0) {
+    text += fmt::format(
+        "LOST: the kernel's buffers lost {} events; record with a larger --kernel-buffer\n",
+        manifest.kernel->lost_events);
+  }
+  if (manifest.kernel && manifest.kernel->untold_switches > 0) {
+    text += fmt::format(
+        "LOST: this kernel did not report {} switches of threads, though no buffer was full: "
+        "execution times around them are not measured\n",
+        manifest.kernel->untold_switches);
+  }
+  return text;
+}
+
+std::string failure(const Manifest& manifest) {
+  const Options& options = manifest.options;
+  std::string text = fmt::format(
+      "THE RECORDING FAILED; what there is stands {}:\n",
+      options.relay ? "at " + options.relay->text() : "in " + in_shell_quotes(options.directory));
+  for (const std::string& problem : manifest.problems) {
+    text += fmt::format("  {}\n", problem);
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string summary(const Outcome& outcome) {
+  const Manifest& manifest = outcome.manifest;
+  std::string text;
+  if (manifest.exit) {
+    text = fmt::format("{} {}\n", manifest.options.command.front(), describe(*manifest.exit));
+  }
+  text += losses(manifest);
+  if (!outcome.is_success()) return text + failure(manifest);
+  return text + std::visit([&](const auto& kept) { return result(manifest, kept); }, outcome.kept);
+}
+
+}  // namespace cie::record

@@ -1,0 +1,36 @@
+// What came of a recording.
+#pragma once
+
+#include "keeping/manifest.hpp"
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+namespace cie::record {
+
+// How it was kept.
+struct KeptInDirectory {};
+struct KeptInChunks {
+  std::uint64_t sealed = 0;
+  std::uint64_t removed = 0;  // the oldest of them
+};
+struct KeptInSnapshots {
+  std::uint64_t saved = 0;
+  std::uint64_t left_out = 0;  // for which the limits let nothing be saved
+};
+struct KeptElsewhere {};  // at a relay daemon, or shown live
+
+struct Outcome {
+  Manifest manifest;
+  std::variant<KeptInDirectory, KeptInChunks, KeptInSnapshots, KeptElsewhere> kept;
+
+  // Everything was recorded, or what was lost is only discarded events, which are counted.
+  bool is_success() const noexcept { return manifest.problems.empty(); }
+};
+
+// For people, in lines: how the command ended, what was lost, where the recording is and what to do
+// next, or why it failed.
+std::string summary(const Outcome& outcome);
+
+}  // namespace cie::record

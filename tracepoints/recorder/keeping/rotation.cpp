@@ -1,0 +1,255 @@
+#include "keeping/rotation.hpp"
+
+#include "ctf/stream_check.hpp"
+#include "keeping/chunk_names.hpp"
+#include "system/error.hpp"
+#include "system/text.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Where LTTng puts chunks that are complete.
+constexpr const char* kArchives = "archives";
+constexpr const char* kOnlyDomain = "ust";
+
+// Chunks that LTTng has written, or was writing when it was killed.
+std::vector<fs::path> unsealed_in(const fs::path& directory) {
+  // Before the first chunk ended it has no directory of its own.
+  if (fs::exists(directory / kOnlyDomain)) {
+    fs::create_directories(directory / "first-0");
+    fs::rename(directory / kOnlyDomain, directory / "first-0" / kOnlyDomain);
+  }
+  std::vector<fs::path> chunks = directories_in(directory / kArchives);
+  std::ranges::copy_if(
+      directories_in(directory), std::back_inserter(chunks), [](const fs::path& path) {
+        return path.filename() != kArchives && !is_chunk(path) && !is_kernel_part(path);
+      });
+  return chunks;
+}
+
+bool has_events_of_user(const StreamSummary& stream) {
+  return stream.file.parent_path().filename() != kKernelDirectory && has_events(stream);
+}
+
+// "events_1": the stream of CPU 1 of the channel "events".
+std::string channel_of(const fs::path& stream) {
+  const std::string name = stream.filename().string();
+  return name.substr(0, name.rfind('_'));
+}
+
+}  // namespace
+
+Rotation::Rotation(const Options& options, std::shared_ptr<TracingSession> session,
+                   KernelRecording* kernel, ProcessWatch* processes, const Instant& begin)
+    : options_(options.rotate.value()),
+      directory_(options.directory),
+      session_(std::move(session)),
+      next_(Clock::now() + options_.interval),
+      chunk_begin_(now()),
+      kernel_(kernel),
+      processes_(processes),
+      settled_ns_(begin.monotonic_ns),
+      settled_next_ns_(begin.monotonic_ns) {}
+
+void Rotation::poll(const Manifest& about) {
+  if (sealing_.valid()) {
+    if (sealing_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+      note_sealed();
+    }
+  } else if (pending_) {
+    PendingChunk pending = std::move(*std::exchange(pending_, std::nullopt));
+    const auto chunk = pending.poll();
+    if (!chunk) {
+      pending_.emplace(std::move(pending));
+      return;
+    }
+    Manifest manifest = about;
+    manifest.problems.clear();
+    manifest.begin = std::exchange(chunk_begin_, chunk_end_);
+    manifest.end = chunk_end_;
+    manifest.chunk = sealed_ + 1;
+    note_processes(manifest, chunk_end_);
+    sealing_ = std::async(std::launch::async, &Rotation::seal, this, *chunk,
+                          std::exchange(kernel_part_, std::nullopt), std::move(manifest));
+  } else if (Clock::now() >= next_) {
+    begin_chunk();
+  }
+}
+
+void Rotation::begin_chunk() {
+  next_ = std::max(next_ + options_.interval, Clock::now());
+  chunk_end_ = now();
+  pending_.emplace(session_->begin_chunk());
+  settled_next_ns_ = now().monotonic_ns;
+  if (kernel_ != nullptr) {
+    kernel_->go_on_in(kernel_part_directory(directory_, kernel_parts_ + 1));
+    kernel_part_ = end_kernel_part(kernel_->summary());
+  }
+  session_->describe_again();  // so that the new chunk can be read without those before it
+}
+
+Rotation::KernelPart Rotation::end_kernel_part(const KernelSummary& total) {
+  KernelPart part{.directory = kernel_part_directory(directory_, kernel_parts_++),
+                  .summary = total};
+  part.summary.events -= kernel_before_.events;
+  part.summary.lost_events -= kernel_before_.lost_events;
+  part.summary.untold_switches -= kernel_before_.untold_switches;
+  kernel_before_ = total;
+  return part;
+}
+
+// A process whose `run_begin` was emitted while LTTng went on to the next chunk is in one of the
+// two, so it is named where both are: by the whole.
+void Rotation::note_processes(Manifest& manifest, const Instant& end) {
+  manifest.processes.clear();
+  if (processes_ == nullptr) return;
+  processes_->poll();
+  manifest.processes = processes_->begun(settled_ns_, end.monotonic_ns);
+  manifest.names_all_processes = !processes_->has_missed();
+  if (settled_next_ns_ > end.monotonic_ns) {
+    passing_[*manifest.chunk] = processes_->begun(end.monotonic_ns, settled_next_ns_);
+  }
+  settled_ns_ = settled_next_ns_;
+  processes_->forget(settled_ns_);
+}
+
+std::vector<RecordedProcess> Rotation::processes() const {
+  std::vector<RecordedProcess> all;
+  for (const auto& [number, processes] : begun_)
+    all = merged(std::move(all), processes);
+  for (const auto& [number, processes] : passing_)
+    all = merged(std::move(all), processes);
+  return all;
+}
+
+std::vector<std::string> Rotation::finish(const Manifest& about, const Instant& until) {
+  std::vector<std::string> problems;
+  const auto note = [&] {
+    try {
+      note_sealed();
+    } catch (const std::exception& error) {
+      problems.emplace_back(error.what());
+    }
+  };
+  if (sealing_.valid()) {
+    note();
+  }
+  const bool has_two = std::exchange(pending_, std::nullopt).has_value();
+  const std::vector<fs::path> chunks = unsealed_in(directory_);
+  for (const fs::path& chunk : chunks) {
+    Manifest manifest = about;
+    manifest.begin = chunk_begin_;
+    manifest.losses.clear();
+    manifest.problems.clear();
+    std::optional<KernelPart> kernel = std::exchange(kernel_part_, std::nullopt);
+    if (!kernel && chunk == chunks.back() && about.kernel) {
+      kernel = end_kernel_part(*about.kernel);
+    }
+    const bool is_last = !has_two || chunk == chunks.back();
+    if (!is_last) {
+      manifest.end = chunk_begin_ = chunk_end_;
+    }
+    manifest.chunk = sealed_ + 1;
+    note_processes(manifest, is_last ? until : chunk_end_);
+    sealing_ = std::async(std::launch::deferred, &Rotation::seal, this, chunk, kernel,
+                          std::move(manifest));
+    note();
+  }
+  std::error_code ignored;
+  fs::remove(directory_ / kArchives, ignored);
+  return problems;
+}
+
+void Rotation::note_sealed() {
+  const Sealed sealed = sealing_.get();
+  has_events_ = has_events_ || sealed.has_events;
+  if (sealed.is_kept) {
+    ++sealed_;
+    begun_[sealed_] = sealed.processes;
+    remove_old();
+  }
+  if (!sealed.problem.empty()) {
+    throw RecordError(sealed.problem);
+  }
+}
+
+Rotation::Sealed Rotation::seal(const fs::path& chunk, const std::optional<KernelPart>& kernel,
+                                Manifest manifest) {
+  manifest.options.directory = chunk;
+  describe_streams(manifest);
+  manifest.kernel.reset();
+  if (check_streams(chunk).empty()) {
+    fs::remove_all(chunk);  // no application ran
+    if (kernel) fs::remove_all(kernel->directory);
+    return {};
+  }
+  if (kernel) {
+    fs::rename(kernel->directory, chunk / "kernel");
+    manifest.kernel = kernel->summary;
+  }
+  write_manifest(manifest);
+  const fs::path sealed = chunk_directory(directory_, *manifest.chunk);
+  fs::rename(chunk, sealed);
+  Sealed result{.is_kept = true,
+                .has_events = !manifest.processes.empty() ||
+                              std::ranges::any_of(check_streams(sealed), has_events_of_user),
+                .processes = manifest.processes,
+                .problem = {}};
+  for (const std::string& problem : manifest.problems) {
+    result.problem += (result.problem.empty() ? in_quotes(sealed) + ": " : "; ") + problem;
+  }
+  return result;
+}
+
+// What was lost in this chunk: LTTng counts from the session's begin.
+void Rotation::describe_streams(Manifest& manifest) {
+  std::map<std::string, ChannelLoss> losses;
+  for (const StreamSummary& stream : check_streams(manifest.options.directory)) {
+    StreamEnd& before = streams_[stream.file.lexically_relative(manifest.options.directory)];
+    ChannelLoss& loss = losses[channel_of(stream.file)];
+    const std::uint64_t lost =
+        stream.lost_packets - std::min(stream.lost_packets, before.next_packet);
+    loss.lost_packets += lost;
+    if (stream.packets > 0) {
+      loss.discarded_events += stream.discarded_events - before.discarded_events;
+      before = {.next_packet = stream.next_packet, .discarded_events = stream.discarded_events};
+    }
+    if (stream.is_damaged) {
+      manifest.problems.push_back(in_quotes(stream.file) +
+                                  " ends within a packet (is the disk full?)");
+    }
+    if (lost > 0) {
+      manifest.problems.push_back(fmt::format("{} lacks {} packets", in_quotes(stream.file), lost));
+    }
+  }
+  for (auto& [channel, loss] : losses) {
+    loss.name = channel;
+    manifest.losses.push_back(std::move(loss));
+  }
+}
+
+void Rotation::remove_old() noexcept {
+  if (options_.most == 0) {
+    return;
+  }
+  std::error_code ignored;
+  std::vector<fs::path> chunks = chunks_in(directory_);
+  while (chunks.size() > options_.most) {
+    fs::remove_all(chunks.front(), ignored);
+    begun_.erase(number_of(chunks.front()));
+    passing_.erase(number_of(chunks.front()));
+    chunks.erase(chunks.begin());
+    ++removed_;
+  }
+}
+
+}  // namespace cie::record

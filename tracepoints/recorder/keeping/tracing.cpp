@@ -1,0 +1,224 @@
+#include "keeping/tracing.hpp"
+
+#include <cie/tracepoints/schema.hpp>
+
+#include "keeping/attempt.hpp"
+#include "system/error.hpp"
+#include "system/instant.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <future>
+#include <iterator>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace cie::record {
+namespace {
+
+namespace fs = std::filesystem;
+using std::chrono::seconds;
+
+constexpr seconds kCheckInterval{1};
+constexpr std::uintmax_t kLowSpace = 64 << 20;
+constexpr std::uintmax_t kNoSpace = 1 << 20;
+constexpr seconds kPatience{150};
+constexpr seconds kPatienceOnAFullDisk{5};
+
+// A name that no session of this machine has had.
+std::string new_session_name(const Options& options) {
+  return fmt::format("{}-{}-{}", options.snapshot ? kSnapshotSession : "cie-record", getpid(),
+                     now().realtime_ns);
+}
+
+// What LTTng says at the end of a session.
+struct Ending {
+  std::vector<ChannelLoss> losses;
+  std::vector<std::string> problems;
+};
+
+Ending end_of(TracingSession& session) {
+  Ending ending;
+  attempt(ending.problems, [&] {
+    if (!session.stop()) {
+      ending.problems.emplace_back("the last buffers were not written within a minute");
+    }
+  });
+  attempt(ending.problems, [&] { ending.losses = session.losses(); });
+  attempt(ending.problems, [&] { session.destroy(); });
+  return ending;
+}
+
+void add(const std::vector<ChannelLoss>& losses, std::vector<ChannelLoss>& sum) {
+  for (const ChannelLoss& loss : losses) {
+    const auto known = std::ranges::find(sum, loss.name, &ChannelLoss::name);
+    if (known == sum.end()) {
+      sum.push_back(loss);
+    } else {
+      known->discarded_events += loss.discarded_events;
+      known->lost_packets += loss.lost_packets;
+    }
+  }
+}
+
+}  // namespace
+
+Tracing::Tracing(const Options& options, Console& output)
+    : console(output),
+      claim_(options.directory),
+      registration_(output, options.registration_timeout) {
+  manifest.options = options;
+}
+
+void Tracing::start_daemon() { daemon_ = std::make_unique<SessionDaemon>(options().daemon); }
+
+void Tracing::create_session() {
+  manifest.session = new_session_name(options());
+  session_ = std::make_shared<TracingSession>(manifest.session, options());
+}
+
+void Tracing::create_session(const RelayDestination& destination) {
+  manifest.session = new_session_name(options());
+  session_ = std::make_shared<TracingSession>(SessionKind::relayed, manifest.session, options(),
+                                              destination);
+}
+
+// A recording without this is worth as much, so it does not fail.
+void Tracing::watch_processes() {
+  try {
+    processes_ = std::make_unique<ProcessWatch>(manifest.session);
+  } catch (const RecordError& error) {
+    manifest.names_all_processes = false;
+    console.warn(error.what());
+  }
+}
+
+void Tracing::start() {
+  manifest.begin = now();
+  session_->start();
+}
+
+void Tracing::abandon() noexcept {
+  processes_.reset();
+  session_.reset();
+  if (daemon_) daemon_->give_up();
+  daemon_.reset();
+  claim_.withdraw();
+}
+
+bool Tracing::poll_processes() { return processes_ && !is_daemon_lost_ && processes_->poll(); }
+
+void Tracing::note_processes() {
+  const std::int64_t until = ending_.value_or(now()).monotonic_ns;
+  if (poll_processes()) {
+    manifest.processes = merged(std::move(manifest.processes),
+                                processes_->begun(manifest.begin.monotonic_ns, until));
+    processes_->forget(until);
+  }
+}
+
+void Tracing::look_for_applications(const Target& target) {
+  if (session_ && !is_daemon_lost_) {
+    registration_.look(*session_, target);
+  }
+  if (target.is_command()) {
+    registration_.warn_of_others(target);
+  }
+}
+
+bool Tracing::has_checked_daemon() {
+  if (is_daemon_lost_ || Clock::now() < next_check_) {
+    return false;
+  }
+  next_check_ = Clock::now() + kCheckInterval;
+  if (daemon_->is_alive()) {
+    return true;
+  }
+  is_daemon_lost_ = true;
+  console.warn("the session daemon ended: nothing more is recorded");
+  manifest.problems.emplace_back(
+      "the session daemon ended during the recording: what was not yet written is lost");
+  return false;
+}
+
+void Tracing::check_space() {
+  std::error_code error;
+  const fs::space_info space = fs::space(options().directory, error);
+  if (!error && space.available < kLowSpace && !has_warned_of_space_) {
+    has_warned_of_space_ = true;
+    console.warn(fmt::format("only {} MiB left for {}", space.available >> 20U,
+                             options().directory.string()));
+  }
+}
+
+void Tracing::end_tick(Target& target) {
+  console.show_progress(target.age(), std::max(registration_.count(), manifest.processes.size()),
+                        target.is_command());
+  if (is_daemon_lost_ && !target.is_command()) {
+    target.interrupt(SIGTERM);
+  }
+}
+
+void Tracing::refuse_snapshot() {
+  console.warn(
+      "SIGUSR1 has a snapshot saved; this recorder, started without --snapshot, keeps everything");
+}
+
+// liblttng-ctl waits without limit, and on a full disk a consumer daemon may spin instead of
+// answering. So a thread waits for LTTng, and this one for the thread, but not for ever.
+std::vector<std::string> Tracing::end_session() {
+  const bool is_local = !options().relay;
+  std::error_code error;
+  const fs::space_info space = fs::space(options().directory, error);
+  const bool is_full = is_local && !error && space.available < kNoSpace;
+  const seconds patience = is_full ? kPatienceOnAFullDisk : kPatience;
+  std::packaged_task<Ending()> task([session = session_] { return end_of(*session); });
+  std::future<Ending> ending = task.get_future();
+  std::thread worker(std::move(task));
+  if (ending.wait_for(patience) == std::future_status::ready) {
+    worker.join();
+    Ending result = ending.get();
+    add(result.losses, manifest.losses);
+    return std::move(result.problems);
+  }
+  daemon_->abandon();
+  is_daemon_lost_ = true;
+  worker.detach();  // it has its share of the session, and ends with its connection or this process
+  return {fmt::format("LTTng did not end the session within {} s ({})", patience.count(),
+                      is_local ? "is the disk full?" : "is the network cut?")};
+}
+
+void Tracing::end() {
+  begin_end();
+  if (!is_daemon_lost_) {
+    std::ranges::move(end_session(), std::back_inserter(manifest.problems));
+  }
+  manifest.end = now();
+}
+
+void Tracing::note_nothing_recorded() {
+  const std::string& events = options().events[0];
+  manifest.problems.push_back(
+      registration_.is_anybody()
+          ? "nothing was recorded: an application registered with the session daemon, and emitted "
+            "no event of " +
+                events
+          : "nothing was recorded: no application with events of " + events +
+                " registered with the session daemon");
+}
+
+void Tracing::close() {
+  if (processes_) {
+    manifest.names_all_processes = !processes_->has_missed();
+    processes_->stop();
+  }
+  session_.reset();
+  daemon_.reset();
+}
+
+}  // namespace cie::record

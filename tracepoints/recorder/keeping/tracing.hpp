@@ -1,0 +1,93 @@
+// What every recording has, however it is kept: its directory, LTTng's daemon and session, and the
+// processes that are recorded.
+#pragma once
+
+#include "keeping/manifest.hpp"
+#include "lttng/process_watch.hpp"
+#include "lttng/session_daemon.hpp"
+#include "lttng/tracing_session.hpp"
+#include "options/options.hpp"
+#include "system/console.hpp"
+#include "system/directory_claim.hpp"
+#include "target/registration.hpp"
+#include "target/target.hpp"
+
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// Who keeps the recording says when each step is due. `manifest` collects what is to be said of it.
+class Tracing {
+ public:
+  // Claims the directory. Throws UsageError if it is taken, RecordError if it cannot be written.
+  Tracing(const Options& options, Console& console);
+  Tracing(const Tracing&) = delete;
+  Tracing& operator=(const Tracing&) = delete;
+
+  // In this order, and throwing RecordError; abandon() then leaves nothing behind.
+  void start_daemon();
+  void create_session();  // which writes into the directory, or keeps snapshots in memory
+  void create_session(const RelayDestination& destination);
+  void watch_processes();
+  void start();
+
+  // Of a recording that cannot be: ends what there is and removes the directory.
+  void abandon() noexcept;
+
+  // While it goes on. Whether a process began since the last call; those are in processes().
+  bool poll_processes();
+  // The same; the manifest names them.
+  void note_processes();
+  // Whether anybody is recorded.
+  void look_for_applications(const Target& target);
+  // Whether the daemon is alive is looked at every second: true then, if it is.
+  bool has_checked_daemon();
+  void check_space();
+  // Shows how it goes on. What is attached to is over when nothing is recorded of it any more.
+  void end_tick(Target& target);
+
+  // Somebody asks for a snapshot of what is written anyway.
+  void refuse_snapshot();
+
+  // The end. From here on nobody is named who begins.
+  void begin_end() { ending_ = now(); }
+  // The same, and ends the session unless its daemon is lost. Problems are the manifest's.
+  void end();
+  // Stops and destroys the session. The manifest has what was lost; what went wrong is returned.
+  std::vector<std::string> end_session();
+  void note_nothing_recorded();
+  // Lets the daemon go, and the session if there still is one.
+  void close();
+  void release_directory() noexcept { claim_.release(); }
+
+  Manifest manifest;
+  Console& console;
+
+  const Options& options() const noexcept { return manifest.options; }
+  // Shared with a thread that waits for LTTng; null while there is none.
+  const std::shared_ptr<TracingSession>& session() const noexcept { return session_; }
+  void drop_session() noexcept { session_.reset(); }
+  ProcessWatch* processes() const noexcept { return processes_.get(); }  // null: LTTng refuses
+  bool is_daemon_lost() const noexcept { return is_daemon_lost_; }
+  // When begin_end() was called.
+  const Instant& ending() const { return ending_.value(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  DirectoryClaim claim_;
+  std::unique_ptr<SessionDaemon> daemon_;
+  std::unique_ptr<ProcessWatch> processes_;
+  std::shared_ptr<TracingSession> session_;
+  Registration registration_;
+  std::optional<Instant> ending_;  // empty: it goes on
+  bool is_daemon_lost_ = false;
+  bool has_warned_of_space_ = false;
+  Clock::time_point next_check_ = Clock::now();
+};
+
+}  // namespace cie::record

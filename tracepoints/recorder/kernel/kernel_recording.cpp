@@ -1,0 +1,103 @@
+#include "kernel/kernel_recording.hpp"
+
+#include "kernel/kernel_clock.hpp"
+#include "system/error.hpp"
+#include "system/text.hpp"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::record {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void make_directory(const fs::path& directory) {
+  std::error_code error;
+  fs::create_directory(directory, error);
+  if (error) throw system_error("cannot create " + in_quotes(directory), error.value());
+}
+
+fs::path stream_file(const fs::path& directory, std::uint32_t cpu) {
+  return directory / fmt::format("sched_{}", cpu);
+}
+
+}  // namespace
+
+KernelRecording::KernelRecording(fs::path directory, std::unique_ptr<KernelSource> source,
+                                 std::chrono::milliseconds flush_interval)
+    : directory_(std::move(directory)),
+      source_(std::move(source)),
+      uuid_(random_uuid()),
+      clock_(measured_clock()) {
+  make_directory(directory_);
+  write_kernel_metadata(directory_, uuid_, clock_);
+  const std::uint64_t begin = monotonic_ns();
+  source_->start();
+  for (const std::uint32_t number : source_->cpus()) {
+    cpus_.emplace_back(CtfStream(stream_file(directory_, number), uuid_, number, begin));
+  }
+  std::vector<KernelEventSink*> sinks;
+  sinks.reserve(cpus_.size());
+  for (Cpu& cpu : cpus_)
+    sinks.push_back(&cpu);
+  reader_ = std::make_unique<KernelReader>(*source_, std::move(sinks), flush_interval);
+}
+
+void KernelRecording::Cpu::on_event(std::uint64_t time, std::string_view event) {
+  stream_.add(time, event);
+  check_.on_event(event);
+}
+
+void KernelRecording::Cpu::on_loss(std::uint64_t time, std::uint64_t total) {
+  stream_.lose(time, total);
+  check_.on_loss();
+}
+
+void KernelRecording::adopt_clock(const fs::path& recording) {
+  if (has_clock_of_user_space_ || !find_clock(recording, directory_, clock_)) return;
+  has_clock_of_user_space_ = true;
+  write_kernel_metadata(directory_, uuid_, clock_);
+}
+
+void KernelRecording::complete_files(std::uint64_t end) {
+  for (std::size_t i = 0; i < cpus_.size(); ++i) {
+    cpus_[i].stream().finish(end, source_->lost(i));
+  }
+}
+
+void KernelRecording::go_on_in(fs::path directory) {
+  make_directory(directory);
+  write_kernel_metadata(directory, uuid_, clock_);
+  reader_->drain([&] {
+    // Until its last event: what comes between that and now is still in the kernel's buffers.
+    complete_files(0);
+    directory_ = std::move(directory);
+    for (std::size_t i = 0; i < cpus_.size(); ++i) {
+      cpus_[i].stream().go_on_in(stream_file(directory_, source_->cpus()[i]));
+    }
+  });
+}
+
+KernelSummary KernelRecording::finish() {
+  source_->stop();
+  const std::uint64_t end = monotonic_ns();
+  reader_->stop();
+  complete_files(end);
+  return summary();
+}
+
+KernelSummary KernelRecording::summary() const {
+  KernelSummary summary{.route = std::string(source_->name())};
+  for (const Cpu& cpu : cpus_) {
+    summary.events += cpu.stream().events();
+    summary.lost_events += cpu.stream().lost();
+    summary.untold_switches += cpu.untold_switches();
+    if (cpu.stream().events() > 0) ++summary.streams;
+  }
+  return summary;
+}
+
+}  // namespace cie::record

@@ -1,0 +1,84 @@
+// Records the scheduler of the whole machine beside a session of LTTng-UST, on the same clock.
+#pragma once
+
+#include "kernel/ctf_stream.hpp"
+#include "kernel/kernel_reader.hpp"
+#include "kernel/kernel_source.hpp"
+#include "kernel/switch_check.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// What came of it.
+struct KernelSummary {
+  std::string route;              // "bpf", "tracefs"
+  std::uint64_t events = 0;       // recorded
+  std::uint64_t lost_events = 0;  // overwritten before they were read, or dropped by the kernel
+  // Switches that the kernel did not tell although no buffer overran: the thread that leaves a CPU
+  // is not the one that entered it last.
+  std::uint64_t untold_switches = 0;
+  std::uint64_t streams = 0;  // CPUs that recorded anything
+};
+
+class KernelRecording {
+ public:
+  // Starts the source; events collect in its buffers. `directory` is created for the trace. Throws
+  // RecordError; leaves nothing behind then.
+  KernelRecording(std::filesystem::path directory, std::unique_ptr<KernelSource> source,
+                  std::chrono::milliseconds flush_interval);
+  KernelRecording(const KernelRecording&) = delete;
+  KernelRecording& operator=(const KernelRecording&) = delete;
+
+  // Starts the thread that empties the buffers. Apart from the constructor, so that a command can
+  // be started in between, from a process of one thread.
+  void start_reading() { reader_->start(); }
+
+  // Takes over the clock of the user-space trace below `recording` once its metadata is there.
+  void adopt_clock(const std::filesystem::path& recording);
+
+  // Completes the files, and goes on in `directory`, which is created for that. Throws as finish()
+  // does.
+  void go_on_in(std::filesystem::path directory);
+
+  // Stops, empties the buffers, completes the files. Throws RecordError if anything could not be
+  // written.
+  KernelSummary finish();
+  // What there is so far, in all directories.
+  KernelSummary summary() const;
+
+ private:
+  // One CPU's part of the trace.
+  class Cpu final : public KernelEventSink {
+   public:
+    explicit Cpu(CtfStream stream) : stream_(std::move(stream)) {}
+    void on_event(std::uint64_t time, std::string_view event) override;
+    void on_loss(std::uint64_t time, std::uint64_t total) override;
+    void on_drained() override { stream_.flush(); }
+    CtfStream& stream() noexcept { return stream_; }
+    const CtfStream& stream() const noexcept { return stream_; }
+    std::uint64_t untold_switches() const noexcept { return check_.untold(); }
+
+   private:
+    CtfStream stream_;
+    SwitchCheck check_;
+  };
+
+  // `end`: until when all was read; 0: only until the last event is that certain.
+  void complete_files(std::uint64_t end);
+
+  std::filesystem::path directory_;
+  std::unique_ptr<KernelSource> source_;
+  TraceUuid uuid_;
+  TraceClock clock_;
+  bool has_clock_of_user_space_ = false;
+  std::vector<Cpu> cpus_;  // as the source lists them
+  std::unique_ptr<KernelReader> reader_;
+};
+
+}  // namespace cie::record

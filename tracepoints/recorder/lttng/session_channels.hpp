@@ -1,0 +1,36 @@
+// Which events a session records, and into what buffers.
+#pragma once
+
+#include "options/options.hpp"
+
+#include <cstdint>
+
+struct lttng_handle;
+
+namespace cie::record {
+
+// Two channels: `state` holds the events that describe objects and clocks (and are few), so that no
+// burst of the others can cost them; `events` holds all others.
+inline constexpr const char* kStateChannel = "state";
+inline constexpr const char* kEventChannel = "events";
+// The same for the profile `ros2`, whose readers want every event's process name.
+inline constexpr const char* kRos2StateChannel = "ros2_state";
+inline constexpr const char* kRos2EventChannel = "ros2";
+
+// What becomes of a session's packets.
+enum class SessionKind {
+  whole,      // written into one directory
+  divided,    // into chunks
+  snapshots,  // kept in memory until they are saved
+  relayed,    // sent to a relay daemon, which keeps them all
+  live,       // which keeps the newest of each stream, for who reads them now
+};
+
+// Enables channels, contexts and event rules of the session that the handle is of. Throws
+// RecordError when LTTng refuses.
+void enable_channels(lttng_handle* session, SessionKind kind, const Options& options);
+
+// Bytes of the buffers that a session has on each CPU.
+std::uint64_t buffer_bytes_per_cpu(const Options& options);
+
+}  // namespace cie::record

@@ -1,0 +1,360 @@
+#include "options/command_line.hpp"
+
+#include "system/error.hpp"
+#include "version.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <ctime>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+namespace cie::record {
+namespace {
+
+constexpr std::uint64_t kLeastKernelBuffer = 64 << 10;
+constexpr std::uint64_t kMostKernelBuffer = 1 << 30;
+
+std::string default_directory() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  char name[64];
+  std::strftime(name, sizeof name, "cie-recording-%Y%m%d-%H%M%S", &local);
+  return name;
+}
+
+void require_power_of_two(std::uint64_t value, std::uint64_t least, const char* option) {
+  if (value < least || !std::has_single_bit(value)) {
+    throw UsageError(
+        fmt::format("{} must be a power of two, at least {}: {}", option, least, value));
+  }
+}
+
+constexpr double kLongestSnapshot = 3600;
+constexpr std::uint64_t kSnapshotSubbufs = 8;
+constexpr std::uint64_t kLeastSnapshotSubbuf = 16 << 10;
+constexpr std::uint64_t kMostSnapshotSubbuf = 1 << 30;
+
+// Buffers that hold the last seconds at the stated rate. One sub-buffer is always being emptied.
+void size_buffers(Options& options) {
+  const double bytes = std::chrono::duration<double>(options.snapshot->length).count() *
+                       static_cast<double>(options.snapshot->event_rate) * kBytesPerEvent;
+  const double subbuf = bytes / static_cast<double>(kSnapshotSubbufs - 1);
+  if (subbuf > static_cast<double>(kMostSnapshotSubbuf)) {
+    throw UsageError("--snapshot: that many seconds at that --event-rate do not fit into memory");
+  }
+  options.num_subbuf = kSnapshotSubbufs;
+  options.subbuf_size =
+      std::max(kLeastSnapshotSubbuf, std::bit_ceil(static_cast<std::uint64_t>(subbuf)));
+}
+
+std::chrono::milliseconds milliseconds_of(double seconds) {
+  return std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1000));
+}
+
+// What --snapshot and the options that go with it say.
+struct SnapshotArguments {
+  double seconds = 0;
+  double least_interval = 10;
+  SnapshotOptions options;
+  std::string save;
+  std::string reason;
+  CLI::Option* snapshot = nullptr;
+  CLI::Option* asking = nullptr;
+  CLI::Option* giving_reason = nullptr;
+
+  void add_to(CLI::App& app) {
+    snapshot =
+        app.add_option("--snapshot", seconds,
+                       "Flight recorder: keep the last SECONDS in memory only, and save them "
+                       "as DIR/snapshot-001, … on command (--save, SIGUSR1), when a callback "
+                       "misses the deadline that it declares, and when CMD fails")
+            ->type_name("SECONDS")
+            ->check(CLI::Range(0.1, kLongestSnapshot));
+    app.add_option("--event-rate", options.event_rate,
+                   "With --snapshot: events per second on a CPU that the memory is for")
+        ->type_name("N")
+        ->check(CLI::Range(1, 100'000'000))
+        ->capture_default_str()
+        ->needs(snapshot);
+    app.add_option("--max-snapshots", options.most,
+                   "With --snapshot: how many are saved unasked at most")
+        ->type_name("N")
+        ->capture_default_str()
+        ->needs(snapshot);
+    app.add_option("--min-interval", least_interval,
+                   "With --snapshot: least time from one to the next that is saved unasked")
+        ->type_name("SECONDS")
+        ->check(CLI::Range(0.0, 1e6))
+        ->capture_default_str()
+        ->needs(snapshot);
+    asking = app.add_option(
+                    "--save", save,
+                    "Have the recorder that keeps snapshots in DIR save one now, and print where")
+                 ->type_name("DIR");
+    giving_reason =
+        app.add_option("--reason", reason, "With --save: why, for the snapshot's manifest")
+            ->type_name("TEXT")
+            ->needs(asking);
+  }
+
+  // Throws UsageError if anything but --save and --reason was given.
+  void require_alone(const CLI::App& app, bool has_command) const {
+    const bool is_alone = std::ranges::all_of(app.get_options(), [this](const CLI::Option* option) {
+      return option->count() == 0 || option == asking || option == giving_reason;
+    });
+    if (has_command || !is_alone) {
+      throw UsageError("--save DIR stands alone: a recorder runs already");
+    }
+  }
+
+  // Whether buffers were asked for by size decides that they are not chosen by time.
+  void apply_to(Options& to, bool has_sizes) {
+    if (snapshot->count() == 0) {
+      return;
+    }
+    if (to.kernel == KernelChoice::automatic) {
+      to.kernel = KernelChoice::no;  // their cost must be asked for
+    }
+    options.length = milliseconds_of(seconds);
+    options.least_interval = milliseconds_of(least_interval);
+    to.snapshot = options;
+    if (!has_sizes) {
+      size_buffers(to);
+    }
+  }
+};
+
+// What --rotate and the option that goes with it say.
+struct RotateArguments {
+  double seconds = 0;
+  std::uint64_t most = 0;
+  CLI::Option* rotate = nullptr;
+
+  void add_to(CLI::App& app) {
+    rotate = app.add_option("--rotate", seconds,
+                            "Begin a chunk every SECONDS: DIR/chunk-000001, …, each a recording of "
+                            "its own that can be read and removed while the next one is written")
+                 ->type_name("SECONDS")
+                 ->check(CLI::Range(1.0, 1e6));
+    app.add_option("--keep", most, "With --rotate: remove the oldest chunks beyond N")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1'000'000))
+        ->needs(rotate);
+  }
+
+  void apply_to(Options& to) const {
+    if (rotate->count() == 0) {
+      return;
+    }
+    if (to.relay) {
+      throw UsageError(
+          "--rotate divides what is written here, --to writes nothing here: choose one");
+    }
+    if (to.snapshot) {
+      throw UsageError("--rotate divides what is written, --snapshot writes nothing: choose one");
+    }
+    if (to.kernel == KernelChoice::automatic) {
+      to.kernel = KernelChoice::no;  // as with --snapshot
+    }
+    to.rotate = RotateOptions{.interval = milliseconds_of(seconds), .most = most};
+  }
+};
+
+// HOST[:PORT], or the same as a URL. LTTng takes control and data port; ours follow each other.
+void apply_relay(Options& options, std::string_view text) {
+  if (text.empty()) return;
+  for (const std::string_view protocol : {"net://", "tcp://"}) {
+    if (text.starts_with(protocol)) text.remove_prefix(protocol.size());
+  }
+  options.relay = parse_address("--to", text, kRelayPort);
+  if (options.relay->port == 0 || options.relay->port == UINT16_MAX) {
+    throw UsageError(fmt::format("--to: no relay daemon has port {}", options.relay->port));
+  }
+  if (options.snapshot) throw UsageError("--to streams everything: it does not go with --snapshot");
+  if (options.kernel == KernelChoice::yes) {
+    throw UsageError(
+        "--to streams what LTTng records: kernel events it cannot; leave --kernel out");
+  }
+  options.kernel = KernelChoice::no;
+}
+
+// CLI11 cannot know that a command follows.
+std::string help_of(const CLI::App& app) {
+  const std::string generated = "Usage: cie record [OPTIONS]";
+  std::string help = app.help();
+  if (const std::size_t at = help.find(generated); at != std::string::npos) {
+    help.replace(at, generated.size(),
+                 "Usage: cie record [OPTIONS] -- CMD [ARG...]\n"
+                 "       cie record [OPTIONS] --attach\n"
+                 "       cie record --to HOST[:PORT] [OPTIONS] -- CMD [ARG...]\n"
+                 "       cie record --save DIR [--reason TEXT]");
+  }
+  return help;
+}
+
+}  // namespace
+
+ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, bool is_root) {
+  const auto separator = std::ranges::find(arguments, "--");
+  std::vector<std::string> own(arguments.begin(), separator);
+  Options options;
+  if (separator != arguments.end()) {
+    options.command.assign(separator + 1, arguments.end());
+  }
+
+  CLI::App app{"Records a run of callback-isolated executors with LTTng.", "cie record"};
+  app.footer(
+      "CMD runs with its output untouched; Ctrl-C and SIGTERM reach it, and the recording ends "
+      "with\n"
+      "it. Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed\n"
+      "and stands in DIR/manifest.json.\n\n"
+      "CMD gets a session daemon of its own, so that nothing else is recorded (as root in a mount\n"
+      "namespace with a /run/lttng of its own, where the kernel allows that). --daemon=shared "
+      "uses\n"
+      "the machine's, which records every traced process.");
+  std::string directory;
+  bool is_attach = false;
+  SnapshotArguments snapshot;
+  RotateArguments rotate;
+  std::string relay;
+  std::string kernel = "auto";
+  std::string daemon = "auto";
+  std::int64_t flush_ms = options.flush_interval.count();
+  std::int64_t live_interval_ms = options.live_interval.count();
+  double registration_s = 5;
+  double duration_s = 0;
+  std::vector<std::string> more_events;
+  std::string profile;
+  app.add_option("-o,--output", directory, "Directory to create for the recording")
+      ->type_name("DIR");
+  auto* attach =
+      app.add_flag("--attach", is_attach, "Record applications that run already, until Ctrl-C");
+  auto* duration = app.add_option("--duration", duration_s, "With --attach: stop after this time")
+                       ->type_name("SECONDS")
+                       ->check(CLI::PositiveNumber)
+                       ->needs(attach);
+  app.add_option(
+         "--kernel", kernel,
+         "Scheduler events of the kernel (root); auto: if possible; bpf, tracefs: yes, by that "
+         "route (otherwise the better one)")
+      ->check(CLI::IsMember({"auto", "yes", "no", "bpf", "tracefs"}));
+  app.add_option("--kernel-buffer", options.kernel_buffer_size,
+                 "Size of the kernel's buffer of each CPU")
+      ->transform(CLI::AsSizeValue(false))
+      ->type_name("BYTES");
+  app.add_option("--daemon", daemon, "Session daemon: own (of this recording) or shared")
+      ->check(CLI::IsMember({"auto", "own", "shared"}));
+  app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
+      ->type_name("PATTERN");
+  app.add_option("--profile", profile,
+                 "ros2: CMD also emits the events of ROS 2's tracers, for tools that read only "
+                 "those; with --attach it must have been started with CIE_TRACE_PROFILE=ros2")
+      ->check(CLI::IsMember({"ros2"}));
+  auto* subbuf_size =
+      app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
+          ->transform(CLI::AsSizeValue(false))
+          ->type_name("BYTES");
+  auto* num_subbuf =
+      app.add_option("--num-subbuf", options.num_subbuf, "Sub-buffers per CPU, a power of two")
+          ->type_name("N");
+  app.add_option("--flush-interval", flush_ms, "How often buffers are written out")
+      ->type_name("MS")
+      ->check(CLI::Range(10, 3'600'000));
+  app.add_option("--registration-timeout", registration_s,
+                 "When to say that no traced application has registered yet")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber);
+  snapshot.add_to(app);
+  rotate.add_to(app);
+  auto* to =
+      app.add_option("--to", relay,
+                     "Stream to the relay daemon there (cie collect) rather than write to this "
+                     "machine's disk; DIR gets the manifest only (default port: 5342, and the next "
+                     "one for data)")
+          ->type_name("HOST[:PORT]");
+  app.add_option("--live", relay, "The same as --to, by a URL: net://HOST[:PORT]")
+      ->type_name("URL")
+      ->excludes(to);
+  // Of cie doctor and cie live, which start this program: not for people.
+  bool is_kernel_trial = false;
+  app.add_flag("--try-kernel", is_kernel_trial)->group("");
+  app.add_option("--live-socket", options.live_socket)->group("");
+  app.add_option("--live-interval", live_interval_ms)->group("")->check(CLI::Range(1, 10'000));
+  app.set_version_flag("--version", std::string("cie-record ") + kToolVersion);
+
+  std::ranges::reverse(own);  // as CLI11 wants them
+  try {
+    app.parse(own);
+  } catch (const CLI::CallForHelp&) {
+    return {.options = std::nullopt, .save = std::nullopt, .text = help_of(app)};
+  } catch (const CLI::CallForVersion&) {
+    return {.options = std::nullopt,
+            .save = std::nullopt,
+            .text = std::string("cie-record ") + kToolVersion + '\n'};
+  } catch (const CLI::ExtrasError& error) {
+    throw UsageError(std::string(error.what()) +
+                     " (see cie record --help; the command to record follows after --)");
+  } catch (const CLI::ParseError& error) {
+    throw UsageError(std::string(error.what()) + " (see cie record --help)");
+  }
+
+  if (!snapshot.save.empty()) {
+    snapshot.require_alone(app, !options.command.empty());
+    return {.options = std::nullopt,
+            .save = std::filesystem::absolute(snapshot.save),
+            .save_reason = snapshot.reason,
+            .text = {}};
+  }
+  if (is_attach && !options.command.empty()) {
+    throw UsageError("--attach records what runs already: it takes no command");
+  }
+  if (is_kernel_trial) {
+    return {.options = options, .save = std::nullopt, .is_kernel_trial = true, .text = {}};
+  }
+  if (!is_attach && options.command.empty()) {
+    throw UsageError(
+        "nothing to record: give a command after --, or --attach (see cie record --help)");
+  }
+  require_power_of_two(options.subbuf_size, 4096, "--subbuf-size");
+  require_power_of_two(options.num_subbuf, 2, "--num-subbuf");
+  if (options.kernel_buffer_size < kLeastKernelBuffer ||
+      options.kernel_buffer_size > kMostKernelBuffer) {
+    throw UsageError(
+        fmt::format("--kernel-buffer must be 64k to 1g: {}", options.kernel_buffer_size));
+  }
+  options.kernel = kernel == "auto" ? KernelChoice::automatic
+                   : kernel == "no" ? KernelChoice::no
+                                    : KernelChoice::yes;
+  options.kernel_route = kernel == "bpf"       ? KernelRoute::bpf
+                         : kernel == "tracefs" ? KernelRoute::tracefs
+                                               : KernelRoute::best;
+  snapshot.apply_to(options, subbuf_size->count() + num_subbuf->count() > 0);
+  apply_relay(options, relay);
+  rotate.apply_to(options);
+  if (daemon == "own" && is_attach) {
+    throw UsageError("--daemon=own: running applications know the shared daemon only");
+  }
+  if (is_attach || daemon == "shared") {
+    options.daemon = DaemonChoice::shared;
+  } else {
+    options.daemon =
+        is_root && daemon == "auto" ? DaemonChoice::own_if_possible : DaemonChoice::own;
+  }
+  options.has_ros2_profile = !profile.empty();
+  options.events.insert(options.events.end(), more_events.begin(), more_events.end());
+  options.flush_interval = std::chrono::milliseconds(flush_ms);
+  options.live_interval = std::chrono::milliseconds(live_interval_ms);
+  options.registration_timeout =
+      std::chrono::milliseconds(static_cast<std::int64_t>(registration_s * 1000));
+  if (duration->count() > 0) {
+    options.duration = std::chrono::milliseconds(static_cast<std::int64_t>(duration_s * 1000));
+  }
+  options.directory = std::filesystem::absolute(directory.empty() ? default_directory() : directory)
+                          .lexically_normal();
+  return {.options = std::move(options), .save = std::nullopt, .text = {}};
+}
+
+}  // namespace cie::record

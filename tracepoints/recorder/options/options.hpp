@@ -1,0 +1,68 @@
+// What the user asks of cie-record.
+#pragma once
+
+#include "kernel/kernel_source.hpp"
+#include "system/network_address.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace cie::record {
+
+// Which session daemon records.
+//   own:    one of this recording's, which only the command and its children register with
+//   shared: the user's (root: the machine's), started when none runs
+// Own as root takes a mount namespace, which a container may forbid: own_if_possible then shares.
+enum class DaemonChoice { own, own_if_possible, shared };
+
+// Whether the kernel's scheduler is recorded too: automatic records it where that is possible.
+enum class KernelChoice { automatic, yes, no };
+
+// Bytes that one event of this project takes at most on average, header and contexts included
+// (19 to 60).
+inline constexpr double kBytesPerEvent = 48;
+
+// The last seconds are kept in memory, and saved when something happens.
+struct SnapshotOptions {
+  std::chrono::milliseconds length{};
+  std::uint64_t event_rate = 20'000;  // events per second and CPU that the memory is for
+  std::uint64_t most = 10;            // saved unasked; those saved on command do not count
+  std::chrono::milliseconds least_interval{10'000};  // between the one before and one unasked
+};
+
+// The recording is divided into chunks while it goes on.
+struct RotateOptions {
+  std::chrono::milliseconds interval{};
+  std::uint64_t most = 0;  // chunks kept; 0: all
+};
+
+struct Options {
+  std::filesystem::path directory;   // absolute; holds the recording, or only what is said of it
+  std::vector<std::string> command;  // empty: attach
+  DaemonChoice daemon = DaemonChoice::own;
+  KernelChoice kernel = KernelChoice::automatic;
+  KernelRoute kernel_route = KernelRoute::best;
+  std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
+  std::vector<std::string> events{
+      "cie:*"};                         // patterns of LTTng, recorded into the channel "events"
+  bool has_ros2_profile = false;        // record what the profile `ros2` emits, and ask CMD for it
+  std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer
+  std::uint64_t num_subbuf = 8;         // a power of two, sub-buffers per CPU
+  // How often buffers and metadata reach the disk: what a killed consumer daemon can cost.
+  std::chrono::milliseconds flush_interval{1000};
+  std::chrono::milliseconds registration_timeout{5000};
+  std::optional<SnapshotOptions> snapshot;            // empty: everything is written
+  std::optional<RotateOptions> rotate;                // empty: one recording
+  std::optional<std::chrono::milliseconds> duration;  // attach: until then; empty: until a signal
+  std::optional<NetworkAddress> relay;                // streams there; empty: writes a directory
+  int live_socket = -1;  // streams instead of recording, for who is at the other end
+  std::chrono::milliseconds live_interval{200};  // how often what was traced is sent then
+
+  bool is_attach() const noexcept { return command.empty(); }
+};
+
+}  // namespace cie::record

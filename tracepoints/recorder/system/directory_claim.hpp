@@ -1,0 +1,32 @@
+// The directory that one recorder, and no other, writes a recording into.
+#pragma once
+
+#include <filesystem>
+
+namespace cie::record {
+
+class DirectoryClaim {
+ public:
+  // In the directory while it is held; no part of the recording.
+  static constexpr const char* kFileName = ".cie-record";
+
+  // Creates the directory, or takes one that is there and empty. Of several recorders that want it
+  // at once exactly one gets it. Throws UsageError for the others and where something is in it,
+  // RecordError where it cannot be written.
+  explicit DirectoryClaim(const std::filesystem::path& directory);
+  ~DirectoryClaim() { release(); }
+  DirectoryClaim(const DirectoryClaim&) = delete;
+  DirectoryClaim& operator=(const DirectoryClaim&) = delete;
+
+  // When the recording is there, with its manifest: they keep others out.
+  void release() noexcept;
+  // When there is none: a directory that was created here is removed with all that is in it.
+  void withdraw() noexcept;
+
+ private:
+  std::filesystem::path directory_;
+  bool is_created_ = false;
+  bool is_held_ = false;
+};
+
+}  // namespace cie::record

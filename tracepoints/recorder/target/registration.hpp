@@ -1,0 +1,38 @@
+// Whether anybody is recorded.
+#pragma once
+
+#include "lttng/tracing_session.hpp"
+#include "system/console.hpp"
+#include "target/target.hpp"
+
+#include <chrono>
+#include <cstddef>
+#include <vector>
+
+namespace cie::record {
+
+class Registration {
+ public:
+  // `patience`: after that it says that nobody has registered.
+  Registration(Console& console, std::chrono::milliseconds patience)
+      : console_(console), patience_(patience) {}
+
+  // Asks until an application has registered: each question costs every one some time.
+  void look(const TracingSession& session, const Target& target);
+  // Of those that registered first: says so if one is none of the command's.
+  void warn_of_others(const Target& target);
+
+  bool is_anybody() const noexcept { return !first_.empty(); }
+  // How many registered first.
+  std::size_t count() const noexcept { return first_.size(); }
+
+ private:
+  Console& console_;
+  std::chrono::milliseconds patience_;
+  std::vector<TracedProcess> first_;
+  bool has_warned_of_nobody_ = false;
+  bool has_warned_of_others_ = false;
+  std::chrono::steady_clock::time_point next_look_{};
+};
+
+}  // namespace cie::record

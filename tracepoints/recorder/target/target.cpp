@@ -1,0 +1,69 @@
+#include "target/target.hpp"
+
+#include <cie/tracepoints/ros2_profile.hpp>
+
+#include <algorithm>
+#include <csignal>
+
+namespace cie::record {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kTick{100};
+
+}  // namespace
+
+Target::Target(const Options& options) : options_(options) {}
+
+void Target::start() {
+  began_ = std::chrono::steady_clock::now();
+  if (!is_command()) {
+    return;
+  }
+  ChildOptions child;
+  // LTTng's default gives up after 3 s and lets the application run untraced.
+  child.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
+  const bool is_watched_live = options_.live_socket >= 0;
+  if (options_.has_ros2_profile && !is_watched_live) {
+    child.environment.emplace_back(kProfileVariable, kRos2Profile);
+  }
+  child.dies_with_parent = is_watched_live;
+  command_.emplace(options_.command, child);
+}
+
+std::optional<Target::Event> Target::next() {
+  milliseconds patience = kTick;
+  if (is_command()) {
+    if (exit()) return std::nullopt;
+  } else {
+    if (is_interrupted_) return std::nullopt;
+    if (options_.duration) {
+      if (age() >= *options_.duration) return std::nullopt;
+      patience = std::min(kTick, std::chrono::ceil<milliseconds>(*options_.duration - age()));
+    }
+  }
+  const auto signal = signals_.wait(patience);
+  if (!signal || signal->number == SIGCHLD) {
+    return Event::tick;
+  }
+  if (signal->number == SIGUSR1) {
+    return Event::request;
+  }
+  if (!is_command() || !signal->is_from_terminal) {
+    interrupt(signal->number);
+  }
+  return is_interrupted_ ? std::nullopt : std::optional(Event::tick);
+}
+
+void Target::interrupt(int signal) noexcept {
+  if (command_) {
+    command_->kill(signal);
+  } else {
+    is_interrupted_ = true;
+  }
+}
+
+std::optional<ExitStatus> Target::exit() { return command_ ? command_->poll() : std::nullopt; }
+
+}  // namespace cie::record

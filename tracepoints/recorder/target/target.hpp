@@ -1,0 +1,49 @@
+// Whom a recording is of: a command that the recorder starts, or what runs already.
+#pragma once
+
+#include "options/options.hpp"
+#include "system/child_process.hpp"
+#include "system/signals.hpp"
+
+#include <chrono>
+#include <optional>
+
+#include <sys/types.h>
+
+namespace cie::record {
+
+class Target {
+ public:
+  enum class Event { tick, request };  // request: SIGUSR1
+
+  // Listens to signals from here on: create it before any thread.
+  explicit Target(const Options& options);
+
+  // Starts the command, if it is one. Throws RecordError if it cannot be executed.
+  void start();
+  // Waits for a signal, a tenth of a second at most. A command is passed the signals that end
+  // programs, unless the terminal sent it one too; to what is attached to they mean that it is
+  // over. Empty when it is: the command ended, a signal came, or the time is up.
+  std::optional<Event> next();
+  // Passes a command the signal; what is attached to is over.
+  void interrupt(int signal) noexcept;
+
+  bool is_command() const noexcept { return !options_.command.empty(); }
+  // Of the command that was started.
+  pid_t pid() const { return command_.value().pid(); }
+  // Empty: it runs, or is no command.
+  std::optional<ExitStatus> exit();
+  // Since start().
+  std::chrono::steady_clock::duration age() const noexcept {
+    return std::chrono::steady_clock::now() - began_;
+  }
+
+ private:
+  Options options_;
+  Signals signals_;
+  std::optional<ChildProcess> command_;
+  bool is_interrupted_ = false;  // what is attached to
+  std::chrono::steady_clock::time_point began_{};
+};
+
+}  // namespace cie::record

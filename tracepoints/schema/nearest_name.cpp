@@ -1,0 +1,63 @@
+#include <cie/tracepoints/nearest_name.hpp>
+
+#include <algorithm>
+#include <cstddef>
+#include <numeric>
+
+namespace cie {
+namespace {
+
+constexpr std::size_t kLongest = 256;  // nobody misspells an essay
+
+// Edits (insert, delete, replace, swap neighbours) that turn one word into the other. Above `most`
+// it does not matter how many.
+std::size_t distance(std::string_view a, std::string_view b, std::size_t most) {
+  const auto longer = std::max(a.size(), b.size());
+  if (longer - std::min(a.size(), b.size()) > most) return longer;
+  using Row = std::vector<std::size_t>;
+  Row before_last(b.size() + 1);
+  Row last(b.size() + 1);
+  Row row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::swap(before_last, last);
+    std::swap(last, row);
+    row[0] = i;
+    for (std::size_t k = 1; k <= b.size(); ++k) {
+      const std::size_t replaced = last[k - 1] + (a[i - 1] == b[k - 1] ? 0 : 1);
+      row[k] = std::min({last[k] + 1, row[k - 1] + 1, replaced});
+      if (i > 1 && k > 1 && a[i - 1] == b[k - 2] && a[i - 2] == b[k - 1]) {
+        row[k] = std::min(row[k], before_last[k - 2] + 1);
+      }
+    }
+    const auto least = *std::ranges::min_element(row);
+    if (least > most + 1) return least;  // even if the next letters are swapped
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string_view nearest_name(std::string_view name, const std::vector<std::string>& candidates) {
+  std::string_view best;
+  std::size_t best_distance = 0;
+  if (name.size() > kLongest) return best;
+  for (const auto& candidate : candidates) {
+    // A third of the letters may be wrong, and at least two.
+    const auto most = std::max<std::size_t>(2, candidate.size() / 3);
+    const auto edits = distance(name, candidate, most);
+    const bool is_near = edits <= most && edits + 1 < std::max(name.size(), candidate.size());
+    if (is_near && (best.empty() || edits < best_distance)) {
+      best = candidate;
+      best_distance = edits;
+    }
+  }
+  return best;
+}
+
+std::string did_you_mean(std::string_view name, const std::vector<std::string>& candidates) {
+  const auto meant = nearest_name(name, candidates);
+  return meant.empty() ? std::string{} : "; did you mean \"" + std::string(meant) + "\"?";
+}
+
+}  // namespace cie

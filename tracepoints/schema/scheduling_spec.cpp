@@ -1,0 +1,91 @@
+#include <cie/tracepoints/scheduling_spec.hpp>
+#include <cie/tracepoints/sha256.hpp>
+
+#include "base/yaml_document.hpp"
+#include "spec_reader.hpp"
+
+#include <array>
+
+namespace cie {
+namespace {
+
+constexpr std::array<std::pair<Policy, std::string_view>, 6> kPolicies{{
+    {Policy::other, "SCHED_OTHER"},
+    {Policy::batch, "SCHED_BATCH"},
+    {Policy::idle, "SCHED_IDLE"},
+    {Policy::fifo, "SCHED_FIFO"},
+    {Policy::round_robin, "SCHED_RR"},
+    {Policy::deadline, "SCHED_DEADLINE"},
+}};
+
+constexpr std::string_view kWildcard = "/*";
+
+}  // namespace
+
+std::string_view policy_name(Policy policy) noexcept {
+  for (const auto& [value, name] : kPolicies) {
+    if (value == policy) return name;
+  }
+  return {};
+}
+
+std::optional<Policy> policy_from_name(std::string_view name) noexcept {
+  for (const auto& [value, known] : kPolicies) {
+    if (known == name) return value;
+  }
+  return std::nullopt;
+}
+
+bool SpecEntry::is_wildcard() const noexcept { return id.ends_with(kWildcard); }
+
+SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view name,
+                                     std::optional<std::uint32_t> domain) {
+  const auto document = yaml::parse(text, name);
+  auto sections = read_spec(yaml::Value(*document, name), domain);
+  SchedulingSpec spec;
+  spec.name_ = name;
+  spec.sha256_ = sha256_hex(text);
+  spec.callbacks_ = std::move(sections.callbacks);
+  spec.threads_ = std::move(sections.threads);
+  spec.chains_ = std::move(sections.chains);
+  spec.hardware_info_ = std::move(sections.hardware_info);
+  spec.not_applied_ = std::move(sections.not_applied);
+  spec.hardware_info_lines_ = std::move(sections.hardware_info_lines);
+  for (std::size_t i = 0; i < spec.callbacks_.size(); ++i) {
+    const SpecEntry& entry = spec.callbacks_[i];
+    if (entry.is_wildcard()) {
+      spec.nodes_.emplace(entry.id.substr(0, entry.id.size() - kWildcard.size()), i);
+    } else {
+      spec.callback_index_.emplace(entry.id, i);
+    }
+  }
+  for (std::size_t i = 0; i < spec.threads_.size(); ++i) {
+    const std::string& id = spec.threads_[i].id;
+    spec.thread_index_.emplace(id, i);
+    if (id == kDdsQueues) spec.thread_families_.emplace(id.substr(0, id.size() - 1), i);
+  }
+  return spec;
+}
+
+SchedulingSpec SchedulingSpec::load(const std::filesystem::path& file,
+                                    std::optional<std::uint32_t> domain) {
+  return parse(yaml::read_file(file), file.string(), domain);
+}
+
+const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id) const noexcept {
+  const auto exact = callback_index_.find(logical_id);
+  if (exact != callback_index_.end()) return &callbacks_[exact->second];
+  const auto at = logical_id.find('@');  // "<node>@Timer(…)"
+  if (at == std::string_view::npos) return nullptr;
+  const auto wildcard = nodes_.find(logical_id.substr(0, at));
+  return wildcard == nodes_.end() ? nullptr : &callbacks_[wildcard->second];
+}
+
+const SpecEntry* SchedulingSpec::find_thread(std::string_view name) const noexcept {
+  const auto entry = thread_index_.find(name);
+  if (entry != thread_index_.end()) return &threads_[entry->second];
+  const auto family = thread_families_.find(name.substr(0, name.find('.') + 1));
+  return family == thread_families_.end() ? nullptr : &threads_[family->second];
+}
+
+}  // namespace cie

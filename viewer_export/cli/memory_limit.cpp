@@ -1,0 +1,23 @@
+#include "memory_limit.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+namespace cie::cli {
+
+void limit_memory() noexcept {
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  const auto pages = sysconf(_SC_PHYS_PAGES);
+  const auto page = sysconf(_SC_PAGESIZE);
+  if (pages <= 0 || page <= 0) return;
+  const auto bytes = static_cast<rlim_t>(pages) / 2 * static_cast<rlim_t>(page);
+  rlimit limit{};
+  if (getrlimit(RLIMIT_DATA, &limit) != 0) return;
+  if (limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur > bytes) {
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_DATA, &limit);
+  }
+#endif
+}
+
+}  // namespace cie::cli

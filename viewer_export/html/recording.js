@@ -1,0 +1,32 @@
+// What the page was given: the report, the verdicts, facts beside them, and the lanes of the timeline.
+import {el} from "./dom.js";
+import {time} from "./words.js";
+
+const data = id => JSON.parse(document.getElementById(id).textContent);
+export const report = data("report"),
+  verdicts = data("verdicts"),
+  facts = data("facts"),
+  lanes = data("lanes");
+export const page = document.getElementById("page");
+export const severalProcesses = report.processes.length > 1,
+  severalHosts = report.trace.hosts.length > 1;
+// Rows refer to callbacks by their numbers; names, pids and tids may be the same on several hosts.
+export const callbackByIndex = new Map(report.callbacks.map(c => [c.index, c]));
+export const processByIndex = new Map(report.processes.map(p => [p.index, p]));
+
+export const section = (id, title, ...children) => {
+  const part = el("section", {"aria-labelledby": id}, el("h2", {id}, title), children);
+  page.append(part);
+  return part;
+};
+export const whereabouts = process => ` (pid ${process.pid}${severalHosts ? ` on ${process.host}` : ""})`;
+export const title = c => c.logical_id + (severalProcesses ? whereabouts(processByIndex.get(c.process)) : "");
+// A response time that people read: exact where it is known, else what it is at least (isBound).
+export const responseTime = (c, which) => {
+  const exact = c.response_time_ns;
+  const lower = c.response_time_lower_ns;
+  if (exact === null && lower === null) return null;
+  const isBound = exact === null;
+  return {ns: (isBound ? lower : exact)[which], isBound};
+};
+export const atLeast = r => (r.isBound ? "\u2265\u202f" : "") + time(r.ns);

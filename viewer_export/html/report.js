@@ -1,0 +1,40 @@
+// The page of a report.
+import {el} from "./dom.js";
+import {head, inShort, rules, worstIndex} from "./findings.js";
+import {decode, waitedFor} from "./instances.js";
+import {lanes, page, report} from "./recording.js";
+import {callbacks, chains, choose, defects, matrix, threads} from "./tables.js";
+import {timeline} from "./timeline.js";
+
+decode()
+  .then(() => {
+    head();
+    inShort();
+    rules();
+    callbacks();
+    timeline.build();
+    matrix();
+    chains();
+    threads();
+    defects();
+    page.append(
+      el(
+        "footer",
+        {class: "soft"},
+        el("p", {}, `Written by cie ${report.tool.version}. Times are of CLOCK_MONOTONIC.`),
+      ),
+    );
+    const worst = worstIndex();
+    if (report.callbacks.length) choose(Math.max(worst, 0));
+    addEventListener("beforeprint", () => {
+      for (const d of document.querySelectorAll("details")) d.open = true;
+    });
+    document.documentElement.dataset.ready = "yes";
+  })
+  .catch(error => {
+    page.prepend(el("p", {class: "fail", role: "alert"}, `This page cannot be drawn: ${error.message}`));
+    document.documentElement.dataset.ready = "failed";
+  });
+
+// For the browser's console, and for tests: cie.lanes, cie.waitedFor(lane, i).
+export {lanes, waitedFor};

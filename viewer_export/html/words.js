@@ -1,0 +1,21 @@
+// Numbers, times and verdicts for people.
+
+export const count = n => n.toLocaleString("en-US").replaceAll(",", "\u202f");
+export const plural = (n, one, many) => `${count(n)} ${n === 1 ? one : many || `${one}s`}`;
+export const percent = x =>
+  x >= 0.995 || x < 0.0005 ? `${Math.round(100 * x)}\u202f%` : `${+(100 * x).toPrecision(2)}\u202f%`;
+// Nanoseconds for people: four digits, as the text report has them.
+export const time = ns => {
+  if (ns === null || ns === undefined) return "\u2013";
+  const size = Math.abs(ns);
+  const [unit, name] = size < 1e3 ? [1, "ns"] : size < 1e6 ? [1e3, "\u00b5s"] : size < 1e9 ? [1e6, "ms"] : [1e9, "s"];
+  return `${unit === 1 ? String(Math.round(ns)) : (ns / unit).toPrecision(4)}\u202f${name}`;
+};
+export const SIGN = {PASS: "\u2713", FAIL: "\u2717", INCONCLUSIVE: "?", NOT_APPLICABLE: "\u2013"};
+export const COLOUR = {PASS: "pass", FAIL: "fail", INCONCLUSIVE: "open", NOT_APPLICABLE: "soft"};
+export const WORD = {
+  PASS: "holds",
+  FAIL: "is violated",
+  INCONCLUSIVE: "cannot be decided",
+  NOT_APPLICABLE: "does not apply",
+};

@@ -1,0 +1,115 @@
+#include <cie/analysis/report_rows.hpp>
+#include <cie/viewer_export/graph_writer.hpp>
+
+#include "words/text_layout.hpp"
+
+#include <map>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::GraphEdge;
+using analysis::ProcessIndex;
+using analysis::Report;
+using analysis::ReportRows;
+
+// The inside of a quoted string; "\n" is DOT's own line break and comes from us alone.
+std::string escaped(std::string_view text) {
+  std::string result;
+  for (const char c : printable(text)) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c;
+  }
+  return result;
+}
+
+// Names and pids may be the same on several hosts, the callback's number is not.
+std::string node_name(const ReportRows& rows, analysis::CallbackIndex callback) {
+  const auto* row = rows.find(callback);
+  return fmt::format("\"{} {}\"", at(callback), row != nullptr ? escaped(row->logical_id) : "");
+}
+
+std::string topic_name(const std::string& topic) {
+  return fmt::format("\"topic {}\"", escaped(topic));
+}
+
+std::string label_of(const CallbackReport& callback) {
+  auto label = escaped(callback.logical_id);
+  if (const auto& response = callback.response_time) {
+    label += fmt::format("\\nresponse p99 {}, max {}", format_duration(response->p99),
+                         format_duration(response->max));
+  }
+  return label;
+}
+
+std::string label_of(const Report& report, const analysis::ProcessReport& process) {
+  auto label = process.name.empty() ? std::string() : process.name + ", ";
+  label += fmt::format("pid {}", process.pid);
+  if (report.trace.hosts.size() > 1) label += " on " + process.host;
+  return escaped(label);
+}
+
+void write_processes(std::ostream& out, const Report& report, const ReportRows& rows) {
+  std::map<ProcessIndex, std::vector<const CallbackReport*>> by_process;
+  for (const auto& callback : report.callbacks)
+    by_process[callback.process].push_back(&callback);
+  for (const auto& [process, callbacks] : by_process) {
+    out << fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{}\";\n", at(process),
+                       label_of(report, rows.process(process)));
+    for (const auto* callback : callbacks) {
+      out << fmt::format("    {} [label=\"{}\"];\n", node_name(rows, callback->index),
+                         label_of(*callback));
+    }
+    out << "  }\n";
+  }
+}
+
+bool is_within_process(const ReportRows& rows, const GraphEdge& edge) {
+  const auto* from = edge.from ? rows.find(*edge.from) : nullptr;
+  const auto* to = rows.find(edge.to);
+  return from != nullptr && to != nullptr && from->process == to->process;
+}
+
+void write_edge(std::ostream& out, const ReportRows& rows, const GraphEdge& edge) {
+  auto label = fmt::format("{}\\n{}", escaped(edge.topic), counted(edge.messages, "message"));
+  if (const auto& latency = edge.communication) {
+    label += fmt::format("\\nlatency p50 {}, max {}", format_duration(latency->p50),
+                         format_duration(latency->max));
+  }
+  if (edge.clock_error) {
+    label += fmt::format("\\nclocks: {}", format_clock_error(*edge.clock_error));
+  }
+  out << fmt::format("  {} -> {} [label=\"{}\"{}];\n",
+                     edge.from ? node_name(rows, *edge.from) : topic_name(edge.topic),
+                     node_name(rows, edge.to), label,
+                     is_within_process(rows, edge) ? "" : " style=dashed");
+}
+
+}  // namespace
+
+void write_graph_dot(std::ostream& out, const Report& report) {
+  out << "digraph callbacks {\n  rankdir=LR;\n  node [shape=box fontname=\"sans-serif\"];\n"
+         "  edge [fontname=\"sans-serif\" fontsize=10];\n";
+  const ReportRows rows(report);
+  write_processes(out, report, rows);
+  std::set<std::string> outside;
+  for (const auto& edge : report.edges) {
+    if (!edge.from) outside.insert(edge.topic);
+  }
+  for (const auto& topic : outside) {
+    out << fmt::format("  {} [shape=ellipse label=\"{}\\npublished outside callbacks\"];\n",
+                       topic_name(topic), escaped(topic));
+  }
+  for (const auto& edge : report.edges)
+    write_edge(out, rows, edge);
+  out << "}\n";
+}
+
+}  // namespace cie::viewer_export

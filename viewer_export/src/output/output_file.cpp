@@ -1,0 +1,238 @@
+#include <cie/viewer_export/output_file.hpp>
+
+#include "base/file_descriptor.hpp"
+#include "held_signals.hpp"
+#include "write_all.hpp"
+#include "write_behind.hpp"
+
+#include <array>
+#include <cerrno>
+#include <cstddef>
+#include <streambuf>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace cie::viewer_export {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Carries bytes to a descriptor; throws instead of setting flags, so that the cause survives.
+class DescriptorBuffer final : public std::streambuf {
+ public:
+  DescriptorBuffer(int descriptor, std::string object)
+      : descriptor_(descriptor), object_(std::move(object)) {
+    setp(buffer_.data(), buffer_.data() + buffer_.size());
+  }
+
+ protected:
+  int_type overflow(int_type c) override {
+    drain();
+    if (!traits_type::eq_int_type(c, traits_type::eof())) {
+      *pptr() = traits_type::to_char_type(c);
+      pbump(1);
+    }
+    return traits_type::not_eof(c);
+  }
+  std::streamsize xsputn(const char* data, std::streamsize size) override {
+    if (size <= epptr() - pptr()) {
+      return std::streambuf::xsputn(data, size);
+    }
+    drain();
+    write({data, static_cast<std::size_t>(size)});
+    return size;
+  }
+  int sync() override {
+    drain();
+    return 0;
+  }
+
+ private:
+  void drain() {
+    const std::string_view pending{pbase(), static_cast<std::size_t>(pptr() - pbase())};
+    setp(buffer_.data(), buffer_.data() + buffer_.size());  // a failed block is not tried again
+    write(pending);
+  }
+  void write(std::string_view bytes) {
+    write_all(descriptor_, bytes, object_);
+    behind_.wrote(bytes.size());
+  }
+
+  int descriptor_;
+  std::string object_;
+  WriteBehind behind_{descriptor_};
+  std::array<char, 65536> buffer_{};
+};
+
+// The file that a rename must replace: what a chain of symbolic links ends at.
+fs::path resolve(const fs::path& target) {
+  std::error_code error;
+  const auto resolved = fs::weakly_canonical(target, error);
+  return error ? target : resolved;
+}
+
+fs::path directory_of(const fs::path& target) {
+  const auto parent = target.parent_path();
+  return parent.empty() ? fs::path(".") : parent;
+}
+
+// What the temporary file is called beside its target when it needs a name.
+fs::path temporary_name(const fs::path& target, int attempt) {
+  constexpr std::size_t kKept = 200;  // of the target's name; the longest name has 255 bytes
+  return directory_of(target) / ("." + target.filename().string().substr(0, kKept) + "." +
+                                 std::to_string(::getpid()) + "." + std::to_string(attempt));
+}
+
+constexpr int kMostAttempts = 100;
+
+}  // namespace
+
+struct OutputFile::State {
+  std::string object;  // for messages: "standard output" or the file's name
+  fs::path target;     // empty: written directly
+  fs::path temporary;  // empty: the temporary file has no name
+  FileDescriptor owned;
+  int descriptor = -1;
+  TemporaryListener listener;
+  std::unique_ptr<DescriptorBuffer> buffer;
+  std::unique_ptr<std::ostream> stream;
+
+  ~State() { discard(); }
+
+  void tell_listener(const fs::path& path) const {
+    if (listener) {
+      listener(path);
+    }
+  }
+
+  void open_direct(const char* name) {
+    owned = FileDescriptor{::open(name, O_WRONLY | O_CLOEXEC | O_NOCTTY)};
+    if (!owned.is_open()) {
+      throw_write_error("cannot open " + object, errno);
+    }
+    descriptor = owned.get();
+  }
+
+  void open_temporary() {
+    constexpr mode_t kMode = 0666;  // the umask applies
+    const HeldSignals held;         // until the listener knows what to remove
+    const auto directory = directory_of(target);
+    owned = FileDescriptor{::open(directory.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kMode)};
+    for (int k = 0; !owned.is_open() && k < kMostAttempts; ++k) {
+      // A file system that knows no nameless files.
+      const auto name = temporary_name(target, k);
+      owned = FileDescriptor{::open(name.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, kMode)};
+      if (owned.is_open()) {
+        temporary = name;
+      } else if (errno != EEXIST) {
+        break;
+      }
+    }
+    if (!owned.is_open()) {
+      throw_write_error("cannot create " + object, errno);
+    }
+    descriptor = owned.get();
+    if (!temporary.empty()) {
+      tell_listener(temporary);
+    }
+    struct stat replaced {};
+    if (::stat(target.c_str(), &replaced) == 0) {
+      ::fchmod(descriptor, replaced.st_mode & 07777U);  // best effort
+    }
+  }
+
+  // A nameless file cannot replace another in one step: it is linked beside it, then renamed.
+  void give_name() {
+    const std::string self = "/proc/self/fd/" + std::to_string(descriptor);
+    for (int k = 0; k < kMostAttempts; ++k) {
+      const auto name = temporary_name(target, k);
+      if (::linkat(AT_FDCWD, self.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0) {
+        temporary = name;
+        tell_listener(temporary);
+        return;
+      }
+      if (errno != EEXIST) {
+        break;
+      }
+    }
+    throw_write_error("cannot create " + object, errno);
+  }
+
+  void put_in_place() {
+    const HeldSignals held;
+    if (temporary.empty()) {
+      give_name();
+    }
+    if (::rename(temporary.c_str(), target.c_str()) != 0) {
+      throw_write_error("cannot replace " + object, errno);
+    }
+    temporary.clear();
+    tell_listener({});
+  }
+
+  void discard() noexcept {
+    if (!temporary.empty()) {
+      ::unlink(temporary.c_str());
+      temporary.clear();
+      try {
+        tell_listener({});
+      } catch (...) {  // a destructor has nobody to tell
+      }
+    }
+  }
+};
+
+OutputFile::OutputFile(const fs::path& target, const TemporaryListener& listener)
+    : state_(std::make_unique<State>()) {
+  state_->listener = listener;
+  struct stat status {};
+  if (target == "-") {
+    state_->object = "standard output";
+    state_->descriptor = STDOUT_FILENO;
+  } else if (target.empty()) {
+    throw WriteError("cannot write the result: the name of the output file is empty");
+  } else {
+    state_->object = "\"" + target.string() + "\"";
+    const bool exists = ::stat(target.c_str(), &status) == 0;
+    if (exists && S_ISDIR(status.st_mode)) {
+      throw_write_error("cannot write " + state_->object, EISDIR);
+    }
+    if (exists && !S_ISREG(status.st_mode)) {
+      state_->open_direct(target.c_str());
+    } else {
+      state_->target = resolve(target);
+      state_->open_temporary();
+    }
+  }
+  state_->buffer = std::make_unique<DescriptorBuffer>(state_->descriptor, state_->object);
+  state_->stream = std::make_unique<std::ostream>(state_->buffer.get());
+  state_->stream->exceptions(std::ios::badbit | std::ios::failbit);
+}
+
+OutputFile::~OutputFile() = default;
+OutputFile::OutputFile(OutputFile&&) noexcept = default;
+OutputFile& OutputFile::operator=(OutputFile&&) noexcept = default;
+
+std::ostream& OutputFile::stream() noexcept { return *state_->stream; }
+
+bool OutputFile::is_terminal() const noexcept { return ::isatty(state_->descriptor) == 1; }
+
+void OutputFile::commit() {
+  state_->stream->flush();
+  // Network file systems and quotas report a failed write when a descriptor is closed; the file's
+  // own is still needed to give it its name.
+  FileDescriptor probe{::fcntl(state_->descriptor, F_DUPFD_CLOEXEC, 0)};
+  if (!probe.is_open() || !probe.close()) {
+    throw_write_error("cannot write " + state_->object, errno);
+  }
+  if (!state_->target.empty()) {
+    state_->put_in_place();
+  }
+}
+
+}  // namespace cie::viewer_export

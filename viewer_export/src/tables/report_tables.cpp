@@ -1,0 +1,309 @@
+#include "report_tables.hpp"
+
+#include <cie/analysis/report_rows.hpp>
+#include <cie/tracepoints/schema.hpp>
+
+#include "words/text_layout.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::ChainReport;
+using analysis::Report;
+using analysis::Summary;
+using analysis::ThreadReport;
+using Align = TextTable::Align;
+
+// Beyond this many chains that no spec names only the slowest are printed; the JSON has all.
+constexpr std::size_t kChainsShown = 20;
+
+TextCell not_measured() { return {"-", Look::faint}; }
+
+TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summary::*part) {
+  return summary ? TextCell{format_duration((*summary).*part)} : not_measured();
+}
+
+// The exact response time, else its lower bound marked as such.
+TextCell response_cell(const CallbackReport& c, std::int64_t Summary::*part) {
+  if (c.response_time || !c.response_time_lower) {
+    return duration_cell(c.response_time, part);
+  }
+  return {">" + format_duration((*c.response_time_lower).*part), Look::doubtful};
+}
+
+std::vector<TextCell> callback_row(const CallbackReport& c) {
+  const bool has_missed = c.missed_releases.value_or(0) > 0;
+  const auto missed = c.missed_releases ? TextCell{fmt::format("{}", *c.missed_releases),
+                                                   has_missed ? Look::bad : Look::plain}
+                                        : not_measured();
+  // Neither for what never ran, nor where it is not known.
+  const auto isolated = c.is_isolated() ? TextCell{"yes", Look::good}
+                        : c.isolation == analysis::Isolation::not_isolated
+                            ? TextCell{"NO", Look::bad}
+                            : not_measured();
+  return {
+      {printable(c.logical_id)},
+      {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
+      response_cell(c, &Summary::p50),
+      response_cell(c, &Summary::p99),
+      response_cell(c, &Summary::max),
+      duration_cell(c.start_latency, &Summary::max),
+      duration_cell(c.execution_time, &Summary::max),
+      missed,
+      isolated};
+}
+
+// What the scheduler was told: "FIFO 80", "OTHER nice 5", "DEADLINE 2.000 ms/10.00 ms".
+std::string policy_text(const analysis::ThreadSchedReport& s) {
+  constexpr std::string_view kPrefix = "SCHED_";
+  std::string_view name = s.policy_name;
+  if (name.starts_with(kPrefix)) {
+    name.remove_prefix(kPrefix.size());
+  }
+  std::string text = name.empty() ? fmt::format("policy {}", s.policy) : elide(printable(name), 10);
+  if (s.runtime_ns > 0) {
+    return text + fmt::format(" {}/{}", format_duration(static_cast<std::int64_t>(s.runtime_ns)),
+                              format_duration(static_cast<std::int64_t>(s.period_ns)));
+  }
+  if (s.priority > 0) {
+    return text + fmt::format(" {}", s.priority);
+  }
+  return s.nice != 0 ? text + fmt::format(" nice {}", s.nice) : text;
+}
+
+std::vector<TextCell> thread_row(const ThreadReport& t) {
+  const auto callbacks = t.callbacks.empty() ? not_measured()
+                         : t.callbacks.size() == 1
+                             ? TextCell{printable(t.callbacks.front())}
+                             : TextCell{counted(t.callbacks.size(), "callback")};
+  const bool is_refused = t.sched && t.sched->error != 0;
+  return {{elide(printable(t.name.empty() ? std::string_view("(unnamed)") : t.name), 24)},
+          {fmt::format("{}", t.tid)},
+          t.role ? TextCell{std::string(label(*t.role))} : not_measured(),
+          t.sched ? TextCell{policy_text(*t.sched) + (is_refused ? " (refused)" : ""),
+                             is_refused ? Look::bad : Look::plain}
+                  : not_measured(),
+          t.sched ? TextCell{elide(format_cpus(t.sched->cpus), 10)} : not_measured(),
+          t.busy_ns ? TextCell{format_duration(*t.busy_ns)} : not_measured(),
+          callbacks};
+}
+
+// Runs of rows of the same process become one table each.
+template <typename Rows, typename MakeTable, typename MakeRow>
+std::string tables_by_process(std::string_view what, const Report& report, const Rows& rows,
+                              const TextStyle& style, MakeTable make_table, MakeRow make_row) {
+  const analysis::ReportRows by_number(report);
+  std::string text;
+  for (auto first = rows.begin(); first != rows.end();) {
+    const auto last = std::find_if(first, rows.end(),
+                                   [&](const auto& row) { return row.process != first->process; });
+    TextTable table = make_table();
+    std::for_each(first, last, [&](const auto& row) { table.add(make_row(row)); });
+    const auto title = fmt::format("{} of {}", what, process_title(by_number.process_of(*first)));
+    text +=
+        paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) + "\n";
+    first = last;
+  }
+  return text;
+}
+
+void add_quantity(TextTable& table, std::string_view name, const std::optional<Summary>& summary) {
+  table.add({{std::string(name)},
+             summary ? TextCell{fmt::format("{}", summary->count)} : not_measured(),
+             duration_cell(summary, &Summary::min),
+             duration_cell(summary, &Summary::p50),
+             duration_cell(summary, &Summary::p99),
+             duration_cell(summary, &Summary::max)});
+}
+
+// What the table leaves open, and how its rows add up then.
+std::vector<std::string> chain_notes(const ChainReport& chain) {
+  if (chain.instances == 0) {
+    return {
+        "no instance of it was seen: a callback of it never ran, or no message leads from one to "
+        "the next (cie verify --explain Q2)"};
+  }
+  std::vector<std::string> notes;
+  const auto measured = chain.path_latency ? chain.path_latency->count : 0;
+  if (measured < chain.instances) {
+    notes.push_back(
+        fmt::format("path latency of {} of {}: the first release of the others is not "
+                    "known, or the clocks of their hosts cannot be related",
+                    measured, counted(chain.instances, "instance")));
+  }
+  if (chain.undivided) {
+    notes.push_back(fmt::format(
+        "a release is not known on {} of them: from the publish before it to the one after it "
+        "their time is in \"not divided\"; the sums of all rows add up to the path latency's",
+        chain.undivided->count));
+  }
+  if (chain.clock_error) {
+    notes.push_back(fmt::format("between hosts: add {} for their clocks",
+                                format_clock_error(*chain.clock_error)));
+  }
+  return notes;
+}
+
+// Chains of several hosts may have the same name.
+std::string chain_place(const Report& report, const ChainReport& chain) {
+  if (report.trace.hosts.size() < 2 || !chain.process) return {};
+  const auto& process = analysis::ReportRows(report).process(*chain.process);
+  return fmt::format(" (pid {} on {})", process.pid, printable(process.host));
+}
+
+// With the host where the chain passes from one to another.
+std::string hop_title(const Report& report, const ChainReport& chain, std::size_t hop) {
+  const auto& id = chain.hop_table[hop].from;
+  const auto callback = chain.hop_table[hop].from_callback;
+  const bool is_split = report.trace.hosts.size() > 1 && !chain.process && callback;
+  if (!is_split) return printable(id);
+  const auto* row = analysis::ReportRows(report).find(*callback);
+  return row == nullptr ? printable(id) : callback_title(report, *row);
+}
+
+std::string chain_table(const Report& report, const ChainReport& chain, std::size_t number,
+                        const TextStyle& style) {
+  // A chain without a spec is named by all its hops, which the table lists anyway.
+  const bool is_named = chain.is_specified || chain.name.find(" -> ") == std::string::npos;
+  const auto title = fmt::format("Chain {}{}: {}, {} complete",
+                                 is_named ? printable(chain.name) : fmt::format("{}", number),
+                                 chain_place(report, chain), counted(chain.hops.size(), "callback"),
+                                 counted(chain.instances, "instance"));
+  TextTable table(
+      {{"", "", Align::left}, {"count", ""}, {"min", ""}, {"p50", ""}, {"p99", ""}, {"max", ""}});
+  add_quantity(table, "path latency", chain.path_latency);
+  add_quantity(table, "reaction time", chain.reaction_time);
+  add_quantity(table, "data age", chain.data_age);
+  for (std::size_t i = 0; i < chain.hop_table.size(); ++i) {
+    const auto& hop = chain.hop_table[i];
+    add_quantity(table, "in " + hop_title(report, chain, i), hop.processing);
+    if (hop.to) {
+      add_quantity(table, hop.clock_error ? "  message to another host" : "  message to the next",
+                   hop.communication);
+    }
+  }
+  if (chain.undivided) add_quantity(table, "not divided", chain.undivided);
+  std::string text =
+      paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style);
+  for (const auto& note : chain_notes(chain)) {
+    for (const auto& line : wrap(note, style.columns - 2))
+      text += "  " + line + "\n";
+  }
+  return text + "\n";
+}
+
+std::string clock_line(const analysis::HostClockReport& pair) {
+  constexpr std::size_t kName = 40;
+  const auto first = elide(printable(pair.first), kName);
+  const auto second = elide(printable(pair.second), kName);
+  auto text = fmt::format("{} to {}: {}, {} back; ", first, second,
+                          counted(pair.messages_there, "message"), pair.messages_back);
+  if (!pair.ahead_ns) {
+    return text + "their clocks may differ by anything, because messages go only one way";
+  }
+  if (*pair.error_ns < 0) {
+    return text + fmt::format(
+                      "their clocks did not keep one difference: the fastest message there "
+                      "and the fastest back took {} together",
+                      format_duration(2 * *pair.error_ns));
+  }
+  return text + fmt::format("the clock of {} is {} ahead, give or take {}", second,
+                            format_duration(*pair.ahead_ns), format_duration(*pair.error_ns));
+}
+
+}  // namespace
+
+std::string process_title(const analysis::ProcessReport& process) {
+  std::string text = fmt::format("pid {}", process.pid);
+  text += process.name.empty() ? "" : " \"" + printable(process.name) + "\"";
+  text += process.host.empty() ? "" : " on " + printable(process.host);
+  text += process.executor ? ", " + printable(*process.executor) + " executor" : "";
+  return text + (process.complete ? "" : ", recorded incompletely");
+}
+
+std::string callback_title(const Report& report, const CallbackReport& callback) {
+  const auto id = printable(callback.logical_id);
+  if (report.processes.size() < 2) return id;
+  const auto& process = analysis::ReportRows(report).process_of(callback);
+  const auto host = report.trace.hosts.size() > 1 ? " on " + printable(process.host) : "";
+  return fmt::format("{} (pid {}{})", id, process.pid, host);
+}
+
+std::string callback_tables(const Report& report, const TextStyle& style) {
+  return tables_by_process(
+      "Callbacks", report, report.callbacks, style,
+      [] {
+        return TextTable({{"", "callback", Align::left},
+                          {"", "runs"},
+                          {"response", "time p50"},
+                          {"response", "time p99"},
+                          {"response", "time max"},
+                          {"start", "lat. max"},
+                          {"exec.", "time max"},
+                          {"", "missed"},
+                          {"iso-", "lated"}});
+      },
+      callback_row);
+}
+
+std::string thread_tables(const Report& report, const TextStyle& style) {
+  return tables_by_process(
+      "Threads", report, report.threads, style,
+      [] {
+        return TextTable({{"thread", "", Align::left},
+                          {"tid", ""},
+                          {"role", "", Align::left},
+                          {"scheduling", "", Align::left},
+                          {"CPUs", "", Align::left},
+                          {"busy", ""},
+                          {"runs", "", Align::left}});
+      },
+      thread_row);
+}
+
+std::string clock_lines(const Report& report, const TextStyle& style) {
+  if (report.clocks.empty()) return {};
+  auto text = paint("Clocks of the hosts", Look::strong, style) + "\n";
+  for (const auto& pair : report.clocks) {
+    for (const auto& line : wrap(clock_line(pair), style.columns - 2))
+      text += "  " + line + "\n";
+  }
+  return text + "\n";
+}
+
+std::string chain_tables(const Report& report, const TextStyle& style) {
+  std::vector<const ChainReport*> chains;
+  for (const auto& chain : report.chains) {
+    chains.push_back(&chain);
+  }
+  const auto latency = [](const ChainReport* c) {
+    return c->path_latency ? c->path_latency->max : -1;
+  };
+  // Those of a spec were asked for, each of them.
+  const bool is_specified = std::ranges::any_of(report.chains, &ChainReport::is_specified);
+  if (chains.size() > kChainsShown && !is_specified) {
+    std::ranges::stable_sort(chains, std::greater{}, latency);
+    chains.resize(kChainsShown);
+  }
+  std::string text;
+  for (const auto* chain : chains) {
+    const auto number = static_cast<std::size_t>(chain - report.chains.data()) + 1;
+    text += chain_table(report, *chain, number, style);
+  }
+  if (chains.size() < report.chains.size()) {
+    text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
+                        chains.size(), report.chains.size());
+  }
+  return text;
+}
+
+}  // namespace cie::viewer_export

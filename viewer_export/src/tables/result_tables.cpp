@@ -1,0 +1,415 @@
+#include "result_tables.hpp"
+
+#include <cie/analysis/report_fields.hpp>
+#include <cie/analysis/report_rows.hpp>
+#include <cie/viewer_export/report_writers.hpp>
+#include <cie/viewer_export/tables.hpp>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <stdexcept>
+#include <string_view>
+#include <type_traits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Report;
+using analysis::ReportRows;
+using analysis::Summary;
+using analysis::VerdictReport;
+using Consume = ResultTable::Consume;
+
+std::int64_t as_integer(std::uint64_t value) { return static_cast<std::int64_t>(value); }
+
+// Of a callback at an end of an edge; all NULL if there is none.
+struct EndCells {
+  Cell logical_id{};
+  Cell pid{};
+  Cell host{};
+
+  static EndCells of(const ReportRows& rows, std::optional<analysis::CallbackIndex> index) {
+    const auto* callback = index ? rows.find(*index) : nullptr;
+    if (callback == nullptr) return {};
+    const auto& process = rows.process_of(*callback);
+    return {.logical_id = std::string_view(callback->logical_id),
+            .pid = process.pid,
+            .host = std::string_view(process.host)};
+  }
+};
+
+// Of a chain; NULL if it spans processes, or never ran.
+struct PlaceCells {
+  Cell pid{};
+  Cell host{};
+
+  static PlaceCells of(const ReportRows& rows, std::optional<analysis::ProcessIndex> index) {
+    if (!index) return {};
+    const auto& process = rows.process(*index);
+    return {.pid = process.pid, .host = std::string_view(process.host)};
+  }
+};
+
+// --- statistics: nine columns each
+// ----------------------------------------------------------------
+
+const Summary kNoSummary{};
+
+// Names of columns that are put together; they live as long as the program.
+std::string_view kept(std::string name) {
+  static std::vector<std::unique_ptr<std::string>> names;
+  return *names.emplace_back(std::make_unique<std::string>(std::move(name)));
+}
+
+void add_summary_columns(std::vector<Column>& columns, std::string_view quantity) {
+  const auto add = [&]<typename T>(const char* part, const T&) {
+    columns.push_back({kept(fmt::format("{}_{}", quantity, part)),
+                       std::is_floating_point_v<T> ? ColumnType::real : ColumnType::integer});
+  };
+  fields(add, kNoSummary);
+}
+
+void add_summary(std::vector<Cell>& cells, const std::optional<Summary>& s) {
+  const auto add = [&]<typename T>(const char*, const T& value) {
+    if (!s) {
+      cells.emplace_back();
+    } else if constexpr (std::is_unsigned_v<T>) {
+      cells.emplace_back(as_integer(value));
+    } else {
+      cells.emplace_back(value);
+    }
+  };
+  fields(add, s ? *s : kNoSummary);
+}
+
+std::vector<Column> with_summaries(std::vector<Column> columns,
+                                   std::initializer_list<std::string_view> quantities) {
+  for (const std::string_view quantity : quantities)
+    add_summary_columns(columns, quantity);
+  return columns;
+}
+
+std::vector<Column> with_clock_error(std::vector<Column> columns) {
+  columns.push_back({"clock_error_min_ns"});
+  columns.push_back({"clock_error_max_ns"});
+  return columns;
+}
+
+// Columns that came later stand last.
+std::vector<Column> with(std::initializer_list<Column> more, std::vector<Column> columns) {
+  columns.insert(columns.end(), more);
+  return columns;
+}
+
+// NULL within one host, and where nothing bounds it.
+void add_clock_error(std::vector<Cell>& cells, const std::optional<analysis::ClockError>& error) {
+  const auto bound = [&error](auto which) {
+    return error && (*error).*which ? Cell(((*error).*which)->ns) : Cell();
+  };
+  cells.push_back(bound(&analysis::ClockError::least));
+  cells.push_back(bound(&analysis::ClockError::most));
+}
+
+// --- the tables
+// -----------------------------------------------------------------------------------
+
+constexpr ColumnType text = ColumnType::text;
+constexpr ColumnType boolean = ColumnType::boolean;
+
+ResultTable callbacks() {
+  ResultTable table{.name = "callbacks",
+                    .columns = {{"logical_id", text},
+                                {"pid", ColumnType::integer},
+                                {"node", text},
+                                {"kind", text},
+                                {"source", text},
+                                {"symbol", text},
+                                {"period_ns"},
+                                {"group"},
+                                {"tids", text},
+                                {"isolated", boolean},
+                                {"instances"},
+                                {"incomplete"},
+                                {"missed_releases"},
+                                {"release_source", text}},
+                    .rows = {}};
+  for (const auto quantity : callback_quantities())
+    add_summary_columns(table.columns, quantity);
+  for (const std::string_view added : {"deadline_ns", "exceptions", "longest_queue"})
+    table.columns.push_back({added});
+  table.columns.push_back({"isolation", text});
+  table.columns.push_back({"host", text});
+  table.rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+    const ReportRows rows(report);
+    for (const auto& c : report.callbacks) {
+      const auto& process = rows.process_of(c);
+      std::vector<std::int64_t> numbers;
+      for (const auto& thread : c.threads)
+        numbers.push_back(thread.tid);
+      const std::string tids = fmt::format("{}", fmt::join(numbers, " "));
+      std::vector<Cell> cells{c.logical_id,
+                              process.pid,
+                              c.node,
+                              c.kind ? label(*c.kind) : std::string_view(),
+                              c.source,
+                              c.symbol,
+                              cell(c.period_ns),
+                              cell(c.group),
+                              tids,
+                              c.is_isolated(),
+                              as_integer(c.instances),
+                              as_integer(c.incomplete),
+                              cell(c.missed_releases),
+                              c.release_source ? Cell(analysis::label(*c.release_source)) : Cell()};
+      const auto add = [&cells](const char*, const auto& summary) { add_summary(cells, summary); };
+      quantities(add, c);
+      for (const auto& added : {c.deadline_ns, c.exceptions, c.longest_queue})
+        cells.push_back(cell(added));
+      cells.push_back(c.isolation ? Cell(analysis::label(*c.isolation)) : Cell());
+      cells.emplace_back(std::string_view(process.host));
+      consume(cells, c.process);
+    }
+  };
+  return table;
+}
+
+ResultTable callback_threads() {
+  return {
+      .name = "callback_threads",
+      .columns =
+          {{"logical_id", text}, {"pid"}, {"tid"}, {"thread", text}, {"instances"}, {"host", text}},
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        const ReportRows rows(report);
+        for (const auto& c : report.callbacks) {
+          const auto& process = rows.process_of(c);
+          for (const auto& thread : c.threads)
+            consume(std::array<Cell, 6>{c.logical_id, process.pid, thread.tid, thread.name,
+                                        as_integer(thread.instances), process.host},
+                    c.process);
+        }
+      }};
+}
+
+ResultTable threads() {
+  return {
+      .name = "threads",
+      .columns = {{"pid"},       {"tid"},        {"name", text},   {"role", text},
+                  {"callbacks"}, {"busy_ns"},    {"moment", text}, {"policy", text},
+                  {"priority"},  {"nice"},       {"runtime_ns"},   {"deadline_ns"},
+                  {"period_ns"}, {"cpus", text}, {"flags"},        {"error"},
+                  {"slice_ns"},  {"util_min"},   {"util_max"},     {"host", text}},
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        const ReportRows rows(report);
+        for (const auto& t : report.threads) {
+          const auto& process = rows.process_of(t);
+          std::vector<Cell> cells{process.pid,
+                                  t.tid,
+                                  t.name,
+                                  t.role ? Cell(label(*t.role)) : Cell(),
+                                  as_integer(t.callbacks.size()),
+                                  cell(t.busy_ns)};
+          std::string cpus;
+          std::string policy;
+          if (const auto& s = t.sched) {
+            cpus = fmt::format("{}", fmt::join(s->cpus, " "));
+            policy = s->policy_name.empty() ? std::to_string(s->policy) : s->policy_name;
+            cells.insert(
+                cells.end(),
+                {s->moment ? label(*s->moment) : std::string_view(), policy,
+                 as_integer(s->priority), std::int64_t{s->nice}, as_integer(s->runtime_ns),
+                 as_integer(s->deadline_ns), as_integer(s->period_ns), cpus, as_integer(s->flags),
+                 std::int64_t{s->error}, cell(s->slice_ns), cell(s->util_min), cell(s->util_max)});
+          } else {
+            cells.resize(19);
+          }
+          cells.emplace_back(std::string_view(process.host));
+          consume(cells, t.process);
+        }
+      }};
+}
+
+ResultTable processes() {
+  return {
+      .name = "processes",
+      .columns =
+          {{"host", text}, {"pid"}, {"name", text}, {"executor", text}, {"complete", boolean}},
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        for (const auto& p : report.processes)
+          consume(std::array<Cell, 5>{p.host, p.pid, p.name, cell(p.executor), p.complete},
+                  p.index);
+      }};
+}
+
+ResultTable edges() {
+  return {
+      .name = "edges",
+      .columns = with({{"from_host", text}, {"to_host", text}},
+                      with_clock_error(with_summaries({{"from_logical_id", text},
+                                                       {"from_pid"},
+                                                       {"to_logical_id", text},
+                                                       {"to_pid"},
+                                                       {"topic", text},
+                                                       {"messages"}},
+                                                      {"communication_ns"}))),
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        const ReportRows rows(report);
+        for (const auto& e : report.edges) {
+          const auto from = EndCells::of(rows, e.from);
+          const auto to = EndCells::of(rows, e.to);
+          std::vector<Cell> cells{from.logical_id, from.pid, to.logical_id,
+                                  to.pid,          e.topic,  as_integer(e.messages)};
+          add_summary(cells, e.communication);
+          add_clock_error(cells, e.clock_error);
+          cells.push_back(from.host);
+          cells.push_back(to.host);
+          consume(cells, {});
+        }
+      }};
+}
+
+ResultTable chains() {
+  return {
+      .name = "chains",
+      .columns = with({{"host", text}},
+                      with_clock_error(with_summaries(
+                          {{"name", text}, {"pid"}, {"hops"}, {"instances"}},
+                          {"path_latency_ns", "reaction_time_ns", "data_age_ns", "undivided_ns"}))),
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        const ReportRows rows(report);
+        for (const auto& c : report.chains) {
+          const auto place = PlaceCells::of(rows, c.process);
+          std::vector<Cell> cells{c.name, place.pid, as_integer(c.hops.size()),
+                                  as_integer(c.instances)};
+          add_summary(cells, c.path_latency);
+          add_summary(cells, c.reaction_time);
+          add_summary(cells, c.data_age);
+          add_summary(cells, c.undivided);
+          add_clock_error(cells, c.clock_error);
+          cells.push_back(place.host);
+          consume(cells, c.process);
+        }
+      }};
+}
+
+ResultTable chain_hops() {
+  return {
+      .name = "chain_hops",
+      .columns = with({{"host", text}},
+                      with_clock_error(with_summaries({{"chain", text},
+                                                       {"pid"},
+                                                       {"position"},
+                                                       {"from_logical_id", text},
+                                                       {"to_logical_id", text}},
+                                                      {"processing_ns", "communication_ns"}))),
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        const ReportRows rows(report);
+        for (const auto& c : report.chains) {
+          const auto place = PlaceCells::of(rows, c.process);
+          std::int64_t position = 0;
+          for (const auto& hop : c.hop_table) {
+            std::vector<Cell> cells{c.name, place.pid, position++, hop.from, cell(hop.to)};
+            add_summary(cells, hop.processing);
+            add_summary(cells, hop.communication);
+            add_clock_error(cells, hop.clock_error);
+            cells.push_back(place.host);
+            consume(cells, c.process);
+          }
+        }
+      }};
+}
+
+ResultTable verdicts() {
+  return {
+      .name = "verdicts",
+      .columns = {{"rule", text},
+                  {"name", text},
+                  {"subject", text},
+                  {"verdict", text},
+                  {"suppressed", boolean},
+                  {"checked"},
+                  {"evidence"},
+                  {"first_time_ns"},
+                  {"first_note", text}},
+      .rows = [](const Report& /*report*/, const VerdictReport& verdicts, const Consume& consume) {
+        for (const auto& rule : verdicts.rules)
+          for (const auto& s : rule.subjects) {
+            const bool has_evidence = !s.evidence.empty();
+            consume(
+                std::array<Cell, 9>{
+                    rule.id, rule.name, s.subject, analysis::label(s.verdict), s.is_suppressed(),
+                    as_integer(s.checked), as_integer(s.evidence.size()),
+                    has_evidence ? Cell(s.evidence.front().time.ns) : Cell(),
+                    has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell()},
+                {});
+          }
+      }};
+}
+
+ResultTable losses() {
+  return {
+      .name = "losses",
+      .columns = {{"kind", text}, {"severity", text}, {"count"}, {"advice", text}},
+      .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
+        for (const auto& d : report.defects)
+          consume(std::array<Cell, 4>{analysis::label(d.kind), analysis::label(d.severity),
+                                      as_integer(d.count), d.advice},
+                  {});
+      }};
+}
+
+}  // namespace
+
+const std::vector<std::string_view>& callback_quantities() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> all;
+    const auto add = [&all](const char* name, const auto&) { all.emplace_back(name); };
+    const analysis::CallbackReport any;
+    quantities(add, any);
+    return all;
+  }();
+  return names;
+}
+
+const std::vector<ResultTable>& result_tables() {
+  static const std::vector<ResultTable> tables{
+      callbacks(), callback_threads(), threads(),  processes(), edges(),
+      chains(),    chain_hops(),       verdicts(), losses()};
+  return tables;
+}
+
+const std::vector<std::string>& table_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> all{"instances"};
+    for (const ResultTable& table : result_tables())
+      all.push_back(table.name);
+    return all;
+  }();
+  return names;
+}
+
+void write_table(std::ostream& out, std::string_view name, TableFormat format,
+                 const analysis::AnalysisResult& result) {
+  for (const ResultTable& table : result_tables()) {
+    if (table.name != name) continue;
+    const auto writer = make_table(format, out, table.columns);
+    table.rows(result.report, result.verdicts,
+               [&writer](std::span<const Cell> cells, const auto&) { writer->row(cells); });
+    writer->finish();
+    return;
+  }
+  throw std::invalid_argument("there is no table " + std::string(name));
+}
+
+void write_report_csv(std::ostream& out, const Report& report) {
+  const ResultTable& table = result_tables().front();
+  const auto writer = make_csv_table(out, table.columns);
+  table.rows(report, {},
+             [&writer](std::span<const Cell> cells, const auto&) { writer->row(cells); });
+  writer->finish();
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,300 @@
+#include <cie/viewer_export/report_writers.hpp>
+
+#include "tables/report_tables.hpp"
+#include "words/recording_words.hpp"
+#include "words/text_layout.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::Report;
+using analysis::Verdict;
+
+constexpr std::size_t kLabelWidth = 11;
+
+// "Window     130.0 ms, …", later lines indented below the first.
+std::string labelled(std::string_view label, std::string_view text, const TextStyle& style) {
+  std::string result;
+  for (const auto& line : wrap(text, style.columns - kLabelWidth)) {
+    result += fmt::format("{:<{}}{}\n", result.empty() ? label : "", kLabelWidth, line);
+  }
+  return result;
+}
+
+std::string joined(const std::vector<std::string>& words, std::string_view separator) {
+  std::string result;
+  for (const auto& word : words) {
+    result += result.empty() ? "" : separator;
+    result += printable(word);
+  }
+  return result;
+}
+
+// Beyond this many of a kind only the first are named; the JSON has all.
+constexpr std::size_t kNamed = 6;
+
+std::string left_out(std::size_t all) {
+  return fmt::format("and {} more; --format json has all", all - kNamed);
+}
+
+std::string window_text(const Report& report) {
+  const auto& trace = report.trace;
+  std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
+                                              : std::string("unknown length");
+  text +=
+      fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
+  if (const auto all = trace.hosts.size(); all > 0) {
+    const std::vector<std::string> named(
+        trace.hosts.begin(),
+        trace.hosts.begin() + static_cast<std::ptrdiff_t>(std::min(all, kNamed)));
+    text += (all == 1 ? ", host " : fmt::format(", {} hosts: ", all)) + joined(named, " ");
+    if (all > kNamed) text += fmt::format(" ({})", left_out(all));
+  }
+  text += trace.lost_events
+              ? fmt::format(", {} reported lost", counted(*trace.lost_events, "event"))
+              : std::string(", whole packets lost (events in them unknown)");
+  if (report.callbacks.empty()) {
+    return text;  // nothing that could be complete
+  }
+  if (trace.complete) return text + "; the recording is complete";
+  const bool is_listed = std::ranges::any_of(report.defects, [](const auto& defect) {
+    return defect.severity != analysis::Severity::info;
+  });
+  return text + "; the recording is NOT complete: see " +
+         (is_listed ? "the defects below" : "rules T2 to T4 of cie verify");
+}
+
+// One line for each, the label before the first.
+template <typename Items, typename TextOf>
+std::string listed(std::string_view label, const Items& items, const TextStyle& style,
+                   const TextOf& text_of) {
+  std::string text;
+  const auto add = [&](const std::string& item) {
+    text += fmt::format("{:<{}}{}\n", text.empty() ? label : "", kLabelWidth,
+                        elide(item, style.columns - kLabelWidth));
+  };
+  for (std::size_t i = 0; i < std::min(items.size(), kNamed); ++i)
+    add(text_of(items[i]));
+  if (items.size() > kNamed) add(left_out(items.size()));
+  return text;
+}
+
+// What the recorder wrote down.
+std::string said_of_itself(const Report& report, const TextStyle& style) {
+  std::string text;
+  for (const auto& recording : report.recordings) {
+    const auto where = report.recordings.size() > 1 ? printable(recording.path) + ": " : "";
+    for (const auto& sentence : sentences_of(recording))
+      text += labelled(text.empty() ? "Recording" : "", where + sentence, style);
+  }
+  return text;
+}
+
+std::string recording(const Report& report, const TextStyle& style) {
+  return listed("Trace", report.trace.paths, style, printable) +
+         labelled("Window", window_text(report), style) +
+         listed("Processes", report.processes, style, process_title) +
+         said_of_itself(report, style) + "\n";
+}
+
+struct RuleList {
+  std::size_t count = 0;
+  std::string names;  // with what they are about as long as they are few
+};
+
+RuleList rules_with(const analysis::VerdictReport& verdicts, Verdict verdict) {
+  constexpr std::size_t kFew = 3;
+  std::vector<std::string> ids;
+  std::vector<std::string> names;
+  for (const auto& rule : verdicts.rules) {
+    if (rule.verdict == verdict) {
+      ids.push_back(rule.id);
+      names.push_back(rule.id + " " + rule.name);
+    }
+  }
+  return {names.size(), names.size() <= kFew ? joined(names, ", ") : joined(ids, " ")};
+}
+
+std::string verdict_line(const analysis::VerdictReport& verdicts, std::string_view input,
+                         const TextStyle& style) {
+  const auto failed = rules_with(verdicts, Verdict::fail);
+  const auto open = rules_with(verdicts, Verdict::inconclusive);
+  const auto passed = rules_with(verdicts, Verdict::pass);
+  std::string text;
+  if (failed.count > 0) {
+    text = fmt::format("FAIL: {} violated ({})", counted(failed.count, "rule"), failed.names);
+  } else if (open.count > 0) {
+    text = fmt::format("INCONCLUSIVE: the trace does not decide {} ({})",
+                       counted(open.count, "rule"), open.names);
+  } else {
+    text = fmt::format("PASS: {} checked, none violated", counted(passed.count, "rule"));
+  }
+  const Look look = failed.count > 0 ? Look::bad : open.count == 0 ? Look::good : Look::doubtful;
+  // A command is not broken into lines: a shell would take them for several.
+  return paint(labelled("Verdict", text, style), look, style) +
+         fmt::format("{:<{}}cie verify {}\n", "Evidence", kLabelWidth, input);
+}
+
+// The callback that is worst by `value`; null when nobody has a positive value.
+template <typename Value>
+const CallbackReport* worst(const Report& report, Value value) {
+  const CallbackReport* result = nullptr;
+  for (const auto& callback : report.callbacks) {
+    if (value(callback) > (result != nullptr ? value(*result) : 0)) {
+      result = &callback;
+    }
+  }
+  return result;
+}
+
+std::int64_t max_of(const std::optional<analysis::Summary>& summary) {
+  return summary ? summary->max : 0;
+}
+
+// One line per question that a reader asks first.
+std::string worst_offenders(const Report& report, const TextStyle& style) {
+  std::string text;
+  const auto add = [&](std::string_view question, const std::string& value,
+                       const CallbackReport& c) {
+    const std::string start = fmt::format("  {:<22}{:>11}  ", question, value);
+    text += start + elide(callback_title(report, c), style.columns - start.size()) + "\n";
+  };
+  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.response_time); })) {
+    add("longest response time", format_duration(c->response_time->max), *c);
+  } else if (const auto* lower =
+                 worst(report, [](const auto& x) { return max_of(x.response_time_lower); })) {
+    add("longest response time", ">" + format_duration(lower->response_time_lower->max), *lower);
+  }
+  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.start_latency); })) {
+    add("longest start latency", format_duration(c->start_latency->max), *c);
+  }
+  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.preempted); })) {
+    add("longest preempted", format_duration(c->preempted->max), *c);
+    if (!c->preempted_by.empty()) {
+      const auto& by = c->preempted_by.front();
+      text += fmt::format("  {:<22}{:>11}  {} (thread {}), in all its instances\n",
+                          "  most of it by", format_duration(by.time.ns),
+                          by.name.empty() ? "?" : printable(by.name), by.tid);
+    }
+  }
+  const auto missed = [](const auto& x) {
+    return static_cast<double>(x.missed_releases.value_or(0));
+  };
+  if (const auto* c = worst(report, missed)) {
+    add("most missed releases", fmt::format("{}", *c->missed_releases), *c);
+  }
+  const auto threw = [](const auto& x) { return static_cast<double>(x.exceptions.value_or(0)); };
+  if (const auto* c = worst(report, threw)) {
+    add("most exceptions", fmt::format("{}", *c->exceptions), *c);
+  }
+  const auto waited = [](const auto& x) {
+    return static_cast<double>(x.longest_queue.value_or(0));
+  };
+  if (const auto* c = worst(report, waited); c != nullptr && *c->longest_queue > 1) {
+    add("longest queue", counted(*c->longest_queue, "sample"), *c);
+  }
+  const auto with = [&report](analysis::Isolation isolation) {
+    return std::ranges::count(report.callbacks, std::optional(isolation),
+                              &CallbackReport::isolation);
+  };
+  const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
+  const auto never_ran = with(analysis::Isolation::never_ran);
+  if (const auto shared = with(analysis::Isolation::not_isolated); shared > 0) {
+    text += fmt::format("  {:<22}{:>11}  callbacks{} do not have a thread of their own\n",
+                        "not isolated", fmt::format("{} of {}", shared, all - never_ran),
+                        never_ran > 0 ? " that ran" : "");
+  }
+  if (never_ran > 0) {
+    text += fmt::format("  {:<22}{:>11}  callbacks\n", "never ran",
+                        fmt::format("{} of {}", never_ran, all));
+  }
+  return text.empty() ? text : paint("Worst", Look::strong, style) + "\n" + text + "\n";
+}
+
+std::string defects(const Report& report, const TextStyle& style) {
+  constexpr std::string_view kIndent = "      ";
+  std::string text;
+  for (const auto& defect : report.defects) {
+    const bool is_error = defect.severity == analysis::Severity::error;
+    const bool is_loss = defect.severity == analysis::Severity::loss;
+    text += paint(fmt::format("  {} {} x {}\n",
+                              is_error  ? "ERROR"
+                              : is_loss ? "LOSS "
+                                        : "info ",
+                              analysis::label(defect.kind), defect.count),
+                  is_error  ? Look::bad
+                  : is_loss ? Look::doubtful
+                            : Look::plain,
+                  style);
+    for (const auto& line : wrap(printable(defect.advice), style.columns - kIndent.size() - 2)) {
+      text += fmt::format("  {}{}\n", kIndent, line);
+    }
+  }
+  return text.empty() ? text
+                      : paint("Defects of the trace", Look::strong, style) + "\n" + text + "\n";
+}
+
+template <typename Missing>
+bool any_callback(const Report& report, Missing missing) {
+  return std::any_of(report.callbacks.begin(), report.callbacks.end(),
+                     [&](const auto& c) { return c.instances > 0 && missing(c); });
+}
+
+// What the words and the dashes above mean; only what this report needs.
+std::string notes(const Report& report, const TextStyle& style) {
+  std::vector<std::string> lines{
+      "response time = end - release (with waiting behind the previous instance); start latency = "
+      "start - release; execution = time on a CPU between start and end. p50 and p99 are within "
+      "0.8 %; max is exact."};
+  lines.emplace_back("\"-\" means not measured, never zero.");
+  if (any_callback(report, [](const auto& c) { return !c.execution_time; })) {
+    lines.emplace_back(
+        "Execution times need the kernel's scheduler events in the trace (cie record "
+        "--kernel=yes).");
+  }
+  if (any_callback(report, [](const auto& c) { return !c.response_time; })) {
+    lines.emplace_back(
+        "A response time is \"-\" when no release is known exactly; \">\" marks a lower bound, the "
+        "time from the first sign of the instance to its end.");
+  }
+  if (any_callback(report, [](const auto& c) { return !c.missed_releases; })) {
+    lines.emplace_back("Missed releases exist for timers only.");
+  }
+  std::string text = paint("Notes", Look::strong, style) + "\n";
+  for (const auto& note : lines) {
+    for (const auto& line : wrap(note, style.columns - 2)) {
+      text += "  " + line + "\n";
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+void write_report_text(std::ostream& out, const Report& report,
+                       const analysis::VerdictReport* verdicts, const TextStyle& style,
+                       std::string_view input) {
+  if (verdicts != nullptr && !verdicts->rules.empty()) {
+    out << verdict_line(*verdicts, input, style) << '\n';
+  }
+  out << worst_offenders(report, style) << recording(report, style) << defects(report, style);
+  if (report.callbacks.empty()) {
+    out << "No callback was seen: the trace holds no callback_init or callback_start event.\n"
+           "Were the tracepoints of cie, or those of ros2_tracing, enabled when it was recorded?\n";
+    if (!report.chains.empty()) out << '\n' << chain_tables(report, style);
+    return;
+  }
+  out << callback_tables(report, style) << thread_tables(report, style)
+      << chain_tables(report, style) << clock_lines(report, style) << notes(report, style);
+}
+
+}  // namespace cie::viewer_export

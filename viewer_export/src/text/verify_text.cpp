@@ -1,0 +1,271 @@
+#include <cie/analysis/rule_pages.hpp>
+#include <cie/viewer_export/verify_writers.hpp>
+#include <cie/viewer_export/version.hpp>
+
+#include "tables/report_tables.hpp"
+#include "words/recording_words.hpp"
+#include "words/text_layout.hpp"
+#include "words/verify_words.hpp"
+
+#include <algorithm>
+#include <array>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Evidence;
+using analysis::Verdict;
+
+// How much of the trace the suggested command shows on either side of the evidence.
+constexpr std::int64_t kMarginNs = 1'000'000;
+
+Look look_of(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::fail:
+      return Look::bad;
+    case Verdict::inconclusive:
+      return Look::doubtful;
+    case Verdict::pass:
+      return Look::good;
+    case Verdict::not_applicable:
+      break;
+  }
+  return Look::faint;
+}
+
+// "1700000983.004000000", as babeltrace2 reads it. Empty when that is not known.
+std::optional<std::string> on_wall_clock(analysis::Timestamp time, std::int64_t margin_ns,
+                                         const VerifyContext& context) {
+  std::int64_t ns = 0;
+  if (!context.clock_offset_ns || __builtin_add_overflow(time.ns, *context.clock_offset_ns, &ns) ||
+      __builtin_add_overflow(ns, margin_ns, &ns) || ns < 0) {
+    return std::nullopt;
+  }
+  return fmt::format("{}.{:09}", ns / 1'000'000'000, ns % 1'000'000'000);
+}
+
+// Shows the events around the evidence. Times are CLOCK_REALTIME there.
+std::string babeltrace2_command(const std::vector<Evidence>& evidence,
+                                const analysis::Report& report, const VerifyContext& context) {
+  std::string command = "babeltrace2";
+  const auto [first, last] =
+      std::minmax_element(evidence.begin(), evidence.end(),
+                          [](const auto& a, const auto& b) { return a.time < b.time; });
+  const auto begin = on_wall_clock(first->time, -kMarginNs, context);
+  const auto end = on_wall_clock(last->time, kMarginNs, context);
+  if (begin && end) {
+    command += fmt::format(" --clock-seconds --begin {} --end {}", *begin, *end);
+  }
+  for (const auto& path : report.trace.paths) {
+    command += " " + printable(shell_quoted(path));
+  }
+  return command;
+}
+
+// What the rule demands and why, and how to mend the system; or, if undecided, what decides it: for
+// who knows nothing of it.
+std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const TextStyle& style) {
+  const auto pages = analysis::rule_pages();
+  const auto found = std::ranges::find(pages, rule.id, &analysis::RulePage::id);
+  if (found == pages.end()) return {};
+  const auto is_wanted = [verdict](std::string_view line) {
+    return line.starts_with("Inconclusive when") == (verdict == Verdict::inconclusive);
+  };
+  std::string text;
+  std::string_view page = found->page;
+  for (bool is_first = true; !page.empty(); is_first = false) {
+    const auto line = page.substr(0, page.find('\n'));
+    page.remove_prefix(std::min(line.size() + 1, page.size()));
+    if (!is_first && !is_wanted(line)) continue;
+    const auto paragraph = is_first ? "The rule: " + std::string(line) : std::string(line);
+    for (const auto& part : wrap(paragraph, style.columns - 4))
+      text += "    " + part + "\n";
+  }
+  return text;
+}
+
+std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
+                    const analysis::Report& report, const VerifyContext& context,
+                    const TextStyle& style) {
+  std::string text = subject.is_suppressed() ? paint("SUPPRESSED ", Look::faint, style) : "";
+  text += paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
+  text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
+  text += subject.checked > 0 ? fmt::format(" ({} checked)\n", subject.checked) : "\n";
+  if (subject.suppression) text += "    " + words_of(*subject.suppression) + "\n";
+  for (const auto& evidence : subject.evidence) {
+    text += "    " + evidence_line(evidence, report) + "\n";
+  }
+  if (!subject.evidence.empty()) {
+    text += "    " +
+            paint(babeltrace2_command(subject.evidence, report, context), Look::faint, style) +
+            "\n";
+  }
+  return text;
+}
+
+// Undecided for the same reason, which is said once.
+bool says_the_same(const analysis::SubjectVerdict& one, const analysis::SubjectVerdict& other) {
+  const auto is_same = [](const Evidence& a, const Evidence& b) {
+    return std::tie(a.event, a.time, a.pid, a.tid, a.note) ==
+           std::tie(b.event, b.time, b.pid, b.tid, b.note);
+  };
+  return one.verdict == Verdict::inconclusive && other.verdict == one.verdict &&
+         one.subject == other.subject && !one.suppression && !other.suppression &&
+         !one.evidence.empty() && std::ranges::equal(one.evidence, other.evidence, is_same);
+}
+
+// Rules that say the same of the same subject, in their order.
+std::vector<std::string> rules_that_say(const analysis::VerdictReport& verdicts,
+                                        const analysis::SubjectVerdict& said) {
+  std::vector<std::string> ids;
+  for (const auto& rule : verdicts.rules) {
+    const auto says = [&said](const auto& subject) { return says_the_same(said, subject); };
+    if (std::ranges::any_of(rule.subjects, says)) ids.push_back(rule.id);
+  }
+  return ids;
+}
+
+std::string headline(const analysis::VerdictReport& verdicts, const TextStyle& style) {
+  std::array<std::string, 4> ids;
+  std::string suppressed;
+  for (const auto& rule : verdicts.rules) {
+    const auto counted = analysis::counted_verdict(rule);
+    const bool is_suppressed = counted < Verdict::inconclusive && rule.verdict > Verdict::pass;
+    auto& list = is_suppressed ? suppressed : ids.at(static_cast<std::size_t>(counted));
+    list += (list.empty() ? "" : " ") + rule.id;
+  }
+  const auto overall = std::max(verdicts.verdict, Verdict::pass);
+  std::string text =
+      paint(fmt::format("Verdict: {}", analysis::label(overall)), look_of(overall), style) + "\n";
+  const auto add = [&](std::string_view title, const std::string& list) {
+    for (const auto& line : wrap(list, style.columns - 18)) {
+      text += fmt::format("  {:<16}{}\n", title, line);
+      title = "";
+    }
+  };
+  const auto with = [&ids](Verdict verdict) { return ids.at(static_cast<std::size_t>(verdict)); };
+  add("violated", with(Verdict::fail));
+  add("undecided", with(Verdict::inconclusive));
+  add("suppressed", suppressed);
+  add("passed", with(Verdict::pass));
+  add("not applicable", with(Verdict::not_applicable));
+  return text;
+}
+
+// "the same for M3, M4": what else the finding before undecides.
+std::string also(const std::vector<std::string>& same, const TextStyle& style) {
+  std::string list = "the same for";
+  for (std::size_t i = 1; i < same.size(); ++i)
+    list += (i == 1 ? " " : ", ") + same[i];
+  std::string text;
+  for (const auto& line : wrap(list, style.columns - 4))
+    text += "    " + line + "\n";
+  return text;
+}
+
+// Entries that change nothing any more: whoever reads the file must not believe otherwise.
+std::string useless_suppressions(const analysis::SuppressionReport& suppressions) {
+  std::string text;
+  for (const auto& [suppression, matched] : suppressions.uses) {
+    const auto name = fmt::format("suppression {} ({} {})", printable(suppression.place),
+                                  suppression.rule, printable(suppression.subject));
+    if (suppression.is_expired) {
+      text += fmt::format("{} expired after {}: its {} again\n", name, suppression.expires,
+                          matched == 1 ? "verdict counts" : "verdicts count");
+    } else if (matched == 0) {
+      text += fmt::format("{} is unused: nothing it names is violated or undecided\n", name);
+    }
+  }
+  return text;
+}
+
+// "2 instances ended by an exception: 2 of /car/lidar@Timer(100000000)".
+std::string exceptions(const analysis::Report& report) {
+  constexpr std::size_t kNamed = 3;
+  std::uint64_t all = 0;
+  std::size_t callbacks = 0;
+  std::string names;
+  for (const auto& callback : report.callbacks) {
+    const auto count = callback.exceptions.value_or(0);
+    if (count == 0) continue;
+    all += count;
+    if (++callbacks > kNamed) continue;
+    names += fmt::format("{}{} of {}", names.empty() ? "" : ", ", count,
+                         callback_title(report, callback));
+  }
+  if (all == 0) return {};
+  if (callbacks > kNamed) names += fmt::format(" and of {} more", callbacks - kNamed);
+  return fmt::format("{} ended by an exception: {}\n", counted(all, "instance"), names);
+}
+
+std::string summary(const analysis::VerdictReport& verdicts, const analysis::Report& report,
+                    const VerifyContext& context) {
+  std::uint64_t instances = 0;
+  std::uint64_t incomplete = 0;
+  for (const auto& callback : report.callbacks) {
+    instances += callback.instances;
+    incomplete += callback.incomplete;
+  }
+  std::string text =
+      fmt::format("{} of {} in {} checked; {} cut by an edge of the trace or never ended\n",
+                  counted(instances, "instance"), counted(report.callbacks.size(), "callback"),
+                  counted(report.processes.size(), "process"), incomplete);
+  text += exceptions(report);
+  for (const auto& defect : report.defects) {
+    if (defect.severity != analysis::Severity::info) {
+      text += fmt::format("tainted by {} x {}: {}\n", analysis::label(defect.kind), defect.count,
+                          printable(defect.advice));
+    }
+  }
+  for (const auto& recording : report.recordings) {
+    for (const auto& sentence : sentences_of(recording))
+      text += fmt::format("recording {}: {}\n", printable(recording.path), sentence);
+  }
+  if (const auto& window = verdicts.window) {
+    text += fmt::format("judged is the window {}..{} ns ({}) alone\n", window->from.ns,
+                        window->to.ns, format_duration((window->to - window->from).ns));
+  }
+  if (verdicts.suppressions) text += useless_suppressions(*verdicts.suppressions);
+  text +=
+      context.spec_name.empty()
+          ? "no --spec was given: rules that compare with one are not applicable\n"
+          : fmt::format("spec {} sha256 {}\n", printable(context.spec_name), context.spec_sha256);
+  return text +
+         fmt::format("cie {}; cie verify --explain ID tells what a rule means\n", tool_version());
+}
+
+}  // namespace
+
+void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdicts,
+                       const analysis::Report& report, const VerifyContext& context,
+                       const TextStyle& style) {
+  out << headline(verdicts, style) << '\n';
+  const auto write = [&](Verdict verdict, bool is_suppressed) {
+    for (const auto& rule : verdicts.rules) {
+      bool is_told = is_suppressed;
+      for (const auto& subject : rule.subjects) {
+        if (subject.verdict != verdict || subject.is_suppressed() != is_suppressed) continue;
+        const auto same = rules_that_say(verdicts, subject);
+        if (!same.empty() && same.front() != rule.id) continue;
+        out << finding(rule, subject, report, context, style);
+        if (same.size() > 1) out << also(same, style);
+        if (!is_told) out << about(rule, verdict, style);
+        is_told = true;
+        out << '\n';
+      }
+    }
+  };
+  for (const bool is_suppressed : {false, true}) {
+    write(Verdict::fail, is_suppressed);
+    write(Verdict::inconclusive, is_suppressed);
+  }
+  out << summary(verdicts, report, context);
+}
+
+}  // namespace cie::viewer_export

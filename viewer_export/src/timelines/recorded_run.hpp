@@ -1,0 +1,147 @@
+// A recording's instances and messages, kept on disk as far as they are many, and told again in
+// order of time, each publication with those who took it. Exports to viewers draw from it.
+#pragma once
+
+#include <cie/analysis/instance.hpp>
+#include <cie/analysis/progress.hpp>
+
+#include "message_window.hpp"
+#include "output/external_sorter.hpp"
+#include "output/name_table.hpp"
+#include "recorded_items.hpp"
+#include "thread_table.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <tuple>
+#include <vector>
+
+namespace cie::viewer_export {
+
+// Memory is bounded but for one bit per instance and the names. Not thread-safe.
+class RecordedRun {
+ public:
+  // `records_in_memory` of each kind; the rest goes to temporary files in `spill_directory`.
+  RecordedRun(std::size_t records_in_memory, const std::filesystem::path& spill_directory);
+
+  // False: its times make no sense (before zero, an end before its start); counted in skipped().
+  // Throws WriteError when temporary files cannot be written.
+  bool add(const analysis::Instance& instance);
+  bool add(const analysis::Publication& publication);
+
+  // Where replay() counts instances; borrowed, null: nowhere.
+  void show_progress(analysis::Progress* progress) noexcept { progress_ = progress; }
+
+  // Calls on_instance(RecordedInstance) at each start and on_publication(RecordedPublication) at
+  // its time, in order of time; at one time instances first, the outer before the inner. Once.
+  template <typename OnInstance, typename OnPublication>
+  void replay(OnInstance on_instance, OnPublication on_publication);
+
+  const NameTable& callbacks() const noexcept { return callbacks_; }
+  const NameTable& topics() const noexcept { return topics_; }
+  const ThreadTable& threads() const noexcept { return threads_; }
+  // The earliest of all times; empty if there is none.
+  std::optional<std::int64_t> first_time() const noexcept;
+  std::uint64_t skipped() const noexcept { return skipped_; }
+  // After replay(): pairs of publication and receiver, and those left out because the message was
+  // taken before it was published (clocks disagree).
+  std::uint64_t deliveries() const noexcept { return deliveries_; }
+  std::uint64_t backward_deliveries() const noexcept { return backward_deliveries_; }
+
+ private:
+  // A publication to those who look for it.
+  struct Published {
+    std::int64_t time = 0;
+    std::uint64_t index = 0;
+    std::uint32_t receivers = 0;
+  };
+  // A message published, or taken by an instance.
+  struct Message {
+    MessageKey key;
+    bool is_take = false;
+    std::int64_t time = 0;
+    std::uint64_t index = 0;  // of the publication or the instance
+  };
+  // A publication with one who took it.
+  struct Delivery {
+    std::int64_t time = 0;          // of the publication
+    std::uint64_t publication = 0;  // its index
+    std::uint64_t receiver = 0;
+  };
+  struct ByStart {
+    bool operator()(const KeptInstance& a, const KeptInstance& b) const;
+  };
+  struct ByTime {
+    bool operator()(const KeptPublication& a, const KeptPublication& b) const {
+      return std::tuple(a.time, a.index) < std::tuple(b.time, b.index);
+    }
+  };
+  struct ByPublication {
+    bool operator()(const Delivery& a, const Delivery& b) const {
+      return std::tuple(a.time, a.publication, a.receiver) <
+             std::tuple(b.time, b.publication, b.receiver);
+    }
+  };
+  // The publication of a message before those who took it.
+  struct ByMessage {
+    bool operator()(const Message& a, const Message& b) const;
+  };
+
+  using Publications = ExternalSorter<KeptPublication, ByTime>;
+
+  void deliver(Published& publication, std::int64_t time, std::uint64_t receiver);
+  // Finds the publications of the messages whose takers did not find them.
+  void join_the_rest();
+  // The next publication with all its receivers; false if there is none.
+  bool take_publication(RecordedPublication& publication);
+
+  std::size_t records_in_memory_;
+  std::filesystem::path spill_directory_;
+  NameTable callbacks_;
+  NameTable topics_;
+  ThreadTable threads_;
+  ExternalSorter<KeptInstance, ByStart> instances_;
+  std::unique_ptr<Publications> publications_;
+  ExternalSorter<Delivery, ByPublication> deliveries_of_;
+  MessageWindow<Published> window_;
+  // Takes whose publication the window does not have: it was long ago, or is told later, or never.
+  ExternalSorter<Message, ByMessage> lone_takes_;
+  std::vector<bool> takes_seen_message_;  // by index of the instance
+  std::vector<std::uint64_t> receivers_;  // of the publication that is told
+  analysis::Progress* progress_ = nullptr;
+  std::int64_t first_time_ = std::numeric_limits<std::int64_t>::max();
+  std::uint64_t published_ = 0;
+  std::uint64_t skipped_ = 0;
+  std::uint64_t deliveries_ = 0;
+  std::uint64_t backward_deliveries_ = 0;
+};
+
+template <typename OnInstance, typename OnPublication>
+void RecordedRun::replay(OnInstance on_instance, OnPublication on_publication) {
+  if (progress_ != nullptr) progress_->total = instances_.size();
+  join_the_rest();
+  RecordedPublication publication;
+  bool has_publication = take_publication(publication);
+  const auto publish_until = [&](std::int64_t time) {
+    while (has_publication && publication.publication.time.ns < time) {
+      on_publication(publication);
+      has_publication = take_publication(publication);
+    }
+  };
+  instances_.drain([&](const KeptInstance& kept) {
+    publish_until(kept.start);
+    auto record = kept.restored(threads_);
+    record.takes_seen_message = takes_seen_message_[record.index];
+    on_instance(record);
+    if (progress_ != nullptr) progress_->add(1);
+  });
+  for (; has_publication; has_publication = take_publication(publication))
+    on_publication(publication);
+}
+
+}  // namespace cie::viewer_export

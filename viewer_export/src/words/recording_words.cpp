@@ -1,0 +1,21 @@
+#include "recording_words.hpp"
+
+#include "text_layout.hpp"
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+
+std::vector<std::string> sentences_of(const analysis::RecordingReport& recording) {
+  std::vector<std::string> sentences;
+  if (recording.exit && !recording.command.empty()) {
+    sentences.push_back(printable(recording.command.front()) + ' ' + describe(*recording.exit));
+  }
+  if (recording.first_chunk && *recording.first_chunk > 1) {
+    sentences.push_back(
+        fmt::format("begins with chunk {}: those before are gone", *recording.first_chunk));
+  }
+  return sentences;
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,264 @@
+#include "text_layout.hpp"
+
+#include <cie/tracepoints/utf8.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+bool is_between(char32_t c, char32_t first, char32_t last) { return c >= first && c <= last; }
+
+bool is_combining(char32_t c) {
+  return is_between(c, 0x300, 0x36F) || is_between(c, 0x1AB0, 0x1AFF) ||
+         is_between(c, 0x20D0, 0x20FF) || is_between(c, 0xFE00, 0xFE0F) ||
+         is_between(c, 0xFE20, 0xFE2F);
+}
+bool is_wide(char32_t c) {  // East Asian wide and emoji, coarsely
+  return is_between(c, 0x1100, 0x115F) || is_between(c, 0x2E80, 0xA4CF) ||
+         is_between(c, 0xAC00, 0xD7A3) || is_between(c, 0xF900, 0xFAFF) ||
+         is_between(c, 0xFE30, 0xFE6F) || is_between(c, 0xFF00, 0xFF60) ||
+         is_between(c, 0x1F300, 0x1FAFF) || is_between(c, 0x20000, 0x3FFFD);
+}
+std::size_t width_of(char32_t c) {
+  if (is_combining(c)) {
+    return 0;
+  }
+  return is_wide(c) ? 2 : 1;
+}
+
+// The longest prefix that is at most `columns` wide.
+std::string_view prefix(std::string_view text, std::size_t columns) {
+  std::size_t size = 0;
+  std::size_t width = 0;
+  while (size < text.size()) {
+    const auto point = first_code_point(text.substr(size));
+    width += width_of(point.value);
+    if (width > columns) {
+      break;
+    }
+    size += point.size;
+  }
+  return text.substr(0, size);
+}
+
+std::string_view suffix(std::string_view text, std::size_t columns) {
+  const std::size_t total = display_width(text);
+  std::size_t skipped = 0;
+  while (total - skipped > columns && !text.empty()) {
+    const auto point = first_code_point(text);
+    skipped += width_of(point.value);
+    text.remove_prefix(point.size);
+  }
+  return text;
+}
+
+std::string pad(std::string_view text, std::size_t width, TextTable::Align align) {
+  const std::size_t own = display_width(text);
+  const std::string blanks(width > own ? width - own : 0, ' ');
+  return align == TextTable::Align::left ? std::string(text) + blanks : blanks + std::string(text);
+}
+
+std::string trimmed(std::string line) {
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + '\n';
+}
+
+}  // namespace
+
+std::size_t display_width(std::string_view text) noexcept {
+  std::size_t width = 0;
+  while (!text.empty()) {
+    const auto point = first_code_point(text);
+    width += width_of(point.value);
+    text.remove_prefix(point.size);
+  }
+  return width;
+}
+
+std::string elide(std::string_view text, std::size_t columns) {
+  constexpr std::string_view kGap = "...";
+  // Bytes bound the width from above, so a short text is not measured and a huge one only cut.
+  if (text.size() <= columns || (text.size() <= 4 * columns && display_width(text) <= columns)) {
+    return std::string(text);
+  }
+  if (columns <= kGap.size()) {
+    return std::string(prefix(text, columns));
+  }
+  const std::size_t tail = (columns - kGap.size()) / 2;
+  const auto head = prefix(text, columns - kGap.size() - tail);
+  return std::string(head) + std::string(kGap) + std::string(suffix(text, tail));
+}
+
+std::vector<std::string> wrap(std::string_view text, std::size_t columns) {
+  std::vector<std::string> lines;
+  std::string line;
+  while (!text.empty()) {
+    auto end = std::min(text.find(' '), text.size());
+    auto word = text.substr(0, end);
+    if (display_width(word) > columns) {  // too long for any line: broken where it ends
+      const auto room =
+          line.empty() ? columns : columns - std::min(columns, display_width(line) + 1);
+      word = prefix(word, room > 0 ? room : columns);
+      if (word.empty()) word = text.substr(0, first_code_point(text).size);  // wider than the line
+      end = word.size();
+    }
+    if (!line.empty() && display_width(line) + 1 + display_width(word) > columns) {
+      lines.push_back(std::move(line));
+      line.clear();
+    }
+    if (!word.empty()) {
+      line += line.empty() ? "" : " ";
+      line += word;
+    }
+    text.remove_prefix(end);
+    if (text.starts_with(' ')) text.remove_prefix(1);
+  }
+  if (!line.empty()) {
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+std::string format_duration(std::int64_t ns) {
+  struct Unit {
+    double ns;
+    std::string_view name;
+  };
+  constexpr std::array<Unit, 3> kUnits{{{1e3, "us"}, {1e6, "ms"}, {1e9, "s"}}};
+  if (ns > -1000 && ns < 1000) {
+    return fmt::format("{} ns", ns);
+  }
+  for (const auto& unit : kUnits) {
+    const double value = static_cast<double>(ns) / unit.ns;
+    const double size = std::abs(value);
+    if (size < 999.95 || unit.ns == kUnits.back().ns) {
+      const int decimals = size < 9.9995 ? 3 : size < 99.995 ? 2 : size < 999.95 ? 1 : 0;
+      return fmt::format("{:.{}f} {}", value, decimals, unit.name);
+    }
+  }
+  return {};
+}
+
+std::string format_clock_error(const analysis::ClockError& error) {
+  const auto bound = [](const std::optional<analysis::Duration>& value) -> std::string {
+    if (!value) return "?";
+    return (value->ns > 0 ? "+" : "") + format_duration(value->ns);
+  };
+  return bound(error.least) + " to " + bound(error.most);
+}
+
+std::string counted(std::uint64_t count, std::string_view noun) {
+  const std::string_view plural = noun.ends_with('s') ? "es" : "s";
+  return fmt::format("{} {}{}", count, noun, count == 1 ? "" : plural);
+}
+
+std::string shell_quoted(std::string_view text) {
+  constexpr std::string_view kSafe =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./:@%+=,";
+  if (!text.empty() && text.find_first_not_of(kSafe) == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string result = "'";
+  for (const char c : text) {
+    result += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  }
+  return result + "'";
+}
+
+std::string format_cpus(const std::vector<std::uint32_t>& cpus) {
+  std::string result;
+  for (std::size_t i = 0; i < cpus.size();) {
+    std::size_t last = i;
+    while (last + 1 < cpus.size() && cpus[last + 1] == cpus[last] + 1) {
+      ++last;
+    }
+    result += result.empty() ? "" : ",";
+    result += last == i ? fmt::format("{}", cpus[i]) : fmt::format("{}-{}", cpus[i], cpus[last]);
+    i = last + 1;
+  }
+  return result;
+}
+
+std::string paint(std::string_view text, Look look, const TextStyle& style) {
+  constexpr std::array<std::string_view, 6> kCodes{"", "1", "32", "1;31", "33", "2"};
+  const auto code = kCodes.at(static_cast<std::size_t>(look));
+  if (!style.colour || code.empty()) {
+    return std::string(text);
+  }
+  return fmt::format("\x1b[{}m{}\x1b[0m", code, text);
+}
+
+std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
+  constexpr std::size_t kIndent = 2;
+  std::vector<std::size_t> result;
+  for (const auto& column : columns_) {
+    result.push_back(std::max(display_width(column.title), display_width(column.subtitle)));
+  }
+  for (const auto& row : rows_) {
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      result[i] = std::max(result[i], display_width(row[i].text));
+    }
+  }
+  // The names get what is left, but never less than a fifth of the line.
+  const std::size_t others =
+      std::accumulate(result.begin() + 1, result.end(), kIndent + 2 * (result.size() - 1));
+  const std::size_t left = columns > others ? columns - others : 0;
+  result.front() = std::min(result.front(), std::max(left, columns / 5));
+  // Text at the end of the line gets what is left after that.
+  if (columns_.size() > 1 && columns_.back().align == Align::left) {
+    const std::size_t rest = others - result.back() + result.front();
+    result.back() = std::min(result.back(), columns > rest + 8 ? columns - rest : 8);
+  }
+  // Numbers beyond all measure are cut: the line is not to break.
+  const auto total = [&] {
+    return std::accumulate(result.begin(), result.end(), kIndent + 2 * (result.size() - 1));
+  };
+  constexpr std::size_t kLeast = 5;
+  for (auto widest = std::ranges::max_element(result); total() > columns && *widest > kLeast;
+       widest = std::ranges::max_element(result))
+    --*widest;
+  return result;
+}
+
+std::string TextTable::render(const TextStyle& style) const {
+  const auto width = widths(style.columns);
+  const auto line = [&](const auto& text_of) {
+    std::string result = " ";
+    for (std::size_t i = 0; i < columns_.size(); ++i) {
+      result += i == 0 ? " " : "  ";
+      result += text_of(i);
+    }
+    return trimmed(result);
+  };
+  std::string text;
+  const bool has_two_lines = std::any_of(columns_.begin(), columns_.end(),
+                                         [](const Column& c) { return !c.subtitle.empty(); });
+  for (const auto part : {&Column::title, &Column::subtitle}) {
+    if (part == &Column::title || has_two_lines) {
+      text += line([&](std::size_t i) {
+        return paint(pad(columns_[i].*part, width[i], columns_[i].align), Look::faint, style);
+      });
+    }
+  }
+  for (const auto& row : rows_) {
+    const bool is_split = display_width(row.front().text) > width.front();
+    if (is_split) {
+      text +=
+          "  " + paint(elide(row.front().text, style.columns - 2), row.front().look, style) + "\n";
+    }
+    text += line([&](std::size_t i) {
+      const auto shown = i == 0 && is_split ? std::string_view{} : std::string_view(row[i].text);
+      return paint(pad(elide(shown, width[i]), width[i], columns_[i].align), row[i].look, style);
+    });
+  }
+  return text;
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,75 @@
+// Plain-text building blocks: aligned columns, numbers with units.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/tracepoints/utf8.hpp>
+#include <cie/viewer_export/text_style.hpp>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::viewer_export {
+
+// Columns that printable text takes on a terminal.
+std::size_t display_width(std::string_view text) noexcept;
+
+// At most `columns` wide: the middle of a longer text becomes "...".
+std::string elide(std::string_view text, std::size_t columns);
+
+// Breaks between words, and within those that are wider than `columns`.
+std::vector<std::string> wrap(std::string_view text, std::size_t columns);
+
+// "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.
+std::string format_duration(std::int64_t ns);
+
+// "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
+std::string format_clock_error(const analysis::ClockError& error);
+
+// "1 instance", "2 instances".
+std::string counted(std::uint64_t count, std::string_view noun);
+
+// One argument for a POSIX shell.
+std::string shell_quoted(std::string_view text);
+
+// "0-3,5".
+std::string format_cpus(const std::vector<std::uint32_t>& cpus);
+
+enum class Look : std::uint8_t { plain, strong, good, bad, doubtful, faint };
+
+// `text` in the colour of `look` when the style has colours, else unchanged.
+std::string paint(std::string_view text, Look look, const TextStyle& style);
+
+struct TextCell {
+  std::string text;
+  Look look = Look::plain;
+};
+
+// Columns aligned over all rows; numbers to the right, the first column (names) to the left. A name
+// too wide for what the other columns leave stands on a line of its own; text in a last column that
+// is aligned to the left is cut to what is left.
+class TextTable {
+ public:
+  enum class Align : std::uint8_t { left, right };
+  struct Column {
+    std::string title;
+    std::string subtitle;
+    Align align = Align::right;
+  };
+
+  explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
+  // As many cells as columns.
+  void add(std::vector<TextCell> row) { rows_.push_back(std::move(row)); }
+  bool is_empty() const noexcept { return rows_.empty(); }
+  std::string render(const TextStyle& style) const;
+
+ private:
+  std::vector<std::size_t> widths(std::size_t columns) const;
+
+  std::vector<Column> columns_;
+  std::vector<std::vector<TextCell>> rows_;
+};
+
+}  // namespace cie::viewer_export
