@@ -62,28 +62,39 @@ void ExecutorCore::serve_new(NodeState& node, const std::shared_ptr<Callback>& c
   if (is_serving_ && is_member(node)) serve({callback});
 }
 
+// Who does not wait may be on a thread of a team that leaves, and drop the last that holds the
+// executor: spin() takes such a team from here before it returns.
 void ExecutorCore::vacate(const Placement::Vacating& vacating, bool waits) {
-  const auto leaving = vacating(waits ? Running::awaited : Running::left_alone);
   if (waits) {
-    join_departed(false);
+    vacating(Running::awaited);
+    join_departed(Departed::has_left);
     return;
   }
+  const auto leaving = vacating(Running::left_alone);
   const std::lock_guard lock{mutex_};
   departed_.insert(departed_.end(), leaving.begin(), leaving.end());
+  --departing_;
+  departing_ended_.notify_all();
 }
 
-void ExecutorCore::join_departed(bool all) {
+Placement::Teams ExecutorCore::take_departed(Departed which) {
+  std::unique_lock lock{mutex_};
+  if (which == Departed::all) departing_ended_.wait(lock, [this] { return departing_ == 0; });
   Placement::Teams teams;
-  {
-    const std::lock_guard lock{mutex_};
-    std::erase_if(departed_, [&](const auto& team) {
-      const bool is_taken = all || team->has_left();
-      if (is_taken) teams.push_back(team);
-      return is_taken;
-    });
+  std::erase_if(departed_, [&](const auto& team) {
+    const bool is_taken = which == Departed::all || team->has_left();
+    if (is_taken) teams.push_back(team);
+    return is_taken;
+  });
+  return teams;
+}
+
+// A callback that runs on may stop another's team: until there is none.
+void ExecutorCore::join_departed(Departed which) {
+  for (auto teams = take_departed(which); !teams.empty(); teams = take_departed(which)) {
+    for (const auto& team : teams)
+      team->join();
   }
-  for (const auto& team : teams)
-    team->join();
 }
 
 void ExecutorCore::remove_node(NodeState& node) {
@@ -115,6 +126,7 @@ void ExecutorCore::drop_node(NodeState& node) {
     std::erase_if(nodes_, [&node](const auto& each) { return each.get() == &node; });
     waits = !Callback::is_in_instance() && !placement_->is_on_thread_of(callbacks);
     vacating = placement_->remove(callbacks);
+    if (!waits) ++departing_;
   }
   node.leave();
   vacate(vacating, waits);
@@ -139,6 +151,7 @@ void ExecutorCore::withdraw(const Callbacks& callbacks) {
     const std::lock_guard lock{mutex_};
     waits = !Callback::is_in_instance() && !placement_->is_on_thread_of(callbacks);
     vacating = placement_->remove(callbacks);
+    if (!waits) ++departing_;
   }
   vacate(vacating, waits);
 }
@@ -207,7 +220,7 @@ class ExecutorCore::Spin {
       wait_for_callbacks = core_.placement_->stop();
     }
     wait_for_callbacks();
-    core_.join_departed(true);  // nobody is left to stop more
+    core_.join_departed(Departed::all);  // nobody is left to stop more
     core_.cancellation_.reset();
     {
       const std::lock_guard lock{core_.mutex_};

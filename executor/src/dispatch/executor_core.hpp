@@ -13,6 +13,7 @@
 #include "scheduling_names.hpp"
 
 #include <atomic>
+#include <condition_variable>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -76,10 +77,13 @@ class ExecutorCore final : public FailureHandler,
   Callbacks all_callbacks() const;
   // Puts callbacks on threads, and lets them run.
   void serve(const Callbacks& callbacks);
-  // Without it. If it does not wait, teams that leave are joined later.
+  // Without it. If it does not wait, it was counted as departing, and teams that leave are joined
+  // later.
   void vacate(const Placement::Vacating& vacating, bool waits);
-  // Those that have left, or all of them.
-  void join_departed(bool all);
+  enum class Departed : std::uint8_t { has_left, all };
+  // All of them: after those that are departing.
+  Placement::Teams take_departed(Departed which);
+  void join_departed(Departed which);
   void configure_workers_of(const NodeState& node);
   KnownIds known_ids() const;
 
@@ -100,6 +104,8 @@ class ExecutorCore final : public FailureHandler,
   std::vector<std::shared_ptr<NodeState>> nodes_;
   std::set<std::weak_ptr<trace::Thread>, std::owner_less<>> configured_workers_;
   Placement::Teams departed_;  // stopped by a callback, and so not joined yet
+  int departing_ = 0;          // calls that are about to add to these
+  std::condition_variable departing_ended_;
 
   std::mutex failure_mutex_;
   std::optional<CallbackFailure> failure_;  // the first one
