@@ -1,8 +1,8 @@
 // The first minute: verdict, worst callback, what is missing.
+import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
 import {laneOf, partsOf, slowest, waitedFor} from "./instances.js";
 import {facts, page, report, responseTime, section, title, verdicts} from "./recording.js";
-import {choose} from "./tables.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
 

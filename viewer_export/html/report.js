@@ -1,9 +1,13 @@
+import {callbacks, choose} from "./callbacks.js";
+import {chains} from "./chains.js";
+import {defects} from "./defects.js";
 // The page of a report.
 import {el} from "./dom.js";
 import {head, inShort, rules, worstIndex} from "./findings.js";
 import {decode, waitedFor} from "./instances.js";
+import {matrix} from "./matrix.js";
 import {lanes, page, report} from "./recording.js";
-import {callbacks, chains, choose, defects, matrix, threads} from "./tables.js";
+import {threads} from "./threads.js";
 import {timeline} from "./timeline.js";
 
 decode()

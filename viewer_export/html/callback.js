@@ -1,0 +1,289 @@
+// One callback: histogram of its response times, where its time goes, its slowest runs.
+import {el, link, svg} from "./dom.js";
+import {laneOf, slowest} from "./instances.js";
+import {facts, report, title} from "./recording.js";
+import {timeline} from "./timeline.js";
+import {count, percent, plural, time} from "./words.js";
+
+// What is known where a response time is not, or not of all runs.
+export const boundsOf = c => {
+  const lower = c.response_time_lower_ns;
+  const upper = c.response_time_upper_ns;
+  if (lower === null) return "";
+  const most =
+    upper === null || upper.count < lower.count
+      ? ""
+      : `, ${time(upper.p50)}, ${time(upper.p99)} and ${time(upper.max)} at most`;
+  return `${plural(lower.count, "run")} whose release is not known exactly: p50 ${time(lower.p50)}, p99 ${time(lower.p99)} and max ${time(lower.max)} at least${most}`;
+};
+
+const axisTicks = (low, high) => {
+  const ticks = [];
+  for (let e = Math.floor(low); e <= Math.ceil(high); ++e)
+    for (const step of high - low < 1.7 ? [1, 2, 5] : [1]) {
+      const at = e + Math.log10(step);
+      if (at >= low && at <= high) ticks.push(at);
+    }
+  return ticks;
+};
+const histogram = (c, f) => {
+  const W = 640;
+  const H = 210;
+  const left = 46;
+  const right = 40;
+  const top = 18;
+  const bottom = 34;
+  const per = facts.bins_per_decade;
+  const first = f.responses[0][0];
+  const last = f.responses[f.responses.length - 1][0] + 1;
+  const deadline = f.deadline_ns === null ? null : Math.log10(f.deadline_ns);
+  const low = Math.min(first / per, deadline ?? Number.POSITIVE_INFINITY) - 0.05;
+  const high = Math.max(last / per, deadline ?? Number.NEGATIVE_INFINITY) + 0.05;
+  const x = e => left + ((e - low) / (high - low)) * (W - left - right);
+  const most = Math.max(...f.responses.map(b => b[1]));
+  const all = f.responses.reduce((n, b) => n + b[1], 0);
+  const y = n => H - bottom - (n / most) * (H - top - bottom);
+  const share = s => H - bottom - s * (H - top - bottom);
+  let sum = 0;
+  let path = `M${x(first / per)},${share(0)}`;
+  for (const [bin, n] of f.responses) {
+    path += `L${x(bin / per)},${share(sum / all)}`;
+    sum += n;
+    path += `L${x((bin + 1) / per)},${share(sum / all)}`;
+  }
+  const marks = [
+    ["p50", c.response_time_ns.p50, "middle"],
+    ["p99", c.response_time_ns.p99, "end"],
+    ["max", c.response_time_ns.max, "start"],
+  ];
+  const id = `hist-${report.callbacks.indexOf(c)}`;
+  return svg(
+    "svg",
+    {viewBox: `0 0 ${W} ${H}`, role: "img", "aria-labelledby": id},
+    svg(
+      "title",
+      {id},
+      `Response times of ${title(c)}: ${count(all)} runs, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
+    ),
+    svg("line", {class: "axis", x1: left, x2: W - right, y1: H - bottom, y2: H - bottom}),
+    axisTicks(low, high).map(e => [
+      svg("line", {class: "axis", x1: x(e), x2: x(e), y1: top, y2: H - bottom + 4}),
+      svg(
+        "text",
+        {class: "soft", x: x(e), y: H - bottom + 16, "text-anchor": "middle"},
+        time(10 ** e).replace(/\.0+(?=\u202f)/, ""),
+      ),
+    ]),
+    f.responses.map(([bin, n]) =>
+      svg(
+        "rect",
+        {
+          class: "f-run",
+          x: x(bin / per) + 0.3,
+          width: Math.max(x((bin + 1) / per) - x(bin / per) - 0.6, 0.8),
+          y: y(n),
+          height: H - bottom - y(n),
+        },
+        svg("title", {}, `${time(10 ** (bin / per))} to ${time(10 ** ((bin + 1) / per))}: ${plural(n, "run")}`),
+      ),
+    ),
+    svg("path", {class: "ecdf", d: path}),
+    svg("text", {class: "soft", x: left - 6, y: y(most) + 4, "text-anchor": "end"}, count(most)),
+    svg("text", {class: "soft", x: left - 6, y: H - bottom, "text-anchor": "end"}, "0"),
+    svg("text", {class: "soft", x: W - right + 5, y: share(1) + 4}, "100\u202f%"),
+    svg("text", {class: "soft", x: W - right + 5, y: H - bottom}, "0"),
+    marks.map(([name, ns, anchor]) => {
+      const at = Math.min(Math.max(x(Math.log10(Math.max(ns, 1))), left), W - right);
+      return [
+        svg("line", {class: "axis", x1: at, x2: at, y1: top - 4, y2: H - bottom}),
+        svg("text", {x: at + {end: -3, middle: 0, start: 3}[anchor], y: top - 6, "text-anchor": anchor}, name),
+      ];
+    }),
+    deadline === null
+      ? null
+      : [
+          svg("line", {class: "mark", x1: x(deadline), x2: x(deadline), y1: top, y2: H - bottom}),
+          svg("text", {x: x(deadline) + 4, y: top + 12}, `deadline ${time(f.deadline_ns)}`),
+        ],
+    svg(
+      "text",
+      {class: "soft", x: (left + W - right) / 2, y: H - 3, "text-anchor": "middle"},
+      "response time (bars: runs, left; line: share of runs at most as long, right)",
+    ),
+  );
+};
+const stack = (parts, text) => {
+  const all = parts.reduce((sum, part) => sum + part[2], 0);
+  let at = 0;
+  return el(
+    "div",
+    {},
+    svg(
+      "svg",
+      {
+        viewBox: "0 0 640 22",
+        role: "img",
+        "aria-label": `${text}: ${parts.map(p => `${p[0]} ${time(p[2])}`).join(", ")}`,
+      },
+      parts.map(([what, kind, ns]) => {
+        const w = (ns / all) * 640;
+        const r = svg(
+          "rect",
+          {class: `f-${kind}`, x: at, width: w, y: 0, height: 22},
+          svg("title", {}, `${what}: ${time(ns)}`),
+        );
+        at += w;
+        return r;
+      }),
+    ),
+    el(
+      "div",
+      {class: "key"},
+      parts.map(([what, kind, ns]) =>
+        el(
+          "span",
+          {},
+          svg(
+            "svg",
+            {width: 11, height: 11, "aria-hidden": "true"},
+            svg("rect", {class: `f-${kind}`, width: 11, height: 11}),
+          ),
+          `${what} ${time(ns)} (${percent(ns / all)})`,
+        ),
+      ),
+    ),
+  );
+};
+const meanParts = c => {
+  const mean = key => (c[key] === null ? 0 : c[key].mean);
+  const parts = [["waited to start", "wait", mean("start_latency_ns")]];
+  if (c.execution_time_ns === null) parts.push(["ran or was kept from running", "run", mean("duration_ns")]);
+  else
+    parts.push(
+      ["executed", "run", mean("execution_time_ns")],
+      ["preempted", "preempted", mean("preempted_ns")],
+      ["blocked", "blocked", mean("blocked_ns")],
+      ["waited for a CPU after waking", "wake", mean("wake_delay_ns")],
+    );
+  return parts.filter(part => part[2] > 0);
+};
+
+// What is shown of the callback beneath the table.
+export const details = index => {
+  const c = report.callbacks[index];
+  const f = facts.callbacks[index];
+  const lane = laneOf(index);
+  const threads = c.threads.map(t => `${t.name || "thread"} ${t.tid} (${plural(t.instances, "run")})`).join(", ");
+  const worst = lane ? slowest(lane, 8) : [];
+  const parts = meanParts(c);
+  return [
+    el("h3", {id: "detail"}, title(c)),
+    el(
+      "p",
+      {class: "soft"},
+      [
+        `${c.kind}${c.source ? ` on ${c.source}` : ""} of ${c.node || "no node"}`,
+        c.period_ns === null ? null : `period ${time(c.period_ns)}`,
+        c.symbol || null,
+        threads ? `threads: ${threads}` : null,
+      ]
+        .filter(Boolean)
+        .join("; "),
+    ),
+    el(
+      "div",
+      {class: "two"},
+      el(
+        "div",
+        {},
+        c.response_time_ns === null || !f.responses.length
+          ? el(
+              "p",
+              {},
+              c.isolation === "never_ran"
+                ? "It never ran."
+                : "Its response times are not known exactly: the trace does not say when its runs were released.",
+            )
+          : histogram(c, f),
+        c.response_time_lower_ns === null ? null : el("p", {id: "bounds"}, `Response times of ${boundsOf(c)}.`),
+      ),
+      el(
+        "div",
+        {},
+        parts.length ? [el("p", {}, "Where the time goes, on average:"), stack(parts, "Where the time goes")] : null,
+        c.preempted_by.length
+          ? el(
+              "p",
+              {},
+              "Preempted by: ",
+              c.preempted_by
+                .slice(0, 4)
+                .map(p => `${p.name || "thread"} ${p.tid} ${time(p.ns)}`)
+                .join(", "),
+              " (all runs)",
+            )
+          : null,
+        c.execution_time_ns === null
+          ? el(
+              "p",
+              {class: "soft"},
+              "Who ran meanwhile is not known: that takes the kernel's scheduler events (cie record --kernel=yes).",
+            )
+          : null,
+      ),
+    ),
+    worst.length
+      ? el(
+          "div",
+          {class: "scroll"},
+          el(
+            "table",
+            {},
+            el("caption", {}, "Slowest runs"),
+            el(
+              "thead",
+              {},
+              el(
+                "tr",
+                {},
+                ["run", "response", "waited", "ran for", "executed", "preempted", "blocked", "thread", ""].map(h =>
+                  el("th", {scope: "col"}, h),
+                ),
+              ),
+            ),
+            el(
+              "tbody",
+              {},
+              worst.map(i =>
+                el(
+                  "tr",
+                  {},
+                  el("td", {}, `#${count(lane.seq[i])}`),
+                  [
+                    lane.response(i),
+                    lane.wait[i],
+                    lane.duration[i],
+                    lane.execution[i],
+                    lane.preempted[i],
+                    lane.blocked[i],
+                  ].map((ns, at) =>
+                    el(
+                      "td",
+                      {class: at === 0 && lane.isLate(i) ? "fail" : null},
+                      Number.isNaN(ns) ? "\u2013" : time(ns),
+                    ),
+                  ),
+                  el("td", {}, lane.tid(i)),
+                  el(
+                    "td",
+                    {class: "text"},
+                    link("show", () => timeline.show(lane, i)),
+                  ),
+                ),
+              ),
+            ),
+          ),
+        )
+      : null,
+  ].filter(Boolean);
+};

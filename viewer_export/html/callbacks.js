@@ -1,0 +1,151 @@
+// The table of callbacks: sorted, filtered, one of them chosen.
+import {boundsOf, details} from "./callback.js";
+import {el, link} from "./dom.js";
+import {atLeast, facts, report, responseTime, section, title} from "./recording.js";
+import {COLOUR, SIGN, count, plural, time} from "./words.js";
+
+const stat = (c, key, which) => (c[key] === null ? null : c[key][which]);
+const ISOLATION = {isolated: ["PASS", "yes"], not_isolated: ["FAIL", "NO"], never_ran: ["NOT_APPLICABLE", "never ran"]};
+const isolationOf = c => ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
+const nsOf = r => (r === null ? null : r.ns);
+
+const COLUMNS = [
+  ["callback", c => title(c), "text"],
+  ["isolated", c => isolationOf(c)[1], "text"],
+  ["threads", c => c.threads.length],
+  ["runs", c => c.instances],
+  ["response p50", c => nsOf(responseTime(c, "p50")), "time", "p50"],
+  ["response p99", c => nsOf(responseTime(c, "p99")), "time", "p99"],
+  ["response max", c => nsOf(responseTime(c, "max")), "time", "max"],
+  ["deadline", (_c, i) => facts.callbacks[i].deadline_ns, "time"],
+  ["start latency max", c => stat(c, "start_latency_ns", "max"), "time"],
+  ["execution max", c => stat(c, "execution_time_ns", "max"), "time"],
+  ["preempted max", c => stat(c, "preempted_ns", "max"), "time"],
+  ["blocked max", c => stat(c, "blocked_ns", "max"), "time"],
+  ["missed", c => c.missed_releases],
+];
+
+let chosen = -1;
+let detail;
+let rows = [];
+
+// Marks the callback's row and shows what is known of it.
+export const choose = (index, scroll) => {
+  if (chosen >= 0) rows[chosen].classList.remove("chosen");
+  chosen = index;
+  rows[index].classList.add("chosen");
+  detail.replaceChildren(...details(index));
+  if (scroll) detail.scrollIntoView({block: "nearest"});
+};
+
+export const callbacks = () => {
+  if (!report.callbacks.length) return;
+  const shown = COLUMNS.filter(([, get]) => report.callbacks.some((c, i) => get(c, i) !== null));
+  const body = el("tbody");
+  rows = report.callbacks.map((c, i) =>
+    el(
+      "tr",
+      {},
+      shown.map(([name, get, kind, which], at) => {
+        const value = get(c, i);
+        if (at === 0)
+          return el(
+            "td",
+            {class: "name"},
+            link(value, () => choose(i)),
+          );
+        if (name === "isolated") {
+          const [verdict] = isolationOf(c);
+          return el("td", {class: `text ${COLOUR[verdict]}`}, `${SIGN[verdict]} ${value}`);
+        }
+        const isLate =
+          name === "response max" && facts.callbacks[i].deadline_ns !== null && value > facts.callbacks[i].deadline_ns;
+        const told = which ? responseTime(c, which) : null;
+        const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
+        return el(
+          "td",
+          {
+            class: isLate || (name === "missed" && value > 0) ? "fail" : null,
+            title: (which && boundsOf(c)) || null,
+            "data-ns": kind === "time" ? value : null,
+            "data-bound": told?.isBound,
+          },
+          isLate ? `${SIGN.FAIL} ${text}` : text,
+        );
+      }),
+    ),
+  );
+  const order = report.callbacks.map((_, i) => i);
+  const state = el("p", {class: "soft", role: "status"});
+  const draw = () => {
+    const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
+    const visible = order.filter(i => words.every(w => title(report.callbacks[i]).toLowerCase().includes(w)));
+    body.replaceChildren(...visible.map(i => rows[i]));
+    state.textContent =
+      visible.length === order.length ? "" : `${count(visible.length)} of ${plural(order.length, "callback")}`;
+  };
+  const sort = (at, direction) => {
+    const [, get] = shown[at];
+    const value = i => get(report.callbacks[i], i);
+    order.sort((a, b) => {
+      const x = value(a);
+      const y = value(b);
+      if (x === y) return a - b;
+      if (x === null) return 1;
+      if (y === null) return -1;
+      return (x < y ? -1 : 1) * direction;
+    });
+    headers.forEach((h, i) =>
+      i === at
+        ? h.setAttribute("aria-sort", direction > 0 ? "ascending" : "descending")
+        : h.removeAttribute("aria-sort"),
+    );
+    draw();
+  };
+  const headers = shown.map(([name, , kind], at) =>
+    el(
+      "th",
+      {scope: "col", class: kind === "text" ? "text" : null},
+      el(
+        "button",
+        {
+          type: "button",
+          onclick: () =>
+            sort(
+              at,
+              headers[at].getAttribute("aria-sort") === "descending" ||
+                (at === 0 && !headers[at].hasAttribute("aria-sort"))
+                ? 1
+                : -1,
+            ),
+        },
+        name,
+      ),
+    ),
+  );
+  const filter = el("input", {
+    type: "search",
+    placeholder: "Filter by name",
+    "aria-label": "Filter callbacks by name",
+    oninput: draw,
+  });
+  detail = el("div", {class: "detail", "aria-live": "polite"});
+  section(
+    "callbacks",
+    "Callbacks",
+    el("div", {class: "bar"}, filter, state),
+    el(
+      "div",
+      {class: "scroll tall", tabindex: "0", role: "region", "aria-label": "Table of callbacks"},
+      el("table", {id: "callback-table"}, el("thead", {}, el("tr", {}, headers)), body),
+    ),
+    el(
+      "p",
+      {class: "soft"},
+      "Response time: from release to end. Start latency: from release to start. \u2013: not measured. \u2265: at least, when the release is not known exactly.",
+    ),
+    detail,
+  );
+  const byMax = shown.findIndex(([name]) => name === "response max");
+  sort(byMax < 0 ? 0 : byMax, byMax < 0 ? 1 : -1);
+};

@@ -1,0 +1,126 @@
+// Chains of callbacks: path latency, reaction time, data age, hop by hop.
+import {el} from "./dom.js";
+import {graph} from "./graph.js";
+import {callbackByIndex, processByIndex, report, section, severalHosts, title, whereabouts} from "./recording.js";
+import {count, plural, time} from "./words.js";
+
+export const chains = () => {
+  if (!report.chains.length) {
+    const drawn = graph();
+    if (drawn) section("chains", "Who takes whose messages", drawn);
+    return;
+  }
+  // A chain without a name of its own is named by all its callbacks.
+  const short = c =>
+    (c.hops.length > 2 && c.name === c.hops.join(" -> ")
+      ? `${c.hops[0]} \u2026 ${c.hops[c.hops.length - 1]}`
+      : c.name) + (severalHosts && c.process !== null ? whereabouts(processByIndex.get(c.process)) : "");
+  // Which host a hop is on is said where the chain passes from one to another.
+  const hopName = (c, i) =>
+    severalHosts && c.process === null && c.hop_table.length === c.callbacks.length
+      ? title(callbackByIndex.get(c.callbacks[i]))
+      : c.hop_table[i].from;
+  const cells = s => (s === null ? ["\u2013", "\u2013", "\u2013"] : [time(s.p50), time(s.p99), time(s.max)]);
+  const header = names =>
+    el(
+      "thead",
+      {},
+      el(
+        "tr",
+        {},
+        names.map(n => el("th", {scope: "col"}, n)),
+      ),
+    );
+  section(
+    "chains",
+    "Chains of callbacks",
+    graph(),
+    el(
+      "div",
+      {class: "scroll"},
+      el(
+        "table",
+        {id: "chain-table"},
+        header([
+          "chain",
+          "hops",
+          "runs",
+          "path latency p50",
+          "p99",
+          "max",
+          "reaction time p50",
+          "p99",
+          "max",
+          "data age p50",
+          "p99",
+          "max",
+        ]),
+        el(
+          "tbody",
+          {},
+          report.chains.map(c =>
+            el(
+              "tr",
+              {},
+              el("td", {class: "name", title: c.name}, short(c)),
+              el("td", {}, c.hops.length),
+              el("td", {}, count(c.instances)),
+              [c.path_latency_ns, c.reaction_time_ns, c.data_age_ns].flatMap(cells).map(t => el("td", {}, t)),
+            ),
+          ),
+        ),
+      ),
+    ),
+    report.chains.slice(0, 60).map(c =>
+      el(
+        "details",
+        {},
+        el("summary", {}, `Where ${short(c)} spends its time`),
+        el(
+          "div",
+          {class: "scroll"},
+          el(
+            "table",
+            {},
+            header(["in", "p50", "p99", "max", "then to the next, p50", "p99", "max"]),
+            el(
+              "tbody",
+              {},
+              c.hop_table.map((hop, i) =>
+                el(
+                  "tr",
+                  {},
+                  el("td", {class: "name"}, hopName(c, i)),
+                  [hop.processing_ns, hop.communication_ns].flatMap(cells).map(t => el("td", {}, t)),
+                ),
+              ),
+              c.undivided_ns
+                ? el(
+                    "tr",
+                    {},
+                    el("td", {class: "name"}, "not divided"),
+                    cells(c.undivided_ns).map(t => el("td", {}, t)),
+                    el("td", {colspan: 3}),
+                  )
+                : null,
+            ),
+          ),
+        ),
+        c.instances === 0
+          ? el(
+              "p",
+              {class: "soft"},
+              "No instance of it was seen: a callback of it never ran, or no message leads from one to the next.",
+            )
+          : null,
+        c.undivided_ns
+          ? el(
+              "p",
+              {class: "soft"},
+              `A release is not known on ${plural(c.undivided_ns.count, "instance")}: from the publish before it to the one after it their time is not divided. The sums of all rows add up to the path latency's.`,
+            )
+          : null,
+      ),
+    ),
+  );
+};

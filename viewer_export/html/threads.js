@@ -1,0 +1,72 @@
+// Threads, and how they were scheduled.
+import {el} from "./dom.js";
+import {processByIndex, report, section, severalHosts} from "./recording.js";
+import {time} from "./words.js";
+
+export const threads = () => {
+  if (!report.threads.length) return;
+  const sched = s =>
+    s === null
+      ? "\u2013"
+      : [
+          s.policy_name || `policy ${s.policy}`,
+          s.priority ? s.priority : null,
+          s.nice ? `nice ${s.nice}` : null,
+          s.runtime_ns ? `${time(s.runtime_ns)} of ${time(s.period_ns)}, deadline ${time(s.deadline_ns)}` : null,
+          s.error ? `error ${s.error}` : null,
+        ]
+          .filter(x => x !== null)
+          .join(" ");
+  section(
+    "threads",
+    "Threads",
+    el(
+      "div",
+      {class: "scroll tall", tabindex: "0", role: "region", "aria-label": "Table of threads"},
+      el(
+        "table",
+        {},
+        el(
+          "thead",
+          {},
+          el(
+            "tr",
+            {},
+            [
+              "thread",
+              ...(severalHosts ? ["host"] : []),
+              "pid",
+              "tid",
+              "role",
+              "scheduling",
+              "CPUs",
+              "busy",
+              "callbacks",
+            ].map(n =>
+              el("th", {scope: "col", class: ["thread", "pid", "tid", "busy"].includes(n) ? null : "text"}, n),
+            ),
+          ),
+        ),
+        el(
+          "tbody",
+          {},
+          report.threads.map(t =>
+            el(
+              "tr",
+              {},
+              el("td", {}, t.name || "\u2013"),
+              severalHosts ? el("td", {class: "text"}, processByIndex.get(t.process).host) : null,
+              el("td", {}, processByIndex.get(t.process).pid),
+              el("td", {}, t.tid),
+              el("td", {class: "text"}, t.role || "\u2013"),
+              el("td", {class: "text"}, sched(t.sched)),
+              el("td", {class: "text"}, t.sched === null ? "\u2013" : t.sched.cpus.join(" ")),
+              el("td", {}, time(t.busy_ns)),
+              el("td", {class: "text name"}, t.callbacks.join(", ")),
+            ),
+          ),
+        ),
+      ),
+    ),
+  );
+};
