@@ -42,8 +42,8 @@ function(cie_compile_options target)
   endif()
 endfunction()
 
-# What most sources include, compiled once for a target, where the build asks for it (AddressSanitizer's tree
-# does): a quarter of the time. It hides a missing #include, which the trees without it find. Where g++ 12
+# What most sources include, compiled once for a target, where the build asks for it (the trees of
+# sanitizers and fuzzers do): a quarter of the time. It hides a missing #include, which the trees without it find. Where g++ 12
 # optimises, it gives false warnings about strings (-Warray-bounds).
 function(cie_precompile_headers target)
   if(CIE_PRECOMPILED_HEADERS)
