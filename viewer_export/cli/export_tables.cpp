@@ -34,7 +34,8 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
     if (is_database) {
       viewer_export::write_sqlite(out, result, instances, spill_directory(target));
     } else if (has_instances) {
-      instances.write(out, table_format_of("--to", format), result.report);
+      instances.write(out, table_format_of("--to", format), result.report,
+                      viewer_export::InstanceColumns::all);
     } else {
       viewer_export::write_table(out, table, table_format_of("--to", format), result);
     }

@@ -2,14 +2,14 @@
 -- isolated where both counts are 1. One that is not here never ran: isolation.sql.
 SELECT logical_id, pid, tid, thread, instances, callbacks_of_thread, threads_of_callback, host
 FROM (
-  SELECT logical_id, pid, tid, thread, instances, callbacks_of_thread, host
+  SELECT logical_id, pid, tid, thread, instances, callbacks_of_thread, host, callback_index
   FROM callback_threads
   JOIN (
-    SELECT host, pid, tid, count(*) AS callbacks_of_thread
+    SELECT thread_index, count(*) AS callbacks_of_thread
     FROM callback_threads
-    GROUP BY host, pid, tid) AS by_thread USING (host, pid, tid)) AS with_callbacks
+    GROUP BY thread_index) AS by_thread USING (thread_index)) AS with_callbacks
 JOIN (
-  SELECT host, logical_id, pid, count(*) AS threads_of_callback
+  SELECT callback_index, count(*) AS threads_of_callback
   FROM callback_threads
-  GROUP BY host, logical_id, pid) AS by_callback USING (host, logical_id, pid)
+  GROUP BY callback_index) AS by_callback USING (callback_index)
 ORDER BY logical_id, pid, tid, host

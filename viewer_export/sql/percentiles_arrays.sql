@@ -8,5 +8,5 @@ SELECT logical_id, pid, count(*) AS instances, sorted[1] AS min_ns,
   arraySort(groupArray(end_ns - release_ns)) AS sorted
 FROM instances
 WHERE release_source = 'exact' AND end_ns IS NOT NULL
-GROUP BY host, logical_id, pid
+GROUP BY callback_index, host, logical_id, pid
 ORDER BY logical_id, pid, host

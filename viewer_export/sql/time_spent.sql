@@ -7,5 +7,5 @@ SELECT logical_id, pid, count(*) AS runs, count(execution_ns) AS runs_with_parts
   sum(blocked_ns) AS blocked_sum_ns, sum(wake_delay_ns) AS wake_delay_sum_ns, host
 FROM instances
 WHERE end_ns IS NOT NULL
-GROUP BY host, logical_id, pid
+GROUP BY callback_index, host, logical_id, pid
 ORDER BY logical_id, pid, host

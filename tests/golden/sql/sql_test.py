@@ -132,9 +132,9 @@ class Sql(unittest.TestCase):
         """Of the numbers 1 to n, at place ⌈p·n⌉."""
         import sqlite3
         database = sqlite3.connect(":memory:")
-        database.execute("CREATE TABLE instances (host, logical_id, pid, release_ns, end_ns, release_source)")
+        database.execute("CREATE TABLE instances (host, logical_id, pid, release_ns, end_ns, release_source, callback_index)")
         for n in (1, 2, 3, 10, 99, 100, 101, 1000):
-            database.executemany("INSERT INTO instances VALUES ('h', ?, 1, 0, ?, 'exact')", [(f"/n{n}", i + 1) for i in range(n)])
+            database.executemany("INSERT INTO instances VALUES ('h', ?, 1, 0, ?, 'exact', ?)", [(f"/n{n}", i + 1, n) for i in range(n)])
         for name, _, n, low, p50, p90, p99, high, _ in database.execute(QUESTIONS["percentiles"]):
             self.assertEqual((low, p50, p90, p99, high), (1, -(-50 * n // 100), -(-90 * n // 100), -(-99 * n // 100), n), name)
         database.close()

@@ -137,16 +137,39 @@ class Tables(unittest.TestCase):
             report = json.loads(cie("report", trace, "--format", "json"))
             database = self.database(trace)
             counted = dict(database.execute("""SELECT c.logical_id || c.pid, count(*) FROM instances i
-                JOIN callbacks c ON c.logical_id = i.logical_id AND c.pid = i.pid
+                JOIN callbacks c ON c.callback_index = i.callback_index
                 WHERE i.end_ns IS NOT NULL GROUP BY 1""").fetchall())
             for callback in report["callbacks"]:
                 self.assertGreaterEqual(counted.get(callback["logical_id"] + str(callback["pid"]), 0), callback["instances"])
             shared = database.execute("""SELECT count(DISTINCT logical_id || '/' || pid) FROM callback_threads WHERE
-                (pid, tid) IN (SELECT pid, tid FROM callback_threads GROUP BY pid, tid HAVING count(*) > 1) OR
-                (logical_id, pid) IN (SELECT logical_id, pid FROM callback_threads GROUP BY 1, 2 HAVING count(*) > 1)""").fetchone()[0]
+                thread_index IN (SELECT thread_index FROM callback_threads GROUP BY 1 HAVING count(*) > 1) OR
+                callback_index IN (SELECT callback_index FROM callback_threads GROUP BY 1 HAVING count(*) > 1)""").fetchone()[0]
             self.assertEqual(shared, sum(not callback["isolated"] and callback["instances"] > 0 for callback in report["callbacks"]))
             worst = database.execute("SELECT max(response_time_ns_max) FROM callbacks").fetchone()[0]
             self.assertEqual(worst, max(c["response_time_ns"]["max"] for c in report["callbacks"] if c["response_time_ns"]))
+
+    def test_an_index_is_that_of_one_row_of_the_report(self):
+        """Rows are joined by index: it names the same callback, thread and process in every table."""
+        for trace in TRACES:
+            database = self.database(trace)
+            report = json.loads(cie("report", trace, "--format", "json"))
+            callbacks = {c["index"]: (c["logical_id"], c["pid"]) for c in report["callbacks"]}
+            threads = {t["index"]: (t["pid"], t["tid"]) for t in report["threads"]}
+
+            def told(columns, table, database=database):
+                return [tuple(row) for row in database.execute(f"SELECT DISTINCT {columns} FROM {table}")]
+
+            self.assertEqual({i: (name, pid) for i, name, pid in told("callback_index, logical_id, pid", "callbacks")}, callbacks)
+            self.assertEqual({i: (pid, tid) for i, pid, tid in told("thread_index, pid, tid", "threads")}, threads)
+            for table in ("instances", "callback_threads"):
+                for index, name, pid in told("callback_index, logical_id, pid", table):
+                    self.assertEqual(callbacks[index], (name, pid), table)
+            for index, pid, tid in told("thread_index, pid, tid", "callback_threads"):
+                self.assertEqual(threads[index], (pid, tid))
+            for index, name, pid in told("to_callback_index, to_logical_id, to_pid", "edges"):
+                self.assertEqual(callbacks[index], (name, pid))
+            for index, subject in told("subject_index, subject", "verdicts WHERE subject_kind = 'callback' AND subject_index IS NOT NULL"):
+                self.assertIn(callbacks[index][0], subject)
 
     def test_nearest_rank_percentiles_are_those_of_sql(self):
         """The response at place ⌈p·n⌉, within the histogram's stated error."""

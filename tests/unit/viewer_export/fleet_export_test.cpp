@@ -167,7 +167,7 @@ TEST_F(FleetFiles, ClickHouseReadsRowsAsBytesInTheOrderOfTheSchema) {
   EXPECT_EQ(content_of(data / "instances.rowbinary"),
             of_process + "\x02" + "cb" + number(7) + number(8) + number(3) + some(1) + null +
                 number(1) + some(6) + null + null + null + null + null + "\x05" + "start" + null +
-                null + number(0) + null + "\x01");
+                null + number(0) + null + number(0) + "\x01");
 }
 
 TEST_F(FleetFiles, TheLoaderKnowsWhatToLoad) {

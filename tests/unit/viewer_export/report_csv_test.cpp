@@ -37,7 +37,7 @@ std::string cell(const std::vector<std::vector<std::string>>& rows, std::size_t 
 TEST(ReportCsv, HasOneRowPerCallbackAsWideAsTheHeader) {
   const auto rows = rows_of(test::sample_report());
   ASSERT_EQ(rows.size(), 4U);
-  constexpr std::size_t kColumns = 14 + 11 * 9 + 5;
+  constexpr std::size_t kColumns = 14 + 11 * 9 + 7;
   for (const auto& row : rows) {
     EXPECT_EQ(row.size(), kColumns);
   }
@@ -68,7 +68,7 @@ TEST(ReportCsv, EndsWithWhatWasAddedLater) {
   report.callbacks[0].exceptions = 2;
   report.callbacks[1].longest_queue = 12;
   const auto rows = rows_of(report);
-  EXPECT_EQ(rows[0].back(), "host");
+  EXPECT_EQ(rows[0].back(), "process_index");
   EXPECT_EQ(cell(rows, 1, "deadline_ns"), "5000000");
   EXPECT_EQ(cell(rows, 2, "deadline_ns"), "");
   EXPECT_EQ(cell(rows, 1, "exceptions"), "2");

@@ -39,6 +39,7 @@ struct Row {
 
   std::int64_t start = 0;
   std::int64_t tid = 0;
+  analysis::CallbackIndex callback{};
   analysis::ProcessIndex process{};
   analysis::ProcessIndex group{};  // the process where rows are ordered by it, else 0
   std::uint32_t name = 0;          // of the logical id
@@ -67,6 +68,7 @@ struct InOrder {
 Row row_of(const Instance& i, std::uint32_t name, InstanceOrder order) {
   Row row{.start = i.start.ns,
           .tid = i.tid,
+          .callback = i.callback,
           .process = i.process,
           .group = order == InstanceOrder::by_process ? i.process : analysis::ProcessIndex{},
           .name = name,
@@ -90,26 +92,28 @@ Row row_of(const Instance& i, std::uint32_t name, InstanceOrder order) {
   return row;
 }
 
-// The contract's columns, in its order.
-constexpr std::array<Column, 19> kColumns{{{"logical_id", ColumnType::text},
-                                           {"pid"},
-                                           {"tid"},
-                                           {"seq"},
-                                           {"release_ns"},
-                                           {"wakeup_ns"},
-                                           {"start_ns"},
-                                           {"end_ns"},
-                                           {"cpu_start"},
-                                           {"cpu_end"},
-                                           {"execution_ns"},
-                                           {"preempted_ns"},
-                                           {"blocked_ns"},
-                                           {"release_source", ColumnType::text},
-                                           {"waking_ns"},
-                                           {"wake_delay_ns"},
-                                           {"missed"},
-                                           {"status", ColumnType::text},
-                                           {"host", ColumnType::text}}};
+// The contract's columns, in its order, and behind them the row of the report.
+constexpr std::size_t kContractColumns = 19;
+constexpr std::array<Column, kContractColumns + 1> kColumns{{{"logical_id", ColumnType::text},
+                                                             {"pid"},
+                                                             {"tid"},
+                                                             {"seq"},
+                                                             {"release_ns"},
+                                                             {"wakeup_ns"},
+                                                             {"start_ns"},
+                                                             {"end_ns"},
+                                                             {"cpu_start"},
+                                                             {"cpu_end"},
+                                                             {"execution_ns"},
+                                                             {"preempted_ns"},
+                                                             {"blocked_ns"},
+                                                             {"release_source", ColumnType::text},
+                                                             {"waking_ns"},
+                                                             {"wake_delay_ns"},
+                                                             {"missed"},
+                                                             {"status", ColumnType::text},
+                                                             {"host", ColumnType::text},
+                                                             {"callback_index"}}};
 
 std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logical_id,
                                            const analysis::ProcessReport& process) {
@@ -131,7 +135,8 @@ std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logi
           row.cell(Row::wake_delay),
           std::int64_t{row.missed},
           row.status ? Cell(label(*row.status)) : Cell(),
-          std::string_view(process.host)};
+          std::string_view(process.host),
+          index_cell(row.callback)};
 }
 
 }  // namespace
@@ -164,9 +169,13 @@ void InstanceWriter::on_instance(const Instance& instance) {
 
 void InstanceWriter::show_progress(analysis::Progress* progress) { state_->progress = progress; }
 
-void InstanceWriter::write(std::ostream& out, TableFormat format, const analysis::Report& report) {
-  const auto writer = make_table(format, out, kColumns);
-  InstanceRows::drain(*this, *writer, report);
+void InstanceWriter::write(std::ostream& out, TableFormat format, const analysis::Report& report,
+                           InstanceColumns columns) {
+  const std::size_t count = columns == InstanceColumns::all ? kColumns.size() : kContractColumns;
+  const auto writer = make_table(format, out, std::span(kColumns).first(count));
+  InstanceRows::drain(*this, report, [&](std::span<const Cell> cells, const auto&, bool) {
+    writer->row(cells.first(count));
+  });
   writer->finish();
 }
 

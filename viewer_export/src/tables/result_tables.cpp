@@ -143,6 +143,8 @@ ResultTable callbacks() {
     table.columns.push_back({added});
   table.columns.push_back({"isolation", text});
   table.columns.push_back({"host", text});
+  table.columns.push_back({"callback_index"});
+  table.columns.push_back({"process_index"});
   table.rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
     const ReportRows rows(report);
     for (const auto& c : report.callbacks) {
@@ -171,6 +173,8 @@ ResultTable callbacks() {
         cells.push_back(cell(added));
       cells.push_back(c.isolation ? Cell(analysis::label(*c.isolation)) : Cell());
       cells.emplace_back(std::string_view(process.host));
+      cells.push_back(index_cell(c.index));
+      cells.push_back(index_cell(c.process));
       consume(cells, c.process);
     }
   };
@@ -180,15 +184,22 @@ ResultTable callbacks() {
 ResultTable callback_threads() {
   return {
       .name = "callback_threads",
-      .columns =
-          {{"logical_id", text}, {"pid"}, {"tid"}, {"thread", text}, {"instances"}, {"host", text}},
+      .columns = {{"logical_id", text},
+                  {"pid"},
+                  {"tid"},
+                  {"thread", text},
+                  {"instances"},
+                  {"host", text},
+                  {"callback_index"},
+                  {"thread_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& c : report.callbacks) {
           const auto& process = rows.process_of(c);
           for (const auto& thread : c.threads)
-            consume(std::array<Cell, 6>{c.logical_id, process.pid, thread.tid, thread.name,
-                                        as_integer(thread.instances), process.host},
+            consume(std::array<Cell, 8>{c.logical_id, process.pid, thread.tid, thread.name,
+                                        as_integer(thread.instances), process.host,
+                                        index_cell(c.index), index_cell(thread.thread)},
                     c.process);
         }
       }};
@@ -197,11 +208,12 @@ ResultTable callback_threads() {
 ResultTable threads() {
   return {
       .name = "threads",
-      .columns = {{"pid"},       {"tid"},        {"name", text},   {"role", text},
-                  {"callbacks"}, {"busy_ns"},    {"moment", text}, {"policy", text},
-                  {"priority"},  {"nice"},       {"runtime_ns"},   {"deadline_ns"},
-                  {"period_ns"}, {"cpus", text}, {"flags"},        {"error"},
-                  {"slice_ns"},  {"util_min"},   {"util_max"},     {"host", text}},
+      .columns = {{"pid"},          {"tid"},          {"name", text},   {"role", text},
+                  {"callbacks"},    {"busy_ns"},      {"moment", text}, {"policy", text},
+                  {"priority"},     {"nice"},         {"runtime_ns"},   {"deadline_ns"},
+                  {"period_ns"},    {"cpus", text},   {"flags"},        {"error"},
+                  {"slice_ns"},     {"util_min"},     {"util_max"},     {"host", text},
+                  {"thread_index"}, {"process_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& t : report.threads) {
@@ -227,6 +239,8 @@ ResultTable threads() {
             cells.resize(19);
           }
           cells.emplace_back(std::string_view(process.host));
+          cells.push_back(index_cell(t.index));
+          cells.push_back(index_cell(t.process));
           consume(cells, t.process);
         }
       }};
@@ -235,11 +249,16 @@ ResultTable threads() {
 ResultTable processes() {
   return {
       .name = "processes",
-      .columns =
-          {{"host", text}, {"pid"}, {"name", text}, {"executor", text}, {"complete", boolean}},
+      .columns = {{"host", text},
+                  {"pid"},
+                  {"name", text},
+                  {"executor", text},
+                  {"complete", boolean},
+                  {"process_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& p : report.processes)
-          consume(std::array<Cell, 5>{p.host, p.pid, p.name, cell(p.executor), p.complete},
+          consume(std::array<Cell, 6>{p.host, p.pid, p.name, cell(p.executor), p.complete,
+                                      index_cell(p.index)},
                   p.index);
       }};
 }
@@ -247,14 +266,15 @@ ResultTable processes() {
 ResultTable edges() {
   return {
       .name = "edges",
-      .columns = with({{"from_host", text}, {"to_host", text}},
-                      with_clock_error(with_summaries({{"from_logical_id", text},
-                                                       {"from_pid"},
-                                                       {"to_logical_id", text},
-                                                       {"to_pid"},
-                                                       {"topic", text},
-                                                       {"messages"}},
-                                                      {"communication_ns"}))),
+      .columns = with(
+          {{"from_host", text}, {"to_host", text}, {"from_callback_index"}, {"to_callback_index"}},
+          with_clock_error(with_summaries({{"from_logical_id", text},
+                                           {"from_pid"},
+                                           {"to_logical_id", text},
+                                           {"to_pid"},
+                                           {"topic", text},
+                                           {"messages"}},
+                                          {"communication_ns"}))),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& e : report.edges) {
@@ -266,6 +286,8 @@ ResultTable edges() {
           add_clock_error(cells, e.clock_error);
           cells.push_back(from.host);
           cells.push_back(to.host);
+          cells.push_back(cell(e.from));
+          cells.push_back(index_cell(e.to));
           consume(cells, {});
         }
       }};
@@ -274,7 +296,7 @@ ResultTable edges() {
 ResultTable chains() {
   return {
       .name = "chains",
-      .columns = with({{"host", text}},
+      .columns = with({{"host", text}, {"chain_index"}},
                       with_clock_error(with_summaries(
                           {{"name", text}, {"pid"}, {"hops"}, {"instances"}},
                           {"path_latency_ns", "reaction_time_ns", "data_age_ns", "undivided_ns"}))),
@@ -290,6 +312,7 @@ ResultTable chains() {
           add_summary(cells, c.undivided);
           add_clock_error(cells, c.clock_error);
           cells.push_back(place.host);
+          cells.push_back(index_cell(c.index));
           consume(cells, c.process);
         }
       }};
@@ -298,13 +321,14 @@ ResultTable chains() {
 ResultTable chain_hops() {
   return {
       .name = "chain_hops",
-      .columns = with({{"host", text}},
-                      with_clock_error(with_summaries({{"chain", text},
-                                                       {"pid"},
-                                                       {"position"},
-                                                       {"from_logical_id", text},
-                                                       {"to_logical_id", text}},
-                                                      {"processing_ns", "communication_ns"}))),
+      .columns =
+          with({{"host", text}, {"chain_index"}, {"from_callback_index"}, {"to_callback_index"}},
+               with_clock_error(with_summaries({{"chain", text},
+                                                {"pid"},
+                                                {"position"},
+                                                {"from_logical_id", text},
+                                                {"to_logical_id", text}},
+                                               {"processing_ns", "communication_ns"}))),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& c : report.chains) {
@@ -316,6 +340,9 @@ ResultTable chain_hops() {
             add_summary(cells, hop.communication);
             add_clock_error(cells, hop.clock_error);
             cells.push_back(place.host);
+            cells.push_back(index_cell(c.index));
+            cells.push_back(cell(hop.from_callback));
+            cells.push_back(cell(hop.to_callback));
             consume(cells, c.process);
           }
         }
@@ -333,17 +360,21 @@ ResultTable verdicts() {
                   {"checked"},
                   {"evidence"},
                   {"first_time_ns"},
-                  {"first_note", text}},
+                  {"first_note", text},
+                  {"subject_kind", text},
+                  {"subject_index"},
+                  {"process_index"}},
       .rows = [](const Report& /*report*/, const VerdictReport& verdicts, const Consume& consume) {
         for (const auto& rule : verdicts.rules)
           for (const auto& s : rule.subjects) {
             const bool has_evidence = !s.evidence.empty();
             consume(
-                std::array<Cell, 9>{
+                std::array<Cell, 12>{
                     rule.id, rule.name, s.subject, analysis::label(s.verdict), s.is_suppressed(),
                     as_integer(s.checked), as_integer(s.evidence.size()),
                     has_evidence ? Cell(s.evidence.front().time.ns) : Cell(),
-                    has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell()},
+                    has_evidence ? Cell(std::string_view(s.evidence.front().note)) : Cell(),
+                    analysis::label(s.about.kind), cell(s.about.index), cell(s.about.process)},
                 {});
           }
       }};

@@ -9,6 +9,7 @@
 #include <ostream>
 #include <span>
 #include <string_view>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -31,10 +32,16 @@ Cell cell(const std::optional<T>& value) {
   if (!value) return {};
   if constexpr (std::is_same_v<T, std::string>)
     return Cell(std::string_view(*value));
-  else if constexpr (std::is_integral_v<T>)
+  else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>)
     return Cell(static_cast<std::int64_t>(*value));
   else
     return Cell(static_cast<std::int64_t>(value->ns));
+}
+
+// The number of a row, by which rows are joined.
+template <typename Index>
+requires std::is_enum_v<Index> Cell index_cell(Index index) {
+  return static_cast<std::int64_t>(index);
 }
 
 // Takes the rows of one table, in order. Throws what the stream throws.

@@ -16,6 +16,10 @@ namespace cie::viewer_export {
 // Of the rows that are written: by start, then thread; or process after process, and in each so.
 enum class InstanceOrder : std::uint8_t { by_start, by_process };
 
+// The contract's, as `cie instances` prints them; or with "callback_index" behind them, by which rows
+// are joined with those of "callbacks", as databases and exported tables have them.
+enum class InstanceColumns : std::uint8_t { contract, all };
+
 // Collects instances in any order and writes them sorted. Memory is bounded: beyond
 // `rows_in_memory` rows, sorted runs go to nameless temporary files in `spill_directory` (empty:
 // $TMPDIR or /tmp). Not thread-safe.
@@ -35,9 +39,10 @@ class InstanceWriter final : public analysis::Observer {
 
   // Where to count the rows written; borrowed, null: nowhere.
   void show_progress(analysis::Progress* progress);
-  // Writes all rows, in the columns of the contract; `report` is that of the same analysis and
-  // has the processes. Call it once. Throws what the stream throws, and WriteError.
-  void write(std::ostream& out, TableFormat format, const analysis::Report& report);
+  // Writes all rows; `report` is that of the same analysis and has the processes. Call it once.
+  // Throws what the stream throws, and WriteError.
+  void write(std::ostream& out, TableFormat format, const analysis::Report& report,
+             InstanceColumns columns = InstanceColumns::contract);
 
  private:
   friend class InstanceRows;
