@@ -3,8 +3,7 @@
 #include <cie/scheduling/clock.hpp>
 #include <cie/tracepoints/trace.hpp>
 
-#include "dispatch/client_callback.hpp"
-#include "dispatch/subscription_callback.hpp"
+#include "dispatch/reader_callback.hpp"
 #include "scheduling_names.hpp"
 
 #include <algorithm>
@@ -20,13 +19,8 @@ constexpr dds_attach_t kPerSlot = 2;
 
 // Triggered while messages wait; without a handle for what takes no messages.
 dds::Entity read_condition_of(const Callback& callback) {
-  if (const auto* const subscription = dynamic_cast<const SubscriptionCallback*>(&callback)) {
-    return subscription->reader().new_read_condition();
-  }
-  if (const auto* const client = dynamic_cast<const ClientCallback*>(&callback)) {
-    return client->reader().new_read_condition();
-  }
-  return {};
+  const auto* const reading = dynamic_cast<const ReaderCallback*>(&callback);
+  return reading == nullptr ? dds::Entity{} : reading->reader().new_read_condition();
 }
 
 dds::Entity new_guard() {

@@ -13,27 +13,19 @@
 namespace cie::executor {
 
 ClientCallback::ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info,
-                               Ends ends, std::int64_t timeout_ns)
-    : Callback(std::move(group), info),
+                               ClientEnd end, std::int64_t timeout_ns)
+    : ReaderCallback(std::move(group), info, std::move(end.responses)),
       service_(info.source),
-      ends_(std::move(ends)),
-      timeout_ns_(timeout_ns),
-      messages_(ends_.responses->layout()) {
-  ends_.responses->delivery().set_trace(&trace());
-}
+      writer_(std::move(end.requests)),
+      guid_(end.guid),
+      timeout_ns_(timeout_ns) {}
 
 void ClientCallback::dispose() noexcept {
-  ends_.responses->delivery().set_trace(nullptr);
-  trace().overwritten(ends_.responses->close());
+  ReaderCallback::dispose();
   std::map<std::int64_t, Request> dropped;  // with what users gave, so without the lock
   const std::lock_guard lock{mutex_};
   dropped.swap(requests_);
   update_next_due();
-}
-
-void ClientCallback::serve(ReadySink* sink) {
-  ends_.responses->delivery().set_target(sink, this);
-  if (sink != nullptr) sink->on_ready(*this);  // for what arrived before
 }
 
 void ClientCallback::update_next_due() {
@@ -54,16 +46,16 @@ void ClientCallback::send(const void* request, Completion completion) {
   }
   try {
     // Its contents stay the user's: DDS copies them out.
-    std::vector<std::byte> message(ends_.requests->layout()->size());
-    set_header(message.data(), {.guid = ends_.guid, .seq = seq});
+    std::vector<std::byte> message(writer_->layout()->size());
+    set_header(message.data(), {.guid = guid_, .seq = seq});
     std::memcpy(payload_of(message.data()), request, message.size() - sizeof(CallHeader));
-    ends_.requests->publish(message.data());
+    writer_->publish(message.data());
   } catch (...) {
     remove(seq);
     throw;
   }
   // Whoever serves it may sleep without end.
-  if (is_first && timeout_ns_ > 0) ends_.responses->delivery().wake();
+  if (is_first && timeout_ns_ > 0) reader().delivery().wake();
 }
 
 std::optional<ClientCallback::Request> ClientCallback::remove(std::int64_t seq) {
@@ -88,22 +80,14 @@ std::optional<ClientCallback::Request> ClientCallback::remove_overdue() {
 // What has arrived comes before what is overdue: a late thread makes no timeout of a response that
 // is there.
 bool ClientCallback::run_one() {
-  {
-    MessagePool::Loan response{messages_};
-    MessageInfo info;
-    while (ends_.responses->take(response, info)) {
-      const auto request = remove(header_of(response.get()).seq);
-      if (!request) continue;
-      const Instance instance{*this,
-                              {.kind = ReleaseKind::data,
-                               .release_ns = info.arrival_ns,
-                               .source_timestamp_realtime_ns = info.source_timestamp_realtime_ns,
-                               .writer_gid = info.writer_gid}};
-      request->completion({response.handle(), payload_of(response.get())});
-      return true;
-    }
-  }
-  trace().overwritten(ends_.responses->delivery().count().overwritten());
+  const bool has_run = run_next([this](const MessagePool::Loan& response, const MessageInfo& info) {
+    const auto request = remove(header_of(response.get()).seq);
+    if (!request) return false;
+    const Instance instance{*this, release_by(info)};
+    request->completion({response.handle(), payload_of(response.get())});
+    return true;
+  });
+  if (has_run) return true;
   const auto request = remove_overdue();
   if (!request) return false;
   const Instance instance{*this, {.kind = ReleaseKind::timer, .release_ns = request->deadline_ns}};
@@ -111,9 +95,7 @@ bool ClientCallback::run_one() {
   return true;
 }
 
-bool ClientCallback::is_ready() const {
-  return ends_.requests->matched() > 0 && ends_.responses->matched() > 0;
-}
+bool ClientCallback::is_ready() const { return writer_->matched() > 0 && reader().matched() > 0; }
 
 std::size_t ClientCallback::pending() const {
   const std::lock_guard lock{mutex_};
@@ -123,11 +105,7 @@ std::size_t ClientCallback::pending() const {
 void send_request(ClientCallback& client, const void* request, Completion completion) {
   client.send(request, std::move(completion));
 }
-const std::string& logical_id_of(const ClientCallback& client) noexcept {
-  return client.logical_id();
-}
 const std::string& service_of(const ClientCallback& client) noexcept { return client.service(); }
-CallbackId id_of(const ClientCallback& client) noexcept { return client.id(); }
 bool is_ready(const ClientCallback& client) { return client.is_ready(); }
 std::size_t pending_requests(const ClientCallback& client) { return client.pending(); }
 

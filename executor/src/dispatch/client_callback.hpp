@@ -2,14 +2,11 @@
 #pragma once
 
 #include <cie/executor/client.hpp>
-#include <cie/scheduling/callback.hpp>
 #include <cie/scheduling/clock.hpp>
 #include <cie/tracepoints/priority_mutex.hpp>
 
-#include "dds/message_pool.hpp"
-#include "dds/reader.hpp"
-#include "dds/writer.hpp"
-#include "scheduling_names.hpp"
+#include "reader_callback.hpp"
+#include "services/service_ends.hpp"
 
 #include <atomic>
 #include <cstddef>
@@ -23,15 +20,10 @@ namespace cie::executor {
 
 // Its instances are the completions of requests: by a response, or by a timeout. A response that
 // nobody waits for any more is no instance.
-class ClientCallback final : public Callback {
+class ClientCallback final : public ReaderCallback {
  public:
-  struct Ends {
-    std::unique_ptr<Writer> requests;
-    std::unique_ptr<Reader> responses;
-    std::uint64_t guid;  // in the header of each request
-  };
   // `timeout_ns` 0: none.
-  ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info, Ends ends,
+  ClientCallback(std::shared_ptr<GroupState> group, const trace::CallbackInfo& info, ClientEnd end,
                  std::int64_t timeout_ns);
   ~ClientCallback() override { end(); }
 
@@ -40,14 +32,11 @@ class ClientCallback final : public Callback {
   bool is_ready() const;
   std::size_t pending() const;
   const std::string& service() const noexcept { return service_; }
-  const Reader& reader() const noexcept { return *ends_.responses; }
 
   std::int64_t next_due() const noexcept override {
     return next_due_ns_.load(std::memory_order_relaxed);
   }
-  void serve(ReadySink* sink) override;
   bool has_timer() const noexcept override { return true; }
-  std::uint64_t queued() const noexcept override { return ends_.responses->queued(); }
 
  private:
   bool run_one() override;
@@ -62,9 +51,9 @@ class ClientCallback final : public Callback {
   void update_next_due();  // with mutex_ held
 
   std::string service_;
-  Ends ends_;
+  std::unique_ptr<Writer> writer_;
+  std::uint64_t guid_;  // in the header of each request
   std::int64_t timeout_ns_;
-  MessagePool messages_;
   std::atomic<std::int64_t> next_due_ns_{kNever};
   mutable PriorityMutex mutex_;               // of what follows
   std::map<std::int64_t, Request> requests_;  // by seq, and so by deadline

@@ -48,7 +48,5 @@ bool GuardConditionCallback::run_one() {
 }  // namespace executor
 
 void GuardCondition::trigger() noexcept { callback_->trigger(); }
-const std::string& GuardCondition::logical_id() const noexcept { return callback_->logical_id(); }
-CallbackId GuardCondition::id() const noexcept { return callback_->id(); }
 
 }  // namespace cie

@@ -9,9 +9,7 @@
 #include "executor_core.hpp"
 #include "guard_condition_callback.hpp"
 #include "parameters/parameter_services.hpp"
-#include "services/replier.hpp"
-#include "services/service_endpoint.hpp"
-#include "services/service_type.hpp"
+#include "services/service_ends.hpp"
 #include "subscription_callback.hpp"
 #include "timer_callback.hpp"
 
@@ -278,23 +276,21 @@ std::shared_ptr<SubscriptionCallback> create_service(
     ErasedServiceFunction function, const CallbackOptions& options, const std::type_info& symbol) {
   const std::string name = node.resolved(service);
   auto group = node.group_or_new(options.group);
-  const std::string identity = EndpointId{}.user_data("serviceid");
-  // The writer first: a client that sees the reader can be answered.
-  auto replier = std::make_shared<Replier>(
-      std::make_unique<Writer>(node.context(), node.id(), reply_topic(name), qos,
-                               ServiceType{response_type}.descriptor(), identity),
-      std::move(function));
-  auto reader = std::make_unique<Reader>(node.context(), request_topic(name), qos,
-                                         ServiceType{request_type}.descriptor(), identity);
-  replier->listen_at(reader->entity());
-  replier->announce(node.graph_member());
-  reader->announce(node.graph_member());
+  auto end = make_server_end({.context = node.context(),
+                              .graph_node = node.graph_member(),
+                              .node = node.id(),
+                              .name = name,
+                              .qos = qos,
+                              .request = request_type,
+                              .response = response_type},
+                             std::move(function));
   auto info = describe(node, *group, CallbackKind::service, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto callback = std::make_shared<SubscriptionCallback>(
-      std::move(group), std::move(info), std::move(reader),
-      [replier](const std::shared_ptr<const void>& request, const MessageInfo& facts) {
+      std::move(group), std::move(info), std::move(end.requests),
+      [replier = std::shared_ptr{std::move(end.replier)}](
+          const std::shared_ptr<const void>& request, const MessageInfo& facts) {
         replier->answer(request.get(), facts.writer_gid);
       });
   node.add(callback);
@@ -312,23 +308,18 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
     throw std::invalid_argument{"the timeout of a client of \"" + name + "\" is negative"};
   }
   auto group = node.group_or_new(options.group);
-  const EndpointId identity;
-  const std::string user_data = identity.user_data("clientid");
-  // The reader first: a service that sees the writer can answer.
-  ClientCallback::Ends ends;
-  ends.guid = identity.guid();
-  ends.responses = std::make_unique<Reader>(node.context(), reply_topic(name), qos,
-                                            ServiceType{response_type}.descriptor(), user_data,
-                                            Reader::Reply{.recipient = ends.guid});
-  ends.requests = std::make_unique<Writer>(node.context(), node.id(), request_topic(name), qos,
-                                           ServiceType{request_type}.descriptor(), user_data);
-  ends.responses->announce(node.graph_member());
-  ends.requests->announce(node.graph_member());
+  auto end = make_client_end({.context = node.context(),
+                              .graph_node = node.graph_member(),
+                              .node = node.id(),
+                              .name = name,
+                              .qos = qos,
+                              .request = request_type,
+                              .response = response_type});
   auto info = describe(node, *group, CallbackKind::client, name,
                        {.name = options.name, .deadline = options.deadline}, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
-  auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(ends),
+  auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(end),
                                                  options.timeout.count());
   node.add(client);
   return handle_of(node, std::move(client));
@@ -342,11 +333,6 @@ std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, c
   writer->keep_loaded(pin_library_of(reinterpret_cast<const void*>(code)));
   return writer;
 }
-
-void remove_callback(NodeState& node, TimerCallback& callback) { node.remove(callback); }
-void remove_callback(NodeState& node, GuardConditionCallback& callback) { node.remove(callback); }
-void remove_callback(NodeState& node, SubscriptionCallback& callback) { node.remove(callback); }
-void remove_callback(NodeState& node, ClientCallback& callback) { node.remove(callback); }
 
 }  // namespace executor
 

@@ -72,8 +72,6 @@ bool TimerCallback::run_one() {
 void Timer::cancel() { callback_->cancel(); }
 void Timer::reset() { callback_->reset(); }
 bool Timer::is_cancelled() const { return callback_->is_cancelled(); }
-const std::string& Timer::logical_id() const noexcept { return callback_->logical_id(); }
-CallbackId Timer::id() const noexcept { return callback_->id(); }
 std::chrono::nanoseconds Timer::period() const noexcept {
   return std::chrono::nanoseconds{callback_->period_ns()};
 }

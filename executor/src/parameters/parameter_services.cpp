@@ -2,8 +2,7 @@
 
 #include "dds/context_state.hpp"
 #include "dds/names.hpp"
-#include "services/service_endpoint.hpp"
-#include "services/service_type.hpp"
+#include "services/service_ends.hpp"
 
 #include <exception>
 #include <utility>
@@ -23,25 +22,20 @@ ParameterServices::ParameterServices(const std::shared_ptr<ContextState>& contex
       events_(context, node_id, message_topic("/parameter_events"), QoS{KeepLast{kEventDepth}},
               parameter_event_type()) {
   events_.announce(graph_node);
+  const ServicesQoS qos;
   for (const ParameterService& each : parameter_services()) {
-    const std::string name = node_ + "/" + std::string{each.name};
-    const std::string identity = EndpointId{}.user_data("serviceid");
-    Service service;
-    // The writer first: a client that sees the reader can be answered.
-    service.replier = std::make_unique<Replier>(
-        std::make_unique<Writer>(context, std::nullopt, reply_topic(name), ServicesQoS{},
-                                 ServiceType{*each.response}.descriptor(), identity),
-        [&store, &each](const void* request, void* response) {
-          each.answer(store, request, response);
-        });
-    service.requests = std::make_unique<Reader>(context, request_topic(name), ServicesQoS{},
-                                                ServiceType{*each.request}.descriptor(), identity);
-    service.messages = std::make_unique<MessagePool>(service.requests->layout());
-    service.replier->listen_at(service.requests->entity());
-    service.replier->announce(graph_node);
-    service.requests->announce(graph_node);
-    service.requests->delivery().set_wakeup(&server_.wakeup());
-    services_.push_back(std::move(service));
+    auto end = make_server_end({.context = context,
+                                .graph_node = graph_node,
+                                .name = node_ + "/" + std::string{each.name},
+                                .qos = qos,
+                                .request = *each.request,
+                                .response = *each.response},
+                               [&store, &each](const void* request, void* response) {
+                                 each.answer(store, request, response);
+                               });
+    end.requests->delivery().set_wakeup(&server_.wakeup());
+    auto messages = std::make_unique<MessagePool>(end.requests->layout());
+    services_.push_back({std::move(end), std::move(messages)});
   }
   server_.add(*this);
 }
@@ -49,7 +43,7 @@ ParameterServices::ParameterServices(const std::shared_ptr<ContextState>& contex
 ParameterServices::~ParameterServices() {
   server_.remove(*this);
   for (const Service& service : services_)
-    service.requests->delivery().set_wakeup(nullptr);
+    service.end.requests->delivery().set_wakeup(nullptr);
 }
 
 void ParameterServices::serve() noexcept {
@@ -57,8 +51,8 @@ void ParameterServices::serve() noexcept {
     try {
       MessagePool::Loan request{*service.messages};
       MessageInfo info;
-      while (service.requests->take(request, info))
-        service.replier->answer(request.get(), info.writer_gid);
+      while (service.end.requests->take(request, info))
+        service.end.replier->answer(request.get(), info.writer_gid);
     } catch (const std::exception&) {
       // DDS or memory failed for this one request: whoever asked waits, as for a message lost.
     }

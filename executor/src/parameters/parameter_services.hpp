@@ -5,11 +5,10 @@
 
 #include "dds/graph.hpp"
 #include "dds/message_pool.hpp"
-#include "dds/reader.hpp"
 #include "dds/writer.hpp"
 #include "parameter_messages.hpp"
 #include "scheduling_names.hpp"
-#include "services/replier.hpp"
+#include "services/service_ends.hpp"
 
 #include <memory>
 #include <string>
@@ -33,8 +32,7 @@ class ParameterServices final : public BackgroundServer::Endpoint {
 
  private:
   struct Service {
-    std::unique_ptr<Reader> requests;
-    std::unique_ptr<Replier> replier;
+    ServerEnd end;
     std::unique_ptr<MessagePool> messages;
   };
 

@@ -3,6 +3,7 @@
 #include <cie/scheduling/clock.hpp>
 
 #include "scheduling_names.hpp"
+#include "service_endpoint.hpp"
 #include "service_type.hpp"
 
 #include <algorithm>
@@ -32,8 +33,12 @@ class Emptied {
 
 }  // namespace
 
-Replier::Replier(std::unique_ptr<Writer> writer, ErasedServiceFunction function)
-    : writer_(std::move(writer)), function_(std::move(function)), responses_(writer_->layout()) {}
+Replier::Replier(std::unique_ptr<Writer> writer, dds_entity_t request_reader,
+                 ErasedServiceFunction function)
+    : writer_(std::move(writer)),
+      request_reader_(request_reader),
+      function_(std::move(function)),
+      responses_(writer_->layout()) {}
 
 void Replier::answer(const void* request, std::uint64_t writer_gid) {
   MessagePool::Loan loan{responses_};

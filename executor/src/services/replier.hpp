@@ -6,7 +6,6 @@
 
 #include "dds/message_pool.hpp"
 #include "dds/writer.hpp"
-#include "service_endpoint.hpp"
 
 #include <array>
 #include <cstddef>
@@ -18,11 +17,10 @@ namespace cie::executor {
 // Has the user's function fill in a response and sends it to who asked. Thread-safe.
 class Replier {
  public:
-  Replier(std::unique_ptr<Writer> writer, ErasedServiceFunction function);
+  // `request_reader`: what the requests come from.
+  Replier(std::unique_ptr<Writer> writer, dds_entity_t request_reader,
+          ErasedServiceFunction function);
 
-  void announce(const Graph::Member& node) { writer_->announce(node); }
-  // The reader that the requests come from; before the first of them.
-  void listen_at(dds_entity_t request_reader) noexcept { request_reader_ = request_reader; }
   // `writer_gid` is the number of the client's writer. Throws what the user's function throws, and
   // dds::Error.
   void answer(const void* request, std::uint64_t writer_gid);
@@ -35,7 +33,7 @@ class Replier {
   bool is_known(std::uint64_t writer_gid);
 
   std::unique_ptr<Writer> writer_;
-  dds_entity_t request_reader_ = 0;
+  dds_entity_t request_reader_;
   ErasedServiceFunction function_;
   MessagePool responses_;
   PriorityMutex mutex_;                    // of what follows

@@ -2,14 +2,13 @@
 #pragma once
 
 #include <cie/executor/callback_group.hpp>
+#include <cie/executor/callback_handle.hpp>
 #include <cie/executor/message.hpp>
 #include <cie/executor/service.hpp>
-#include <cie/tracepoints/schema.hpp>
 
 #include <chrono>
 #include <concepts>
 #include <cstddef>
-#include <cstdint>
 #include <exception>
 #include <functional>
 #include <future>
@@ -40,9 +39,7 @@ class ClientCallback;
 // `response` is null when the request timed out.
 using Completion = std::function<void(const std::shared_ptr<const void>& response)>;
 void send_request(ClientCallback& client, const void* request, Completion completion);
-const std::string& logical_id_of(const ClientCallback& client) noexcept;
 const std::string& service_of(const ClientCallback& client) noexcept;
-CallbackId id_of(const ClientCallback& client) noexcept;
 bool is_ready(const ClientCallback& client);
 bool wait_until_ready(const ClientCallback& client, std::chrono::nanoseconds timeout);
 std::size_t pending_requests(const ClientCallback& client);
@@ -55,12 +52,11 @@ std::size_t pending_requests(const ClientCallback& client);
 // Thread-safe. It ends with the last copy of its handle, or with its node, which a handle may
 // outlive. What is pending then never completes: its future breaks, its callback is dropped.
 template <ServiceMessage Request, ServiceMessage Response>
-class Client {
+class Client : public executor::CallbackHandle<executor::ClientCallback> {
  public:
   using ResponsePtr = std::shared_ptr<const Response>;
 
-  explicit Client(std::shared_ptr<executor::ClientCallback> callback)
-      : callback_(std::move(callback)) {}
+  using CallbackHandle::CallbackHandle;
 
   // Sends the request and returns without waiting. The future gets the
   // response, or throws ServiceTimeout. Waiting for it inside a callback works where the client has
@@ -102,14 +98,6 @@ class Client {
   std::size_t pending_requests() const { return executor::pending_requests(*callback_); }
 
   const std::string& service_name() const noexcept { return executor::service_of(*callback_); }
-  const std::string& logical_id() const noexcept { return executor::logical_id_of(*callback_); }
-  CallbackId id() const noexcept { return executor::id_of(*callback_); }
-
-  // For the classes of this library.
-  executor::ClientCallback& callback() const noexcept { return *callback_; }
-
- private:
-  std::shared_ptr<executor::ClientCallback> callback_;
 };
 
 }  // namespace cie

@@ -1,11 +1,7 @@
 // Runs a callback when the program says so. Made by Node::create_guard_condition.
 #pragma once
 
-#include <cie/tracepoints/schema.hpp>
-
-#include <memory>
-#include <string>
-#include <utility>
+#include <cie/executor/callback_handle.hpp>
 
 namespace cie {
 
@@ -16,25 +12,15 @@ class GuardConditionCallback;
 // As in ROS 2: other threads, devices or libraries hand work over to a
 // callback that an executor serves. It ends with the last copy of its handle. That may outlive the
 // node; it then is idle, and trigger() does nothing.
-class GuardCondition {
+class GuardCondition : public executor::CallbackHandle<executor::GuardConditionCallback> {
  public:
-  explicit GuardCondition(std::shared_ptr<executor::GuardConditionCallback> callback)
-      : callback_(std::move(callback)) {}
+  using CallbackHandle::CallbackHandle;
 
   // Makes one instance ready, released now. Triggers that come before it starts are one with it;
   // one that comes while it runs makes another. What the caller wrote before is seen by the
   // instance. Any thread; also a signal handler, unless several threads serve the callback
   // (MultiThreadedExecutor, a reentrant group) or it is a baseline: those take a lock.
   void trigger() noexcept;
-
-  const std::string& logical_id() const noexcept;
-  CallbackId id() const noexcept;
-
-  // For the classes of this library.
-  executor::GuardConditionCallback& callback() const noexcept { return *callback_; }
-
- private:
-  std::shared_ptr<executor::GuardConditionCallback> callback_;
 };
 
 }  // namespace cie

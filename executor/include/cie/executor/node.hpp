@@ -67,10 +67,6 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
                                               const dds_topic_descriptor& response_type,
                                               const ClientOptions& options,
                                               const std::type_info& symbol);
-void remove_callback(NodeState& node, TimerCallback& callback);
-void remove_callback(NodeState& node, GuardConditionCallback& callback);
-void remove_callback(NodeState& node, SubscriptionCallback& callback);  // or a service's
-void remove_callback(NodeState& node, ClientCallback& callback);
 }  // namespace executor
 
 // Entities may be created at any time from any thread, also while an executor spins the node: they
@@ -168,7 +164,7 @@ class Node final {
   // network with the last of them. Throws std::logic_error if it is another node's.
   template <typename Handle>
   void remove(const std::shared_ptr<Handle>& handle) {
-    executor::remove_callback(*state_, handle->callback());
+    handle->remove_from(*state_);
   }
 
   // --- parameters: from any thread ---

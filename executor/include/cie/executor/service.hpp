@@ -1,16 +1,13 @@
 // Answers requests. Made by Node::create_service.
 #pragma once
 
+#include <cie/executor/callback_handle.hpp>
 #include <cie/executor/message.hpp>
 #include <cie/executor/subscription.hpp>
-#include <cie/tracepoints/schema.hpp>
 
 #include <concepts>
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <string>
-#include <utility>
 
 namespace cie {
 
@@ -41,20 +38,11 @@ using ErasedServiceFunction = std::function<void(const void* request, void* resp
 // none: its client times out. It ends with the last copy of its handle. That may outlive the node;
 // it then is idle.
 template <ServiceMessage Request, ServiceMessage Response>
-class Service {
+class Service : public executor::CallbackHandle<executor::SubscriptionCallback> {
  public:
-  explicit Service(std::shared_ptr<executor::SubscriptionCallback> callback)
-      : callback_(std::move(callback)) {}
-  const std::string& logical_id() const noexcept { return executor::logical_id_of(*callback_); }
-  CallbackId id() const noexcept { return executor::id_of(*callback_); }
+  using CallbackHandle::CallbackHandle;
   // Clients connected now, in this process and others.
   std::uint32_t client_count() const { return executor::matched_writers(*callback_); }
-
-  // For the classes of this library.
-  executor::SubscriptionCallback& callback() const noexcept { return *callback_; }
-
- private:
-  std::shared_ptr<executor::SubscriptionCallback> callback_;
 };
 
 }  // namespace cie

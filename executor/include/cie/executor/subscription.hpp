@@ -1,14 +1,13 @@
 // Runs a callback for each message of a topic. Made by Node::create_subscription.
 #pragma once
 
+#include <cie/executor/callback_handle.hpp>
 #include <cie/executor/message.hpp>
-#include <cie/tracepoints/schema.hpp>
 
 #include <concepts>
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -18,8 +17,6 @@ namespace executor {
 class SubscriptionCallback;
 using MessageFunction =
     std::function<void(const std::shared_ptr<const void>& message, const MessageInfo& info)>;
-const std::string& logical_id_of(const SubscriptionCallback& callback) noexcept;
-CallbackId id_of(const SubscriptionCallback& callback) noexcept;
 std::uint32_t matched_writers(const SubscriptionCallback& callback);
 }  // namespace executor
 
@@ -35,20 +32,11 @@ const MessageInfo& > ;
 
 // Ends with the last copy of its handle. That may outlive the node; it then is idle.
 template <Message T>
-class Subscription {
+class Subscription : public executor::CallbackHandle<executor::SubscriptionCallback> {
  public:
-  explicit Subscription(std::shared_ptr<executor::SubscriptionCallback> callback)
-      : callback_(std::move(callback)) {}
-  const std::string& logical_id() const noexcept { return executor::logical_id_of(*callback_); }
-  CallbackId id() const noexcept { return executor::id_of(*callback_); }
+  using CallbackHandle::CallbackHandle;
   // Publishers connected now, in this process and others.
   std::uint32_t publisher_count() const { return executor::matched_writers(*callback_); }
-
-  // For the classes of this library.
-  executor::SubscriptionCallback& callback() const noexcept { return *callback_; }
-
- private:
-  std::shared_ptr<executor::SubscriptionCallback> callback_;
 };
 
 namespace executor {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <cie/executor/callback_group.hpp>
-#include <cie/tracepoints/schema.hpp>
+#include <cie/executor/callback_handle.hpp>
 
 #include <chrono>
 #include <memory>
@@ -29,10 +29,9 @@ struct TimerOptions {
 // Expiries of a periodic timer lie on an absolute grid and never drift. A timer that is served late
 // runs once for the latest expiry, with the skipped ones counted. It ends with the last copy of its
 // handle. The handle may outlive its node; it then is idle.
-class Timer {
+class Timer : public executor::CallbackHandle<executor::TimerCallback> {
  public:
-  explicit Timer(std::shared_ptr<executor::TimerCallback> callback)
-      : callback_(std::move(callback)) {}
+  using CallbackHandle::CallbackHandle;
 
   // No instance is released any more; one that has begun ends. Thread-safe, also in the timer's own
   // callback; not for signal handlers.
@@ -43,16 +42,8 @@ class Timer {
   // Whether cancel() was called, and reset() not since.
   bool is_cancelled() const;
 
-  const std::string& logical_id() const noexcept;
-  CallbackId id() const noexcept;
   // Or the delay.
   std::chrono::nanoseconds period() const noexcept;
-
-  // For the classes of this library.
-  executor::TimerCallback& callback() const noexcept { return *callback_; }
-
- private:
-  std::shared_ptr<executor::TimerCallback> callback_;
 };
 
 }  // namespace cie
