@@ -2,12 +2,16 @@
 
 #include <cie/executor/message.hpp>
 
+#include "parameter_kinds.hpp"
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <exception>
 #include <set>
+#include <tuple>
 #include <type_traits>
+#include <variant>
 
 #include <rcl_interfaces.h>
 
@@ -31,11 +35,13 @@ auto elements(Sequence& sequence) {
   return std::span{sequence._buffer, sequence._length};
 }
 
+std::string text_of(const char* text) { return text == nullptr ? "" : text; }
+
 template <typename Sequence>
 std::vector<std::string> texts(const Sequence& sequence) {
   std::vector<std::string> texts;
   for (const char* const text : elements(sequence))
-    texts.emplace_back(text == nullptr ? "" : text);
+    texts.push_back(text_of(text));
   return texts;
 }
 
@@ -52,74 +58,67 @@ void fill_numbers(Sequence& sequence, const std::vector<T>& numbers) {
   std::ranges::copy(numbers, sequence._buffer);
 }
 
-template <typename T, typename Sequence>
-std::vector<T> numbers(const Sequence& sequence) {
-  return std::vector<T>(sequence._buffer, sequence._buffer + sequence._length);
-}
-
 // --- values -----------------------------------------------------------------------------------
 
 using ValueMessage = rcl_interfaces_msg_ParameterValue;
 
-struct FillValue {
-  ValueMessage& message;
-  void operator()(std::monostate) const {}
-  void operator()(bool value) const { message.bool_value = value; }
-  void operator()(std::int64_t value) const { message.integer_value = value; }
-  void operator()(double value) const { message.double_value = value; }
-  void operator()(const std::string& value) const { set_text(message.string_value, value); }
-  void operator()(const std::vector<std::uint8_t>& values) const {
-    fill_numbers(message.byte_array_value, values);
-  }
-  void operator()(const std::vector<bool>& values) const {
-    fill_numbers(message.bool_array_value, values);
-  }
-  void operator()(const std::vector<std::int64_t>& values) const {
-    fill_numbers(message.integer_array_value, values);
-  }
-  void operator()(const std::vector<double>& values) const {
-    fill_numbers(message.double_array_value, values);
-  }
-  void operator()(const std::vector<std::string>& values) const {
-    fill_texts(message.string_array_value, values);
-  }
-};
+// The fields of the values, in the order of their kinds.
+constexpr std::tuple kFields{nullptr,
+                             &ValueMessage::bool_value,
+                             &ValueMessage::integer_value,
+                             &ValueMessage::double_value,
+                             &ValueMessage::string_value,
+                             &ValueMessage::byte_array_value,
+                             &ValueMessage::bool_array_value,
+                             &ValueMessage::integer_array_value,
+                             &ValueMessage::double_array_value,
+                             &ValueMessage::string_array_value};
+
+template <typename Value>
+constexpr auto kField = std::get<static_cast<std::size_t>(kKindOf<Value>)>(kFields);
 
 void fill_value(ValueMessage& message, const ParameterValue& value) {
   message.type = static_cast<std::uint8_t>(kind_of(value));
-  std::visit(FillValue{message}, value);
+  std::visit(
+      [&message]<typename Value>(const Value& of_kind) {
+        if constexpr (std::is_same_v<Value, std::monostate>) {
+          return;
+        } else if constexpr (std::is_same_v<Value, std::string>) {
+          set_text(message.*kField<Value>, of_kind);
+        } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+          fill_texts(message.*kField<Value>, of_kind);
+        } else if constexpr (kIsList<Value>) {
+          fill_numbers(message.*kField<Value>, of_kind);
+        } else {
+          message.*kField<Value> = of_kind;
+        }
+      },
+      value);
 }
 
 ParameterValue value_of(const ValueMessage& message) {
-  switch (static_cast<ParameterKind>(message.type)) {
-    case ParameterKind::bool_:
-      return bool{message.bool_value};
-    case ParameterKind::integer:
-      return std::int64_t{message.integer_value};
-    case ParameterKind::double_:
-      return message.double_value;
-    case ParameterKind::string:
-      return std::string{message.string_value == nullptr ? "" : message.string_value};
-    case ParameterKind::byte_array:
-      return numbers<std::uint8_t>(message.byte_array_value);
-    case ParameterKind::bool_array:
-      return numbers<bool>(message.bool_array_value);
-    case ParameterKind::integer_array:
-      return numbers<std::int64_t>(message.integer_array_value);
-    case ParameterKind::double_array:
-      return numbers<double>(message.double_array_value);
-    case ParameterKind::string_array:
-      return texts(message.string_array_value);
-    default:  // also a number that is no kind
-      return std::monostate{};
-  }
+  return with_type_of(static_cast<ParameterKind>(message.type),
+                      [&message]<typename Value>(Value) -> ParameterValue {
+                        if constexpr (std::is_same_v<Value, std::monostate>) {
+                          return {};
+                        } else if constexpr (std::is_same_v<Value, std::string>) {
+                          return text_of(message.*kField<Value>);
+                        } else if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+                          return texts(message.*kField<Value>);
+                        } else if constexpr (kIsList<Value>) {
+                          const auto values = elements(message.*kField<Value>);
+                          return Value(values.begin(), values.end());
+                        } else {
+                          return Value{message.*kField<Value>};
+                        }
+                      });
 }
 
 template <typename Sequence>
 std::vector<Parameter> parameters_of(const Sequence& sequence) {
   std::vector<Parameter> parameters;
   for (const auto& each : elements(sequence))
-    parameters.push_back({each.name == nullptr ? "" : each.name, value_of(each.value)});
+    parameters.push_back({text_of(each.name), value_of(each.value)});
   return parameters;
 }
 

@@ -1,17 +1,18 @@
 #include <cie/executor/parameters.hpp>
 
+#include "parameter_kinds.hpp"
+
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <type_traits>
+#include <utility>
 
 namespace cie {
 namespace {
 
-// As rclcpp writes them, but for "not set".
-constexpr std::array<std::string_view, 10> kKindNames{
-    "nothing",    "bool",       "integer",       "double",       "string",
-    "byte_array", "bool_array", "integer_array", "double_array", "string_array"};
+using executor::kIsList;
+using executor::kKindOf;
 
 [[noreturn]] void fail(std::string_view name, const std::string& text, std::string_view wanted) {
   throw std::invalid_argument{"parameter \"" + std::string{name} + "\" is \"" + text +
@@ -45,45 +46,41 @@ template <>
 constexpr std::string_view kWanted<std::uint8_t> = "whole numbers of 0 to 255";
 
 template <typename T>
-ParameterValue single(std::string_view name, const ParameterText& text) {
-  if (text.is_list) fail(name, "a list", "a single value");
+T parsed(std::string_view name, const std::string& text) {
   T value{};
-  if (!parse(text.texts.front(), value)) fail(name, text.texts.front(), kWanted<T>);
+  if (!parse(text, value)) fail(name, text, kWanted<T>);
   return value;
 }
 
-template <typename T>
-ParameterValue list(std::string_view name, const ParameterText& text) {
-  if (!text.is_list) fail(name, text.texts.front(), "a list");
-  std::vector<T> values;
-  for (const std::string& each : text.texts) {
-    T value{};
-    if (!parse(each, value)) fail(name, each, kWanted<T>);
-    values.push_back(value);
+ParameterValue value_of(std::string_view name, const ParameterText& text, auto value) {
+  using Value = decltype(value);
+  if constexpr (kIsList<Value>) {
+    if (!text.is_list) fail(name, text.texts.front(), "a list");
+    for (const std::string& each : text.texts)
+      value.push_back(parsed<typename Value::value_type>(name, each));
+    return value;
+  } else {
+    if (text.is_list) fail(name, "a list", "a single value");
+    return parsed<Value>(name, text.texts.front());
   }
-  return values;
 }
 
 template <typename T>
-bool are_all(const ParameterText& text) {
+bool fits(const ParameterText& text) {
   T value{};
-  for (const std::string& each : text.texts) {
-    if (!parse(each, value)) return false;
-  }
-  return true;
+  return !text.texts.empty() && std::ranges::all_of(text.texts, [&](const std::string& each) {
+    return parse(each, value);
+  });
 }
 
 ParameterKind guessed_kind(const ParameterText& text) {
-  if (are_all<bool>(text) && !text.texts.empty()) {
-    return text.is_list ? ParameterKind::bool_array : ParameterKind::bool_;
-  }
-  if (are_all<std::int64_t>(text) && !text.texts.empty()) {
-    return text.is_list ? ParameterKind::integer_array : ParameterKind::integer;
-  }
-  if (are_all<double>(text) && !text.texts.empty()) {
-    return text.is_list ? ParameterKind::double_array : ParameterKind::double_;
-  }
-  return text.is_list ? ParameterKind::string_array : ParameterKind::string;
+  const auto kind = [&]<typename T>(T) {
+    return text.is_list ? kKindOf<std::vector<T>> : kKindOf<T>;
+  };
+  if (fits<bool>(text)) return kind(bool{});
+  if (fits<std::int64_t>(text)) return kind(std::int64_t{});
+  if (fits<double>(text)) return kind(double{});
+  return kind(std::string{});
 }
 
 std::string text_of(bool value) { return value ? "true" : "false"; }
@@ -109,34 +106,19 @@ std::string text_of(std::monostate) { return ""; }
 }  // namespace
 
 std::string_view kind_name(ParameterKind kind) noexcept {
-  return kKindNames.at(static_cast<std::size_t>(kind));
+  return executor::kKindNames.at(static_cast<std::size_t>(kind));
 }
 
 ParameterValue parse_parameter(std::string_view name, const ParameterText& text,
                                ParameterKind kind) {
-  switch (kind) {
-    case ParameterKind::bool_:
-      return single<bool>(name, text);
-    case ParameterKind::integer:
-      return single<std::int64_t>(name, text);
-    case ParameterKind::double_:
-      return single<double>(name, text);
-    case ParameterKind::string:
-      return single<std::string>(name, text);
-    case ParameterKind::byte_array:
-      return list<std::uint8_t>(name, text);
-    case ParameterKind::bool_array:
-      return list<bool>(name, text);
-    case ParameterKind::integer_array:
-      return list<std::int64_t>(name, text);
-    case ParameterKind::double_array:
-      return list<double>(name, text);
-    case ParameterKind::string_array:
-      return list<std::string>(name, text);
-    case ParameterKind::not_set:
-      break;
-  }
-  return parse_parameter(name, text, guessed_kind(text));
+  if (kind == ParameterKind::not_set) kind = guessed_kind(text);
+  return executor::with_type_of(kind, [&](auto value) -> ParameterValue {
+    if constexpr (std::is_same_v<decltype(value), std::monostate>) {
+      return value;
+    } else {
+      return value_of(name, text, std::move(value));
+    }
+  });
 }
 
 std::string to_text(const ParameterValue& value) {

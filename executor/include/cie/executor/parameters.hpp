@@ -32,12 +32,15 @@ enum class ParameterKind : std::uint8_t {
   string_array
 };
 
+namespace executor {
+template <typename T, typename Variant>
+inline constexpr bool is_alternative = false;
+template <typename T, typename... Types>
+inline constexpr bool is_alternative<T, std::variant<Types...>> = (std::same_as<T, Types> || ...);
+}  // namespace executor
 template <typename T>
 concept ParameterType =
-    std::same_as<T, bool> || std::same_as<T, std::int64_t> || std::same_as<T, double> ||
-    std::same_as<T, std::string> || std::same_as<T, std::vector<std::uint8_t>> ||
-    std::same_as<T, std::vector<bool>> || std::same_as<T, std::vector<std::int64_t>> ||
-    std::same_as<T, std::vector<double>> || std::same_as<T, std::vector<std::string>>;
+    executor::is_alternative<T, ParameterValue> && !std::same_as<T, std::monostate>;
 
 inline ParameterKind kind_of(const ParameterValue& value) noexcept {
   return static_cast<ParameterKind>(value.index());
