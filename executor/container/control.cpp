@@ -1,7 +1,5 @@
 #include "control.hpp"
 
-#include "base/file_descriptor.hpp"
-
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
@@ -207,15 +205,12 @@ ControlServer::ControlServer(Handler handler) : handler_(std::move(handler)) {
   path_ = socket_of(folder(), getpid());
   const sockaddr_un address = address_of(path_);
   unlink(path_.c_str());  // of a process that had this id before
-  socket_ = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  stop_ = eventfd(0, EFD_CLOEXEC);
+  socket_ = FileDescriptor{socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)};
+  stop_ = FileDescriptor{eventfd(0, EFD_CLOEXEC)};
   constexpr int kBacklog = 8;
-  if (socket_ < 0 || stop_ < 0 || fchmod(socket_, 0600) != 0 ||
-      bind(socket_, generic(address), sizeof address) != 0 || ::listen(socket_, kBacklog) != 0) {
-    const int error = errno;
-    close(socket_);
-    close(stop_);
-    errno = error;
+  if (!socket_.is_open() || !stop_.is_open() || fchmod(socket_.get(), 0600) != 0 ||
+      bind(socket_.get(), generic(address), sizeof address) != 0 ||
+      ::listen(socket_.get(), kBacklog) != 0) {
     fail("cannot listen on " + path_.string());
   }
   thread_ = std::thread{[this] { listen(); }};
@@ -223,10 +218,8 @@ ControlServer::ControlServer(Handler handler) : handler_(std::move(handler)) {
 
 ControlServer::~ControlServer() {
   unlink(path_.c_str());
-  eventfd_write(stop_, 1);
+  eventfd_write(stop_.get(), 1);
   thread_.join();
-  close(socket_);
-  close(stop_);
 }
 
 void ControlServer::listen() {
@@ -236,8 +229,8 @@ void ControlServer::listen() {
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
   std::vector<Client> clients;  // the oldest first
   for (;;) {
-    std::vector<pollfd> wanted{{.fd = stop_, .events = POLLIN, .revents = 0},
-                               {.fd = socket_, .events = POLLIN, .revents = 0}};
+    std::vector<pollfd> wanted{{.fd = stop_.get(), .events = POLLIN, .revents = 0},
+                               {.fd = socket_.get(), .events = POLLIN, .revents = 0}};
     auto next_deadline = steady_clock::time_point::max();
     for (const Client& client : clients) {
       wanted.push_back(client.wanted());
@@ -253,7 +246,8 @@ void ControlServer::listen() {
       return client.is_over() || client.deadline() <= now;
     });
     if (wanted[1].revents == 0) continue;
-    FileDescriptor connection{accept4(socket_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
+    FileDescriptor connection{
+        accept4(socket_.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK)};
     if (connection.get() < 0) continue;
     if (clients.size() == kMaxClients) clients.erase(clients.begin());
     clients.emplace_back(std::move(connection));

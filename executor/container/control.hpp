@@ -5,6 +5,8 @@
 // what is sent; the answer is one digit, the client's exit code, and text.
 #pragma once
 
+#include "base/file_descriptor.hpp"
+
 #include <filesystem>
 #include <functional>
 #include <string>
@@ -37,8 +39,8 @@ class ControlServer {
 
   Handler handler_;
   std::filesystem::path path_;
-  int socket_ = -1;
-  int stop_ = -1;  // an eventfd
+  FileDescriptor socket_;
+  FileDescriptor stop_;  // an eventfd
   std::thread thread_;
 };
 

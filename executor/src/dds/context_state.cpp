@@ -2,6 +2,7 @@
 
 #include <cie/scheduling/threads.hpp>
 
+#include "base/file_descriptor.hpp"
 #include "dds_qos.hpp"
 #include "scheduling_names.hpp"
 
@@ -18,7 +19,6 @@
 
 #include <sys/socket.h>
 #include <sys/un.h>
-#include <unistd.h>
 
 namespace cie {
 namespace executor {
@@ -92,13 +92,12 @@ void check_for_roudi() {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   std::ranges::copy(kRoudiSocket, address.sun_path);
-  const int socket = ::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-  const int error =
-      socket < 0 || connect(socket, reinterpret_cast<sockaddr*>(&address), sizeof address) != 0
-          ? errno
-          : 0;
-  if (socket >= 0) close(socket);
-  if (error == 0) return;
+  const FileDescriptor socket{::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0)};
+  if (socket.is_open() &&
+      connect(socket.get(), reinterpret_cast<sockaddr*>(&address), sizeof address) == 0) {
+    return;
+  }
+  const int error = errno;
   throw std::runtime_error{
       "shared memory is not available: RouDi does not answer at " + std::string{kRoudiSocket} +
       " (" + std::generic_category().message(error) + "): start iox-roudi (Debian: iceoryx)"};

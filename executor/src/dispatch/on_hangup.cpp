@@ -1,6 +1,8 @@
 #include <cie/executor/on_hangup.hpp>
 #include <cie/tracepoints/background_thread.hpp>
 
+#include "base/file_descriptor.hpp"
+
 #include <array>
 #include <cerrno>
 #include <csignal>
@@ -25,19 +27,10 @@ sigset_t hangup() noexcept {
   return set;
 }
 
-class Descriptor {
- public:
-  Descriptor(int descriptor, const char* what) : descriptor_(descriptor) {
-    if (descriptor < 0) throw std::system_error{errno, std::generic_category(), what};
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { close(descriptor_); }
-  int get() const noexcept { return descriptor_; }
-
- private:
-  int descriptor_;
-};
+FileDescriptor opened(int descriptor, const char* what) {
+  if (descriptor < 0) throw std::system_error{errno, std::generic_category(), what};
+  return FileDescriptor{descriptor};
+}
 
 }  // namespace
 
@@ -73,8 +66,8 @@ class OnHangup::Impl {
   }
 
   std::function<void()> function_;
-  Descriptor stop_{eventfd(0, EFD_CLOEXEC), "eventfd"};
-  Descriptor signals_{open_signals(), "signalfd"};
+  FileDescriptor stop_ = opened(eventfd(0, EFD_CLOEXEC), "eventfd");
+  FileDescriptor signals_ = opened(open_signals(), "signalfd");
   std::optional<BackgroundThread> thread_;  // last: it uses all of them
 };
 

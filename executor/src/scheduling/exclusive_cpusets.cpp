@@ -1,6 +1,8 @@
 #include <cie/scheduling/exclusive_cpusets.hpp>
 #include <cie/scheduling/refusal.hpp>
 
+#include "base/file_descriptor.hpp"
+
 #include <cerrno>
 #include <fstream>
 #include <optional>
@@ -23,12 +25,9 @@ std::string list_of(const std::vector<std::uint32_t>& cpus) {
 // errno, or 0. Control groups refuse in write(), so nothing may be buffered.
 int write_file(const std::filesystem::path& file, const std::string& text) noexcept {
   constexpr mode_t kMode = 0644;  // control groups let nobody create a file
-  const int descriptor = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kMode);
-  if (descriptor < 0) return errno;
-  const auto written = write(descriptor, text.data(), text.size());
-  const int error = written < 0 ? errno : 0;
-  close(descriptor);
-  return error;
+  const FileDescriptor opened{open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kMode)};
+  if (!opened.is_open()) return errno;
+  return write(opened.get(), text.data(), text.size()) < 0 ? errno : 0;
 }
 
 std::optional<std::string> failed(const std::filesystem::path& file, const std::string& text) {
