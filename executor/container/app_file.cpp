@@ -9,6 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace cie::container {
 namespace {
 
@@ -89,8 +91,8 @@ std::vector<ComponentEntry> read_components(const Value& section,
         lines.emplace(components.back().qualified_name(), components.back().line);
     if (!is_new) {
       item.of_entry(components.back().name)
-          .fail("a component \"" + first->first + "\" stands already at line " +
-                std::to_string(first->second) + "; rename one");
+          .fail(fmt::format("a component \"{}\" stands already at line {}; rename one",
+                            first->first, first->second));
     }
   }
   return components;

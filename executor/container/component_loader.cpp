@@ -12,6 +12,7 @@
 #include <thread>
 
 #include <dlfcn.h>
+#include <fmt/format.h>
 
 namespace cie::container {
 namespace {
@@ -85,9 +86,10 @@ const ComponentClass& Library::find_class(const std::string& class_name) const {
     throw std::runtime_error{std::string{kEntryPoint} + "() returned null"};
   }
   if (library->abi != kComponentAbi) {
-    throw std::runtime_error{"it was built for version " + std::to_string(library->abi) +
-                             " of the component interface, this program has version " +
-                             std::to_string(kComponentAbi) + ": rebuild it"};
+    throw std::runtime_error{
+        fmt::format("it was built for version {} of the component interface, this program has "
+                    "version {}: rebuild it",
+                    library->abi, kComponentAbi)};
   }
   const std::span classes{library->classes,
                           library->classes == nullptr ? 0 : std::min(library->count, kMaxClasses)};

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace cie::container {
 namespace {
 
@@ -82,8 +84,8 @@ std::string Container::load(const ComponentEntry& entry, const std::string& file
     executor_->add_node(member.component->node());
     members_.push_back(std::move(member));
   } catch (const std::exception& error) {
-    throw std::runtime_error{file + ":" + std::to_string(entry.line) + ": component " + what +
-                             " is not loaded: " + error.what()};
+    throw std::runtime_error{
+        fmt::format("{}:{}: component {} is not loaded: {}", file, entry.line, what, error.what())};
   }
   return "loaded " + what;
 }
@@ -166,8 +168,8 @@ std::shared_ptr<const SchedulingSpec> Container::load_spec() const {
       std::make_shared<SchedulingSpec>(SchedulingSpec::load(*app_.spec, context_.options().domain));
   check_machine(*spec);
   for (const auto& [section, line] : spec->not_applied()) {
-    say_(spec->name() + ":" + std::to_string(line) + ": note: \"" + section +
-         "\" is about the machine and is not applied");
+    say_(fmt::format("{}:{}: note: \"{}\" is about the machine and is not applied", spec->name(),
+                     line, section));
   }
   return spec;
 }

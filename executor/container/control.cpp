@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include <fmt/format.h>
 #include <poll.h>
 #include <pthread.h>
 #include <sys/eventfd.h>
@@ -41,7 +42,7 @@ fs::path folder() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
   fs::path path = runtime != nullptr && *runtime == '/'
                       ? fs::path{runtime} / "cie-run"
-                      : fs::path{"/tmp/cie-run-" + std::to_string(geteuid())};
+                      : fs::path{fmt::format("/tmp/cie-run-{}", geteuid())};
   if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST) fail("cannot make " + path.string());
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) fail("cannot use " + path.string());
@@ -121,15 +122,11 @@ std::vector<int> running_containers(const fs::path& in) {
 int only_one(const std::vector<int>& pids) {
   if (pids.empty()) throw std::invalid_argument{"no container of this user is running"};
   if (pids.size() == 1) return pids.front();
-  std::string text;
-  for (const int pid : pids)
-    text += " " + std::to_string(pid);
-  throw std::invalid_argument{"several containers are running: choose one with --pid:" + text};
+  throw std::invalid_argument{fmt::format(
+      "several containers are running: choose one with --pid: {}", fmt::join(pids, " "))};
 }
 
-fs::path socket_of(const fs::path& in, int pid) {
-  return in / (std::to_string(pid) + std::string{kSuffix});
-}
+fs::path socket_of(const fs::path& in, int pid) { return in / fmt::format("{}{}", pid, kSuffix); }
 
 using std::chrono::steady_clock;
 

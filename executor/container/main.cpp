@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace cie::container {
 namespace {
@@ -50,7 +51,7 @@ void say(const std::string& line) {
 }
 
 std::string counted(std::size_t count, const std::string& what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 Answer unusable(const std::string& text) {
@@ -134,8 +135,8 @@ int serve(Container& container, const AppFile& app, CancelOnSignals& signals) {
     const auto control = listen_for_orders(container);
     const auto hangup = reload_on_hangup(container);
     const std::size_t missing = app.components.size() - loaded;
-    say(counted(loaded, "component") + " under the executor \"" + app.executor + "\"" +
-        (missing == 0 ? "" : ", " + std::to_string(missing) + " could not be loaded"));
+    say(fmt::format("{} under the executor \"{}\"{}", counted(loaded, "component"), app.executor,
+                    missing == 0 ? "" : fmt::format(", {} could not be loaded", missing)));
     container.run();
   } catch (const std::exception& error) {
     say(error.what());

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <utility>
 
+#include <fmt/format.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
@@ -41,21 +42,20 @@ constexpr std::string_view kRoudiSocket = "/tmp/roudi";
 
 // The address, not a name: a bare system or a container may know no "localhost".
 std::string loopback_configuration(const std::string& tag) {
-  std::string xml =
+  return fmt::format(
       "<CycloneDDS><Domain Id=\"any\"><General><Interfaces>"
       "<NetworkInterface name=\"lo\" multicast=\"false\"/></Interfaces>"
       "<AllowMulticast>false</AllowMulticast></General>"
-      "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>" +
-      std::to_string(kMostParticipantIndex) +
-      "</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers>";
-  if (!tag.empty()) xml += "<Tag>" + tag + "</Tag>";
-  return xml + "</Discovery></Domain></CycloneDDS>";
+      "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>{}"
+      "</MaxAutoParticipantIndex><Peers><Peer address=\"127.0.0.1\"/></Peers>{}"
+      "</Discovery></Domain></CycloneDDS>",
+      kMostParticipantIndex, tag.empty() ? "" : "<Tag>" + tag + "</Tag>");
 }
 
 void validate(const Context::Options& options) {
   if (options.domain > kMostDomain) {
-    throw std::invalid_argument{"DDS domain " + std::to_string(options.domain) +
-                                " is not usable: choose 0 to " + std::to_string(kMostDomain)};
+    throw std::invalid_argument{
+        fmt::format("DDS domain {} is not usable: choose 0 to {}", options.domain, kMostDomain)};
   }
   const auto is_plain = [](unsigned char c) {
     return std::isalnum(c) != 0 || c == '-' || c == '_';
@@ -117,8 +117,10 @@ std::set<std::uint32_t>& claims() {
 ContextState::DomainClaim::DomainClaim(std::uint32_t domain) : domain_(domain) {
   const std::lock_guard lock{claims_mutex()};
   if (!claims().insert(domain).second) {
-    throw std::logic_error{"this process already has a Context of DDS domain " +
-                           std::to_string(domain) + ": share it, one participant is enough"};
+    throw std::logic_error{
+        fmt::format("this process already has a Context of DDS domain {}: share "
+                    "it, one participant is enough",
+                    domain)};
   }
 }
 
@@ -130,7 +132,7 @@ ContextState::DomainClaim::~DomainClaim() {
 ContextState::ContextState(const Context::Options& options)
     : options_((validate(options), options)), claim_(options.domain) {
   const auto before = thread_ids();
-  const std::string domain = "domain " + std::to_string(options_.domain);
+  const std::string domain = fmt::format("domain {}", options_.domain);
   if (options_.shared_memory) check_for_roudi();
   if (const std::string xml = configuration(options_); !xml.empty()) {
     domain_ =

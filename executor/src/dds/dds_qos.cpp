@@ -5,15 +5,17 @@
 #include <stdexcept>
 #include <string>
 
+#include <fmt/format.h>
+
 namespace cie::executor::dds {
 
 QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_data) {
   const bool keeps_all = qos.history() == History::keep_all;
   if (!keeps_all &&
       (qos.depth() == 0 || qos.depth() > std::uint32_t{std::numeric_limits<std::int32_t>::max()})) {
-    throw std::logic_error{"the queue of \"" + std::string{object} + "\" cannot be " +
-                           std::to_string(qos.depth()) +
-                           " deep: use KeepLast{1} or more, or KeepAll"};
+    throw std::logic_error{
+        fmt::format("the queue of \"{}\" cannot be {} deep: use KeepLast{{1}} or more, or KeepAll",
+                    object, qos.depth())};
   }
   const auto depth = keeps_all ? 0 : static_cast<std::int32_t>(qos.depth());
   const auto history = keeps_all ? DDS_HISTORY_KEEP_ALL : DDS_HISTORY_KEEP_LAST;

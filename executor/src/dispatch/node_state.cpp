@@ -17,6 +17,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace cie {
 namespace executor {
 
@@ -206,9 +208,9 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, Recurrence recurren
                                             const TimerOptions& options,
                                             const std::type_info& symbol) {
   if (interval < std::chrono::microseconds{1}) {
-    throw std::invalid_argument{"a timer of node \"" + node.name() + "\" has a " +
-                                (recurrence == Recurrence::periodic ? "period" : "delay") + " of " +
-                                std::to_string(interval.count()) + " ns: 1000 ns is the least"};
+    throw std::invalid_argument{
+        fmt::format("a timer of node \"{}\" has a {} of {} ns: 1000 ns is the least", node.name(),
+                    recurrence == Recurrence::periodic ? "period" : "delay", interval.count())};
   }
   auto group = node.group_or_new(options.group);
   auto info = describe(node, *group, CallbackKind::timer, std::to_string(interval.count()),

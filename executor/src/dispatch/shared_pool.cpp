@@ -4,6 +4,7 @@
 #include <string>
 #include <thread>
 
+#include <fmt/format.h>
 #include <sched.h>
 
 namespace cie::executor {
@@ -24,7 +25,7 @@ unsigned pool_size(const ExecutorOptions& options) {
 Placement::TeamPtr SharedPool::start_team() {
   std::vector<ThreadPlan> plans;
   for (unsigned i = 0; i < pool_size(parts_.options); ++i) {
-    const std::string name = "cie-pool-" + std::to_string(i);
+    const std::string name = fmt::format("cie-pool-{}", i);
     plans.push_back({.role = ThreadRole::pool, .name = name});
   }
   auto team = std::make_shared<LoopTeam>(new_loop_(GroupType::reentrant, parts_.failures), plans,

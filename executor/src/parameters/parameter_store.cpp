@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace cie::executor {
 namespace {
 
@@ -30,16 +32,15 @@ std::string misfit(const ParameterDescriptor& descriptor, const ParameterValue& 
   const auto* const integer = std::get_if<std::int64_t>(&value);
   const auto& integers = descriptor.integer_range;
   if (integer != nullptr && integers && !is_in(*integers, *integer)) {
-    return to_text(value) + " is not in the range " + std::to_string(integers->from) + " to " +
-           std::to_string(integers->to) +
-           (integers->step > 1 ? " in steps of " + std::to_string(integers->step) : "");
+    return fmt::format("{} is not in the range {} to {}{}", *integer, integers->from, integers->to,
+                       integers->step > 1 ? fmt::format(" in steps of {}", integers->step) : "");
   }
   const auto* const number = std::get_if<double>(&value);
   const auto& numbers = descriptor.floating_point_range;
   if (number != nullptr && numbers && !is_in(*numbers, *number)) {
-    return to_text(value) + " is not in the range " + to_text(numbers->from) + " to " +
-           to_text(numbers->to) +
-           (numbers->step != 0 ? " in steps of " + to_text(numbers->step) : "");
+    return fmt::format("{} is not in the range {} to {}{}", to_text(value), to_text(numbers->from),
+                       to_text(numbers->to),
+                       numbers->step != 0 ? " in steps of " + to_text(numbers->step) : "");
   }
   return {};
 }

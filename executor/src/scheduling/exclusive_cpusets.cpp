@@ -10,16 +10,14 @@
 #include <utility>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 namespace cie::scheduling {
 namespace {
 
 std::string list_of(const std::vector<std::uint32_t>& cpus) {
-  std::string text;
-  for (const std::uint32_t cpu : cpus)
-    text.append(text.empty() ? "" : ",").append(std::to_string(cpu));
-  return text;
+  return fmt::format("{}", fmt::join(cpus, ","));
 }
 
 // errno, or 0. Control groups refuse in write(), so nothing may be buffered.
@@ -129,7 +127,7 @@ SchedRequest ExclusiveCpusets::join(std::uint32_t tid, const std::vector<std::ui
                     "affinity");
     }
     Cpuset cpuset{.parent = *now,
-                  .folder = now->folder / ("cie-" + std::to_string(getpid()) + "-cpus-" + list)};
+                  .folder = now->folder / fmt::format("cie-{}-cpus-{}", getpid(), list)};
     if (const std::string why = make(cpuset, list); !why.empty()) return refuse(EPERM, why);
     found = cpusets_.emplace(list, std::move(cpuset)).first;
   }

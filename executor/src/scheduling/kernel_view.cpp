@@ -6,6 +6,8 @@
 #include <sstream>
 #include <vector>
 
+#include <fmt/format.h>
+
 namespace cie::scheduling {
 namespace {
 
@@ -107,8 +109,8 @@ std::optional<ControlGroup> KernelView::group(std::string_view controller,
   // "4:cpu,cpuacct:/group", and "0::/group" for the unified hierarchy.
   std::optional<std::string> separate;
   std::optional<std::string> unified;
-  std::ifstream groups{path(tid == 0 ? "/proc/thread-self/cgroup"
-                                     : "/proc/self/task/" + std::to_string(tid) + "/cgroup")};
+  std::ifstream groups{
+      path(tid == 0 ? "/proc/thread-self/cgroup" : fmt::format("/proc/self/task/{}/cgroup", tid))};
   for (std::string text; std::getline(groups, text);) {
     const auto first = text.find(':');
     const auto second = text.find(':', first + 1);

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace cie {
 namespace {
 
@@ -16,9 +18,9 @@ std::string joined(const std::vector<SchedulingProblem>& problems) {
 }  // namespace
 
 std::string SchedulingProblem::text() const {
-  const std::string place = line > 0 ? file + ":" + std::to_string(line) : file;
-  return (place.empty() ? "" : place + ": ") + "\"" + entry +
-         "\": " + (thread.empty() ? "" : "thread \"" + thread + "\": ") + reason;
+  const std::string place = line > 0 ? fmt::format("{}:{}", file, line) : file;
+  return fmt::format("{}\"{}\": {}{}", place.empty() ? "" : place + ": ", entry,
+                     thread.empty() ? "" : fmt::format("thread \"{}\": ", thread), reason);
 }
 
 SchedulingRefused::SchedulingRefused(std::vector<SchedulingProblem> problems)

@@ -4,6 +4,8 @@
 #include <optional>
 #include <system_error>
 
+#include <fmt/format.h>
+
 namespace cie::scheduling {
 namespace {
 
@@ -18,7 +20,7 @@ bool has_priority(Policy policy) noexcept {
 std::string percent(std::uint64_t part, std::uint64_t whole) {
   if (whole == 0) return "?";
   const std::uint64_t tenths = (part * 1000 + whole / 2) / whole;
-  return std::to_string(tenths / 10) + "." + std::to_string(tenths % 10) + " %";
+  return fmt::format("{}.{} %", tenths / 10, tenths % 10);
 }
 
 std::optional<std::string> no_real_time_budget(Policy policy, const KernelView& kernel) {
@@ -39,18 +41,19 @@ std::optional<std::string> no_real_time_budget(Policy policy, const KernelView& 
 std::string missing_right(const ThreadParameters& asked, const KernelView& kernel) {
   const auto now = [&kernel](const char* limit) {
     const auto value = kernel.limit(limit);
-    return value ? " (it is " + std::to_string(*value) + ")" : std::string{};
+    return value ? fmt::format(" (it is {})", *value) : std::string{};
   };
   if (has_priority(*asked.policy)) {
-    return "CAP_SYS_NICE is needed, or RLIMIT_RTPRIO of at least " +
-           std::to_string(asked.priority) + now("Max realtime priority") + ": " + kGiveSysNice +
-           ", or raise `ulimit -r`";
+    return fmt::format(
+        "CAP_SYS_NICE is needed, or RLIMIT_RTPRIO of at least {}{}: {}, or raise `ulimit -r`",
+        asked.priority, now("Max realtime priority"), kGiveSysNice);
   }
   if (*asked.policy == Policy::deadline) {
     return std::string{"CAP_SYS_NICE is needed, no limit stands for it: "} + kGiveSysNice;
   }
-  return "CAP_SYS_NICE is needed, or RLIMIT_NICE of at least " + std::to_string(20 - asked.nice) +
-         now("Max nice priority") + ": " + kGiveSysNice + ", or raise `ulimit -e`";
+  return fmt::format(
+      "CAP_SYS_NICE is needed, or RLIMIT_NICE of at least {}{}: {}, or raise `ulimit -e`",
+      20 - asked.nice, now("Max nice priority"), kGiveSysNice);
 }
 
 std::string why_not_permitted(const ThreadParameters& asked, const KernelView& kernel) {
@@ -95,8 +98,9 @@ std::string why_invalid(const ThreadParameters& asked, const KernelView& kernel)
   }
   const auto least = kernel.kernel_setting("sched_deadline_period_min_us").value_or(100);
   const auto most = kernel.kernel_setting("sched_deadline_period_max_us").value_or(4'194'304);
-  return "the kernel wants 1024 ns <= runtime <= deadline <= period, and a period of " +
-         std::to_string(least) + " us to " + std::to_string(most) + " us";
+  return fmt::format(
+      "the kernel wants 1024 ns <= runtime <= deadline <= period, and a period of {} us to {} us",
+      least, most);
 }
 
 }  // namespace
@@ -159,10 +163,10 @@ std::string why_memory_lock_refused(int error, const KernelView& kernel) {
     return refused(error, "the kernel gives no other reason");
   }
   const auto limit = kernel.limit("Max locked memory");
-  return refused(error, "RLIMIT_MEMLOCK is too small" +
-                            (limit ? " (" + std::to_string(*limit / 1024) + " kB)" : "") +
-                            " for what the process maps: raise `ulimit -l`, or give it "
-                            "CAP_IPC_LOCK; lock_memory: on_fault counts as much");
+  return refused(
+      error, fmt::format("RLIMIT_MEMLOCK is too small{} for what the process maps: raise `ulimit "
+                         "-l`, or give it CAP_IPC_LOCK; lock_memory: on_fault counts as much",
+                         limit ? fmt::format(" ({} kB)", *limit / 1024) : ""));
 }
 
 std::string why_no_thread(int error, const KernelView& kernel) {
@@ -175,13 +179,11 @@ std::string why_no_thread(int error, const KernelView& kernel) {
           error, "the pids control group is full: raise " + (group->folder / "pids.max").string());
     }
   }
-  std::string text = "RLIMIT_NPROC";
-  if (const auto limit = kernel.limit("Max processes")) {
-    text += " (" + std::to_string(*limit) + ")";
-  }
-  return refused(error, text +
-                            ", memory for its stack (RLIMIT_MEMLOCK, if memory is locked), or "
-                            "the creator is SCHED_DEADLINE without reset-on-fork");
+  const auto limit = kernel.limit("Max processes");
+  return refused(error,
+                 fmt::format("RLIMIT_NPROC{}, memory for its stack (RLIMIT_MEMLOCK, if memory is "
+                             "locked), or the creator is SCHED_DEADLINE without reset-on-fork",
+                             limit ? fmt::format(" ({})", *limit) : ""));
 }
 
 }  // namespace cie::scheduling

@@ -3,7 +3,10 @@
 #include <cie/scheduling/refusal.hpp>
 
 #include <algorithm>
+#include <iterator>
 #include <string_view>
+
+#include <fmt/format.h>
 
 namespace cie::scheduling {
 namespace {
@@ -19,26 +22,22 @@ bool has_priority(Policy policy) noexcept {
 bool has_nice(Policy policy) noexcept { return policy == Policy::other || policy == Policy::batch; }
 
 std::string cpu_list(const std::vector<std::uint32_t>& cpus) {
-  std::string text;
-  for (const std::uint32_t cpu : cpus) {
-    text.append(text.empty() ? "" : ",").append(std::to_string(cpu));
-  }
-  return text.empty() ? "none" : text;
+  return cpus.empty() ? "none" : fmt::format("{}", fmt::join(cpus, ","));
 }
 
 std::string describe_policy(const ThreadParameters& parameters) {
   const Policy policy = *parameters.policy;
   std::string text{policy_name(policy)};
-  if (has_priority(policy)) text += " " + std::to_string(parameters.priority);
-  if (has_nice(policy)) text += " nice " + std::to_string(parameters.nice);
-  if (parameters.slice_ns) text += " slice " + std::to_string(*parameters.slice_ns) + " ns";
+  const auto out = std::back_inserter(text);
+  if (has_priority(policy)) fmt::format_to(out, " {}", parameters.priority);
+  if (has_nice(policy)) fmt::format_to(out, " nice {}", parameters.nice);
+  if (parameters.slice_ns) fmt::format_to(out, " slice {} ns", *parameters.slice_ns);
   if (policy == Policy::deadline) {
-    text += " " + std::to_string(parameters.runtime_ns) + "/" +
-            std::to_string(parameters.deadline_ns) + "/" + std::to_string(parameters.period_ns) +
-            " ns";
+    fmt::format_to(out, " {}/{}/{} ns", parameters.runtime_ns, parameters.deadline_ns,
+                   parameters.period_ns);
   }
-  if (parameters.util_min) text += " uclamp_min " + std::to_string(*parameters.util_min);
-  if (parameters.util_max) text += " uclamp_max " + std::to_string(*parameters.util_max);
+  if (parameters.util_min) fmt::format_to(out, " uclamp_min {}", *parameters.util_min);
+  if (parameters.util_max) fmt::format_to(out, " uclamp_max {}", *parameters.util_max);
   return text;
 }
 
@@ -109,16 +108,15 @@ std::vector<std::string> differences(const ThreadParameters& asked,
   std::vector<std::string> found;
   const auto compare = [&found](std::string_view name, auto wanted, auto actual) {
     if (wanted == actual) return;
-    found.push_back(std::string{name} + " is " + std::to_string(actual) + " instead of " +
-                    std::to_string(wanted));
+    found.push_back(fmt::format("{} is {} instead of {}", name, actual, wanted));
   };
   if (asked.policy) {
     const Policy policy = *asked.policy;
     if (reported.policy != static_cast<std::int32_t>(policy)) {
       const auto name = policy_name(static_cast<Policy>(reported.policy));
-      found.push_back("policy is " +
-                      (name.empty() ? std::to_string(reported.policy) : std::string{name}) +
-                      " instead of " + std::string{policy_name(policy)});
+      found.push_back(fmt::format(
+          "policy is {} instead of {}",
+          name.empty() ? fmt::to_string(reported.policy) : std::string{name}, policy_name(policy)));
     }
     if (has_nice(policy)) compare("nice", asked.nice, reported.nice);
     if (asked.slice_ns) {
@@ -135,8 +133,8 @@ std::vector<std::string> differences(const ThreadParameters& asked,
     }
   }
   if (asked.cpus && *asked.cpus != reported.cpus) {
-    found.push_back("affinity is " + cpu_list(reported.cpus) + " instead of " +
-                    cpu_list(*asked.cpus));
+    found.push_back(fmt::format("affinity is {} instead of {}", cpu_list(reported.cpus),
+                                cpu_list(*asked.cpus)));
   }
   return found;
 }

@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <utility>
 
+#include <fmt/format.h>
+
 namespace cie::scheduling {
 namespace {
 
@@ -43,9 +45,9 @@ std::vector<SchedulingProblem> conflicts_in(const SchedulingSpec* spec,
     if (entry->parameters == first->parameters) continue;
     found.push_back(problem(
         spec, entry, subject.name, 0,
-        "its group shares a thread, which line " + std::to_string(first->line) +
-            " already configures otherwise: give both the same parameters, or the callback a "
-            "group of its own"));
+        fmt::format("its group shares a thread, which line {} already configures otherwise: give "
+                    "both the same parameters, or the callback a group of its own",
+                    first->line)));
   }
   return found;
 }
@@ -178,9 +180,9 @@ std::vector<SchedulingProblem> ThreadConfigurator::prepare_stack(const std::stri
   std::vector<SchedulingProblem> found;
   if (!prefault_stack(options_.prefault_stack)) {
     found.push_back(problem(nullptr, nullptr, thread, ENOMEM,
-                            "its stack has no room for the " +
-                                std::to_string(options_.prefault_stack) +
-                                " bytes of prefault_stack: lower them, or raise `ulimit -s`"));
+                            fmt::format("its stack has no room for the {} bytes of "
+                                        "prefault_stack: lower them, or raise `ulimit -s`",
+                                        options_.prefault_stack)));
   }
   report(found);
   return found;

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <thread>
 
+#include <fmt/format.h>
 #include <pthread.h>
 #include <unistd.h>
 
@@ -28,7 +29,7 @@ std::set<std::uint32_t> thread_ids() {
 }
 
 std::string thread_name(std::uint32_t tid) {
-  std::ifstream file{"/proc/self/task/" + std::to_string(tid) + "/comm"};
+  std::ifstream file{fmt::format("/proc/self/task/{}/comm", tid)};
   std::string name;
   std::getline(file, name);
   return name;
@@ -43,14 +44,14 @@ std::string_view last_part(std::string_view name) noexcept {
 // "100ms": the largest unit that the period is a whole number of.
 std::string short_period(std::uint64_t ns) {
   constexpr std::uint64_t kThousand = 1000;
-  if (ns % (kThousand * kThousand) == 0) return std::to_string(ns / kThousand / kThousand) + "ms";
-  if (ns % kThousand == 0) return std::to_string(ns / kThousand) + "us";
-  return std::to_string(ns) + "ns";
+  if (ns % (kThousand * kThousand) == 0) return fmt::format("{}ms", ns / kThousand / kThousand);
+  if (ns % kThousand == 0) return fmt::format("{}us", ns / kThousand);
+  return fmt::format("{}ns", ns);
 }
 
 // Runs, or would if it had a CPU: a thread that has not come to its first instructions does.
 bool is_runnable(std::uint32_t tid) {
-  std::ifstream file{"/proc/self/task/" + std::to_string(tid) + "/stat"};
+  std::ifstream file{fmt::format("/proc/self/task/{}/stat", tid)};
   std::string line;
   std::getline(file, line);
   const std::size_t name_end = line.rfind(") ");
