@@ -40,7 +40,7 @@ endmacro()
 set(library libcie${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(this_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
 set(needed_to_build libyaml-cpp-dev libssl-dev)
-if(CIE_BUILD_ROBOT)
+if(CIE_BUILD_ROBOT AND CIE_WITH_DDS)
   # See executor/CMakeLists.txt: no other version of Cyclone DDS.
   cie_package(runtime ${library} libs "callback-isolated executor over Cyclone DDS\n\
 Nodes, timers, publishers, subscriptions and services over Cyclone DDS, the\n\

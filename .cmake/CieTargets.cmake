@@ -132,7 +132,8 @@ function(cie_program target)
 endfunction()
 
 function(cie_install_headers)
-  install(DIRECTORY include/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT dev
+  set(folder "${ARGV0}")
+  install(DIRECTORY include/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT dev
     FILES_MATCHING PATTERN "*.hpp")
 endfunction()
 

@@ -37,6 +37,29 @@ class Warnings(Scratch):
             self.assertEqual(self.option("--preset", preset), "ON", preset)
 
 
+class WithoutDds(Scratch):
+    """cie::scheduling alone, on a machine that has no Cyclone DDS."""
+
+    def configured(self, *arguments):
+        return subprocess.run([CMAKE, "-S", SOURCES, "-B", self.folder / "tree", "-DCIE_BUILD_DESK=OFF",
+                               "-DCMAKE_DISABLE_FIND_PACKAGE_CycloneDDS=ON", *arguments],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False, timeout=200)
+
+    def test_the_scheduling_and_its_tests_are_built_without_looking_for_it(self):
+        done = self.configured("-DCIE_WITH_DDS=OFF")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertNotIn("CycloneDDS_DIR", (self.folder / "tree" / "CMakeCache.txt").read_text("utf-8"))
+        targets = set(re.findall(r"[\w-]+", subprocess.run([CMAKE, "--build", self.folder / "tree", "--target", "help"],
+                                                           check=True, capture_output=True, text=True, timeout=100).stdout))
+        self.assertLessEqual({"cie_tracepoints", "cie_scheduling", "unit_scheduling"}, targets)
+        self.assertFalse(targets & {"cie_executor", "cie_container", "cie-run", "cie-demo", "unit_executor"})
+
+    def test_the_executor_is_not_built_without_it(self):
+        done = self.configured("-DCIE_BUILD_TESTS=OFF")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("CycloneDDS", done.stderr)
+
+
 class Run(Scratch):
     """./run, with commands in place of the real ones that say what they were called with."""
 
