@@ -263,7 +263,7 @@ TEST_P(AnyExecutor, RefusesWrongUse) {
 
 TEST_P(AnyExecutor, LeavesNoThreadBehind) {
   const auto idle = make();  // the tracer's own thread comes with the first executor
-  const std::size_t before = thread_count();
+  const std::size_t before = settled(thread_count);
   const auto executor = make();
   Node node{context, "node"};
   std::vector<std::shared_ptr<Timer>> timers;

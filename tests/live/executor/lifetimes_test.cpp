@@ -221,7 +221,7 @@ TEST_P(Lifetimes, ACallbackMayEndItself) {
   const auto other = node.create_wall_timer(1ms, [&] { ++others; });
   const Spinning spinning{*executor};
   ASSERT_TRUE(eventually([&] { return others > 2; }));  // all threads are there
-  const std::size_t threads = thread_count();
+  const std::size_t threads = settled(thread_count);
   for (int round = 0; round < rounds(20); ++round) {
     std::atomic<int> runs{0};
     std::promise<void> may_begin;

@@ -68,22 +68,6 @@ Resources resources() {
   return found;
 }
 
-// As they are once DDS's threads, which come and go a little later, have done so: the same for a while.
-Resources settled_resources() {
-  Resources last = resources();
-  int times = 0;
-  eventually(
-      [&] {
-        std::this_thread::sleep_for(10ms);
-        const Resources now = resources();
-        times = now == last ? times + 1 : 0;
-        last = now;
-        return times == 10;
-      },
-      5s);
-  return last;
-}
-
 std::ostream& operator<<(std::ostream& out, const Resources& found) {
   return out << found.threads << " threads, " << found.descriptors << " descriptors, "
              << found.mapped_files << " mapped files";
@@ -396,7 +380,7 @@ TEST_P(Stop, EndsAndLeavesNothingBehind) {
   first.declare_parameter("any", 1);
   Watchdog watchdog;
   stop.run(kind, context, 0);  // what DDS makes once, it has made now
-  const Resources before = settled_resources();
+  const Resources before = settled(resources);
   const int last = rounds(10);
   for (int round = 1; round <= last; ++round) {
     stop.run(kind, context, round);
@@ -415,7 +399,7 @@ TEST(StopAll, ContextsToo) {
     watchdog.progress();
   };
   round(0);
-  const Resources before = settled_resources();
+  const Resources before = settled(resources);
   const int last = rounds(20);
   for (int i = 1; i <= last; ++i)
     round(i);

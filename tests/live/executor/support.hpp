@@ -10,6 +10,7 @@
 #include <future>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <cie_messages.hpp>
@@ -36,6 +37,24 @@ inline bool eventually(const std::function<bool()>& is_true, std::chrono::second
     std::this_thread::sleep_for(1ms);
   }
   return true;
+}
+
+// What `measure` says of the process once it says the same for a while: threads of DDS, the tracer and
+// the executor come and go a little later than calls return.
+template <typename Measure>
+auto settled(Measure measure) {
+  auto last = measure();
+  int times = 0;
+  eventually(
+      [&] {
+        std::this_thread::sleep_for(10ms);
+        auto now = measure();
+        times = now == last ? times + 1 : 0;
+        last = std::move(now);
+        return times == 10;
+      },
+      5s);
+  return last;
 }
 
 // spin() on a thread of its own; what it throws comes out of wait(). Cancels when it goes.

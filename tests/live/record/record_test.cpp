@@ -160,7 +160,7 @@ TEST_P(Record, KeepsACommandFromItsFirstEventToItsLast) {
     const fs::path name = path("with spaces") / file["path"].get<std::string>();
     EXPECT_EQ(fs::file_size(name), file["size"]);
     const Finished sum = sandbox_.run({"sha256sum", "--", name});
-    EXPECT_EQ(sum.out.substr(0, 64), file["sha256"]) << name;
+    EXPECT_EQ(sum.out.substr(0, 64), file["sha256"].get<std::string>()) << name;
   }
 }
 
