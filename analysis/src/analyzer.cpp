@@ -333,11 +333,12 @@ struct Analyzer::Pipeline {
   // From facts that are totalled.
   AnalysisResult judge() const {
     AnalysisResult result;
-    result.verdicts = verify(RuleContext{.model = model, .options = options});
+    const RuleContext context(model, options);
+    result.verdicts = verify(context);
     if (cut && model.begin && model.end) {
       result.verdicts.window = TimeWindow{.from = *model.begin, .to = *model.end};
     }
-    result.report = build_report(model, result.verdicts, options.keep_buckets);
+    result.report = build_report(context, result.verdicts);
     return result;
   }
 

@@ -1,11 +1,14 @@
 #include "exit_code.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include <algorithm>
 
 namespace cie::cli {
 
 int exit_code(const analysis::VerdictReport& verdicts, OnInconclusive on_inconclusive) {
-  const auto readable = std::ranges::find(verdicts.rules, "T1", &analysis::RuleVerdict::id);
+  const auto readable =
+      std::ranges::find(verdicts.rules, analysis::kReadableRule, &analysis::RuleVerdict::id);
   const bool is_judged = readable != verdicts.rules.end();
   if (is_judged && readable->verdict == analysis::Verdict::fail) {
     return unreadable;

@@ -1,5 +1,7 @@
 #include "save_trigger.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include <utility>
 
 #include <fmt/format.h>
@@ -7,8 +9,6 @@
 namespace cie::live {
 namespace {
 
-// Response times within the deadline: see_deadlines() tells each miss, not only the first.
-constexpr const char* kDeadlineRule = "R3";
 // Subjects may come and go for ever.
 constexpr std::size_t kMostTold = 10'000;
 
@@ -21,7 +21,8 @@ void SaveTrigger::see(const Snapshot& snapshot) {
 
 void SaveTrigger::see_violations(const Snapshot& snapshot) {
   for (const auto& change : snapshot.changes) {
-    if (change.to != analysis::Verdict::fail || change.rule == kDeadlineRule) continue;
+    // Of deadlines see_deadlines() tells each miss, not only the first.
+    if (change.to != analysis::Verdict::fail || change.rule == analysis::kDeadlineRule) continue;
     if (told_.size() >= kMostTold) continue;
     if (!told_.insert(verdict_key(change.rule, change.about, change.subject)).second) continue;
     add(change.rule, fmt::format("{} {}: {}", change.rule, change.name, change.subject));

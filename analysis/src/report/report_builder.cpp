@@ -309,11 +309,12 @@ std::string_view label(ReleaseSource source) noexcept {
   return {};
 }
 
-Report build_report(const Model& model, const VerdictReport& verdicts, bool keep_buckets) {
+Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
+  const auto& model = context.model;
+  const bool keep_buckets = context.options.keep_buckets;
   Report report;
   report.trace = summary_of(model, verdicts);
   report.defects = trace_defects(model);
-  const Proof proof(model);
 
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
@@ -337,8 +338,8 @@ Report build_report(const Model& model, const VerdictReport& verdicts, bool keep
                      return std::tie(a.host, a.pid) < std::tie(b.host, b.pid);
                    });
 
-  for (const auto index : callbacks_in_order(model)) {
-    report.callbacks.push_back(report_of(model, proof, index, keep_buckets));
+  for (const auto index : context.callbacks) {
+    report.callbacks.push_back(report_of(model, context.proof, index, keep_buckets));
   }
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];

@@ -4,11 +4,10 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 
-#include "model/facts.hpp"
+#include "rules/rule_context.hpp"
 
 namespace cie::analysis {
 
-// `keep_buckets`: see AnalysisOptions.
-Report build_report(const Model& model, const VerdictReport& verdicts, bool keep_buckets);
+Report build_report(const RuleContext& context, const VerdictReport& verdicts);
 
 }  // namespace cie::analysis

@@ -4,8 +4,6 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "model/subjects.hpp"
-#include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -21,10 +19,10 @@ namespace {
 
 std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
-  const Proof proof(model);
+  const auto& names = context.names;
+  const auto& proof = context.proof;
   auto verdicts = judge_callbacks(
-      model, [&](CallbackIndex, const CallbackFacts& callback, Judgement& judgement) {
+      context, [&](CallbackIndex, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
         judgement.doubt(proof.gap(callback));
         if (!callback.is_accounted && callback.starts.count != 0) {
@@ -34,7 +32,7 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
       });
   // Threads and publishers are named only if their numbers jump.
   auto of_threads =
-      judge_threads(model, [&](ThreadIndex, const ThreadFacts& thread, Judgement& judgement) {
+      judge_threads(context, [&](ThreadIndex, const ThreadFacts& thread, Judgement& judgement) {
         judgement.doubt(proof.gap(thread));
       });
   std::ranges::move(of_threads, std::back_inserter(verdicts));
@@ -48,8 +46,8 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
 
 std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
-  const Proof proof(model);
+  const auto& names = context.names;
+  const auto& proof = context.proof;
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
@@ -118,13 +116,14 @@ class Suggestions {
 };
 
 // Nothing proves absence in a trace that may lack something.
-void overrule_incomplete(const Model& model, const Proof& proof, Judgement& judgement) {
+void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
+  const auto& model = context.model;
   bool is_any = false;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     if (!model.processes[i].has_cie_events) continue;
     is_any = true;
-    judgement.overrule(proof.incompleteness(index));
+    judgement.overrule(context.proof.incompleteness(index));
   }
   if (!is_any) {
     judgement.overrule(evidence("run_begin", moment(model.begin.value_or(Timestamp{})),
@@ -138,14 +137,15 @@ void fail_missing(const Model& model, const char* event, const std::string& note
   judgement.fail(evidence(event, moment(model.begin.value_or(Timestamp{})), note));
   for (const auto& process : model.processes) {
     if (!process.run_end) continue;
-    judgement.fail(
-        evidence("run_end", process.run_end->at, std::to_string((*process.run_end).*total) + seen));
+    judgement.fail([&] {
+      return evidence("run_end", process.run_end->at,
+                      std::to_string((*process.run_end).*total) + seen);
+    });
   }
 }
 
 void judge_specified(const RuleContext& context, const Asked& asked,
-                     const std::vector<CallbackIndex>& registered, const Subjects& names,
-                     const Proof& proof, Suggestions& suggestions,
+                     const std::vector<CallbackIndex>& registered, Suggestions& suggestions,
                      std::vector<SubjectVerdict>& verdicts) {
   const auto& model = context.model;
   const bool has_run = std::ranges::any_of(registered, [&model](CallbackIndex index) {
@@ -169,7 +169,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
                    &RunTotals::callbacks, " callbacks were registered, all of them seen",
                    judgement);
     }
-    overrule_incomplete(model, proof, judgement);
+    overrule_incomplete(context, judgement);
     conclude(std::move(judgement), verdicts);
   };
   if (registered.empty()) {
@@ -179,7 +179,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
     const auto& callback = model.callbacks[at(index)];
     // One lifetime that ran is enough: the others need not have.
     if (has_run && known_instances(model, callback) == 0) continue;
-    judge(Judgement(names.callback(index)), &callback);
+    judge(Judgement(context.names.callback(index)), &callback);
   }
 }
 
@@ -205,12 +205,10 @@ std::vector<Asked> callbacks_asked_for(const RuleContext& context) {
   return asked;
 }
 
-void judge_callbacks_specified(const RuleContext& context, const Proof& proof,
-                               std::vector<SubjectVerdict>& verdicts) {
-  const Subjects names(context.model);
+void judge_callbacks_specified(const RuleContext& context, std::vector<SubjectVerdict>& verdicts) {
   const auto asked = callbacks_asked_for(context);
   std::map<std::string_view, std::vector<CallbackIndex>> by_id;
-  for (const auto index : callbacks_in_order(context.model)) {
+  for (const auto index : context.callbacks) {
     const auto& callback = context.model.callbacks[at(index)];
     if (callback.registered) by_id[callback.logical_id].push_back(index);
   }
@@ -227,15 +225,14 @@ void judge_callbacks_specified(const RuleContext& context, const Proof& proof,
   const std::vector<CallbackIndex> none;
   for (const auto& each : asked) {
     const auto found = by_id.find(each.id);
-    judge_specified(context, each, found == by_id.end() ? none : found->second, names, proof,
-                    suggestions, verdicts);
+    judge_specified(context, each, found == by_id.end() ? none : found->second, suggestions,
+                    verdicts);
   }
 }
 
 // Those of DDS aside: which of its threads exist depends on how it is configured, and their names
 // are known, so none is misspelt.
-void judge_threads_specified(const RuleContext& context, const Proof& proof,
-                             std::vector<SubjectVerdict>& verdicts) {
+void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerdict>& verdicts) {
   const auto& model = context.model;
   const auto& spec = *context.options.spec;
   std::set<std::string_view> announced;
@@ -257,7 +254,7 @@ void judge_threads_specified(const RuleContext& context, const Proof& proof,
                    place(context, entry.line) + " specifies thread " + entry.id +
                        ", which was never announced" + suggestions.of(entry.id),
                    &RunTotals::threads, " threads were announced, all of them seen", judgement);
-      overrule_incomplete(model, proof, judgement);
+      overrule_incomplete(context, judgement);
     }
     conclude(std::move(judgement), verdicts);
   }
@@ -266,9 +263,8 @@ void judge_threads_specified(const RuleContext& context, const Proof& proof,
 std::vector<SubjectVerdict> judge_specified_seen(const RuleContext& context) {
   std::vector<SubjectVerdict> verdicts;
   if (context.options.spec == nullptr) return verdicts;
-  const Proof proof(context.model);
-  judge_callbacks_specified(context, proof, verdicts);
-  judge_threads_specified(context, proof, verdicts);
+  judge_callbacks_specified(context, verdicts);
+  judge_threads_specified(context, verdicts);
   return verdicts;
 }
 
@@ -318,6 +314,6 @@ const Rule kSpecifiedCallbackSeen{
     "Remedy: write the id that \"did you mean\" suggests, or take ids from cie spec template; let "
     "the recording last until the callback has run; remove entries of what is gone.",
     judge_specified_seen,
-    {.spec = true}};
+    {.spec = true, .whole_recording = true}};
 
 }  // namespace cie::analysis

@@ -5,8 +5,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include "judgement.hpp"
-#include "model/facts.hpp"
-#include "model/subjects.hpp"
+#include "rule_context.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -18,12 +17,11 @@ namespace cie::analysis {
 
 // judge(CallbackIndex, const CallbackFacts&, Judgement&).
 template <typename Judge>
-std::vector<SubjectVerdict> judge_callbacks(const Model& model, const Judge& judge) {
-  const Subjects names(model);
+std::vector<SubjectVerdict> judge_callbacks(const RuleContext& context, const Judge& judge) {
   std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
-    Judgement judgement(names.callback(index));
-    judge(index, model.callbacks[at(index)], judgement);
+  for (const auto index : context.callbacks) {
+    Judgement judgement(context.names.callback(index));
+    judge(index, context.model.callbacks[at(index)], judgement);
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;
@@ -31,13 +29,12 @@ std::vector<SubjectVerdict> judge_callbacks(const Model& model, const Judge& jud
 
 // judge(ThreadIndex, const ThreadFacts&, Judgement&).
 template <typename Judge>
-std::vector<SubjectVerdict> judge_threads(const Model& model, const Judge& judge) {
-  const Subjects names(model);
+std::vector<SubjectVerdict> judge_threads(const RuleContext& context, const Judge& judge) {
   std::vector<SubjectVerdict> verdicts;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+  for (std::size_t i = 0; i < context.model.threads.size(); ++i) {
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    Judgement judgement(names.thread(index));
-    judge(index, model.threads[i], judgement);
+    Judgement judgement(context.names.thread(index));
+    judge(index, context.model.threads[i], judgement);
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;

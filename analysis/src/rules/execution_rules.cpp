@@ -2,8 +2,6 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "proof.hpp"
-#include "thread_losses.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -12,16 +10,16 @@
 namespace cie::analysis {
 namespace {
 
-void judge_unpaired(const Model& model, const Proof& proof, const CallbackFacts& callback,
+void judge_unpaired(const RuleContext& context, const CallbackFacts& callback,
                     Judgement& judgement) {
   if (callback.first_end_without_start) {
     const auto& [seq, where] = *callback.first_end_without_start;
     judgement.doubt(evidence("callback_end", where,
                              "ends seq " + std::to_string(seq) + ", whose start was not seen"));
   }
-  if (callback.fini && !proof.is_interrupted(callback.process)) return;  // the totals tell
+  if (callback.fini && !context.proof.is_interrupted(callback.process)) return;  // the totals tell
   for (const auto& open : callback.open) {
-    if (is_cut_by_end(model, open)) continue;
+    if (context.lives.is_cut_by_end(open)) continue;
     judgement.doubt(
         evidence("callback_start", open.start,
                  "starts seq " + std::to_string(open.seq) + ", whose end was not seen"));
@@ -29,10 +27,9 @@ void judge_unpaired(const Model& model, const Proof& proof, const CallbackFacts&
 }
 
 std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
-  const auto& model = context.model;
-  const Proof proof(model);
+  const auto& proof = context.proof;
   return judge_callbacks(
-      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
         judgement.overrule(proof.loss(index));
         const auto& fini = callback.fini;
@@ -62,7 +59,7 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
           judgement.fail(evidence("callback_fini", fini->at,
                                   "but only " + std::to_string(fini->started) + " started"));
         }
-        judge_unpaired(model, proof, callback, judgement);
+        judge_unpaired(context, callback, judgement);
         if (const auto& first = callback.first_exception) {
           judgement.remark(evidence("callback_end", first->second,
                                     counted(callback.exceptions, "instance") +
@@ -84,10 +81,9 @@ void report(const CallbackFacts::Overlap& overlap, Judgement& judgement) {
 }
 
 std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
-  const auto& model = context.model;
-  const Proof proof(model);
-  return judge_callbacks(model, [&](CallbackIndex index, const CallbackFacts& callback,
-                                    Judgement& judgement) {
+  const auto& proof = context.proof;
+  return judge_callbacks(context, [&](CallbackIndex index, const CallbackFacts& callback,
+                                      Judgement& judgement) {
     judgement.check(callback.starts.count);
     judgement.overrule(proof.loss(index));
     if (callback.overlap) {
@@ -118,10 +114,9 @@ void report(const Model& model, const ThreadFacts::Nesting& nesting, Judgement& 
 
 std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
   const auto& model = context.model;
-  const Proof proof(model);
-  const ThreadLosses losses(model, proof);
-  auto verdicts = judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
-                                           Judgement& judgement) {
+  const auto& losses = context.losses;
+  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
+                                             Judgement& judgement) {
     if (thread.ran.empty() && !is_isolated(thread)) return;
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
@@ -139,7 +134,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
       }
     }
   });
-  note_missing_vtid(model, verdicts);
+  note_missing_vtid(context.model, verdicts);
   return verdicts;
 }
 

@@ -7,14 +7,12 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxEvidence = 64;  // a witness is complete with far fewer
-
 void append(std::vector<Evidence>& list, Evidence item) {
   const auto same = [&item](const Evidence& other) {
     return std::tie(item.event, item.time, item.note, item.tid, item.pid) ==
            std::tie(other.event, other.time, other.note, other.tid, other.pid);
   };
-  if (list.size() >= kMaxEvidence || std::ranges::any_of(list, same)) return;
+  if (list.size() >= Judgement::kMaxEvidence || std::ranges::any_of(list, same)) return;
   list.push_back(std::move(item));
 }
 

@@ -7,6 +7,8 @@
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 
+#include <concepts>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -27,20 +29,37 @@ std::string counted(std::uint64_t count, std::string_view noun);
 
 class Judgement {
  public:
+  static constexpr std::size_t kMaxEvidence = 64;  // a witness is complete with far fewer
+
   explicit Judgement(NamedSubject subject) : subject_(std::move(subject)) {}
 
   // `count` more instances or events were judged.
   void check(std::uint64_t count = 1) noexcept { checked_ += count; }
   // A witness of the violation, or one more event of it.
   void fail(Evidence witness);
+  // The same of `make()`, which is only called where the verdict has a place for it.
+  template <std::invocable Make>
+  void fail(const Make& make) {
+    if (!is_full()) fail(make());
+  }
+  // So many witnesses that another one is not kept, and no doubt is told.
+  bool is_full() const noexcept { return witnesses_.size() >= kMaxEvidence; }
   // Something that is missing and without which the subject does not pass.
   void doubt(Evidence reason);
+  template <std::invocable Make>
+  void doubt(const Make& make) {
+    if (witnesses_.empty() && doubts_.size() < kMaxEvidence) doubt(make());
+  }
   void doubt(const std::optional<Evidence>& reason);
   // Something that is missing and without which neither a pass nor a violation is proven.
   void overrule(Evidence reason);
   void overrule(const std::optional<Evidence>& reason);
   // Worth saying although the subject passes.
   void remark(Evidence note);
+  template <std::invocable Make>
+  void remark(const Make& make) {
+    if (remarks_.size() < kMaxEvidence) remark(make());
+  }
 
   // Empty when nothing was judged and nothing is missing: the rule does not apply.
   std::optional<SubjectVerdict> finish() &&;

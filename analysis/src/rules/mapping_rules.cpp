@@ -2,15 +2,15 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "model/subjects.hpp"
-#include "proof.hpp"
-#include "thread_losses.hpp"
+#include "possible_moves.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <map>
 #include <string>
+#include <string_view>
 #include <tuple>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -42,62 +42,60 @@ Evidence started_here(const Model& model, const CallbackOnThread& pair) {
 
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   const auto& model = context.model;
-  const Proof proof(model);
-  const ThreadLosses losses(model, proof);
-  auto verdicts =
-      judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+  const auto& proof = context.proof;
+  const auto& losses = context.losses;
+  auto verdicts = judge_threads(
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
         for (const auto& pair : in_order(model, thread.ran)) {
           judgement.check(pair.starts);
-          if (thread.ran.size() > 1) judgement.fail(started_here(model, pair));
+          if (thread.ran.size() > 1) judgement.fail([&] { return started_here(model, pair); });
         }
         judgement.doubt(losses.on(index));
         if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
       });
-  note_missing_vtid(model, verdicts);
+  note_missing_vtid(context.model, verdicts);
   return verdicts;
 }
 
 enum class Succession : std::uint8_t { together, successive, unknown };
 
 // How two threads' lives relate. `earlier` began no later than `later`.
-Succession succession(const Model& model, const ThreadFacts& earlier, const ThreadFacts& later) {
-  const auto last_sign = lifetime(earlier).second;
-  const auto next_begin = lifetime(later).first;
-  if (next_begin <= last_sign) {
-    return earlier.tid == later.tid ? Succession::successive : Succession::together;
-  }
-  if (has_exited(earlier) || earlier.tid == later.tid) return Succession::successive;
+Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadIndex later) {
+  const auto last_sign = context.lives.of(earlier).end;
+  const auto next_begin = context.lives.of(later).begin;
+  const auto& thread = thread_of(context.model, earlier);
+  const bool is_same_tid = thread.tid == thread_of(context.model, later).tid;
+  if (next_begin <= last_sign) return is_same_tid ? Succession::successive : Succession::together;
+  if (has_exited(thread) || is_same_tid) return Succession::successive;
   // A tid is given anew only after its thread's exit.
-  const auto host = model.processes[at(earlier.process)].host;
-  const bool is_tid_reused = std::ranges::any_of(model.threads, [&](const ThreadFacts& other) {
-    if (&other == &earlier || other.tid != earlier.tid) return false;
-    if (model.processes[at(other.process)].host != host) return false;
-    const auto born = lifetime(other).first;
-    return born > last_sign && born <= next_begin;
-  });
-  return is_tid_reused ? Succession::successive : Succession::unknown;
+  return context.lives.is_tid_given_anew(earlier, last_sign, next_begin) ? Succession::successive
+                                                                         : Succession::unknown;
 }
 
-void judge_threads_of(const Model& model, const CallbackFacts& callback, Judgement& judgement) {
+void judge_threads_of(const RuleContext& context, const CallbackFacts& callback,
+                      Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& lives = context.lives;
   const auto pairs = in_order(model, callback.ran_on);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
-    for (std::size_t k = i + 1; k < pairs.size(); ++k) {
-      const auto& a = thread_of(model, pairs[i].thread);
-      const auto& b = thread_of(model, pairs[k].thread);
-      const bool is_a_first = lifetime(a).first <= lifetime(b).first;
-      const auto& earlier = is_a_first ? a : b;
-      const auto& later = is_a_first ? b : a;
-      switch (succession(model, earlier, later)) {
+    for (std::size_t k = i + 1; k < pairs.size() && !judgement.is_full(); ++k) {
+      auto earlier = pairs[i].thread;
+      auto later = pairs[k].thread;
+      if (lives.of(later).begin < lives.of(earlier).begin) std::swap(earlier, later);
+      switch (succession(context, earlier, later)) {
         case Succession::together:
-          judgement.fail(started_here(model, pairs[i]));
-          judgement.fail(started_here(model, pairs[k]));
+          judgement.fail([&] { return started_here(model, pairs[i]); });
+          judgement.fail([&] { return started_here(model, pairs[k]); });
           break;
         case Succession::unknown:
-          judgement.doubt(evidence("thread_fini", moment(lifetime(earlier).second, earlier.tid),
-                                   thread_name(earlier) + " ran it too; its exit before " +
-                                       thread_name(later) +
-                                       " began was not seen, nor that it lived on"));
+          judgement.doubt([&] {
+            const auto& thread = thread_of(model, earlier);
+            return evidence("thread_fini", moment(lives.of(earlier).end, thread.tid),
+                            thread_name(thread) + " ran it too; its exit before " +
+                                thread_name(thread_of(model, later)) +
+                                " began was not seen, nor that it lived on");
+          });
           break;
         case Succession::successive:
           break;
@@ -108,12 +106,11 @@ void judge_threads_of(const Model& model, const CallbackFacts& callback, Judgeme
 }
 
 std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
-  const auto& model = context.model;
-  const Proof proof(model);
+  const auto& proof = context.proof;
   return judge_callbacks(
-      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
-        judge_threads_of(model, callback, judgement);
+        judge_threads_of(context, callback, judgement);
         judgement.doubt(proof.loss(index));
         if (callback.starts_without_tid != 0) {
           judgement.doubt(evidence(
@@ -123,18 +120,20 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
       });
 }
 
-void judge_move(const Model& model, const Proof& proof, const Move& move, Judgement& judgement) {
-  const auto& from = thread_of(model, move.from);
-  const auto& to = thread_of(model, move.to);
-  if (move.registered_again || lifetime(to).first < lifetime(from).first) return;
+void judge_move(const RuleContext& context, const Move& move, Judgement& judgement) {
+  const auto& lives = context.lives;
+  const auto& proof = context.proof;
+  const auto& from = thread_of(context.model, move.from);
+  const auto& to = thread_of(context.model, move.to);
+  if (move.registered_again || lives.of(move.to).begin < lives.of(move.from).begin) return;
   // The same thread, announced again, if that announcement was lost.
-  if (to.former_fini && !to.announced && proof.incompleteness(to.process)) {
+  if (to.former_fini && !to.announced && !proof.is_complete(to.process)) {
     judgement.doubt(evidence("thread_init", move.first_on_to,
                              "started on " + thread_name(to) + " after its thread_fini"));
     judgement.doubt(proof.incompleteness(to.process));
     return;
   }
-  switch (succession(model, from, to)) {
+  switch (succession(context, move.from, move.to)) {
     case Succession::together:
       break;  // threads that live together are M3's concern
     case Succession::successive:
@@ -153,60 +152,29 @@ void judge_move(const Model& model, const Proof& proof, const Move& move, Judgem
                               "went on on " + thread_name(to) + " without a new callback_init"));
       break;
     case Succession::unknown:
-      judgement.doubt(evidence("thread_fini", move.last_on_from,
-                               "ran on " + thread_name(from) +
-                                   ", whose exit was not seen, and went on on " + thread_name(to)));
+      judgement.doubt([&] {
+        return evidence("thread_fini", move.last_on_from,
+                        "ran on " + thread_name(from) +
+                            ", whose exit was not seen, and went on on " + thread_name(to));
+      });
       break;
   }
 }
 
-// There is a thread that a lost instance of the callback may have moved to or from: one announced
-// for it, or one that is not another callback's and lived only before or after one of its own. By
-// what user space shows: that the kernel saw an exit makes no move likelier (law L6).
-bool may_have_moved(const Model& model, const CallbackFacts& callback) {
-  std::optional<Timestamp> first_exit;
-  std::optional<Timestamp> last_activity;
-  for (const auto& pair : callback.ran_on) {
-    const auto& thread = thread_of(model, pair.thread);
-    const auto time = pair.last_activity.time;
-    last_activity = last_activity ? std::max(*last_activity, time) : time;
-    if (!thread.fini) continue;
-    const auto exit = lifetime(thread).second;
-    first_exit = first_exit ? std::min(*first_exit, exit) : exit;
-  }
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    const bool has_run_on = std::ranges::find(callback.ran_on, index, &CallbackOnThread::thread) !=
-                            callback.ran_on.end();
-    if (thread.process != callback.process || has_run_on) continue;
-    if (is_isolated(thread)) {
-      if (is_registered_to(thread, callback)) return true;
-      continue;
-    }
-    const auto [begin, end] = lifetime(thread);
-    if (first_exit && begin > *first_exit) return true;
-    const bool is_announcement_lost = !thread.announced && thread.read_backs.count != 0;
-    if (is_announcement_lost || (!thread.announced && begin > *last_activity)) return true;
-    if (thread.fini && end < *last_activity) return true;
-  }
-  return false;
-}
-
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
-  const auto& model = context.model;
-  const Proof proof(model);
+  const auto& proof = context.proof;
+  const PossibleMoves moves(context);
   auto verdicts = judge_callbacks(
-      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.ran_on.empty()) return;
         judgement.check(callback.starts.count);
-        if (proof.loss(index) && may_have_moved(model, callback)) {
+        if (proof.loss(index) && moves.exist_of(callback)) {
           judgement.doubt(proof.loss(index));
         }
         for (const auto& move : callback.moves)
-          judge_move(model, proof, move, judgement);
+          judge_move(context, move, judgement);
       });
-  note_missing_vtid(model, verdicts);
+  note_missing_vtid(context.model, verdicts);
   return verdicts;
 }
 
@@ -224,11 +192,11 @@ EventRef last_sign(const CallbackFacts& callback) {
 
 std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
-  const Proof proof(model);
-  std::map<std::pair<std::size_t, std::string>, std::vector<CallbackIndex>> by_id;
+  const auto& names = context.names;
+  const auto& proof = context.proof;
+  std::map<std::pair<std::size_t, std::string_view>, std::vector<CallbackIndex>> by_id;
   std::vector<SubjectVerdict> verdicts;
-  for (const auto index : callbacks_in_order(model)) {
+  for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
     if (callback.registered) {
       by_id[{at(callback.process), callback.logical_id}].push_back(index);

@@ -3,13 +3,16 @@
 #include "each_subject.hpp"
 #include "judgement.hpp"
 #include "model/host_clocks.hpp"
-#include "model/subjects.hpp"
-#include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -47,10 +50,9 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
 }
 
 std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
-  const auto& model = context.model;
-  const Proof proof(model);
+  const auto& proof = context.proof;
   return judge_callbacks(
-      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.kind == CallbackKind::timer) return;
         judgement.doubt(proof.loss(index));
         if (callback.registered) judge_queue(context, callback, judgement);
@@ -99,57 +101,92 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   judgement.fail(evidence("callback_end", last, finding));
 }
 
-// Loss anywhere on the chain, or of callbacks that nothing of was seen.
-std::optional<Evidence> loss_on(const RuleContext& context, const SpecChain& asked,
-                                const Proof& proof) {
-  const auto& model = context.model;
-  const std::set<std::string_view> hops(asked.callbacks.begin(), asked.callbacks.end());
-  std::set<std::string_view> seen;
-  std::set<std::string_view> topics;  // of the messages that link the chain
-  for (const auto index : callbacks_in_order(model)) {
-    const auto& callback = model.callbacks[at(index)];
-    if (!hops.contains(callback.logical_id)) continue;
-    seen.insert(callback.logical_id);
-    if (proof.loss(index)) return proof.loss(index);
-    if (callback.logical_id != asked.callbacks.front()) topics.insert(callback.source);
-  }
-  for (const auto& publisher : model.publishers) {
-    if (publisher.registered && !topics.contains(publisher.topic)) continue;
-    if (auto loss = proof.loss(publisher)) return loss;
-  }
-  if (seen.size() == hops.size()) return std::nullopt;
-  for (std::size_t i = 0; i < model.processes.size(); ++i) {
-    const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
-    if (model.processes[i].has_cie_events && !proof.is_complete(index)) {
-      return proof.incompleteness(index);
+// Where chains lost something: callbacks by id, publishers that are not whole by topic.
+class ChainLosses {
+ public:
+  explicit ChainLosses(const RuleContext& context) : context_(context) {
+    const auto& model = context.model;
+    for (std::size_t i = 0; i < context.callbacks.size(); ++i) {
+      callbacks_[model.callbacks[at(context.callbacks[i])].logical_id].push_back(i);
+    }
+    for (std::size_t i = 0; i < model.publishers.size(); ++i) {
+      const auto& publisher = model.publishers[i];
+      if (!context.proof.loss(publisher)) continue;
+      if (publisher.registered) {
+        of_topics_.try_emplace(publisher.topic, i);
+      } else if (!of_unknown_topic_) {
+        of_unknown_topic_ = i;
+      }
     }
   }
-  return std::nullopt;
-}
+
+  // Anywhere on the chain, or of callbacks that nothing of was seen.
+  std::optional<Evidence> on(const SpecChain& asked) const {
+    const auto& model = context_.model;
+    const auto& proof = context_.proof;
+    const std::set<std::string_view> hops(asked.callbacks.begin(), asked.callbacks.end());
+    std::set<std::size_t> seen;
+    bool is_any_unseen = false;
+    for (const auto hop : hops) {
+      const auto found = callbacks_.find(hop);
+      if (found == callbacks_.end()) {
+        is_any_unseen = true;
+      } else {
+        seen.insert(found->second.begin(), found->second.end());
+      }
+    }
+    auto publisher = of_unknown_topic_;
+    for (const auto position : seen) {
+      const auto index = context_.callbacks[position];
+      if (proof.loss(index)) return proof.loss(index);
+      const auto& callback = model.callbacks[at(index)];
+      if (callback.logical_id == asked.callbacks.front()) continue;
+      const auto found = of_topics_.find(callback.source);  // of the messages that link the chain
+      if (found != of_topics_.end())
+        publisher = std::min(publisher.value_or(found->second), found->second);
+    }
+    if (publisher) return proof.loss(model.publishers[*publisher]);
+    if (!is_any_unseen) return std::nullopt;
+    for (std::size_t i = 0; i < model.processes.size(); ++i) {
+      const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+      if (model.processes[i].has_cie_events && !proof.is_complete(index)) {
+        return proof.incompleteness(index);
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  const RuleContext& context_;
+  std::map<std::string_view, std::vector<std::size_t>> callbacks_;  // in the context's order
+  std::map<std::string_view, std::size_t> of_topics_;               // the first one
+  std::optional<std::size_t> of_unknown_topic_;                     // likewise
+};
 
 std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
   std::vector<SubjectVerdict> verdicts;
   if (context.options.spec == nullptr) return verdicts;
   const auto& model = context.model;
-  const Proof proof(model);
-  const Subjects subjects(model);
+  const ChainLosses losses(context);
+  std::map<std::string_view, ChainIndex> chains;
+  for (std::size_t i = 0; i < model.chains.size(); ++i) {
+    if (model.chains[i].specified)
+      chains.try_emplace(model.chains[i].name, ChainIndex{static_cast<std::uint32_t>(i)});
+  }
   for (const auto& asked : context.options.spec->chains()) {
     if (!asked.path_latency_ns && !asked.reaction_time_ns && !asked.data_age_ns) continue;
-    const auto chain = std::ranges::find_if(model.chains, [&asked](const ChainFacts& facts) {
-      return facts.specified && facts.name == asked.name;
-    });
-    Judgement judgement(
-        chain == model.chains.end()
-            ? NamedSubject::without_row(SubjectKind::chain, asked.name)
-            : subjects.chain(ChainIndex{static_cast<std::uint32_t>(chain - model.chains.begin())}));
-    judgement.overrule(loss_on(context, asked, proof));
-    if (chain == model.chains.end() || chain->instances == 0) {
+    const auto found = chains.find(asked.name);
+    const auto* chain = found == chains.end() ? nullptr : &model.chains[at(found->second)];
+    Judgement judgement(chain == nullptr ? NamedSubject::without_row(SubjectKind::chain, asked.name)
+                                         : context.names.chain(found->second));
+    judgement.overrule(losses.on(asked));
+    if (chain == nullptr || chain->instances == 0) {
       judgement.doubt(evidence("callback_end", moment(model.end.value_or(Timestamp{})),
                                place(context, asked.line) +
                                    " specifies it, and no message of the trace leads along it: no "
                                    "instance of the chain could be linked"));
     }
-    if (chain != model.chains.end()) {
+    if (chain != nullptr) {
       constexpr const char* kTwo =
           "it takes two instances of the chain with nothing lost between them";
       const auto error = clock_error(model, *chain);

@@ -2,25 +2,19 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "model/subjects.hpp"
-#include "thread_losses.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
-
-ThreadIndex thread_index(std::size_t i) { return ThreadIndex{static_cast<std::uint32_t>(i)}; }
-
-const EventRef& first_start_on(const ThreadFacts& thread) {
-  return std::ranges::min_element(
-             thread.ran, {}, [](const CallbackOnThread& pair) { return pair.first_start.time; })
-      ->first_start;
-}
 
 // The spec's entry for a thread: that of its callback, or, for a worker, of its name.
 const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread) {
@@ -39,20 +33,27 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
     judgement.check(pair.starts);
     if (is_registered_to(thread, callback)) continue;
     if (!callback.registered && !thread.callback) continue;  // perhaps of its group
-    judgement.fail(evidence(
-        "thread_init", *thread.announced,
-        "announced for callback " + (thread.callback ? std::to_string(to_number(*thread.callback))
-                                                     : std::string("of its group"))));
-    judgement.fail(evidence("callback_start", pair.first_start,
-                            "started " + callback.logical_id + " (seq " +
-                                std::to_string(pair.first_seq) + "), which is not its own"));
+    judgement.fail([&] {
+      return evidence(
+          "thread_init", *thread.announced,
+          "announced for callback " + (thread.callback ? std::to_string(to_number(*thread.callback))
+                                                       : std::string("of its group")));
+    });
+    judgement.fail([&] {
+      return evidence("callback_start", pair.first_start,
+                      "started " + callback.logical_id + " (seq " + std::to_string(pair.first_seq) +
+                          "), which is not its own");
+    });
   }
 }
 
-void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFacts& thread,
-                        const SpecEntry& entry, const std::string& where,
-                        const std::optional<Evidence>& lost, Judgement& judgement) {
-  const EventRef end = moment(lifetime(thread).second, thread.tid);
+void judge_foreign_time(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
+                        Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& proof = context.proof;
+  const auto& thread = model.threads[at(index)];
+  const EventRef end = moment(context.lives.of(index).end, thread.tid);
+  const auto& lost = proof.loss(index) ? proof.loss(index) : context.losses.on(index);
   if (lost) {  // what lost instances did would count as foreign work; or its time is another one
     judgement.doubt(lost);
     return;
@@ -65,7 +66,7 @@ void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFact
   const auto budget = *entry.foreign_work_budget_ns;
   const auto host = model.processes[at(thread.process)].host;
   const auto loss = thread.first_wait ? proof.kernel_loss(host, *thread.first_wait, end.time)
-                                      : proof.kernel_loss(thread);
+                                      : proof.kernel_loss(index);
   if (loss) {
     judgement.doubt(loss);
     return;
@@ -87,34 +88,31 @@ void judge_foreign_time(const Model& model, const Proof& proof, const ThreadFact
                           "first wait: foreign work is counted from here"));
   judgement.fail(evidence("sched_switch", end,
                           nanoseconds(*thread.foreign_ns) + " on a CPU outside callbacks within " +
-                              nanoseconds(*thread.foreign_span_ns) + "; " + where + " allows " +
-                              nanoseconds(budget) + " per second"));
+                              nanoseconds(*thread.foreign_span_ns) + "; " +
+                              place(context, entry.line) + " allows " + nanoseconds(budget) +
+                              " per second"));
 }
 
 std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
-  const auto& model = context.model;
-  const Proof proof(model);
-  const auto unknown = unknown_threads(model, proof);
-  const ThreadLosses losses(model, proof);
-  auto verdicts =
-      judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+  const auto& unknown = context.unknown_threads;
+  auto verdicts = judge_threads(
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
         const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
         if (is_isolated(thread)) {
-          judge_foreign_callbacks(model, thread, judgement);
-          judgement.doubt(losses.on(index));
+          judge_foreign_callbacks(context.model, thread, judgement);
+          judgement.doubt(context.losses.on(index));
         }
         if (is_isolated(thread) || is_worker) {
           const auto* entry = spec_entry_of(context, thread);
           if (entry != nullptr && entry->foreign_work_budget_ns) {
-            judge_foreign_time(model, proof, thread, *entry, place(context, entry->line),
-                               proof.loss(index) ? proof.loss(index) : losses.on(index), judgement);
+            judge_foreign_time(context, index, *entry, judgement);
           }
         }
       });
-  note_missing_vtid(model, verdicts);
+  note_missing_vtid(context.model, verdicts);
   return verdicts;
 }
 
@@ -125,13 +123,17 @@ void judge_group(const Model& model, const GroupFacts& group,
     judgement.fail(evidence("group_init", group.first_seen, note));
     for (const auto index : threads) {
       const auto& thread = model.threads[at(index)];
-      judgement.fail(evidence("thread_init", *thread.announced,
-                              "isolated thread " + std::to_string(thread.tid) + " serves it"));
+      judgement.fail([&thread] {
+        return evidence("thread_init", *thread.announced,
+                        "isolated thread " + std::to_string(thread.tid) + " serves it");
+      });
     }
     for (const auto index : group.callbacks) {
       const auto& callback = model.callbacks[at(index)];
-      judgement.fail(
-          evidence("callback_init", *callback.registered, callback.logical_id + " belongs to it"));
+      judgement.fail([&callback] {
+        return evidence("callback_init", *callback.registered,
+                        callback.logical_id + " belongs to it");
+      });
     }
   };
   if (group.type == GroupType::reentrant) witness("a reentrant group");
@@ -147,30 +149,32 @@ void judge_group(const Model& model, const GroupFacts& group,
   }
 }
 
-// A callback that was never registered: it may belong to any group of its process.
-std::optional<Evidence> unknown_member(const Model& model, ProcessIndex process) {
-  const auto found =
-      std::ranges::find_if(model.callbacks, [process](const CallbackFacts& callback) {
-        return callback.process == process && !callback.registered;
-      });
-  if (found == model.callbacks.end()) return std::nullopt;
-  return evidence("callback_init", first_sign(*found),
-                  found->logical_id + " was never registered: its group is unknown");
+// Of each process the first callback that was never registered: it may belong to any group.
+std::map<ProcessIndex, Evidence> unknown_members(const Model& model) {
+  std::map<ProcessIndex, Evidence> unknown;
+  for (const auto& callback : model.callbacks) {
+    if (callback.registered || unknown.contains(callback.process)) continue;
+    unknown.emplace(callback.process,
+                    evidence("callback_init", first_sign(callback),
+                             callback.logical_id + " was never registered: its group is unknown"));
+  }
+  return unknown;
 }
 
 std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
-  const Proof proof(model);
-  const IsolatedThreads isolated(model);
+  const auto& names = context.names;
+  const auto& proof = context.proof;
+  const auto& isolated = context.isolated;
   // Groups whose thread is not known to be isolated or not.
   std::map<std::pair<ProcessIndex, GroupId>, Evidence> unknown;
-  for (const auto& [index, reason] : unknown_threads(model, proof)) {
+  for (const auto& [index, reason] : context.unknown_threads) {
     for (const auto& pair : model.threads[at(index)].ran) {
       const auto& callback = model.callbacks[at(pair.callback)];
       if (callback.group) unknown.try_emplace({callback.process, *callback.group}, reason);
     }
   }
+  const auto members = unknown_members(model);
   std::vector<SubjectVerdict> verdicts;
   std::set<std::pair<ProcessIndex, GroupId>> seen;
   for (std::size_t i = 0; i < model.groups.size(); ++i) {
@@ -181,7 +185,9 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (!threads.empty()) {
       judge_group(model, group, threads, judgement);
       judgement.doubt(proof.unseen_callbacks(group.process));
-      judgement.doubt(unknown_member(model, group.process));
+      if (const auto member = members.find(group.process); member != members.end()) {
+        judgement.doubt(member->second);
+      }
     }
     if (const auto found = unknown.find({group.process, group.id}); found != unknown.end()) {
       judgement.doubt(found->second);
@@ -203,28 +209,38 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   return verdicts;
 }
 
+// By callback, when it was last seen, on whatever thread.
+std::vector<Timestamp> last_activities(const Model& model) {
+  std::vector<Timestamp> times;
+  for (const auto& callback : model.callbacks) {
+    auto& last = times.emplace_back(Timestamp{std::numeric_limits<std::int64_t>::min()});
+    for (const auto& pair : callback.ran_on)
+      last = std::max(last, pair.last_activity.time);
+  }
+  return times;
+}
+
 // In a process that ended in order every thread tells its end, unless it was replaced: what of a
 // callback that stayed with it came after that?
-bool is_end_lost(const Model& model, const ThreadFacts& thread) {
+bool is_end_lost(const Model& model, const ThreadFacts& thread,
+                 const std::vector<Timestamp>& last_activities) {
   if (thread.fini || !model.processes[at(thread.process)].run_end) return false;
-  return std::ranges::any_of(thread.ran, [&model](const CallbackOnThread& pair) {
-    const auto& threads = model.callbacks[at(pair.callback)].ran_on;
-    return std::ranges::all_of(threads, [&pair](const CallbackOnThread& other) {
-      return other.last_activity.time <= pair.last_activity.time;
-    });
+  return std::ranges::any_of(thread.ran, [&last_activities](const CallbackOnThread& pair) {
+    return last_activities[at(pair.callback)] <= pair.last_activity.time;
   });
 }
 
 std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& model = context.model;
-  const Proof proof(model);
-  auto verdicts = judge_threads(model, [&](ThreadIndex, const ThreadFacts& thread,
-                                           Judgement& judgement) {
+  const auto& proof = context.proof;
+  const auto activities = last_activities(model);
+  auto verdicts = judge_threads(context, [&](ThreadIndex, const ThreadFacts& thread,
+                                             Judgement& judgement) {
     if (thread.ran.empty()) return;
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
     if (thread.announced) {
-      if (is_end_lost(model, thread)) {
+      if (is_end_lost(model, thread, activities)) {
         judgement.doubt(evidence("thread_fini", model.processes[at(thread.process)].run_end->at,
                                  "the end of thread " + std::to_string(thread.tid) +
                                      " was not seen: callbacks may have started after it"));
@@ -244,27 +260,11 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
                                   " announced threads were seen; this one was not announced"));
     }
   });
-  note_missing_vtid(model, verdicts);
+  note_missing_vtid(context.model, verdicts);
   return verdicts;
 }
 
 }  // namespace
-
-std::map<ThreadIndex, Evidence> unknown_threads(const Model& model, const Proof& proof) {
-  std::map<ThreadIndex, Evidence> unknown;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    if (thread.announced || thread.ran.empty() || proof.is_complete(thread.process)) continue;
-    unknown.emplace(thread_index(i),
-                    evidence("thread_init", first_start_on(thread),
-                             "thread " + std::to_string(thread.tid) +
-                                 (thread.former_fini
-                                      ? " was not seen to be announced again after its thread_fini"
-                                      : " was never seen to be announced") +
-                                 ": its role is unknown"));
-  }
-  return unknown;
-}
 
 const Rule kNoForeignWork{
     "M6",

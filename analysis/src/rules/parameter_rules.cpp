@@ -2,14 +2,14 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "ownership_rules.hpp"
-#include "proof.hpp"
 #include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <iterator>
+#include <map>
 #include <string>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -19,29 +19,30 @@ std::string asks(const RuleContext& context, const SpecEntry& entry) {
 }
 
 // Callbacks that ran on threads of which it is unknown whether they are isolated.
-std::map<CallbackIndex, Evidence> on_unknown_threads(const Model& model, const Proof& proof) {
-  std::map<CallbackIndex, Evidence> callbacks;
-  for (const auto& [index, reason] : unknown_threads(model, proof)) {
-    for (const auto& pair : model.threads[at(index)].ran)
-      callbacks.emplace(pair.callback, reason);
+std::map<CallbackIndex, const Evidence*> on_unknown_threads(const RuleContext& context) {
+  std::map<CallbackIndex, const Evidence*> callbacks;
+  for (const auto& [index, reason] : context.unknown_threads) {
+    for (const auto& pair : context.model.threads[at(index)].ran)
+      callbacks.try_emplace(pair.callback, &reason);
   }
   return callbacks;
 }
 
-// Whether the spec has an entry for a callback cannot be told without its registration.
-std::optional<Evidence> unknown_identity(const RuleContext& context,
-                                         const CallbackFacts& callback) {
-  if (callback.registered) return std::nullopt;
-  const bool is_any = std::ranges::any_of(
-      context.options.spec->callbacks(),
-      [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
-  if (!is_any) return std::nullopt;
-  return evidence("callback_init", first_sign(callback),
-                  "never registered: whether the spec asks for parameters is unknown");
+bool asks_for_any(const std::vector<SpecEntry>& entries) {
+  return std::ranges::any_of(
+      entries, [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
 }
 
-void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIndex index,
-                        const SpecEntry& entry, Judgement& judgement) {
+// Whether the spec has an entry for a callback cannot be told without its registration.
+void doubt_identity(const CallbackFacts& callback, Judgement& judgement) {
+  if (callback.registered) return;
+  judgement.doubt(evidence("callback_init", first_sign(callback),
+                           "never registered: whether the spec asks for parameters is unknown"));
+}
+
+void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
+                        Judgement& judgement) {
+  const auto& proof = context.proof;
   const auto& thread = context.model.threads[at(index)];
   const auto* applied = last_applied(context.model, thread);
   if (applied == nullptr) {
@@ -77,62 +78,57 @@ void judge_as_specified(const RuleContext& context, const Proof& proof, ThreadIn
 }
 
 // Threads whose announcement was lost may have been anybody's.
-std::map<ProcessIndex, Evidence> unannounced_threads(const Model& model, const Proof& proof) {
-  std::map<ProcessIndex, Evidence> found;
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    const auto& loss = proof.loss(ThreadIndex{static_cast<std::uint32_t>(i)});
-    if (!thread.announced && loss) found.emplace(thread.process, *loss);
+std::map<ProcessIndex, const Evidence*> unannounced_threads(const RuleContext& context) {
+  std::map<ProcessIndex, const Evidence*> found;
+  for (std::size_t i = 0; i < context.model.threads.size(); ++i) {
+    const auto& thread = context.model.threads[i];
+    const auto& loss = context.proof.loss(ThreadIndex{static_cast<std::uint32_t>(i)});
+    if (!thread.announced && loss) found.try_emplace(thread.process, &*loss);
   }
   return found;
 }
 
-std::vector<SubjectVerdict> judge_workers(const RuleContext& context, const Proof& proof) {
-  const bool is_any = std::ranges::any_of(
-      context.options.spec->threads(),
-      [](const SpecEntry& entry) { return judges_parameters(entry.parameters); });
-  if (!is_any) return {};
-  return judge_threads(context.model,
+std::vector<SubjectVerdict> judge_workers(const RuleContext& context) {
+  if (!asks_for_any(context.options.spec->threads())) return {};
+  return judge_threads(context,
                        [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
                          if (!thread.announced) {
-                           judgement.doubt(proof.loss(index));
+                           judgement.doubt(context.proof.loss(index));
                          } else if (thread.role == ThreadRole::worker) {
                            const auto* entry = context.options.spec->find_thread(thread.name);
                            if (entry != nullptr && judges_parameters(entry->parameters)) {
-                             judge_as_specified(context, proof, index, *entry, judgement);
+                             judge_as_specified(context, index, *entry, judgement);
                            }
                          }
                        });
 }
 
 std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
-  const auto& model = context.model;
   if (context.options.spec == nullptr) return {};
-  const Proof proof(model);
-  const IsolatedThreads isolated(model);
-  const auto unknown = on_unknown_threads(model, proof);
-  const auto unannounced = unannounced_threads(model, proof);
+  const auto unknown = on_unknown_threads(context);
+  const auto unannounced = unannounced_threads(context);
+  const bool asks_any = asks_for_any(context.options.spec->callbacks());
   auto verdicts = judge_callbacks(
-      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judgement.doubt(unknown_identity(context, callback));
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        if (asks_any) doubt_identity(callback, judgement);
         const auto* entry = spec_entry(context, callback);
         if (entry != nullptr && judges_parameters(entry->parameters)) {
           if (is_never_read_back(callback)) {
-            judge_scheduled(context, proof, callback, *entry, judgement);
+            judge_scheduled(context, callback, *entry, judgement);
             return;
           }
-          const auto threads = isolated.of(callback);
+          const auto threads = context.isolated.of(callback);
           if (const auto found = unknown.find(index); found != unknown.end()) {
-            judgement.doubt(found->second);
+            judgement.doubt(*found->second);
           }
           const auto lost = unannounced.find(callback.process);
-          if (threads.empty() && lost != unannounced.end()) judgement.doubt(lost->second);
+          if (threads.empty() && lost != unannounced.end()) judgement.doubt(*lost->second);
           for (const auto thread : threads) {
-            judge_as_specified(context, proof, thread, *entry, judgement);
+            judge_as_specified(context, thread, *entry, judgement);
           }
         }
       });
-  std::ranges::move(judge_workers(context, proof), std::back_inserter(verdicts));
+  std::ranges::move(judge_workers(context), std::back_inserter(verdicts));
   return verdicts;
 }
 
@@ -152,10 +148,10 @@ std::optional<bool> began_with_spec(const RuleContext& context, const ProcessFac
   return process.first_spec_sha256 == context.options.spec->sha256();
 }
 
-void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIndex index,
-                        CallbackIndex callback_index, const SpecEntry& entry,
-                        Judgement& judgement) {
+void judge_before_first(const RuleContext& context, ThreadIndex index, CallbackIndex callback_index,
+                        const SpecEntry& entry, Judgement& judgement) {
   const auto& model = context.model;
+  const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   const auto& callback = model.callbacks[at(callback_index)];
   const bool is_attached =
@@ -205,26 +201,24 @@ void judge_before_first(const RuleContext& context, const Proof& proof, ThreadIn
 }
 
 std::vector<SubjectVerdict> judge_before(const RuleContext& context) {
-  const auto& model = context.model;
   if (context.options.spec == nullptr) return {};
-  const Proof proof(model);
-  const IsolatedThreads isolated(model);
-  const auto unknown = on_unknown_threads(model, proof);
+  const auto unknown = on_unknown_threads(context);
+  const bool asks_any = asks_for_any(context.options.spec->callbacks());
   return judge_callbacks(
-      model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judgement.doubt(unknown_identity(context, callback));
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        if (asks_any) doubt_identity(callback, judgement);
         const auto* entry = spec_entry(context, callback);
         if (entry == nullptr || !judges_parameters(entry->parameters)) return;
         if (is_never_read_back(callback)) {
-          judge_scheduled_before(model, proof.loss(index), callback, *entry, judgement);
+          judge_scheduled_before(context, index, *entry, judgement);
           return;
         }
         if (const auto found = unknown.find(index); found != unknown.end()) {
-          judgement.doubt(found->second);
+          judgement.doubt(*found->second);
         }
-        const auto thread = thread_of_first_instance(callback, isolated.of(callback));
+        const auto thread = thread_of_first_instance(callback, context.isolated.of(callback));
         if (thread && !unknown.contains(index)) {
-          judge_before_first(context, proof, *thread, index, *entry, judgement);
+          judge_before_first(context, *thread, index, *entry, judgement);
         }
       });
 }

@@ -1,7 +1,6 @@
 #include "proof.hpp"
 
 #include "judgement.hpp"
-#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -120,8 +119,9 @@ Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time) {
                   analysis::counted(cpus, "CPU") + " without a kernel stream");
 }
 
-Proof::Proof(const Model& model)
+Proof::Proof(const Model& model, const ThreadLives& lives)
     : model_(model),
+      lives_(lives),
       processes_(model.processes.size()),
       callbacks_(model.callbacks.size()),
       threads_(model.threads.size()) {
@@ -200,7 +200,7 @@ bool Proof::is_any_end_lost(const CallbackFacts& callback) const {
   if (callback.ended.missing == 0) return false;
   if (callback.fini) return tells_lost_end(callback, *callback.fini);
   return std::ranges::any_of(callback.open, [&](const OpenInstance& open) {
-    return open.seq < *callback.ended.last && !is_cut_by_end(model_, open);
+    return open.seq < *callback.ended.last && !lives_.is_cut_by_end(open);
   });
 }
 
@@ -257,9 +257,10 @@ std::optional<Evidence> Proof::kernel_loss(HostIndex host, Timestamp begin, Time
   return evidence_of(*candidate->loss);
 }
 
-std::optional<Evidence> Proof::kernel_loss(const ThreadFacts& thread) const {
-  const auto [begin, end] = lifetime(thread);
-  return kernel_loss(model_.processes[at(thread.process)].host, begin, end);
+std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
+  const auto& life = lives_.of(thread);
+  const auto process = model_.threads[at(thread)].process;
+  return kernel_loss(model_.processes[at(process)].host, life.begin, life.end);
 }
 
 std::optional<Evidence> Proof::kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
@@ -299,8 +300,8 @@ void Proof::find_losses() {
   }
   for (auto& [host, losses] : all) {
     std::ranges::stable_sort(losses, {}, [](const Interval& interval) {
-      return std::tuple(interval.begin, interval.end, interval.loss->kind, interval.loss->cpu,
-                        interval.loss->note);
+      const auto& loss = *interval.loss;
+      return std::tie(interval.begin, interval.end, loss.kind, loss.cpu, loss.note);
     });
     auto& merged = kernel_losses_[host];
     for (const auto& interval : losses) {
@@ -333,9 +334,8 @@ std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last)
 // record's end cut it.
 std::optional<Evidence> Proof::lost_partner(const CallbackFacts& facts) const {
   if (auto lost = lost_start(facts)) return lost;
-  const auto open = std::ranges::find_if(facts.open, [this](const OpenInstance& instance) {
-    return !is_cut_by_end(model_, instance);
-  });
+  const auto open = std::ranges::find_if(
+      facts.open, [this](const OpenInstance& instance) { return !lives_.is_cut_by_end(instance); });
   if (open == facts.open.end()) return std::nullopt;
   return evidence("callback_start", open->start,
                   "seq " + std::to_string(open->seq) + " starts, whose end was not seen");

@@ -5,6 +5,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include "model/facts.hpp"
+#include "thread_lives.hpp"
 
 #include <map>
 #include <optional>
@@ -18,7 +19,7 @@ Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time);
 
 class Proof {
  public:
-  explicit Proof(const Model& model);
+  Proof(const Model& model, const ThreadLives& lives);
 
   // A process without `run_end`: it crashed, or the recording stopped first.
   bool is_interrupted(ProcessIndex process) const;
@@ -48,7 +49,7 @@ class Proof {
 
   // Kernel events were lost, or never recorded of some CPU, while the thread lived, or between two
   // points of time. What is no evidence loses nothing.
-  std::optional<Evidence> kernel_loss(const ThreadFacts& thread) const;
+  std::optional<Evidence> kernel_loss(ThreadIndex thread) const;
   std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const;
   // The same, or the kernel's record began later than the first of the two.
   std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const;
@@ -90,6 +91,7 @@ class Proof {
   std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
 
   const Model& model_;
+  const ThreadLives& lives_;
   std::vector<ProcessProof> processes_;
   std::vector<std::optional<Evidence>> callbacks_;
   std::vector<std::optional<Evidence>> threads_;

@@ -1,13 +1,12 @@
 #include "restart_rule.hpp"
 
 #include "judgement.hpp"
-#include "model/subjects.hpp"
-#include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <map>
 #include <string>
+#include <string_view>
 #include <tuple>
 
 namespace cie::analysis {
@@ -33,11 +32,11 @@ Lifetime lifetime_of(const Model& model, CallbackIndex index) {
   return {.index = index, .begin = begin, .end = end};
 }
 
-// The last thread that was announced for the callback and has a read-back of what was applied.
-std::optional<ThreadIndex> configured_thread(const Model& model, const IsolatedThreads& isolated,
-                                             const CallbackFacts& callback) {
+// The last of a callback's threads that has a read-back of what was applied.
+std::optional<ThreadIndex> configured_thread(const Model& model,
+                                             const std::vector<ThreadIndex>& threads) {
   std::optional<ThreadIndex> found;
-  for (const auto index : isolated.of(callback)) {
+  for (const auto index : threads) {
     if (last_applied(model, model.threads[at(index)]) != nullptr) found = index;
   }
   return found;
@@ -60,13 +59,15 @@ void compare_properties(const CallbackFacts& before, const CallbackFacts& after,
   judgement.fail(evidence("callback_init", *after.registered, "is: " + properties(after)));
 }
 
-void compare_parameters(const Model& model, const Proof& proof, const IsolatedThreads& isolated,
-                        const CallbackFacts& before, const CallbackFacts& after,
-                        Judgement& judgement) {
+void compare_parameters(const RuleContext& context, const CallbackFacts& before,
+                        const CallbackFacts& after, Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& proof = context.proof;
   const auto read_back = [&](const CallbackFacts& callback) -> const ReadBack* {
-    const auto index = configured_thread(model, isolated, callback);
+    const auto threads = context.isolated.of(callback);
+    const auto index = configured_thread(model, threads);
     if (!index) {
-      for (const auto other : isolated.of(callback))
+      for (const auto other : threads)
         judgement.overrule(proof.loss(other));
       for (const auto& pair : callback.ran_on) {  // perhaps its own, announced unseen
         if (!model.threads[at(pair.thread)].announced) judgement.doubt(proof.loss(pair.thread));
@@ -92,12 +93,10 @@ void compare_parameters(const Model& model, const Proof& proof, const IsolatedTh
 
 std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   const auto& model = context.model;
-  const Subjects names(model);
-  const Proof proof(model);
-  const IsolatedThreads isolated(model);
-  std::map<std::pair<HostIndex, std::string>, std::vector<Lifetime>> by_id;
+  const auto& names = context.names;
+  std::map<std::pair<HostIndex, std::string_view>, std::vector<Lifetime>> by_id;
   std::vector<Lifetime> unknown;
-  for (const auto index : callbacks_in_order(model)) {
+  for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
     const auto life = lifetime_of(model, index);
     if (callback.registered) {
@@ -138,7 +137,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       Judgement judgement(names.callback(lives[i].index));
       judgement.check();
       compare_properties(before, after, judgement);
-      compare_parameters(model, proof, isolated, before, after, judgement);
+      compare_parameters(context, before, after, judgement);
       conclude(std::move(judgement), verdicts);
     }
   }

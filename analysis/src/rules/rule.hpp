@@ -2,26 +2,21 @@
 // verdicts. Adding a rule touches its own file pair and the table in rules.cpp.
 #pragma once
 
-#include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/verdict.hpp>
 
-#include "model/facts.hpp"
+#include "rule_context.hpp"
 
 #include <string_view>
 #include <vector>
 
 namespace cie::analysis {
 
-struct RuleContext {
-  const Model& model;
-  const AnalysisOptions& options;
-};
-
 // What a rule is about, and without what it has nothing to judge.
 struct RuleNeeds {
   bool is_about_trace = false;  // the recording itself: nothing about processes makes it doubtful
   bool instances = false;       // of callbacks: without any start it has no subject
   bool spec = false;
+  bool whole_recording = false;  // it fails for what was never seen, which a missing part may hold
 };
 
 struct Rule {

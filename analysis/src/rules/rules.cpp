@@ -15,6 +15,9 @@
 #include "trace_rules.hpp"
 
 #include <algorithm>
+#include <compare>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string_view>
 #include <tuple>
@@ -26,10 +29,10 @@ namespace {
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // Orders texts as readers expect, numbers in them by value: "thread 9" before "thread 10".
-bool is_before(std::string_view a, std::string_view b) {
+std::weak_ordering natural_order(std::string_view a, std::string_view b) {
   while (!a.empty() && !b.empty()) {
     if (!is_digit(a.front()) || !is_digit(b.front())) {
-      if (a.front() != b.front()) return a.front() < b.front();
+      if (a.front() != b.front()) return a.front() <=> b.front();
       a.remove_prefix(1);
       b.remove_prefix(1);
       continue;
@@ -43,20 +46,19 @@ bool is_before(std::string_view a, std::string_view b) {
     };
     const auto x = take(a);
     const auto y = take(b);
-    if (x.size() != y.size()) return x.size() < y.size();
-    if (x != y) return x < y;
+    if (x.size() != y.size()) return x.size() <=> y.size();
+    if (x != y) return x <=> y;
   }
-  return a.size() < b.size();
+  return a.size() <=> b.size();
 }
 
 bool comes_before(const SubjectVerdict& a, const SubjectVerdict& b) {
-  if (is_before(a.subject, b.subject) || is_before(b.subject, a.subject)) {
-    return is_before(a.subject, b.subject);
-  }
+  if (const auto order = natural_order(a.subject, b.subject); order != 0) return order < 0;
   const auto key = [](const SubjectVerdict& verdict) {
-    return std::tuple(verdict.subject, verdict.verdict, verdict.checked,
-                      verdict.evidence.empty() ? Timestamp{} : verdict.evidence.front().time,
-                      verdict.evidence.empty() ? std::string() : verdict.evidence.front().note,
+    const auto* first = verdict.evidence.empty() ? nullptr : verdict.evidence.data();
+    return std::tuple(std::string_view(verdict.subject), verdict.verdict, verdict.checked,
+                      first == nullptr ? Timestamp{} : first->time,
+                      first == nullptr ? std::string_view() : std::string_view(first->note),
                       verdict.about.index);
   };
   return key(a) < key(b);
@@ -96,31 +98,44 @@ void locate(const Model& model, std::vector<Evidence>& evidence) {
   }
 }
 
-// One of them, or one that had its pid before or after.
-bool has_pid_of(const ProcessFacts& process, const ProcessFacts& other) {
-  return process.host == other.host && process.pid == other.pid;
+// Where two processes are seen to have one pid: the last of them, or none. By pid, those that had it
+// before or after among them, and of any.
+struct SharedPids {
+  std::map<std::pair<HostIndex, std::int64_t>, EventRef> by_pid;
+  std::optional<EventRef> any;
+};
+
+SharedPids shared_pids(const Model& model) {
+  SharedPids shared;
+  for (const auto& process : model.processes) {
+    if (!process.shares_pid_since) continue;
+    shared.by_pid[{process.host, process.pid}] = *process.shares_pid_since;
+    shared.any = process.shares_pid_since;
+  }
+  return shared;
 }
 
 // Of processes whose events cannot be told apart neither a pass nor a violation is proven. A
 // subject of no process, or of several, may be any process's.
-void doubt_shared_pids(const Rule& rule, const Model& model,
+void doubt_shared_pids(const Rule& rule, const Model& model, const SharedPids& shared,
                        std::vector<SubjectVerdict>& subjects) {
-  for (const auto& process : model.processes) {
-    if (!process.shares_pid_since) continue;
-    for (auto& subject : subjects) {
-      const bool is_about_trace =
-          subject.about.kind == SubjectKind::trace && rule.needs.is_about_trace;
-      if (is_about_trace || subject.verdict == Verdict::not_applicable) continue;
-      if (subject.about.process &&
-          !has_pid_of(model.processes[at(*subject.about.process)], process))
-        continue;
-      subject.verdict = Verdict::inconclusive;
-      subject.evidence = {
-          evidence("run_begin", *process.shares_pid_since,
-                   "two processes have this pid: containers, which need a recording "
-                   "each, or a child of fork() without exec(), which needs "
-                   "LD_PRELOAD=liblttng-ust-fork.so.1")};
+  if (!shared.any) return;
+  for (auto& subject : subjects) {
+    const bool is_about_trace =
+        subject.about.kind == SubjectKind::trace && rule.needs.is_about_trace;
+    if (is_about_trace || subject.verdict == Verdict::not_applicable) continue;
+    auto since = shared.any;
+    if (subject.about.process) {
+      const auto& process = model.processes[at(*subject.about.process)];
+      const auto found = shared.by_pid.find({process.host, process.pid});
+      if (found == shared.by_pid.end()) continue;
+      since = found->second;
     }
+    subject.verdict = Verdict::inconclusive;
+    subject.evidence = {evidence("run_begin", *since,
+                                 "two processes have this pid: containers, which need a recording "
+                                 "each, or a child of fork() without exec(), which needs "
+                                 "LD_PRELOAD=liblttng-ust-fork.so.1")};
   }
 }
 
@@ -131,7 +146,7 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   if (rule.needs.is_about_trace || (context.options.spec == nullptr && rule.needs.spec)) return;
   const auto doubt = evidence("missing_part", moment(context.model.begin.value_or(Timestamp{})),
                               "not all that was recorded is here: " + missing);
-  if (rule.id == kSpecifiedCallbackSeen.id) {  // what was never seen may be in the missing part
+  if (rule.needs.whole_recording) {
     for (auto& subject : subjects) {
       if (subject.verdict != Verdict::fail) continue;
       subject.verdict = Verdict::inconclusive;
@@ -147,14 +162,14 @@ void doubt_missing_part(const Rule& rule, const RuleContext& context, const std:
   conclude(std::move(judgement), subjects);
 }
 
-RuleVerdict judge(const Rule& rule, const RuleContext& context,
+RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids& shared,
                   const std::optional<std::string>& missing) {
   RuleVerdict verdict{
       .id = std::string(rule.id), .name = std::string(rule.name), .subjects = rule.judge(context)};
   if (verdict.subjects.empty()) {
     if (auto absent = absent_starts(rule, context.model)) verdict.subjects.push_back(*absent);
   }
-  doubt_shared_pids(rule, context.model, verdict.subjects);
+  doubt_shared_pids(rule, context.model, shared, verdict.subjects);
   if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);
   std::ranges::stable_sort(verdict.subjects, comes_before);
   for (auto& subject : verdict.subjects) {
@@ -211,8 +226,9 @@ std::vector<RulePage> rule_pages() {
 VerdictReport verify(const RuleContext& context) {
   VerdictReport report;
   const auto missing = missing_user_part(context.model);
+  const auto shared = shared_pids(context.model);
   for (const auto& rule : rules()) {
-    report.rules.push_back(judge(rule, context, missing));
+    report.rules.push_back(judge(rule, context, shared, missing));
   }
   report.verdict = overall_verdict(report);
   return report;

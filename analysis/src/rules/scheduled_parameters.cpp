@@ -55,10 +55,11 @@ void judge_cpus(const RuleContext& context, const ScheduledAs& scheduled, const 
                asks(context, entry) + "; the thread ran on CPU " + std::to_string(*outside->cpu)));
 }
 
-void judge_thread(const RuleContext& context, const Proof& proof, const ThreadFacts& thread,
-                  const SpecEntry& entry, Judgement& judgement) {
-  const EventRef begin = moment(lifetime(thread).first, thread.tid);
-  judgement.doubt(proof.kernel_loss(thread));
+void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
+                  Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
+  judgement.doubt(context.proof.kernel_loss(index));
   if (thread.scheduled.empty()) {
     judgement.doubt(evidence("sched_switch", begin,
                              "thread " + std::to_string(thread.tid) +
@@ -70,7 +71,7 @@ void judge_thread(const RuleContext& context, const Proof& proof, const ThreadFa
   const auto& last = thread.scheduled.back();
   if (!is_as_asked(last, entry.parameters)) {
     const bool is_raised = last.first.prio < kernel_priority(entry.parameters);
-    if (is_raised) judgement.overrule(proof.kernel_loss(thread));  // perhaps inherited
+    if (is_raised) judgement.overrule(context.proof.kernel_loss(index));  // perhaps inherited
     judgement.fail(evidence("sched_switch", last.last,
                             asks(context, entry) + "; the kernel schedules thread " +
                                 std::to_string(thread.tid) + " with " +
@@ -89,23 +90,24 @@ void judge_thread(const RuleContext& context, const Proof& proof, const ThreadFa
 
 bool is_never_read_back(const CallbackFacts& callback) noexcept { return !callback.is_accounted; }
 
-void judge_scheduled(const RuleContext& context, const Proof& proof, const CallbackFacts& callback,
+void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
                      const SpecEntry& entry, Judgement& judgement) {
   for (const auto& pair : callback.ran_on)
-    judge_thread(context, proof, context.model.threads[at(pair.thread)], entry, judgement);
+    judge_thread(context, pair.thread, entry, judgement);
 }
 
-void judge_scheduled_before(const Model& model, const std::optional<Evidence>& loss,
-                            const CallbackFacts& callback, const SpecEntry& entry,
+void judge_scheduled_before(const RuleContext& context, CallbackIndex index, const SpecEntry& entry,
                             Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& callback = model.callbacks[at(index)];
   if (callback.ran_on.empty() || !entry.parameters.policy) return;
   const auto first = std::ranges::min_element(
       callback.ran_on, {}, [](const CallbackOnThread& pair) { return pair.first_start.time; });
   const auto& scheduled = model.threads[at(first->thread)].scheduled;
   const auto match = std::ranges::find_if(
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });
-  if (match == scheduled.end()) return;  // never: S1's concern
-  judgement.doubt(loss);                 // there may have been an earlier instance
+  if (match == scheduled.end()) return;        // never: S1's concern
+  judgement.doubt(context.proof.loss(index));  // there may have been an earlier instance
   const auto start = first->first_start.time;
   if (match->first.at.time <= start) {
     judgement.check();

@@ -6,9 +6,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "judgement.hpp"
-#include "model/facts.hpp"
-#include "proof.hpp"
-#include "rule.hpp"
+#include "rule_context.hpp"
 
 namespace cie::analysis {
 
@@ -16,12 +14,11 @@ namespace cie::analysis {
 bool is_never_read_back(const CallbackFacts& callback) noexcept;
 
 // Whether its threads were scheduled as the spec asks, when they were seen last.
-void judge_scheduled(const RuleContext& context, const Proof& proof, const CallbackFacts& callback,
+void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
                      const SpecEntry& entry, Judgement& judgement);
 
 // Whether the thread of its first instance was scheduled so before that instance.
-void judge_scheduled_before(const Model& model, const std::optional<Evidence>& loss,
-                            const CallbackFacts& callback, const SpecEntry& entry,
+void judge_scheduled_before(const RuleContext& context, CallbackIndex index, const SpecEntry& entry,
                             Judgement& judgement);
 
 }  // namespace cie::analysis

@@ -2,9 +2,6 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "model/subjects.hpp"
-#include "ownership_rules.hpp"
-#include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -28,8 +25,9 @@ std::string whose(const Model& model, const ThreadFacts& thread) {
   return " (thread of " + model.callbacks[at(thread.ran.front().callback)].logical_id + ")";
 }
 
-void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
-                     Judgement& judgement) {
+void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+  const auto& model = context.model;
+  const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   judgement.check(thread.audits_checked + thread.switches_checked);
   if (thread.audit_mismatch) {
@@ -40,7 +38,7 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
     judgement.fail(evidence("thread_sched", audit.at, "later read back: " + describe(audit)));
   }
   const auto host = model.processes[at(thread.process)].host;
-  auto hole = proof.kernel_loss(thread);
+  auto hole = proof.kernel_loss(index);
   for (const auto* mismatch : {&thread.lowered_priority, &thread.raised_priority}) {
     if (!*mismatch) continue;
     const auto& [applied, priority] = **mismatch;
@@ -71,16 +69,16 @@ void judge_unchanged(const Model& model, const Proof& proof, ThreadIndex index,
 
 std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& context) {
   const auto& model = context.model;
-  const Proof proof(model);
-  const auto unknown = unknown_threads(model, proof);
+  const auto& proof = context.proof;
+  const auto& unknown = context.unknown_threads;
   return judge_threads(
-      model, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+      context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (!is_known(thread) && thread.ran.empty()) return;
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
         if (last_applied(model, thread) != nullptr) {
-          judge_unchanged(model, proof, index, judgement);
+          judge_unchanged(context, index, judgement);
         } else {
           judgement.doubt(proof.loss(index));  // what was applied may be what was lost
           const bool has_begin = model.processes[at(thread.process)].run_begin.has_value();
@@ -93,9 +91,9 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
 
 std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   const auto& model = context.model;
-  const Proof proof(model);
-  return judge_threads(model, [&](ThreadIndex index, const ThreadFacts& thread,
-                                  Judgement& judgement) {
+  const auto& proof = context.proof;
+  return judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
+                                    Judgement& judgement) {
     if (!is_known(thread) && thread.ran.empty()) return;
     judgement.check(thread.cpus_checked);
     if (thread.cpu_violation) {
@@ -110,7 +108,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
           "ran on CPU " + std::to_string(where.cpu.value_or(-1)) + ", which is outside that mask"));
     }
     judgement.doubt(proof.loss(index));
-    const EventRef begin = moment(lifetime(thread).first, thread.tid);
+    const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
     if (!thread.last_read_back) {
       judgement.doubt(evidence("thread_sched", begin, "no read-back of the allowed CPUs"));
     } else if (thread.cpus_checked == 0 && !thread.ran.empty()) {
@@ -118,7 +116,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
     } else if (thread.switch_cpus_checked == 0) {
       judgement.remark(evidence("sampled", begin,
                                 "only the CPUs of its own events were seen, not its switches"));
-    } else if (proof.kernel_loss(thread)) {
+    } else if (proof.kernel_loss(index)) {
       judgement.remark(evidence("sampled", begin, "the kernel's record of its switches has holes"));
     }
   });
@@ -169,8 +167,8 @@ bool may_be_real_time(const Model& model, const Proof& proof) {
 std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   const auto& model = context.model;
   std::vector<SubjectVerdict> verdicts;
-  const Subjects names(model);
-  const Proof proof(model);
+  const auto& names = context.names;
+  const auto& proof = context.proof;
   if (!may_be_real_time(model, proof)) return verdicts;
   std::multimap<ThreadIndex, const ForkFacts*> of_thread;
   for (const auto& fork : model.forks) {
@@ -210,7 +208,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     if (!model.hosts[at(model.processes[at(thread.process)].host)].has_forks) {
       judgement.remark(evidence("announced only", begin,
                                 "no fork events: children that were not announced are not seen"));
-    } else if (proof.kernel_loss(thread)) {
+    } else if (proof.kernel_loss(index)) {
       judgement.remark(evidence("announced only", begin,
                                 "the kernel's record has holes: children that were not announced "
                                 "may not be seen"));

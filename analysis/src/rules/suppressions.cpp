@@ -3,7 +3,6 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "base/yaml_fields.hpp"
-#include "trace_rules.hpp"
 
 #include <algorithm>
 #include <array>
@@ -64,8 +63,9 @@ void check_rule(const yaml::Fields& entry, const std::string& rule) {
     entry.find("rule")->fail("there is no rule \"" + rule +
                              "\"; cie verify --list-rules names them all");
   }
-  if (rule == kTraceReadable.id) {
-    entry.find("rule")->fail("T1 cannot be suppressed: a trace that cannot be read shows nothing");
+  if (rule == kReadableRule) {
+    entry.find("rule")->fail(rule +
+                             " cannot be suppressed: a trace that cannot be read shows nothing");
   }
 }
 

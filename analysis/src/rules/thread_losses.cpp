@@ -3,34 +3,36 @@
 #include "model/subjects.hpp"
 #include "thread_questions.hpp"
 
-#include <algorithm>
-
 namespace cie::analysis {
 
-ThreadLosses::ThreadLosses(const Model& model, const Proof& proof) : model_(model) {
-  const IsolatedThreads isolated(model);
+ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated)
+    : model_(model), on_threads_(model.threads.size()) {
   for (const auto index : callbacks_in_order(model)) {
     const auto& loss = proof.loss(index);
     if (!loss) continue;
+    const auto lose = [this, &loss](ThreadIndex thread) {
+      auto& known = on_threads_[at(thread)];
+      if (known == nullptr) known = &loss;
+    };
     const auto& callback = model.callbacks[at(index)];
     const auto announced = isolated.of(callback);
     for (const auto thread : announced)
-      on_threads_.emplace(thread, *loss);
+      lose(thread);
     bool is_pooled = announced.empty() && callback.ran_on.empty();
     for (const auto& pair : callback.ran_on) {
-      on_threads_.emplace(pair.thread, *loss);
+      lose(pair.thread);
       is_pooled = is_pooled || !is_isolated(model.threads[at(pair.thread)]);
     }
-    if (is_pooled) in_pools_.emplace(callback.process, *loss);
+    if (is_pooled) in_pools_.try_emplace(callback.process, &loss);
   }
 }
 
-std::optional<Evidence> ThreadLosses::on(ThreadIndex index) const {
-  if (const auto found = on_threads_.find(index); found != on_threads_.end()) return found->second;
+const std::optional<Evidence>& ThreadLosses::on(ThreadIndex index) const {
+  static const std::optional<Evidence> none;
+  if (const auto* known = on_threads_[at(index)]; known != nullptr) return *known;
   const auto& thread = model_.threads[at(index)];
   const auto found = in_pools_.find(thread.process);
-  if (is_isolated(thread) || found == in_pools_.end()) return std::nullopt;
-  return found->second;
+  return is_isolated(thread) || found == in_pools_.end() ? none : *found->second;
 }
 
 }  // namespace cie::analysis

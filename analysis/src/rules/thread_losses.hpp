@@ -3,25 +3,27 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "isolated_threads.hpp"
 #include "model/facts.hpp"
 #include "proof.hpp"
 
 #include <map>
 #include <optional>
+#include <vector>
 
 namespace cie::analysis {
 
 // A lost instance of a callback ran where the callback ran otherwise or where it was announced to
-// run; if that is in a pool, on any thread of the pool.
+// run; if that is in a pool, on any thread of the pool. Refers to the proof's losses.
 class ThreadLosses {
  public:
-  ThreadLosses(const Model& model, const Proof& proof);
-  std::optional<Evidence> on(ThreadIndex thread) const;
+  ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated);
+  const std::optional<Evidence>& on(ThreadIndex thread) const;
 
  private:
   const Model& model_;
-  std::map<ThreadIndex, Evidence> on_threads_;
-  std::map<ProcessIndex, Evidence> in_pools_;
+  std::vector<const std::optional<Evidence>*> on_threads_;
+  std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;
 };
 
 }  // namespace cie::analysis

@@ -1,8 +1,8 @@
 #include "thread_questions.hpp"
 
+#include "rule_context.hpp"
+
 #include <algorithm>
-#include <iterator>
-#include <tuple>
 
 namespace cie::analysis {
 namespace {
@@ -59,25 +59,6 @@ bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
 
 }  // namespace
 
-std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread) {
-  std::optional<Timestamp> begin;
-  std::optional<Timestamp> end;
-  const auto extend = [&begin, &end](Timestamp time) {
-    begin = begin ? std::min(*begin, time) : time;
-    end = end ? std::max(*end, time) : time;
-  };
-  if (thread.start_ns) extend({*thread.start_ns});
-  for (const auto* sign : {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini,
-                           &thread.kernel_exit}) {
-    if (*sign) extend((*sign)->time);
-  }
-  for (const auto& activity : thread.ran) {
-    extend(activity.first_start.time);
-    extend(activity.last_activity.time);
-  }
-  return {begin.value_or(Timestamp{}), end.value_or(Timestamp{})};
-}
-
 bool has_exited(const ThreadFacts& thread) noexcept {
   return thread.fini.has_value() || thread.kernel_exit.has_value();
 }
@@ -92,64 +73,10 @@ bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) 
   return thread.group && callback.group && *thread.group == *callback.group;
 }
 
-IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
-  for (std::size_t i = 0; i < model.threads.size(); ++i) {
-    const auto& thread = model.threads[i];
-    if (!is_isolated(thread)) continue;
-    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    if (thread.callback)
-      by_callback_[{thread.process, to_number(*thread.callback)}].push_back(index);
-    if (thread.group) by_group_[{thread.process, to_number(*thread.group)}].push_back(index);
-  }
-}
-
-std::vector<ThreadIndex> IsolatedThreads::sorted(std::vector<ThreadIndex> threads) const {
-  std::ranges::sort(threads, {}, [this](ThreadIndex index) {
-    const auto& thread = model_.threads[at(index)];
-    return std::tuple(thread.announced->time, thread.tid, index);
-  });
-  threads.erase(std::unique(threads.begin(), threads.end()), threads.end());
-  return threads;
-}
-
-std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) const {
-  std::vector<ThreadIndex> threads;
-  if (const auto found = by_callback_.find({callback.process, to_number(callback.id)});
-      found != by_callback_.end()) {
-    threads = found->second;
-  }
-  if (callback.group) {
-    if (const auto found = by_group_.find({callback.process, to_number(*callback.group)});
-        found != by_group_.end()) {
-      std::ranges::copy_if(found->second, std::back_inserter(threads), [this](ThreadIndex index) {
-        return !model_.threads[at(index)].callback;
-      });
-    }
-  }
-  return sorted(std::move(threads));
-}
-
-std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
-  std::vector<ThreadIndex> threads;
-  if (const auto found = by_group_.find({group.process, to_number(group.id)});
-      found != by_group_.end()) {
-    threads = found->second;
-  }
-  for (const auto index : group.callbacks) {
-    const auto& callback = model_.callbacks[at(index)];
-    if (const auto found = by_callback_.find({callback.process, to_number(callback.id)});
-        found != by_callback_.end()) {
-      threads.insert(threads.end(), found->second.begin(), found->second.end());
-    }
-  }
-  return sorted(std::move(threads));
-}
-
-bool is_cut_by_end(const Model& model, const OpenInstance& open) {
-  if (at(open.thread) >= model.threads.size()) return false;
-  return std::ranges::all_of(
-      model.threads[at(open.thread)].ran,
-      [&open](const CallbackOnThread& pair) { return pair.last_activity.time <= open.start.time; });
+const EventRef& first_start_on(const ThreadFacts& thread) {
+  return std::ranges::min_element(
+             thread.ran, {}, [](const CallbackOnThread& pair) { return pair.first_start.time; })
+      ->first_start;
 }
 
 EventRef first_sign(const CallbackFacts& callback) noexcept {

@@ -4,44 +4,23 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "model/facts.hpp"
-#include "rule.hpp"
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
 
 namespace cie::analysis {
 
-// [first sign of life or creation, last sign of life]. An announced thread without any is a point.
-std::pair<Timestamp, Timestamp> lifetime(const ThreadFacts& thread);
+struct RuleContext;
+
 // Its end was recorded.
 bool has_exited(const ThreadFacts& thread) noexcept;
 // Announced with role callback.
 bool is_isolated(const ThreadFacts& thread) noexcept;
 // The thread was announced for the callback, or for its group without naming a callback.
 bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) noexcept;
-// The isolated threads of every callback and group.
-class IsolatedThreads {
- public:
-  explicit IsolatedThreads(const Model& model);
-  // Those registered to the callback, or serving the group, by time of announcement.
-  std::vector<ThreadIndex> of(const CallbackFacts& callback) const;
-  std::vector<ThreadIndex> of(const GroupFacts& group) const;
-
- private:
-  using Key = std::pair<ProcessIndex, std::uint32_t>;
-  std::vector<ThreadIndex> sorted(std::vector<ThreadIndex> threads) const;
-  const Model& model_;
-  std::map<Key, std::vector<ThreadIndex>> by_callback_;
-  std::map<Key, std::vector<ThreadIndex>> by_group_;
-};
-
-// The instance was still running when its record was cut off: no callback's event followed on its
-// thread.
-bool is_cut_by_end(const Model& model, const OpenInstance& open);
+// Of a thread that ran callbacks.
+const EventRef& first_start_on(const ThreadFacts& thread);
 // The first event seen that names the callback.
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 bool is_real_time(std::int32_t policy) noexcept;

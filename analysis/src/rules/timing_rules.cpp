@@ -1,10 +1,10 @@
 #include "timing_rules.hpp"
 
 #include <cie/analysis/deadline.hpp>
+#include <cie/analysis/rule_pages.hpp>
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "proof.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -13,13 +13,12 @@
 namespace cie::analysis {
 namespace {
 
-// judge(callback, why instances of it may be missing, proof, judgement).
+// judge(callback, why instances of it may be missing, judgement).
 template <typename Judge>
 std::vector<SubjectVerdict> for_each_callback(const RuleContext& context, const Judge& judge) {
-  const Proof proof(context.model);
   return judge_callbacks(
-      context.model, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
-        judge(callback, proof.loss(index), proof, judgement);
+      context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
+        judge(callback, context.proof.loss(index), judgement);
       });
 }
 
@@ -68,8 +67,7 @@ bool specifies_any(const RuleContext& context, const Predicate& predicate) {
 
 std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   return for_each_callback(context, [](const CallbackFacts& callback,
-                                       const std::optional<Evidence>& loss, const Proof&,
-                                       Judgement& judgement) {
+                                       const std::optional<Evidence>& loss, Judgement& judgement) {
     if (callback.instances < 2 && !loss) return;
     judgement.overrule(loss);
     judgement.doubt(inexact_releases(callback));
@@ -96,7 +94,7 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
 std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
   return for_each_callback(
       context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          const Proof&, Judgement& judgement) {
+                          Judgement& judgement) {
         judgement.doubt(unknown_identity(callback));
         if (callback.kind != CallbackKind::timer) return;
         const auto* entry = spec_entry(context, callback);
@@ -119,15 +117,16 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
-void judge_never_ended(const Model& model, const Proof& proof, const CallbackFacts& callback,
-                       bool is_lost, std::int64_t deadline, Judgement& judgement) {
+void judge_never_ended(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
+                       std::int64_t deadline, Judgement& judgement) {
   const auto& fini = callback.fini;
-  if (is_lost || !fini || fini->ended >= fini->started || !model.end) return;
-  if (proof.is_interrupted(callback.process)) return;
+  const auto& window_end = context.model.end;
+  if (is_lost || !fini || fini->ended >= fini->started || !window_end) return;
+  if (context.proof.is_interrupted(callback.process)) return;
   for (const auto& open : callback.open) {
     const auto since = open.release && open.release_exact ? *open.release : open.start.time;
     judgement.check();
-    if ((*model.end - since).ns <= deadline) {
+    if ((*window_end - since).ns <= deadline) {
       judgement.doubt(evidence("callback_end", open.start,
                                "seq " + std::to_string(open.seq) +
                                    " never ended, and its deadline lies beyond the window"));
@@ -136,8 +135,8 @@ void judge_never_ended(const Model& model, const Proof& proof, const CallbackFac
     judgement.fail(evidence("callback_start", open.start,
                             "seq " + std::to_string(open.seq) + " starts, released at " +
                                 std::to_string(since.ns) + " at the latest, and never ends"));
-    judgement.fail(evidence("window", moment(*model.end),
-                            "end of the window, " + nanoseconds(*model.end - since) +
+    judgement.fail(evidence("window", moment(*window_end),
+                            "end of the window, " + nanoseconds(*window_end - since) +
                                 " later; the deadline is " + nanoseconds(deadline)));
   }
 }
@@ -145,7 +144,7 @@ void judge_never_ended(const Model& model, const Proof& proof, const CallbackFac
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(context, [&context](const CallbackFacts& callback,
                                                const std::optional<Evidence>& loss,
-                                               const Proof& proof, Judgement& judgement) {
+                                               Judgement& judgement) {
     judgement.doubt(unknown_identity(callback));
     const auto* entry = spec_entry(context, callback);
     const auto asked = response_deadline(entry, callback.deadline_ns);
@@ -156,7 +155,7 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
     judgement.check(callback.instances);
     judgement.doubt(loss);
     judgement.overrule(doubtful_ends(callback, loss));
-    judge_never_ended(context.model, proof, callback, loss.has_value(), deadline, judgement);
+    judge_never_ended(context, callback, loss.has_value(), deadline, judgement);
     if (callback.max_response_lower && callback.max_response_lower->value.ns > deadline) {
       fail_with(*callback.max_response_lower,
                 "ends; response time at least " + nanoseconds(callback.max_response_lower->value) +
@@ -180,63 +179,61 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
 std::vector<SubjectVerdict> judge_budget(const RuleContext& context) {
   const bool is_any_specified =
       specifies_any(context, [](const SpecEntry& entry) { return entry.wcet_ns.has_value(); });
-  return for_each_callback(
-      context, [&context, is_any_specified](const CallbackFacts& callback,
-                                            const std::optional<Evidence>& loss, const Proof&,
-                                            Judgement& judgement) {
-        if (is_any_specified) judgement.doubt(unknown_identity(callback));
-        const auto* entry = spec_entry(context, callback);
-        if (entry == nullptr || !entry->wcet_ns) return;
-        const auto wcet = *entry->wcet_ns;
-        judgement.check(callback.instances);
-        judgement.doubt(loss);
-        judgement.overrule(doubtful_ends(callback, loss));
-        if (callback.max_execution && callback.max_execution->value.ns > wcet) {
-          fail_with(*callback.max_execution,
-                    "ends; execution time " + nanoseconds(callback.max_execution->value) + ", " +
-                        place(context, entry->line) + " declares at most " + nanoseconds(wcet),
-                    judgement);
-        }
-        const auto& unmeasured = callback.max_duration_without_execution;
-        if (unmeasured && unmeasured->value.ns > wcet) {
-          judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
-                                                    ", its CPU time is not known; declared are " +
-                                                    nanoseconds(wcet)));
-        }
-      });
+  return for_each_callback(context, [&context, is_any_specified](
+                                        const CallbackFacts& callback,
+                                        const std::optional<Evidence>& loss, Judgement& judgement) {
+    if (is_any_specified) judgement.doubt(unknown_identity(callback));
+    const auto* entry = spec_entry(context, callback);
+    if (entry == nullptr || !entry->wcet_ns) return;
+    const auto wcet = *entry->wcet_ns;
+    judgement.check(callback.instances);
+    judgement.doubt(loss);
+    judgement.overrule(doubtful_ends(callback, loss));
+    if (callback.max_execution && callback.max_execution->value.ns > wcet) {
+      fail_with(*callback.max_execution,
+                "ends; execution time " + nanoseconds(callback.max_execution->value) + ", " +
+                    place(context, entry->line) + " declares at most " + nanoseconds(wcet),
+                judgement);
+    }
+    const auto& unmeasured = callback.max_duration_without_execution;
+    if (unmeasured && unmeasured->value.ns > wcet) {
+      judgement.doubt(start_of(*unmeasured, " took " + nanoseconds(unmeasured->value) +
+                                                ", its CPU time is not known; declared are " +
+                                                nanoseconds(wcet)));
+    }
+  });
 }
 
 std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
   const bool is_any_specified = specifies_any(context, [](const SpecEntry& entry) {
     return entry.min_inter_arrival_ns || entry.max_inter_arrival_ns;
   });
-  return for_each_callback(
-      context, [&context, is_any_specified](const CallbackFacts& callback,
-                                            const std::optional<Evidence>& loss, const Proof&,
-                                            Judgement& judgement) {
-        if (is_any_specified) judgement.doubt(unknown_identity(callback));
-        const auto* entry = spec_entry(context, callback);
-        if (entry == nullptr) return;
-        const auto& min = entry->min_inter_arrival_ns;
-        const auto& max = entry->max_inter_arrival_ns;
-        if (!min && !max) return;
-        judgement.check(callback.inter_arrival.count());
-        judgement.overrule(loss);
-        if (callback.instances >= 2) judgement.doubt(inexact_releases(callback));
-        const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
-                                 std::int64_t value) {
-          judgement.fail(start_of(extreme, " was released " + nanoseconds(extreme.value) +
-                                               " after the one before it; " +
-                                               place(context, entry->line) + " declares " + bound +
-                                               ' ' + nanoseconds(value)));
-        };
-        if (min && callback.min_inter_arrival && callback.min_inter_arrival->value.ns < *min) {
-          outside(*callback.min_inter_arrival, "at least", *min);
-        }
-        if (max && callback.max_inter_arrival && callback.max_inter_arrival->value.ns > *max) {
-          outside(*callback.max_inter_arrival, "at most", *max);
-        }
-      });
+  return for_each_callback(context, [&context, is_any_specified](
+                                        const CallbackFacts& callback,
+                                        const std::optional<Evidence>& loss, Judgement& judgement) {
+    if (is_any_specified) judgement.doubt(unknown_identity(callback));
+    const auto* entry = spec_entry(context, callback);
+    if (entry == nullptr) return;
+    const auto& min = entry->min_inter_arrival_ns;
+    const auto& max = entry->max_inter_arrival_ns;
+    if (!min && !max) return;
+    judgement.check(callback.inter_arrival.count());
+    judgement.overrule(loss);
+    if (callback.instances >= 2) judgement.doubt(inexact_releases(callback));
+    const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
+                             std::int64_t value) {
+      judgement.fail(start_of(extreme, " was released " + nanoseconds(extreme.value) +
+                                           " after the one before it; " +
+                                           place(context, entry->line) + " declares " + bound +
+                                           ' ' + nanoseconds(value)));
+    };
+    if (min && callback.min_inter_arrival && callback.min_inter_arrival->value.ns < *min) {
+      outside(*callback.min_inter_arrival, "at least", *min);
+    }
+    if (max && callback.max_inter_arrival && callback.max_inter_arrival->value.ns > *max) {
+      outside(*callback.max_inter_arrival, "at most", *max);
+    }
+  });
 }
 
 }  // namespace
@@ -268,7 +265,7 @@ const Rule kNoMissedRelease{
     {.instances = true}};
 
 const Rule kDeadline{
-    "R3",
+    kDeadlineRule,
     "deadline",
     "Response times stay within the deadline: response_deadline of the spec, else the one the "
     "callback declared. Where a release is not known, FAIL needs the lower bound of the "

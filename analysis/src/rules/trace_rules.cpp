@@ -1,8 +1,9 @@
 #include "trace_rules.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "judgement.hpp"
 #include "model/recorded_parts.hpp"
-#include "proof.hpp"
 
 #include <algorithm>
 #include <array>
@@ -31,7 +32,7 @@ bool is_damage(const Loss& loss) {
 }
 
 template <typename Predicate>
-std::vector<Evidence> losses_of(const Model& model, Predicate is_wanted) {
+std::vector<const Loss*> losses_of(const Model& model, Predicate is_wanted) {
   std::vector<const Loss*> losses;
   for (const auto& loss : model.losses) {
     if (is_wanted(loss)) losses.push_back(&loss);
@@ -39,11 +40,7 @@ std::vector<Evidence> losses_of(const Model& model, Predicate is_wanted) {
   std::ranges::stable_sort(losses, {}, [](const Loss* loss) {
     return std::tie(loss->begin, loss->end, loss->kind, loss->domain, loss->cpu, loss->note);
   });
-  std::vector<Evidence> evidences;
-  evidences.reserve(losses.size());
-  for (const auto* loss : losses)
-    evidences.push_back(evidence_of(*loss));
-  return evidences;
+  return losses;
 }
 
 // What the recordings' manifests and their files do not agree about. However many files are gone,
@@ -77,8 +74,8 @@ std::vector<SubjectVerdict> judge_readable(const RuleContext& context) {
   for (const auto& stream : context.model.streams)
     judgement.check(stream.packets);
   if (context.model.streams.empty()) judgement.check(context.model.events.total);
-  const auto damage = losses_of(context.model, is_damage);
-  for (const auto& item : damage) {
+  for (const auto* loss : losses_of(context.model, is_damage)) {
+    const auto item = [loss] { return evidence_of(*loss); };
     if (context.model.events.total == 0) judgement.fail(item);
     judgement.doubt(item);
   }
@@ -91,14 +88,11 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
   Judgement judgement(NamedSubject::trace());
   judgement.check(model.events.total);
   const auto is_of_users = [](const Loss& loss) { return loss.domain == Domain::user; };
-  const bool is_proof_lost =
-      std::ranges::any_of(model.losses, is_of_users) && Proof(model).is_anything_lost();
-  for (const auto& loss : losses_of(model, [](const Loss&) { return true; })) {
-    if (context.options.require_lossless) judgement.fail(loss);
-    judgement.remark(loss);
-  }
-  for (const auto& loss : losses_of(model, is_of_users)) {
-    if (is_proof_lost) judgement.doubt(loss);
+  for (const auto* loss : losses_of(model, [](const Loss&) { return true; })) {
+    const auto item = [loss] { return evidence_of(*loss); };
+    if (context.options.require_lossless) judgement.fail(item);
+    judgement.remark(item);
+    if (is_of_users(*loss) && context.proof.is_anything_lost()) judgement.doubt(item);
   }
   for (const auto& host : model.hosts) {
     if (host.cpus_not_recorded == 0) continue;
@@ -165,7 +159,7 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
 }  // namespace
 
 const Rule kTraceReadable{
-    "T1",
+    kReadableRule,
     "trace-readable",
     "Every packet of the trace could be decoded; one that could not is skipped and named, and "
     "the rest is used.\n"

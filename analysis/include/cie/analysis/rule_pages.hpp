@@ -6,6 +6,10 @@
 
 namespace cie::analysis {
 
+// Rules that programs treat apart from the others.
+inline constexpr std::string_view kReadableRule = "T1";  // what cannot be read may hold anything
+inline constexpr std::string_view kDeadlineRule = "R3";
+
 struct RulePage {
   std::string_view id;    // "M2"
   std::string_view name;  // "one-callback-per-thread"

@@ -1,0 +1,66 @@
+#include "isolated_threads.hpp"
+
+#include "thread_questions.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+namespace cie::analysis {
+namespace {
+
+template <typename Map>
+const std::vector<ThreadIndex>& found_in(const Map& threads, const typename Map::key_type& key) {
+  static const std::vector<ThreadIndex> none;
+  const auto found = threads.find(key);
+  return found == threads.end() ? none : found->second;
+}
+
+}  // namespace
+
+IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
+  std::vector<ThreadIndex> isolated;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
+    if (is_isolated(model.threads[i])) isolated.push_back(index);
+  }
+  const auto by_order = [this](ThreadIndex index) { return order(index); };
+  std::ranges::sort(isolated, {}, by_order);
+  for (const auto index : isolated) {
+    const auto& thread = model.threads[at(index)];
+    if (thread.callback)
+      by_callback_[{thread.process, to_number(*thread.callback)}].push_back(index);
+    if (!thread.group) continue;
+    const std::pair group(thread.process, to_number(*thread.group));
+    by_group_[group].push_back(index);
+    if (!thread.callback) without_callback_[group].push_back(index);
+  }
+}
+
+std::tuple<Timestamp, std::int64_t, ThreadIndex> IsolatedThreads::order(ThreadIndex index) const {
+  const auto& thread = model_.threads[at(index)];
+  return {thread.announced->time, thread.tid, index};
+}
+
+std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) const {
+  const auto& own = found_in(by_callback_, {callback.process, to_number(callback.id)});
+  if (!callback.group) return own;
+  const auto& group = found_in(without_callback_, {callback.process, to_number(*callback.group)});
+  std::vector<ThreadIndex> threads;
+  const auto by_order = [this](ThreadIndex index) { return order(index); };
+  std::ranges::merge(own, group, std::back_inserter(threads), {}, by_order, by_order);
+  return threads;
+}
+
+std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
+  auto threads = found_in(by_group_, {group.process, to_number(group.id)});
+  for (const auto index : group.callbacks) {
+    const auto& callback = model_.callbacks[at(index)];
+    const auto& own = found_in(by_callback_, {callback.process, to_number(callback.id)});
+    threads.insert(threads.end(), own.begin(), own.end());
+  }
+  std::ranges::sort(threads, {}, [this](ThreadIndex index) { return order(index); });
+  threads.erase(std::unique(threads.begin(), threads.end()), threads.end());
+  return threads;
+}
+
+}  // namespace cie::analysis

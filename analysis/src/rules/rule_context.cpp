@@ -1,0 +1,41 @@
+#include "rule_context.hpp"
+
+#include "judgement.hpp"
+#include "thread_questions.hpp"
+
+#include <cstdint>
+#include <string>
+
+namespace cie::analysis {
+namespace {
+
+std::map<ThreadIndex, Evidence> find_unknown(const Model& model, const Proof& proof) {
+  std::map<ThreadIndex, Evidence> unknown;
+  for (std::size_t i = 0; i < model.threads.size(); ++i) {
+    const auto& thread = model.threads[i];
+    if (thread.announced || thread.ran.empty() || proof.is_complete(thread.process)) continue;
+    unknown.emplace(ThreadIndex{static_cast<std::uint32_t>(i)},
+                    evidence("thread_init", first_start_on(thread),
+                             "thread " + std::to_string(thread.tid) +
+                                 (thread.former_fini
+                                      ? " was not seen to be announced again after its thread_fini"
+                                      : " was never seen to be announced") +
+                                 ": its role is unknown"));
+  }
+  return unknown;
+}
+
+}  // namespace
+
+RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
+    : model(facts),
+      options(asked),
+      names(facts),
+      callbacks(callbacks_in_order(facts)),
+      lives(facts),
+      proof(facts, lives),
+      isolated(facts),
+      losses(facts, proof, isolated),
+      unknown_threads(find_unknown(facts, proof)) {}
+
+}  // namespace cie::analysis

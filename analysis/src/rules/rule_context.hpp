@@ -1,0 +1,37 @@
+// What rules judge by: the facts, and what several rules ask of them, worked out once.
+#pragma once
+
+#include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/verdict.hpp>
+
+#include "isolated_threads.hpp"
+#include "model/facts.hpp"
+#include "model/subjects.hpp"
+#include "proof.hpp"
+#include "thread_lives.hpp"
+#include "thread_losses.hpp"
+
+#include <map>
+#include <vector>
+
+namespace cie::analysis {
+
+struct RuleContext {
+  RuleContext(const Model& model, const AnalysisOptions& options);
+  RuleContext(const RuleContext&) = delete;
+  RuleContext& operator=(const RuleContext&) = delete;
+
+  const Model& model;
+  const AnalysisOptions& options;
+  const Subjects names;
+  const std::vector<CallbackIndex> callbacks;  // in the order that verdicts are named by
+  const ThreadLives lives;
+  const Proof proof;
+  const IsolatedThreads isolated;
+  const ThreadLosses losses;
+  // Threads that ran callbacks, were never announced, and of which it is not proven that they never
+  // were (M9 is INCONCLUSIVE): rules about isolated threads are INCONCLUSIVE there as well.
+  const std::map<ThreadIndex, Evidence> unknown_threads;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,60 @@
+#include "thread_lives.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+ThreadLife life_of(const ThreadFacts& thread) {
+  std::optional<Timestamp> begin;
+  std::optional<Timestamp> end;
+  const auto extend = [&begin, &end](Timestamp time) {
+    begin = begin ? std::min(*begin, time) : time;
+    end = end ? std::max(*end, time) : time;
+  };
+  if (thread.start_ns) extend({*thread.start_ns});
+  for (const auto* sign : {&thread.announced, &thread.first_seen, &thread.last_seen, &thread.fini,
+                           &thread.kernel_exit}) {
+    if (*sign) extend((*sign)->time);
+  }
+  std::optional<Timestamp> last_activity;
+  for (const auto& activity : thread.ran) {
+    const auto last = activity.last_activity.time;
+    extend(activity.first_start.time);
+    extend(last);
+    last_activity = last_activity ? std::max(*last_activity, last) : last;
+  }
+  return {.begin = begin.value_or(Timestamp{}),
+          .end = end.value_or(Timestamp{}),
+          .last_activity = last_activity};
+}
+
+}  // namespace
+
+ThreadLives::ThreadLives(const Model& model) : model_(model) {
+  lives_.reserve(model.threads.size());
+  births_.reserve(model.threads.size());
+  for (const auto& thread : model.threads) {
+    const auto index = ThreadIndex{static_cast<std::uint32_t>(lives_.size())};
+    births_.push_back(birth(index, lives_.emplace_back(life_of(thread)).begin));
+  }
+  std::ranges::sort(births_);
+}
+
+ThreadLives::Birth ThreadLives::birth(ThreadIndex index, Timestamp time) const {
+  const auto& thread = model_.threads[at(index)];
+  return {model_.processes[at(thread.process)].host, thread.tid, time};
+}
+
+bool ThreadLives::is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const {
+  const auto next = std::ranges::upper_bound(births_, birth(thread, begin));
+  return next != births_.end() && *next <= birth(thread, end);
+}
+
+bool ThreadLives::is_cut_by_end(const OpenInstance& open) const {
+  if (at(open.thread) >= lives_.size()) return false;
+  const auto& last = of(open.thread).last_activity;
+  return !last || *last <= open.start.time;
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,39 @@
+// From when to when threads lived, as far as was seen.
+#pragma once
+
+#include "model/facts.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <tuple>
+#include <vector>
+
+namespace cie::analysis {
+
+struct ThreadLife {
+  Timestamp begin;  // first sign of life, or its creation
+  Timestamp end;    // last sign of life; that of its announcement alone is a point
+  std::optional<Timestamp> last_activity;  // of callbacks on it
+};
+
+// The life of every thread, gathered once: a thread may have run thousands of callbacks.
+class ThreadLives {
+ public:
+  explicit ThreadLives(const Model& model);
+  const ThreadLife& of(ThreadIndex thread) const { return lives_[at(thread)]; }
+  // Another thread with the tid of this one began after `begin` and no later than `end`.
+  bool is_tid_given_anew(ThreadIndex thread, Timestamp begin, Timestamp end) const;
+  // The instance was still running when its record was cut off: no callback's event followed on its
+  // thread.
+  bool is_cut_by_end(const OpenInstance& open) const;
+
+ private:
+  using Birth = std::tuple<HostIndex, std::int64_t, Timestamp>;
+  Birth birth(ThreadIndex thread, Timestamp time) const;
+
+  const Model& model_;
+  std::vector<ThreadLife> lives_;
+  std::vector<Birth> births_;  // ascending
+};
+
+}  // namespace cie::analysis

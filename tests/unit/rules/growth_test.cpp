@@ -1,0 +1,212 @@
+// What verify costs grows as the facts do: no rule holds every callback or thread against every
+// other one.
+#include "rules/rule.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <ctime>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+
+EventRef event_at(std::int64_t ns) { return {.time = {ns}, .cpu = 0, .pid = 1, .tid = 1}; }
+
+// One process of which nothing is proven, because a loss may have taken the end of anything.
+std::unique_ptr<Model> lossy_process() {
+  auto model = std::make_unique<Model>();
+  model->hosts.emplace_back();
+  auto& process = model->processes.emplace_back();
+  process.has_cie_events = true;
+  process.pid = 1;
+  process.first_seen = process.run_begin = event_at(0);
+  process.last_seen = event_at(1'000'000'000);
+  process.first_moment = RunMoment::start;
+  model->events.by_name["callback_start"] = 1;
+  model->begin = Timestamp{0};
+  model->end = Timestamp{2'000'000'000};
+  Loss loss;
+  loss.domain = Domain::user;
+  loss.begin = Timestamp{0};
+  loss.end = Timestamp{2'000'000'000};
+  model->losses.push_back(loss);
+  return model;
+}
+
+CallbackIndex add_callback(Model& model, GroupIndex group, bool is_registered = true) {
+  const auto number = static_cast<std::uint32_t>(model.callbacks.size());
+  auto& callback = model.callbacks.emplace_back();
+  callback.id = CallbackId{number};
+  callback.logical_id = "/node@Timer(" + std::to_string(number) + ")";
+  callback.kind = CallbackKind::timer;
+  callback.group = model.groups[at(group)].id;
+  if (!is_registered) return CallbackIndex{number};
+  callback.registered = event_at(number);
+  model.groups[at(group)].callbacks.push_back(CallbackIndex{number});
+  return CallbackIndex{number};
+}
+
+GroupIndex add_group(Model& model) {
+  const auto number = static_cast<std::uint32_t>(model.groups.size());
+  auto& group = model.groups.emplace_back();
+  group.id = GroupId{number};
+  group.type = GroupType::mutually_exclusive;
+  group.first_seen = event_at(number);
+  return GroupIndex{number};
+}
+
+ThreadIndex add_thread(Model& model, ThreadRole role) {
+  const auto number = static_cast<std::uint32_t>(model.threads.size());
+  auto& thread = model.threads.emplace_back();
+  thread.tid = 1000 + number;
+  thread.announced = event_at(number);
+  thread.role = role;
+  return ThreadIndex{number};
+}
+
+// It starts there at that time, and never ends.
+void run(Model& model, CallbackIndex callback, ThreadIndex thread, std::int64_t ns) {
+  auto& facts = model.callbacks[at(callback)];
+  CallbackOnThread pair;
+  pair.callback = callback;
+  pair.thread = thread;
+  pair.starts = 1;
+  pair.first_start = pair.last_activity = event_at(ns);
+  pair.first_seq = facts.starts.count;
+  facts.ran_on.push_back(pair);
+  model.threads[at(thread)].ran.push_back(pair);
+  if (!facts.starts.first) facts.starts.first_at = pair.first_start;
+  facts.starts.first = 0;
+  facts.starts.last = facts.starts.count++;
+  facts.starts.last_at = pair.first_start;
+}
+
+// Each callback on an isolated thread, in a group of its own.
+std::unique_ptr<Model> isolated_callbacks(std::uint32_t count) {
+  auto model = lossy_process();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto group = add_group(*model);
+    const auto callback = add_callback(*model, group);
+    const auto thread = add_thread(*model, ThreadRole::callback);
+    model->threads[at(thread)].callback = model->callbacks[at(callback)].id;
+    model->threads[at(thread)].group = model->groups[at(group)].id;
+    run(*model, callback, thread, 1'000'000 + i);
+  }
+  return model;
+}
+
+// The same, all in one group.
+std::unique_ptr<Model> callbacks_of_one_group(std::uint32_t count) {
+  auto model = lossy_process();
+  const auto group = add_group(*model);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto callback = add_callback(*model, group);
+    const auto thread = add_thread(*model, ThreadRole::callback);
+    model->threads[at(thread)].callback = model->callbacks[at(callback)].id;
+    model->threads[at(thread)].group = GroupId{0};
+    run(*model, callback, thread, 1'000'000 + i);
+  }
+  return model;
+}
+
+// Two threads that run all callbacks, and end in order.
+std::unique_ptr<Model> callbacks_of_a_pool(std::uint32_t count) {
+  auto model = lossy_process();
+  const auto threads = {add_thread(*model, ThreadRole::pool), add_thread(*model, ThreadRole::pool)};
+  const auto group = add_group(*model);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto callback = add_callback(*model, group);
+    for (const auto thread : threads)
+      run(*model, callback, thread, 1'000'000 + i);
+  }
+  return model;
+}
+
+// One callback that runs on one thread after the other; whether these have ended is not known. Of
+// as many other callbacks nothing is known but that they exist.
+std::unique_ptr<Model> threads_of_one_callback(std::uint32_t count) {
+  auto model = lossy_process();
+  const auto group = add_group(*model);
+  const auto callback = add_callback(*model, group);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto thread = add_thread(*model, ThreadRole::pool);
+    auto& facts = model->threads[at(thread)];
+    facts.announced = event_at(1'000'000 + 10 * i);
+    run(*model, callback, thread, 1'000'001 + 10 * i);
+    if (i > 0 && i <= 1024) {
+      Move move;
+      move.from = ThreadIndex{i - 1};
+      move.to = thread;
+      model->callbacks[at(callback)].moves.push_back(move);
+    }
+    add_callback(*model, group, false);
+  }
+  return model;
+}
+
+// The last callback of one thread after the other, in a process whose end was seen.
+std::unique_ptr<Model> threads_without_end(std::uint32_t count) {
+  auto model = threads_of_one_callback(count);
+  model->processes.front().run_end = RunTotals{.at = event_at(2'000'000'000)};
+  return model;
+}
+
+// Threads that ran nothing, beside callbacks that lost instances.
+std::unique_ptr<Model> idle_threads(std::uint32_t count) {
+  auto model = isolated_callbacks(count);
+  for (std::uint32_t i = 0; i < count; ++i)
+    add_thread(*model, ThreadRole::pool);
+  return model;
+}
+
+std::int64_t processor_ns() {
+  timespec now{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
+}
+
+std::int64_t cost_of_verify(const Model& model) {
+  const AnalysisOptions options;
+  const auto begin = processor_ns();
+  const auto report = verify(RuleContext(model, options));
+  EXPECT_FALSE(report.rules.empty());
+  return processor_ns() - begin;
+}
+
+struct Growing {
+  const char* name;
+  std::unique_ptr<Model> (*make)(std::uint32_t count);
+};
+
+class Growth : public ::testing::TestWithParam<Growing> {};
+
+TEST_P(Growth, OfTheCostOfVerifyIsThatOfTheFacts) {
+  constexpr std::uint32_t kFew = 1'000;
+  constexpr std::uint32_t kTimes = 10;
+  const auto few = GetParam().make(kFew);
+  const auto many = GetParam().make(kFew * kTimes);
+  auto least = cost_of_verify(*few);
+  for (int i = 0; i < 4; ++i)
+    least = std::min(least, cost_of_verify(*few));
+  // Sorting and caches cost some more; what is quadratic costs a hundred times as much.
+  EXPECT_LE(cost_of_verify(*many), least * kTimes * 3);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rules, Growth,
+                         ::testing::Values(Growing{"Isolated", isolated_callbacks},
+                                           Growing{"OneGroup", callbacks_of_one_group},
+                                           Growing{"Pool", callbacks_of_a_pool},
+                                           Growing{"Threads", threads_of_one_callback},
+                                           Growing{"ThreadsWithoutEnd", threads_without_end},
+                                           Growing{"IdleThreads", idle_threads}),
+                         [](const ::testing::TestParamInfo<Growing>& each) {
+                           return std::string(each.param.name);
+                         });
+
+}  // namespace
+}  // namespace cie::test
