@@ -36,6 +36,8 @@ int run(int argc, char** argv) {
   app.add_option("--events", size.events, "About how many events (20000000)");
   app.add_option("--streams", size.streams, "Streams, one per CPU (64)")
       ->check(CLI::Range(1, 4096));
+  app.add_option("--applications", size.applications, "On each CPU, of two callbacks each (1)")
+      ->check(CLI::Range(1, 4096));
   app.add_option("--packet", size.packet_bytes, "Bytes of a packet (524288)");
   app.add_option("--keep", directory, "Write the trace there and leave it");
   app.add_flag("--only-cie", without_babeltrace2, "Do not run babeltrace2");

@@ -1,5 +1,6 @@
 #include "synthetic_trace.hpp"
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <string>
@@ -11,7 +12,8 @@ namespace {
 
 constexpr std::uint32_t kPid = 4001;
 constexpr std::uint64_t kBegin = 1'000'000'000'000;
-constexpr std::uint64_t kPeriod = 1'000'000;
+constexpr std::uint64_t kRound = 50'000;  // of one application
+constexpr std::uint64_t kLeastPeriod = 1'000'000;
 constexpr std::int64_t kRealtime = 1'700'000'000'000'000'000;
 
 enum class Id : std::uint16_t {
@@ -198,33 +200,33 @@ class Stream {
   std::uint64_t events_ = 0;
 };
 
-// The application part on one CPU: timer, publisher, subscription.
-class Cpu {
+// Timer, publisher, subscription.
+class Application {
  public:
-  Cpu(const std::filesystem::path& file, std::uint32_t cpu, std::uint32_t packet_bytes)
-      : stream_(file, cpu, packet_bytes), cpu_(cpu) {}
+  Application(Stream& stream, std::uint32_t number, std::uint64_t period)
+      : stream_(stream), number_(number), period_(period) {}
 
-  Stream& stream() { return stream_; }
-  std::uint32_t timer() const { return 2 * cpu_; }
-  std::uint32_t subscription() const { return 2 * cpu_ + 1; }
+  std::uint32_t timer() const { return 2 * number_; }
+  std::uint32_t subscription() const { return 2 * number_ + 1; }
   std::uint32_t tid(std::uint32_t callback) const { return kPid + 1 + callback; }
 
   void announce(std::uint64_t time) {
-    const auto topic = "/topic" + std::to_string(cpu_);
-    const auto node = "/node" + std::to_string(cpu_);
-    stream_.event(Id::node_init, time, kPid).add(cpu_).text(node);
+    const auto topic = "/topic" + std::to_string(number_);
+    const auto node = "/node" + std::to_string(number_);
+    stream_.event(Id::node_init, time, kPid).add(number_).text(node);
     for (const auto callback : {timer(), subscription()}) {
       const bool is_timer = callback == timer();
-      stream_.event(Id::group_init, time, kPid).add(callback).add(cpu_).add(std::uint8_t{0});
+      stream_.event(Id::group_init, time, kPid).add(callback).add(number_).add(std::uint8_t{0});
       stream_.event(Id::callback_init, time, kPid)
           .add(callback)
           .add(callback)
-          .add(cpu_)
+          .add(number_)
           .add(static_cast<std::uint8_t>(is_timer ? 0 : 1))
-          .text(node + (is_timer ? "@Timer(1000000)" : "@Subscription(" + topic + ")"))
+          .text(node + (is_timer ? "@Timer(" + std::to_string(period_) + ")"
+                                 : "@Subscription(" + topic + ")"))
           .text(is_timer ? "" : topic)
           .text("run")
-          .add(std::uint64_t{is_timer ? kPeriod : 0})
+          .add(std::uint64_t{is_timer ? period_ : 0})
           .add(std::uint32_t{1})
           .add(std::uint64_t{0})
           .add(std::uint64_t{0});
@@ -237,8 +239,8 @@ class Cpu {
           .add(static_cast<std::int64_t>(time));
     }
     stream_.event(Id::publisher_init, time, kPid)
-        .add(cpu_)
-        .add(cpu_)
+        .add(number_)
+        .add(number_)
         .text(topic)
         .add(gid())
         .add(std::uint64_t{0});
@@ -247,12 +249,12 @@ class Cpu {
   void round(std::uint64_t number, std::uint64_t time) {
     const auto expiry = static_cast<std::int64_t>(time);
     // Differs between CPUs and rounds, so that streams interleave.
-    auto at = time + 1000 + (number * 7919 + cpu_ * 104729) % 5000;
+    auto at = time + 1000 + (number * 7919 + number_ * 104729) % 5000;
     const auto next = [&at](std::uint64_t step) { return at += step; };
     const auto sent = kRealtime + static_cast<std::int64_t>(at);
     stream_.event(Id::thread_wakeup, next(300), tid(timer())).add(timer()).add(std::uint8_t{0});
     start(timer(), number, next(400), 0, expiry, 0, 0);
-    stream_.event(Id::publish, next(9'000), tid(timer())).add(cpu_).add(number).add(sent);
+    stream_.event(Id::publish, next(9'000), tid(timer())).add(number_).add(number).add(sent);
     const auto arrival = next(900);
     stream_.event(Id::callback_release, arrival, tid(timer()))
         .add(subscription())
@@ -278,11 +280,11 @@ class Cpu {
           .add(std::uint64_t{0});
       stream_.event(Id::thread_fini, time, tid(callback)).add(tid(callback)).add(std::uint32_t{0});
     }
-    stream_.event(Id::publisher_fini, time, kPid).add(cpu_).add(rounds);
+    stream_.event(Id::publisher_fini, time, kPid).add(number_).add(rounds);
   }
 
  private:
-  std::uint64_t gid() const { return 0xabc0000 + cpu_; }
+  std::uint64_t gid() const { return 0xabc0000 + number_; }
   void start(std::uint32_t callback, std::uint64_t number, std::uint64_t time, std::uint8_t kind,
              std::int64_t release, std::int64_t source, std::uint64_t writer) {
     stream_.event(Id::callback_start, time, tid(callback))
@@ -301,8 +303,9 @@ class Cpu {
         .add(std::uint8_t{0});
   }
 
-  Stream stream_;
-  std::uint32_t cpu_;
+  Stream& stream_;
+  std::uint32_t number_;
+  std::uint64_t period_;
 };
 
 }  // namespace
@@ -310,13 +313,14 @@ class Cpu {
 std::uint64_t write_trace(const std::filesystem::path& directory, const TraceSize& size) {
   std::filesystem::create_directories(directory);
   std::ofstream(directory / "metadata") << metadata_text();
-  const auto rounds = size.events / 8 / size.streams;
+  const auto applications = size.streams * size.applications;
+  const auto rounds = size.events / 8 / applications;
+  const auto period = std::max(kLeastPeriod, size.applications * kRound);
   std::uint64_t events = 0;
   for (std::uint32_t cpu = 0; cpu < size.streams; ++cpu) {
-    Cpu part(directory / ("channel0_" + std::to_string(cpu)), cpu, size.packet_bytes);
+    Stream stream(directory / ("channel0_" + std::to_string(cpu)), cpu, size.packet_bytes);
     if (cpu == 0) {
-      part.stream()
-          .event(Id::run_begin, kBegin + 1, kPid)
+      stream.event(Id::run_begin, kBegin + 1, kPid)
           .add(std::uint32_t{1})
           .text("bench")
           .text("isolated")
@@ -331,21 +335,30 @@ std::uint64_t write_trace(const std::filesystem::path& directory, const TraceSiz
           .text("")
           .add(std::uint8_t{0});
     }
-    part.announce(kBegin + 2);
-    for (std::uint64_t round = 0; round < rounds; ++round)
-      part.round(round, kBegin + (round + 1) * kPeriod);
-    const auto end = kBegin + (rounds + 2) * kPeriod;
-    part.finish(rounds, end);
+    std::vector<Application> parts;
+    for (std::uint32_t i = 0; i < size.applications; ++i) {
+      parts.push_back(Application(stream, cpu * size.applications + i, period));
+      parts.back().announce(kBegin + 2);
+    }
+    for (std::uint64_t round = 0; round < rounds; ++round) {
+      auto time = kBegin + (round + 1) * period;
+      for (auto& part : parts) {
+        part.round(round, time);
+        time += kRound;
+      }
+    }
+    const auto end = kBegin + (rounds + 2) * period;
+    for (auto& part : parts)
+      part.finish(rounds, end);
     if (cpu == 0) {
-      part.stream()
-          .event(Id::run_end, end + 1, kPid)
-          .add(2 * size.streams)
-          .add(2 * size.streams)
-          .add(2 * size.streams)
-          .add(size.streams)
+      stream.event(Id::run_end, end + 1, kPid)
+          .add(2 * applications)
+          .add(2 * applications)
+          .add(2 * applications)
+          .add(applications)
           .add(std::int32_t{0});
     }
-    events += part.stream().finish(end + 2);
+    events += stream.finish(end + 2);
   }
   return events;
 }

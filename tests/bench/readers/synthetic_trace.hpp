@@ -9,10 +9,11 @@ namespace bench {
 struct TraceSize {
   std::uint64_t events = 20'000'000;  // about
   std::uint32_t streams = 64;         // one per CPU
+  std::uint32_t applications = 1;     // on each CPU, one after the other
   std::uint32_t packet_bytes = 512U << 10U;
 };
 
-// On every CPU a timer publishes and a subscription takes the message: per round eight events
+// In every application a timer publishes and a subscription takes the message: per round eight events
 // (wake-up, start, publish, release, end; wake-up, start, end). Returns how many events there are.
 std::uint64_t write_trace(const std::filesystem::path& directory, const TraceSize& size);
 
