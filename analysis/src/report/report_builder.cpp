@@ -338,6 +338,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                      return std::tie(a.host, a.pid) < std::tie(b.host, b.pid);
                    });
 
+  report.callbacks.reserve(context.callbacks.size());
   for (const auto index : context.callbacks) {
     report.callbacks.push_back(report_of(model, context.proof, index, keep_buckets));
   }

@@ -33,17 +33,6 @@ std::uint64_t value_of(std::size_t bucket) noexcept {
   return ((64 + sub) << shift) + ((std::uint64_t{1} << shift) >> 1U);
 }
 
-// Apart from what it grows, so that counting needs no register saved.
-[[gnu::noinline]] void grow(std::vector<std::uint64_t>& buckets, std::size_t bucket) {
-  buckets.resize(bucket + 1);
-}
-
-void merge_into(std::vector<std::uint64_t>& to, const std::vector<std::uint64_t>& from) {
-  if (from.size() > to.size()) to.resize(from.size());
-  for (std::size_t i = 0; i < from.size(); ++i)
-    to[i] += from[i];
-}
-
 std::int64_t clamped(Int128 value) noexcept {
   if (value > std::numeric_limits<std::int64_t>::max()) {
     return std::numeric_limits<std::int64_t>::max();
@@ -56,20 +45,38 @@ std::int64_t clamped(Int128 value) noexcept {
 
 }  // namespace
 
+// Apart from what it grows, so that counting needs no register saved.
+[[gnu::noinline]] void LogLinearHistogram::Counters::add_block(std::size_t block) {
+  if (block >= places_.size()) {
+    places_.reserve(block + 1);  // no more: there are many histograms
+    places_.resize(block + 1);
+  }
+  counts_.reserve(counts_.size() + kBlock);
+  counts_.resize(counts_.size() + kBlock);
+  places_[block] = static_cast<std::uint8_t>(counts_.size() / kBlock);
+}
+
+void LogLinearHistogram::Counters::merge(const Counters& other) {
+  for (std::size_t block = 0; block < other.places_.size(); ++block) {
+    if (other.places_[block] == 0) continue;
+    if (block >= places_.size() || places_[block] == 0) add_block(block);
+    auto* to = &counts_[(places_[block] - std::size_t{1}) * kBlock];
+    const auto* from = &other.counts_[(other.places_[block] - std::size_t{1}) * kBlock];
+    for (std::size_t i = 0; i < kBlock; ++i)
+      to[i] += from[i];
+  }
+}
+
 void LogLinearHistogram::add(std::span<const std::int64_t> values) {
   for (const auto value : values) {
-    auto& buckets = value < 0 ? negative_ : positive_;
-    const auto bucket = bucket_of(magnitude(value));
-    if (bucket >= buckets.size()) [[unlikely]]
-      grow(buckets, bucket);
-    ++buckets[bucket];
+    (value < 0 ? negative_ : positive_).add(bucket_of(magnitude(value)));
   }
   count_ += values.size();
 }
 
 void LogLinearHistogram::merge(const LogLinearHistogram& other) {
-  merge_into(positive_, other.positive_);
-  merge_into(negative_, other.negative_);
+  positive_.merge(other.positive_);
+  negative_.merge(other.negative_);
   count_ += other.count_;
 }
 
@@ -84,7 +91,7 @@ std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
     seen += negative_[i];
     if (seen >= rank) return static_cast<std::int64_t>(0 - value_of(i));
   }
-  for (std::size_t i = 0; i < positive_.size(); ++i) {
+  for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1)) {
     seen += positive_[i];
     if (seen >= rank) return static_cast<std::int64_t>(value_of(i));
   }
@@ -98,7 +105,7 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
   };
   for (std::size_t i = negative_.size(); i-- > 0;)
     add(0 - value_of(i), negative_[i]);
-  for (std::size_t i = 0; i < positive_.size(); ++i)
+  for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1))
     add(value_of(i), positive_[i]);
   return all;
 }

@@ -172,6 +172,7 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids
   doubt_shared_pids(rule, context.model, shared, verdict.subjects);
   if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);
   std::ranges::stable_sort(verdict.subjects, comes_before);
+  verdict.subjects.shrink_to_fit();  // most rules name every callback
   for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
     locate(context.model, subject.evidence);

@@ -125,6 +125,22 @@ TEST(Statistics, ExtremeIntegersDoNotOverflow) {
   EXPECT_EQ(summary.sum, -1);
 }
 
+// Every octave of either sign, so that no bucket shares its counter with another one.
+TEST(Statistics, BucketsOfAllMagnitudesAreApart) {
+  std::vector<std::int64_t> values;
+  for (unsigned octave = 7; octave < 63; ++octave) {
+    for (std::int64_t sub = 64; sub < 128; ++sub) {
+      const auto value = sub << (octave - 6);  // the least of its bucket
+      values.insert(values.end(), {value, -value});
+    }
+  }
+  std::shuffle(values.begin(), values.end(), std::mt19937_64(3));
+  const auto buckets = of(values).summary(true)->buckets;
+  EXPECT_EQ(buckets.size(), values.size());
+  for (const auto& bucket : buckets)
+    EXPECT_EQ(bucket.count, 1U) << bucket.value;
+}
+
 TEST(Statistics, MergedPartsEqualTheWhole) {
   std::mt19937_64 random(2);
   Statistics whole;

@@ -191,10 +191,11 @@ TEST_P(Growth, OfTheCostOfVerifyIsThatOfTheFacts) {
   const auto few = GetParam().make(kFew);
   const auto many = GetParam().make(kFew * kTimes);
   auto least = cost_of_verify(*few);
-  for (int i = 0; i < 4; ++i)
+  for (int i = 0; i < 2; ++i)
     least = std::min(least, cost_of_verify(*few));
-  // Sorting and caches cost some more; what is quadratic costs a hundred times as much.
-  EXPECT_LE(cost_of_verify(*many), least * kTimes * 3);
+  // Sorting and caches cost some more: twelve to fifteen times as much was measured, and of a rule
+  // that holds each subject against every other one, forty to three hundred.
+  EXPECT_LE(cost_of_verify(*many), least * kTimes * 5 / 2);
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, Growth,

@@ -39,8 +39,8 @@ struct Summary {
 
 // A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
 // (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding
-// two histograms equals one histogram of all values. Memory: 16 bytes per non-empty bucket, at most
-// about 7 300 buckets.
+// two histograms equals one histogram of all values. Memory: 128 bytes per quarter of an octave that
+// a value fell into, and one for each below the largest value; at most 60 KB.
 class LogLinearHistogram {
  public:
   void add(std::int64_t value) { add(std::span(&value, 1)); }
@@ -55,8 +55,39 @@ class LogLinearHistogram {
   std::vector<HistogramBucket> buckets() const;
 
  private:
-  std::vector<std::uint64_t> positive_;  // grows to the largest bucket seen
-  std::vector<std::uint64_t> negative_;
+  // How many values fell into each bucket. Most quantities vary little, so counters come in blocks.
+  class Counters {
+   public:
+    void add(std::size_t bucket) {
+      const auto block = bucket / kBlock;
+      if (block >= places_.size() || places_[block] == 0) [[unlikely]]
+        add_block(block);
+      ++counts_[(places_[block] - std::size_t{1}) * kBlock + bucket % kBlock];
+    }
+    void merge(const Counters& other);
+    std::size_t size() const noexcept { return places_.size() * kBlock; }
+    // The first bucket from this one on that may hold something; size() if there is none.
+    std::size_t next(std::size_t bucket) const noexcept {
+      while (bucket < size() && places_[bucket / kBlock] == 0)
+        bucket = (bucket / kBlock + 1) * kBlock;
+      return bucket;
+    }
+    std::uint64_t operator[](std::size_t bucket) const noexcept {
+      const auto place = places_[bucket / kBlock];
+      return place == 0 ? 0 : counts_[(place - std::size_t{1}) * kBlock + bucket % kBlock];
+    }
+
+   private:
+    static constexpr std::size_t kBlock = 16;
+    void add_block(std::size_t block);
+
+    // By block, where its counters are, from 1; 0: nowhere yet. Of 64 bits there are 236 blocks.
+    std::vector<std::uint8_t> places_;
+    std::vector<std::uint64_t> counts_;
+  };
+
+  Counters positive_;
+  Counters negative_;
   std::uint64_t count_ = 0;
 };
 
