@@ -11,7 +11,6 @@
 #include "trackers/registry.hpp"
 #include "trackers/thread_timeline.hpp"
 #include "trackers/window_cut.hpp"
-#include "vocabulary/ros2/event_translator.hpp"
 
 #include <algorithm>
 #include <array>
@@ -113,7 +112,6 @@ struct Analyzer::Pipeline {
         Overloaded{
             [&](const StreamBegin& e) {
               recording.apply(head, e);
-              translator.apply(head, e);
               // The kernel's trace measured the same clocks once more, or others.
               if (e.domain == Domain::user) clocks.apply(registry.host_of(head), e);
               if (!e.is_snapshot) return;
@@ -127,7 +125,6 @@ struct Analyzer::Pipeline {
             [&](const PacketEnd& e) { recording.apply(head, e); },
             [&](const Discarded& e) {
               recording.apply(head, e);
-              if (!recording.is_kernel(head.stream)) translator.lose(head);
               if (is_kernel_evidence(head)) {
                 timeline.add_hole(registry.host_of(head),
                                   {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
@@ -135,7 +132,6 @@ struct Analyzer::Pipeline {
             },
             [&](const DamagedPacket& e) {
               recording.apply(head, e);
-              if (!recording.is_kernel(head.stream)) translator.lose(head);
               if (is_kernel_evidence(head)) {
                 timeline.add_hole(registry.host_of(head), {.begin = e.begin.value_or(head.time),
                                                            .end = e.end.value_or(head.time),
@@ -286,7 +282,6 @@ struct Analyzer::Pipeline {
   void on_state(const EventHead& head, const RunBegin& e) {
     registry.apply(head, e);
     recording.coverage().expect(registry.host_of(head), e.online_cpus);
-    translator.apply(head, e);
     clocks.apply(registry.host_of(head), e);
   }
   void on_state(const EventHead& head, const ThreadInit& e) {
@@ -352,7 +347,6 @@ struct Analyzer::Pipeline {
   ChainTracker chains;
   InstanceBuilder instances;
   EnforcementTracker enforcement;
-  EventTranslator translator;
   enum class Phase : std::uint8_t { before, inside, after };
   std::optional<WindowCut> cut;
   Phase phase = Phase::before;
@@ -371,11 +365,6 @@ void Analyzer::consume(const Event& event) {
   const auto phase = phase_of(event.body);
   if (phase == EventPhase::structure) {
     pipeline.structural(event);
-    return;
-  }
-  if (const auto* raw = std::get_if<Untranslated>(&event.body)) {
-    consume(Event{.head = event.head, .body = OtherEvent{}});
-    pipeline.translator.translate(event.head, *raw, [this](const Event& e) { consume(e); });
     return;
   }
   if (phase == EventPhase::system &&
@@ -423,7 +412,6 @@ AnalysisResult Analyzer::look() {
 
 AnalysisResult Analyzer::finish() {
   auto& pipeline = *pipeline_;
-  pipeline.translator.finish([this](const Event& e) { consume(e); });
   pipeline.name_events();
   if (pipeline.cut) pipeline.cut->finish();
   pipeline.registry.finish();

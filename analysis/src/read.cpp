@@ -4,6 +4,7 @@
 #include "ctf/read_ahead.hpp"
 #include "trackers/recording_tracker.hpp"
 #include "trackers/registry.hpp"
+#include "vocabulary/ros2/event_translator.hpp"
 
 #include <string>
 #include <system_error>
@@ -14,11 +15,15 @@
 namespace cie::analysis {
 namespace {
 
+// `translator` may be null: whoever looks at packets alone does not need it.
 void read_events(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
-                 const AnalysisOptions& options) {
+                 const AnalysisOptions& options, EventTranslator* translator) {
   const bool has_two_cores = std::thread::hardware_concurrency() > 1;
   const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
-  read(traces, sink, {.metadata_from = options.metadata_from, .progress = options.progress});
+  read(traces, sink,
+       {.metadata_from = options.metadata_from,
+        .progress = options.progress,
+        .translator = translator});
 }
 
 // Evidence names files below the trace, as the user named it where there are several: what is said
@@ -54,8 +59,9 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options, Observer* observer) {
   Analyzer analyzer(options, observer);
   analyzer.add(find_recordings(traces, options.is_content_checked));
+  EventTranslator translator;
   read_events(
-      traces, [&analyzer](const Event& event) { analyzer.consume(event); }, options);
+      traces, [&analyzer](const Event& event) { analyzer.consume(event); }, options, &translator);
   auto result = analyzer.finish();
   for (const auto& trace : traces)
     result.report.trace.paths.push_back(trace.string());
@@ -78,7 +84,7 @@ std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path>
                               [&](const PacketEnd& e) { apply(e); }, [](const auto&) {}},
                    event.body);
       },
-      options);
+      options, nullptr);
   recording.finish();
   if (!model.begin || !model.end) return std::nullopt;
   return TimeWindow{.from = *model.begin, .to = *model.end};

@@ -63,6 +63,7 @@ class Watch {
     for (;;) {
       try {
         if (!follow()) return false;
+        sessions_.finish();
         describe(analyzer_.finish(), SourceState::ended);
         return true;
       } catch (const analysis::UnreadableTrace& error) {

@@ -24,13 +24,13 @@ bool is_over(const HostView& view) { return view.state == SourceState::ended; }
 
 Sessions::Sessions(std::string url, analysis::Analyzer& analyzer)
     : url_(std::move(url)),
-      analyzer_(analyzer),
-      follows_all_(url_.find("/host/") == std::string::npos) {
+      follows_all_(url_.find("/host/") == std::string::npos),
+      input_(analyzer) {
   if (!follows_all_) sessions_.emplace_back().url = url_;
 }
 
 void Sessions::connect(Session& session) {
-  session.reader = std::make_unique<LiveReader>(session.url, analyzer_, numbers_);
+  session.reader = std::make_unique<LiveReader>(session.url, input_);
   session.view.state = SourceState::waiting;
   session.view.message.clear();
   session.heard = Clock::now();

@@ -23,6 +23,8 @@ class Sessions {
   // Throws UnreadableTrace when the connection to the relay daemon, or to the only session, cannot
   // be made or is lost; call again to try again.
   analysis::LiveReader::Step step();
+  // Before the analyzer's: feeds it what follows from all that was read.
+  void finish() { input_.finish(); }
 
   // What became of each, with what the report knows of their processes; without those that ended
   // and were followed by another one of their machine. Empty where one session is followed.
@@ -42,9 +44,8 @@ class Sessions {
   void lose(Session& session, const std::string& why);
 
   std::string url_;
-  analysis::Analyzer& analyzer_;
   bool follows_all_;
-  analysis::LiveNumbers numbers_;
+  analysis::LiveInput input_;
   std::vector<Session> sessions_;
   Clock::time_point next_look_{};
 };

@@ -149,6 +149,7 @@ bt_message_iterator_next_status InstanceFilter::pull() {
   std::uint64_t count = 0;
   const auto status = bt_message_iterator_next(upstream_.get(), &messages, &count);
   if (status == BT_MESSAGE_ITERATOR_NEXT_STATUS_END) {
+    feeder_.finish();
     analyzer_.finish();
     is_complete_ = true;
   }

@@ -91,6 +91,7 @@ bt_component_class_sink_consume_method_status ReportSink::consume() {
 }
 
 void ReportSink::finish() {
+  feeder_->finish();
   const auto result = analyzer_->finish();
   const auto write = [this, &result](std::ostream& out) {
     if (format_ == "json") {

@@ -76,9 +76,19 @@ std::vector<LiveSession> live_sessions(const std::string& relay) {
   return sessions;
 }
 
+struct LiveInput::Shared {
+  explicit Shared(Analyzer& analyzer) : input(analyzer) {}
+  bt::AnalyzerInput input;
+};
+
+LiveInput::LiveInput(Analyzer& analyzer) : shared_(std::make_unique<Shared>(analyzer)) {}
+LiveInput::~LiveInput() = default;
+
+void LiveInput::finish() { shared_->input.finish(); }
+
 struct LiveReader::Graph {
-  Graph(std::string source_url, Analyzer& analyzer, LiveNumbers& numbers)
-      : url(std::move(source_url)), decoder(analyzer, &numbers) {}
+  Graph(std::string source_url, bt::AnalyzerInput& input)
+      : url(std::move(source_url)), decoder(input) {}
 
   std::string url;
   Plugin plugin = bt::find_plugin("ctf");
@@ -87,8 +97,8 @@ struct LiveReader::Graph {
   bt::Graph graph{bt_graph_create(0)};  // last: it ends before what it feeds
 };
 
-LiveReader::LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers& numbers)
-    : graph_(std::make_unique<Graph>(url, analyzer, numbers)) {
+LiveReader::LiveReader(const std::string& url, LiveInput& input)
+    : graph_(std::make_unique<Graph>(url, input.shared_->input)) {
   auto* graph = const_cast<bt_graph*>(graph_->graph.get());
   const auto parameters = parameters_of(url);
   const bt_component_source* source = nullptr;

@@ -52,10 +52,6 @@ const bt_field_class* packet_context_class(const bt_stream_class* stream_class) 
 
 }  // namespace
 
-void MessageDecoder::push(const EventHead& head, const EventBody& body) {
-  analyzer_.consume(Event{.head = head, .body = body});
-}
-
 MessageDecoder::Stream& MessageDecoder::stream_of(const bt_stream* stream) {
   return streams_.at(stream);
 }
@@ -75,10 +71,10 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   }
   const auto* stream_class = bt_stream_borrow_class_const(stream);
   const auto [channel, is_new] =
-      channels_.try_emplace({trace, bt_stream_class_get_id(stream_class)}, numbers_.channels);
-  if (is_new) ++numbers_.channels;
+      channels_.try_emplace({trace, bt_stream_class_get_id(stream_class)});
+  if (is_new) channel->second = input_.next_channel();
   Stream state;
-  state.index = StreamIndex{numbers_.streams++};
+  state.index = input_.next_stream();
   state.trace = of_trace.get();
   state.packet_context = FieldTable(packet_context_class(stream_class), kPacketNames);
   state.has_packet_times =
@@ -100,21 +96,22 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
   const char* name = bt_stream_get_name(stream);
   const EventHead head{.time = {}, .stream = state.index, .cpu = {}, .pid = {}, .tid = {}};
   streams_[stream] = std::move(state);
-  push(head, StreamBegin{.channel = channel->second,
-                         .domain = of_trace->domain,
-                         .host = of_trace->host,
-                         .clock_uuid = clock_uuid,
-                         .clock_offset_ns = offset_ns,
-                         .path = name != nullptr ? std::string_view(name) : std::string_view{},
-                         .is_snapshot = of_trace->is_snapshot});
+  input_.push(head,
+              StreamBegin{.channel = channel->second,
+                          .domain = of_trace->domain,
+                          .host = of_trace->host,
+                          .clock_uuid = clock_uuid,
+                          .clock_offset_ns = offset_ns,
+                          .path = name != nullptr ? std::string_view(name) : std::string_view{},
+                          .is_snapshot = of_trace->is_snapshot});
 }
 
 void MessageDecoder::stream_end(const bt_stream* stream) {
   const auto& state = stream_of(stream);
   const EventHead head{
       .time = state.last, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}};
-  if (!state.has_packet_times && state.has_begun) push(head, PacketEnd{});
-  push(head, StreamEnd{});
+  if (!state.has_packet_times && state.has_begun) input_.push(head, PacketEnd{});
+  input_.push(head, StreamEnd{});
 }
 
 void MessageDecoder::packet_begin(const bt_message* message) {
@@ -127,8 +124,8 @@ void MessageDecoder::packet_begin(const bt_message* message) {
   if (!state.has_packet_times) return;
   const auto time =
       time_of(bt_message_packet_beginning_borrow_default_clock_snapshot_const(message));
-  push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
-       PacketBegin{});
+  input_.push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+              PacketBegin{});
 }
 
 void MessageDecoder::packet_end(const bt_message* message) {
@@ -136,7 +133,8 @@ void MessageDecoder::packet_end(const bt_message* message) {
   const auto& state = stream_of(bt_packet_borrow_stream_const(packet));
   if (!state.has_packet_times) return;
   const auto time = time_of(bt_message_packet_end_borrow_default_clock_snapshot_const(message));
-  push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}}, PacketEnd{});
+  input_.push({.time = time, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+              PacketEnd{});
 }
 
 MessageDecoder::EventPlan& MessageDecoder::plan_of(const bt_event_class* event_class) {
@@ -175,17 +173,15 @@ void MessageDecoder::event(const bt_message* message) {
   if (bt_stream_class_borrow_default_clock_class_const(stream_class) != nullptr) {
     head.time = time_of(bt_message_event_borrow_default_clock_snapshot_const(message));
   }
-  if (!stream.has_packet_times && !stream.has_begun) push(head, PacketBegin{});
+  if (!stream.has_packet_times && !stream.has_begun) input_.push(head, PacketBegin{});
   stream.has_begun = true;
   stream.last = head.time;
   if (plan.translation == nullptr) {
-    push(head, OtherEvent{.name = plan.name});
+    input_.push(head, OtherEvent{.name = plan.name});
     return;
   }
   const auto* fields = plan.payload.read(bt_event_borrow_payload_field_const(event));
-  EventBody body;
-  plan.translation->translate(Payload{fields}, stream.trace->state, body);
-  push(head, body);
+  input_.push(head, *plan.translation, Payload{fields}, stream.trace->state);
 }
 
 void MessageDecoder::discarded_events(const bt_message* message) {
@@ -204,8 +200,9 @@ void MessageDecoder::discarded_events(const bt_message* message) {
       BT_PROPERTY_AVAILABILITY_AVAILABLE) {
     discarded.count = count;
   }
-  push({.time = discarded.begin, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
-       discarded);
+  input_.push(
+      {.time = discarded.begin, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+      discarded);
 }
 
 void MessageDecoder::discarded_packets(const bt_message* message) {
@@ -224,8 +221,9 @@ void MessageDecoder::discarded_packets(const bt_message* message) {
       BT_PROPERTY_AVAILABILITY_AVAILABLE) {
     discarded.count = count;
   }
-  push({.time = discarded.begin, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
-       discarded);
+  input_.push(
+      {.time = discarded.begin, .stream = state.index, .cpu = state.cpu, .pid = {}, .tid = {}},
+      discarded);
 }
 
 void MessageDecoder::consume(const bt_message* message) {

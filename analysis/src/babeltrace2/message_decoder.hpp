@@ -1,10 +1,9 @@
 // Messages of libbabeltrace2 into Events: for running sessions and for the babeltrace2 plugin.
 #pragma once
 
-#include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/event.hpp>
-#include <cie/analysis/live_reader.hpp>
 
+#include "analyzer_input.hpp"
 #include "bt_fields.hpp"
 #include "bt_handles.hpp"
 #include "vocabulary/vocabulary.hpp"
@@ -20,10 +19,8 @@ namespace cie::analysis::bt {
 
 class MessageDecoder {
  public:
-  // `analyzer` is borrowed and fed. `numbers`, borrowed: the next numbers of streams and channels,
-  // of which decoders that feed one analyzer take turns; null: nobody else feeds it.
-  explicit MessageDecoder(Analyzer& analyzer, LiveNumbers* numbers = nullptr)
-      : analyzer_(analyzer), numbers_(numbers != nullptr ? *numbers : own_numbers_) {}
+  // `input` is borrowed and fed.
+  explicit MessageDecoder(AnalyzerInput& input) : input_(input) {}
 
   void consume(const bt_message* message);
 
@@ -62,11 +59,8 @@ class MessageDecoder {
   void event(const bt_message* message);
   void discarded_events(const bt_message* message);
   void discarded_packets(const bt_message* message);
-  void push(const EventHead& head, const EventBody& body);
 
-  Analyzer& analyzer_;
-  LiveNumbers own_numbers_;
-  LiveNumbers& numbers_;
+  AnalyzerInput& input_;
   std::unordered_map<const bt_stream*, Stream> streams_;
   std::unordered_map<const bt_event_class*, EventPlan> plans_;
   std::unordered_map<const bt_trace*, std::unique_ptr<Trace>> traces_;

@@ -92,7 +92,9 @@ bool are_of_one_boot(const Clock& a, const Clock& b) {
 class Reader {
  public:
   Reader(std::span<const fs::path> traces, const ReadOptions& options)
-      : metadata_from_(options.metadata_from), progress_(options.progress) {
+      : metadata_from_(options.metadata_from),
+        progress_(options.progress),
+        translator_(options.translator) {
     std::set<fs::path> seen;
     for (const auto& path : traces) {
       for (const auto& directory : find_traces(path)) {
@@ -112,6 +114,7 @@ class Reader {
   void read(EventBatch& first, const EventWriter::Exchange& exchange) {
     EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
       late_.fill(filled);
+      if (translator_ != nullptr) translator_->translate(filled);
       return exchange(filled);
     });
     for (const auto& stream : streams_)
@@ -128,6 +131,9 @@ class Reader {
     merge(writer);
     writer.flush();
     check_anything_read();
+    if (translator_ == nullptr) return;
+    translator_->finish(writer.batch());
+    writer.flush();
   }
 
  private:
@@ -397,6 +403,7 @@ class Reader {
 
   fs::path metadata_from_;
   Progress* progress_;
+  EventTranslator* translator_;
   std::optional<Clock> clock_;                                // of the first sound trace
   std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
   std::map<std::string, Clock> clocks_;                       // by host, the first one seen

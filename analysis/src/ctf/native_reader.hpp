@@ -4,6 +4,7 @@
 #include <cie/analysis/progress.hpp>
 
 #include "ctf/stream/event_writer.hpp"
+#include "vocabulary/ros2/event_translator.hpp"
 
 #include <filesystem>
 #include <functional>
@@ -18,6 +19,9 @@ struct ReadOptions {
   // What to read traces with whose own metadata cannot be read; empty: nothing.
   std::filesystem::path metadata_from{};
   Progress* progress = nullptr;  // bytes; borrowed, null: nobody looks
+  // Says what follows from events whose meaning depends on earlier ones. Borrowed, null: they are
+  // OtherEvents alone.
+  EventTranslator* translator = nullptr;
 };
 
 // Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces

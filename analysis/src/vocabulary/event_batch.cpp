@@ -1,17 +1,14 @@
 #include "event_batch.hpp"
 
-#include "field.hpp"
-
 #include <cstdint>
 #include <cstring>
-#include <new>
 #include <string_view>
 #include <type_traits>
 
 namespace cie::analysis {
 namespace {
 
-// Makes views of an event point to copies: one function for each kind of kWithViews.
+// Makes views point to copies: one function for each kind of kWithViews.
 class Keeper {
  public:
   explicit Keeper(std::pmr::memory_resource& memory) : memory_(memory) {}
@@ -30,20 +27,13 @@ class Keeper {
   void keep(SchedProcessFork& event) { keep(event.child_comm); }
   void keep(ProcessName& event) { keep(event.name); }
   void keep(OtherEvent& event) { keep(event.name); }
-  void keep(Untranslated& event) {
-    const Payload payload(event.fields);
-    auto* const slots =
-        static_cast<Field*>(memory_.allocate(kMaxSlots * sizeof(Field), alignof(Field)));
-    for (std::size_t i = 0; i < kMaxSlots; ++i) {
-      auto& field = *new (slots + i) Field(payload.collected(i));
-      if (field.kind == Field::Kind::text) {
-        field.characters = static_cast<const char*>(copy(field.characters, field.length, 1));
-      } else if (field.kind == Field::Kind::integers) {
-        field.elements = static_cast<const std::uint32_t*>(
-            copy(field.elements, field.length * sizeof(std::uint32_t), alignof(std::uint32_t)));
-      }
+  void keep(Field& field) {
+    if (field.kind == Field::Kind::text) {
+      field.characters = static_cast<const char*>(copy(field.characters, field.length, 1));
+    } else if (field.kind == Field::Kind::integers) {
+      field.elements = static_cast<const std::uint32_t*>(
+          copy(field.elements, field.length * sizeof(std::uint32_t), alignof(std::uint32_t)));
     }
-    event.fields = {.slots = slots, .begin = nullptr, .fixed = nullptr};
   }
 
  private:
@@ -86,8 +76,24 @@ void EventBatch::keep_views(EventBody& body) {
       body);
 }
 
+void EventBatch::keep_raw(Event& event, const Translation& translation, const Payload& payload) {
+  if (!has_raw_) raw_.assign(static_cast<std::size_t>(end_ - events_.get()), Raw{});
+  has_raw_ = true;
+  raw_[static_cast<std::size_t>(&event - events_.get())] = {.translation = &translation,
+                                                            .first_field = fields_.size()};
+  for (std::size_t slot = 0; slot < translation.fields.size(); ++slot) {
+    fields_.push_back(payload.collected(slot));
+    Keeper(memory_).keep(fields_.back());
+  }
+  event.body = OtherEvent{.name = translation.event};  // which lives as long as its vocabulary
+}
+
 void EventBatch::clear() noexcept {
   next_ = events_.get();
+  kinds_ = 0;
+  has_raw_ = false;
+  fields_.clear();
+  derived_.clear();
   memory_.release();
 }
 

@@ -1,14 +1,19 @@
-// Events that outlive the buffers they were read from.
+// Events that outlive the buffers they were read from, and those that follow from them.
 #pragma once
 
 #include <cie/analysis/event.hpp>
+
+#include "field.hpp"
+#include "vocabulary.hpp"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <memory_resource>
+#include <optional>
 #include <span>
 #include <variant>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -22,7 +27,13 @@ constexpr std::uint64_t kinds() noexcept {
 // Events that view memory that is not their own.
 inline constexpr std::uint64_t kWithViews =
     kinds<StreamBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit, ThreadInit,
-          ThreadSched, SchedSwitch, SchedProcessFork, ProcessName, OtherEvent, Untranslated>();
+          ThreadSched, SchedSwitch, SchedProcessFork, ProcessName, OtherEvent>();
+
+// What a translator with a memory is given of an event: see Translation.
+struct RawEvent {
+  std::uint32_t kind;
+  Payload fields;  // those that were asked for; borrowed from the batch
+};
 
 // Keeps a bounded number of events with copies of what they view. Used again after clear(), so that
 // it allocates little after its first round.
@@ -37,8 +48,45 @@ class EventBatch {
   Event& add() noexcept { return *next_++; }
   // Once an event of the batch is complete: has it view copies of what it views.
   void keep(Event& event) {
-    if ((kWithViews >> event.body.index() & 1U) != 0) keep_views(event.body);
+    const auto kind = std::uint64_t{1} << event.body.index();
+    kinds_ |= kind;
+    if ((kWithViews & kind) != 0) keep_views(event.body);
   }
+  // Completes an event of the batch that has its head. If the meaning depends on earlier events, it
+  // becomes an OtherEvent, and its fields are kept beside it.
+  void translate(Event& event, const Translation& translation, const Payload& payload,
+                 VocabularyState& state) {
+    if (translation.translate == nullptr) {
+      keep_raw(event, translation, payload);
+    } else {
+      translation.translate(payload, state, event.body);
+      keep(event);
+    }
+  }
+
+  // Which kinds of events were kept, as bits.
+  std::uint64_t kinds_kept() const noexcept { return kinds_; }
+  bool has_raw() const noexcept { return has_raw_; }
+  // Of an event of the batch; empty if nothing was kept beside it.
+  std::optional<RawEvent> raw(const Event& event) const noexcept {
+    if (!has_raw_) return std::nullopt;
+    const auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
+    if (raw.translation == nullptr) return std::nullopt;
+    return RawEvent{.kind = raw.translation->kind,
+                    .fields = Payload(fields_.data() + raw.first_field)};
+  }
+  // Adds an event that follows from `cause`, one of the batch's, to be consumed right after it;
+  // null: after them all. Causes come in their order.
+  template <typename Body>
+  void derive(const Event* cause, const EventHead& head, const Body& body) {
+    auto& [of, event] = derived_.emplace_back();
+    of = cause;
+    event.head = head;
+    event.head.is_derived = true;
+    event.body = body;
+    keep(event);
+  }
+
   void clear() noexcept;
   // Calls `consume` with each. Meanwhile the next ones are on their way from the other core's
   // cache.
@@ -46,23 +94,43 @@ class EventBatch {
   void each(const Consume& consume) const {
     constexpr std::ptrdiff_t kAhead = 4;
     constexpr std::ptrdiff_t kCacheLine = 64;
+    auto derived = derived_.begin();
     for (const Event* event = events_.get(); event != next_; ++event) {
       const auto* line = reinterpret_cast<const char*>(event + kAhead);
       for (std::ptrdiff_t at = 0; at < static_cast<std::ptrdiff_t>(sizeof(Event)); at += kCacheLine)
         __builtin_prefetch(line + at);
       consume(*event);
+      for (; derived != derived_.end() && derived->cause == event; ++derived)
+        consume(derived->event);
     }
+    for (; derived != derived_.end(); ++derived)
+      consume(derived->event);
   }
-  // Valid until the next clear().
+  // Without those that follow from them. Valid until the next clear().
   std::span<const Event> events() const noexcept { return {events_.get(), next_}; }
 
  private:
+  struct Raw {
+    const Translation* translation = nullptr;
+    std::size_t first_field = 0;
+  };
+  struct Derived {
+    const Event* cause = nullptr;
+    Event event;
+  };
+
   void keep_views(EventBody& body);
+  void keep_raw(Event& event, const Translation& translation, const Payload& payload);
 
   std::unique_ptr<Event[]> events_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
   Event* next_;
   Event* end_;
-  std::pmr::monotonic_buffer_resource memory_;  // what the events view
+  std::uint64_t kinds_ = 0;
+  bool has_raw_ = false;
+  std::vector<Raw> raw_;  // by place of the event
+  std::vector<Field> fields_;
+  std::vector<Derived> derived_;                // in order
+  std::pmr::monotonic_buffer_resource memory_;  // what all of them view
 };
 
 }  // namespace cie::analysis

@@ -69,15 +69,11 @@ class Payload {
   explicit Payload(const Field* fields) noexcept : fields_(fields) {}
   Payload(const std::uint8_t* begin, const FixedField* fixed) noexcept
       : begin_(begin), fixed_(fixed) {}
-  explicit Payload(const RawFields& raw) noexcept
-      : fields_(raw.slots), begin_(raw.begin), fixed_(raw.fixed) {}
-  RawFields raw() const noexcept { return {.slots = fields_, .begin = begin_, .fixed = fixed_}; }
 
-  // One slot as a reader would have collected it; absent if the payload is empty.
+  // One slot as a reader would have collected it.
   Field collected(std::size_t slot) const noexcept {
     if (fields_ != nullptr) return fields_[slot];
     Field field;
-    if (fixed_ == nullptr) return field;
     field.label = label_index(slot);
     if (fixed_[slot].kind == FixedField::Kind::integer) {
       field.kind = Field::Kind::integer;

@@ -23,7 +23,10 @@ using Translate = void (*)(const Payload& payload, VocabularyState& state, Event
 struct Translation {
   std::string_view event;  // full name, "cie:callback_start"
   std::vector<FieldRequest> fields;
+  // Null: what the event means depends on earlier ones, so that a translator with a memory has to
+  // say what follows from it (ros2/event_translator).
   Translate translate;
+  std::uint32_t kind = 0;  // then: what that translator calls it
 };
 
 // The translations that know an event name; null if none does.

@@ -39,6 +39,7 @@ void write(const fs::path& file, std::string_view bytes) {
 class Checker {
  public:
   void consume(const Event& event) {
+    if (event.head.is_derived) return;
     const auto index = static_cast<std::uint32_t>(event.head.stream);
     if (std::holds_alternative<StreamBegin>(event.body)) {
       if (!streams_.try_emplace(index).second) std::abort();
@@ -105,10 +106,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     Checker checker;
     Analyzer analyzer{AnalysisOptions{}};
     const fs::path paths[]{folder.path()};
-    ctf::read_traces(paths, [&](const Event& event) {
+    EventTranslator translator;
+    const auto consume = [&](const Event& event) {
       checker.consume(event);
       analyzer.consume(event);
-    });
+    };
+    ctf::read_traces(paths, consume, {.translator = &translator});
     checker.finish();
     analyzer.finish();
   } catch (const UnreadableTrace&) {  // the other answer

@@ -3,6 +3,8 @@
 
 #include "ctf_trace.hpp"
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -13,6 +15,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <vocabulary/event_batch.hpp>
+#include <vocabulary/vocabulary.hpp>
 
 namespace cie::test {
 namespace {
@@ -92,6 +95,62 @@ TEST(EventBatch, KeepsWhatEventsView) {
               testing::ElementsAre(1, 3));
   batch.clear();
   EXPECT_TRUE(batch.events().empty());
+}
+
+TEST(EventBatch, KeepsTheFieldsOfWhatIsTranslatedLater) {
+  const auto& translation = *analysis::find_translation("ros2:rclcpp_callback_register");
+  analysis::EventBatch batch(2);
+  analysis::VocabularyState state;
+  batch.keep(batch.add() = analysis::Event{});
+  {
+    const std::string symbol = "a function whose name is read no more";
+    std::array<analysis::Field, 2> fields{};
+    fields[0].kind = analysis::Field::Kind::integer;
+    fields[0].number = 0x30;
+    fields[1].kind = analysis::Field::Kind::text;
+    fields[1].characters = symbol.data();
+    fields[1].length = static_cast<std::uint32_t>(symbol.size());
+    batch.translate(batch.add(), translation, analysis::Payload(fields.data()), state);
+  }
+  EXPECT_FALSE(batch.raw(batch.events()[0]));
+  EXPECT_TRUE(std::holds_alternative<analysis::OtherEvent>(batch.events()[1].body));
+  const auto raw = batch.raw(batch.events()[1]);
+  ASSERT_TRUE(raw);
+  EXPECT_EQ(raw->kind, translation.kind);
+  EXPECT_EQ(raw->fields.integer(0), 0x30);
+  EXPECT_EQ(raw->fields.text(1), "a function whose name is read no more");
+  batch.clear();
+  batch.keep(batch.add() = analysis::Event{});
+  batch.keep(batch.add() = analysis::Event{});
+  EXPECT_FALSE(batch.raw(batch.events()[1]));
+}
+
+TEST(EventBatch, GivesWhatFollowsRightAfterItsCause) {
+  analysis::EventBatch batch(3);
+  for (const std::int64_t time : {1, 2, 3}) {
+    auto& event = batch.add();
+    event = {.head = {.time = {time}, .cpu = {}, .pid = {}, .tid = {}},
+             .body = analysis::OtherEvent{}};
+    batch.keep(event);
+  }
+  const auto derive = [&batch](const analysis::Event* cause, std::int64_t time) {
+    const std::string name = "node " + std::to_string(time);
+    batch.derive(cause, {.time = {time}, .cpu = {}, .pid = {}, .tid = {}},
+                 analysis::NodeInit{.node = {}, .name = name});
+  };
+  derive(&batch.events()[0], 10);
+  derive(&batch.events()[2], 30);
+  derive(&batch.events()[2], 31);
+  derive(nullptr, 40);
+  std::vector<std::string> consumed;
+  batch.each([&consumed](const analysis::Event& event) {
+    const auto* node = std::get_if<analysis::NodeInit>(&event.body);
+    EXPECT_EQ(event.head.is_derived, node != nullptr);
+    consumed.push_back(node != nullptr ? std::string(node->name)
+                                       : std::to_string(event.head.time.ns));
+  });
+  EXPECT_THAT(consumed,
+              testing::ElementsAre("1", "node 10", "2", "3", "node 30", "node 31", "node 40"));
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "ros2_text.hpp"
 
+#include "vocabulary/event_batch.hpp"
+#include "vocabulary/ros2/event_translator.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <algorithm>
@@ -95,10 +97,25 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
   if (!spec_text.empty())
     options.spec = &spec.emplace(SchedulingSpec::parse(spec_text, "spec.yaml"));
   Analyzer analyzer(options, &rows);
+  EventTranslator translator;
+  EventBatch batch(1);
   EventHead head{.time = {}, .stream = {}, .cpu = 0, .pid = {}, .tid = {}};
-  const auto consume = [&](std::int64_t time, const EventBody& body) {
+  const auto consume_batch = [&] {
+    translator.translate(batch);
+    batch.each([&analyzer](const Event& event) { analyzer.consume(event); });
+    batch.clear();
+  };
+  const auto add = [&](std::int64_t time) -> Event& {
     head.time = Timestamp{time};
-    analyzer.consume(Event{.head = head, .body = body});
+    auto& event = batch.add();
+    event.head = head;
+    return event;
+  };
+  const auto consume = [&](std::int64_t time, const EventBody& body) {
+    auto& event = add(time);
+    event.body = body;
+    batch.keep(event);
+    consume_batch();
   };
   consume(0, StreamBegin{.channel = 0,
                          .domain = Domain::user,
@@ -126,14 +143,15 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     head.pid = line.pid;
     head.tid = line.tid;
     head.cpu = line.cpu;
-    EventBody body;
-    line.translation->translate(Payload{line.fields()}, state, body);
-    consume(line.time, body);
+    batch.translate(add(line.time), *line.translation, Payload{line.fields()}, state);
+    consume_batch();
   }
   head.pid.reset();
   head.tid.reset();
   consume(last + 1, PacketEnd{});
   consume(last + 1, StreamEnd{});
+  translator.finish(batch);
+  consume_batch();
   Ros2Result result{.analysis = analyzer.finish(), .instances = std::move(rows.rows)};
   std::ranges::stable_sort(result.instances, {}, &InstanceRow::start);
   return result;

@@ -14,17 +14,6 @@
 
 namespace cie::analysis {
 
-struct Field;
-struct FixedField;
-
-// An event's fields where a reader has them: collected in slots, or at fixed places in memory.
-// Borrowed as long as the event is being consumed. What reads them is internal.
-struct RawFields {
-  const Field* slots = nullptr;
-  const std::uint8_t* begin = nullptr;
-  const FixedField* fixed = nullptr;
-};
-
 // Dense numbers given by the reader: one stream is one sequence of packets (usually one CPU's
 // buffer of one channel of one trace).
 enum class StreamIndex : std::uint32_t {};
@@ -339,20 +328,11 @@ struct ProcessName {
   std::string_view name;
 };
 
-// An event of no vocabulary we know: counted.
+// An event that says nothing by itself: of no vocabulary we know, or one from which others follow.
 struct OtherEvent {
   static constexpr EventPhase kPhase = EventPhase::system;
   static constexpr std::string_view kName{};
   std::string_view name;
-};
-
-// An event whose meaning depends on earlier ones. The analyzer has it replaced, first of all, by
-// those of the model that follow from it.
-struct Untranslated {
-  static constexpr EventPhase kPhase = EventPhase::system;
-  static constexpr std::string_view kName{};
-  std::uint32_t kind = 0;  // its vocabulary's
-  RawFields fields{};
 };
 
 using EventBody =
@@ -361,7 +341,7 @@ using EventBody =
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
                  SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
-                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent, Untranslated>;
+                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -22,11 +22,23 @@ struct LiveSession {
 // What the relay daemon at net://HOST[:PORT] offers. Throws UnreadableTrace if it does not answer.
 std::vector<LiveSession> live_sessions(const std::string& relay);
 
-// The next numbers of streams and channels, for all readers of one analyzer: of several sessions,
-// or of one that is read again after its connection was lost.
-struct LiveNumbers {
-  std::uint32_t streams = 0;
-  std::uint32_t channels = 0;
+// What all readers of one analyzer share: of several sessions, or of one that is read again after
+// its connection was lost. Not thread-safe.
+class LiveInput {
+ public:
+  // `analyzer` is borrowed.
+  explicit LiveInput(Analyzer& analyzer);
+  ~LiveInput();
+  LiveInput(const LiveInput&) = delete;
+  LiveInput& operator=(const LiveInput&) = delete;
+
+  // Before the analyzer's: feeds it what follows from all that was read.
+  void finish();
+
+ private:
+  friend class LiveReader;
+  struct Shared;
+  std::unique_ptr<Shared> shared_;
 };
 
 // Feeds an Analyzer with what a session writes from now on; what was written before is not sent.
@@ -40,8 +52,8 @@ class LiveReader {
     end       // the session ended, or the relay daemon said good-bye
   };
 
-  // Both are borrowed. Throws UnreadableTrace.
-  LiveReader(const std::string& url, Analyzer& analyzer, LiveNumbers& numbers);
+  // `input` is borrowed. Throws UnreadableTrace.
+  LiveReader(const std::string& url, LiveInput& input);
   ~LiveReader();
   LiveReader(const LiveReader&) = delete;
   LiveReader& operator=(const LiveReader&) = delete;

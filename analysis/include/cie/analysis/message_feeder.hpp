@@ -21,6 +21,8 @@ class MessageFeeder {
 
   // `message` is borrowed for the call. Messages that are no events or packets are ignored.
   void consume(const bt_message* message);
+  // Before the analyzer's: feeds it what follows from all messages.
+  void finish();
 
  private:
   struct Decoder;

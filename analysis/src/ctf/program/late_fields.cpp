@@ -2,22 +2,22 @@
 
 namespace cie::analysis::ctf {
 
-void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state,
-               EventBody& body) {
+void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
+               EventBatch& batch) {
   if (plan.translation == nullptr) {
-    body = OtherEvent{.name = plan.name};
+    event.body = OtherEvent{.name = plan.name};
+    batch.keep(event);
   } else {
-    plan.translation->translate(payload, state, body);
+    batch.translate(event, *plan.translation, payload, state);
   }
 }
 
 void LateFields::OfTrace::fill(const EventPlan& plan, const Late& late, EventBatch& batch) {
   const auto& layout = *plan.fixed;
-  auto& [head, body] = *late.event;
+  auto& head = late.event->head;
   layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
   layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
-  translate(plan, Payload(late.body, layout.fields.data()), state_, body);
-  batch.keep(*late.event);
+  translate(plan, Payload(late.body, layout.fields.data()), state_, *late.event, batch);
 }
 
 void LateFields::OfTrace::fill(const EventPlan& plan, EventBatch& batch) {

@@ -70,8 +70,8 @@ class LateFields {
   std::vector<Waiting> waiting_;
 };
 
-// Translates what a reader found of an event.
-void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state,
-               EventBody& body);
+// Completes an event of the batch with what a reader found of it.
+void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
+               EventBatch& batch);
 
 }  // namespace cie::analysis::ctf

@@ -51,10 +51,31 @@ bool is_told_better(Ros2Event event, const Payload& p, ros2::Process& process) {
 
 }  // namespace
 
+void EventTranslator::translate(EventBatch& batch) {
+  constexpr auto kHeeded = kinds<StreamBegin, RunBegin, Discarded, DamagedPacket>();
+  if (!batch.has_raw() && (batch.kinds_kept() & kHeeded) == 0) return;
+  for (const auto& event : batch.events()) {
+    const auto& head = event.head;
+    std::visit(
+        Overloaded{[&](const StreamBegin& e) { apply(head, e); },
+                   [&](const RunBegin& e) { apply(head, e); },
+                   [&](const Discarded&) { lose(head); }, [&](const DamagedPacket&) { lose(head); },
+                   [&](const OtherEvent&) {
+                     if (const auto raw = batch.raw(event)) {
+                       translate(head, *raw, {.batch = batch, .cause = &event});
+                     }
+                   },
+                   [](const auto&) {}},
+        event.body);
+  }
+}
+
 void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
   const auto index = static_cast<std::size_t>(head.stream);
   if (index >= streams_.size()) streams_.resize(index + 1);
-  streams_[index] = Stream{.host = std::string(event.host), .offset_ns = event.clock_offset_ns};
+  streams_[index] = Stream{.host = std::string(event.host),
+                           .offset_ns = event.clock_offset_ns,
+                           .is_kernel = event.domain == Domain::kernel};
 }
 
 void EventTranslator::apply(const EventHead& head, const RunBegin& /*event*/) {
@@ -63,7 +84,9 @@ void EventTranslator::apply(const EventHead& head, const RunBegin& /*event*/) {
 }
 
 void EventTranslator::lose(const EventHead& head) {
-  const auto host = hosts_.find(stream_of(head).host);
+  const auto& stream = stream_of(head);
+  if (stream.is_kernel) return;
+  const auto host = hosts_.find(stream.host);
   if (host == hosts_.end()) return;
   for (auto& [pid, process] : host->second.processes) {
     for (auto& [tid, thread] : process.threads)
@@ -78,9 +101,9 @@ const EventTranslator::Stream& EventTranslator::stream_of(const EventHead& head)
   return index < streams_.size() ? streams_[index] : none;
 }
 
-void EventTranslator::translate(const EventHead& head, const Untranslated& raw,
+void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
                                 const ros2::EventSink& sink) {
-  if (!head.pid || (raw.fields.slots == nullptr && raw.fields.fixed == nullptr)) return;
+  if (!head.pid) return;
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = hosts_[stream.host];
@@ -96,7 +119,7 @@ void EventTranslator::translate(const EventHead& head, const Untranslated& raw,
                   .thread = process.threads[head.tid.value_or(-1)],
                   .sink = sink};
   const auto event = static_cast<Ros2Event>(raw.kind & ~ros2::kRepeats);
-  const Payload p{raw.fields};
+  const auto& p = raw.fields;
   if (is_told_better(event, p, process)) return;
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
@@ -239,11 +262,11 @@ void EventTranslator::end(Address address, Context& context) {
   if (is_open) thread.open.erase(std::prev(found.base()), thread.open.end());
 }
 
-void EventTranslator::finish(const ros2::EventSink& sink) {
+void EventTranslator::finish(EventBatch& batch) {
   for (auto& [name, host] : hosts_) {
     for (auto& [pid, process] : host.processes) {
       for (std::size_t i = 0; i < process.directory.callbacks(); ++i) {
-        announce(static_cast<ros2::CallbackNumber>(i), process.last, process, sink);
+        announce(static_cast<ros2::CallbackNumber>(i), process.last, process, {.batch = batch});
       }
     }
   }

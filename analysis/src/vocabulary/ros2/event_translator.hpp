@@ -1,4 +1,5 @@
-// Events of ROS 2's tracers as those of the model: CallbackInit, CallbackStart, Publish, …
+// The stage between reader and analyzer: events of ROS 2's tracers as those of the model that follow
+// from them, CallbackInit, CallbackStart, Publish, … It runs on the reader's thread.
 //
 // What these tracers tell of a callback's identity is spread over many events and addresses; what
 // they do not tell at all (a timer's release, threads and their parameters, totals) stays absent.
@@ -10,7 +11,7 @@
 #include "process_state.hpp"
 #include "publications.hpp"
 #include "ros2_event.hpp"
-#include "vocabulary/field.hpp"
+#include "vocabulary/event_batch.hpp"
 
 #include <cstdint>
 #include <map>
@@ -25,17 +26,10 @@ class EventTranslator {
   EventTranslator(const EventTranslator&) = delete;
   EventTranslator& operator=(const EventTranslator&) = delete;
 
-  // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
-  void apply(const EventHead& head, const StreamBegin& event);
-  // The process tells of itself in this project's own events.
-  void apply(const EventHead& head, const RunBegin& event);
-  // Events of a host were lost: what is open may have ended, and what ends now may have begun
-  // unseen.
-  void lose(const EventHead& head);
-  // Feeds `sink` what follows from the event; all of it is_derived.
-  void translate(const EventHead& head, const Untranslated& event, const ros2::EventSink& sink);
-  // The trace ended: what was still to be told.
-  void finish(const ros2::EventSink& sink);
+  // Adds what follows from the batch's events; all of it is_derived. Batches come in their order.
+  void translate(EventBatch& batch);
+  // The trace ended: adds what was still to be told.
+  void finish(EventBatch& batch);
 
  private:
   struct Host {
@@ -45,8 +39,17 @@ class EventTranslator {
   struct Stream {
     std::string host{};
     std::int64_t offset_ns = 0;
+    bool is_kernel = false;
   };
 
+  // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
+  void apply(const EventHead& head, const StreamBegin& event);
+  // The process tells of itself in this project's own events.
+  void apply(const EventHead& head, const RunBegin& event);
+  // Events of a host were lost: what is open may have ended, and what ends now may have begun
+  // unseen.
+  void lose(const EventHead& head);
+  void translate(const EventHead& head, const RawEvent& event, const ros2::EventSink& sink);
   static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
   void start(ros2::Address address, ros2::Context& context);
   static void end(ros2::Address address, ros2::Context& context);

@@ -5,9 +5,9 @@
 
 #include "directory.hpp"
 #include "message_links.hpp"
+#include "vocabulary/event_batch.hpp"
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -18,8 +18,11 @@
 
 namespace cie::analysis::ros2 {
 
-// Takes the model's events; all of them is_derived.
-using EventSink = std::function<void(const Event&)>;
+// Where the model's events go that follow from one of a batch, or from the end of all.
+struct EventSink {
+  EventBatch& batch;
+  const Event* cause = nullptr;
+};
 
 struct RunningCallback {
   Address address = 0;
@@ -74,10 +77,9 @@ struct Context {
   const EventSink& sink;
 };
 
-inline void emit(const EventHead& head, EventBody body, const EventSink& sink) {
-  Event event{.head = head, .body = body};
-  event.head.is_derived = true;
-  sink(event);
+template <typename Body>
+void emit(const EventHead& head, const Body& body, const EventSink& sink) {
+  sink.batch.derive(sink.cause, head, body);
 }
 
 }  // namespace cie::analysis::ros2

@@ -47,7 +47,7 @@ enum class Ros2Event : std::uint32_t {
   agnocast_timer_callable  // callable, timer_handle
 };
 
-// Untranslated::kind: the event, and whether a tracer tells it that repeats others' events when a
+// Translation::kind: the event, and whether a tracer tells it that repeats others' events when a
 // recording begins.
 inline constexpr std::uint32_t kRepeats = 1U << 16U;
 

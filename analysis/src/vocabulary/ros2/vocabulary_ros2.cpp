@@ -9,118 +9,107 @@ namespace {
 
 using ros2::Ros2Event;
 
-// What these events mean depends on earlier ones: a translator with a memory replaces them.
-template <Ros2Event Kind, std::uint32_t Flags>
-void keep(const Payload& p, VocabularyState&, EventBody& body) {
-  body = Untranslated{.kind = static_cast<std::uint32_t>(Kind) | Flags, .fields = p.raw()};
-}
-
-template <Ros2Event Kind>
-void add(std::vector<Translation>& table, std::initializer_list<std::string_view> names,
-         const std::vector<FieldRequest>& fields) {
+void add(std::vector<Translation>& table, Ros2Event event,
+         std::initializer_list<std::string_view> names, const std::vector<FieldRequest>& fields) {
   for (const auto name : names) {
-    const bool repeats = name.starts_with("ros2_caret:");
-    table.push_back({name, fields, repeats ? keep<Kind, ros2::kRepeats> : keep<Kind, 0>});
+    const auto flags = name.starts_with("ros2_caret:") ? ros2::kRepeats : 0;
+    table.push_back({name, fields, nullptr, static_cast<std::uint32_t>(event) | flags});
   }
 }
 
 void add_entities(std::vector<Translation>& table) {
-  add<Ros2Event::node_init>(table,
-                            {"ros2:rcl_node_init", "ros2_caret:rcl_node_init",
-                             "agnocast:agnocast_node_init", "ros2_caret:agnocast_node_init"},
-                            {"node_handle", "node_name", "namespace"});
-  add<Ros2Event::publisher_init>(
-      table,
+  add(table, Ros2Event::node_init,
+      {"ros2:rcl_node_init", "ros2_caret:rcl_node_init", "agnocast:agnocast_node_init",
+       "ros2_caret:agnocast_node_init"},
+      {"node_handle", "node_name", "namespace"});
+  add(table, Ros2Event::publisher_init,
       {"ros2:rcl_publisher_init", "ros2_caret:rcl_publisher_init",
        "agnocast:agnocast_publisher_init", "ros2_caret:agnocast_publisher_init"},
       {"publisher_handle", "node_handle", "topic_name"});
-  add<Ros2Event::subscription_init>(
-      table, {"ros2:rcl_subscription_init", "ros2_caret:rcl_subscription_init"},
+  add(table, Ros2Event::subscription_init,
+      {"ros2:rcl_subscription_init", "ros2_caret:rcl_subscription_init"},
       {"subscription_handle", "node_handle", "topic_name", "queue_depth"});
-  add<Ros2Event::subscription_object>(
-      table, {"ros2:rclcpp_subscription_init", "ros2_caret:rclcpp_subscription_init"},
+  add(table, Ros2Event::subscription_object,
+      {"ros2:rclcpp_subscription_init", "ros2_caret:rclcpp_subscription_init"},
       {"subscription_handle", "subscription"});
-  add<Ros2Event::subscription_callback>(
-      table,
+  add(table, Ros2Event::subscription_callback,
       {"ros2:rclcpp_subscription_callback_added", "ros2_caret:rclcpp_subscription_callback_added"},
       {"subscription", "callback"});
-  add<Ros2Event::service_init>(table, {"ros2:rcl_service_init", "ros2_caret:rcl_service_init"},
-                               {"service_handle", "node_handle", "service_name"});
-  add<Ros2Event::service_callback>(
-      table, {"ros2:rclcpp_service_callback_added", "ros2_caret:rclcpp_service_callback_added"},
+  add(table, Ros2Event::service_init, {"ros2:rcl_service_init", "ros2_caret:rcl_service_init"},
+      {"service_handle", "node_handle", "service_name"});
+  add(table, Ros2Event::service_callback,
+      {"ros2:rclcpp_service_callback_added", "ros2_caret:rclcpp_service_callback_added"},
       {"service_handle", "callback"});
-  add<Ros2Event::timer_init>(table, {"ros2:rcl_timer_init", "ros2_caret:rcl_timer_init"},
-                             {"timer_handle", "period"});
-  add<Ros2Event::timer_callback>(
-      table, {"ros2:rclcpp_timer_callback_added", "ros2_caret:rclcpp_timer_callback_added"},
+  add(table, Ros2Event::timer_init, {"ros2:rcl_timer_init", "ros2_caret:rcl_timer_init"},
+      {"timer_handle", "period"});
+  add(table, Ros2Event::timer_callback,
+      {"ros2:rclcpp_timer_callback_added", "ros2_caret:rclcpp_timer_callback_added"},
       {"timer_handle", "callback"});
-  add<Ros2Event::timer_node>(table,
-                             {"ros2:rclcpp_timer_link_node", "ros2_caret:rclcpp_timer_link_node"},
-                             {"timer_handle", "node_handle"});
-  add<Ros2Event::callback_symbol>(
-      table, {"ros2:rclcpp_callback_register", "ros2_caret:rclcpp_callback_register"},
+  add(table, Ros2Event::timer_node,
+      {"ros2:rclcpp_timer_link_node", "ros2_caret:rclcpp_timer_link_node"},
+      {"timer_handle", "node_handle"});
+  add(table, Ros2Event::callback_symbol,
+      {"ros2:rclcpp_callback_register", "ros2_caret:rclcpp_callback_register"},
       {"callback", "symbol"});
-  add<Ros2Event::group>(
-      table,
+  add(table, Ros2Event::group,
       {"ros2_caret:add_callback_group", "ros2_caret:add_callback_group_static_executor",
        "ros2_caret:callback_group_to_executor_entity_collector",
        "agnocast:agnocast_add_callback_group", "ros2_caret:agnocast_add_callback_group"},
       {"callback_group_addr", "group_type_name"});
-  add<Ros2Event::group_member>(
-      table,
+  add(table, Ros2Event::group_member,
       {"ros2_caret:callback_group_add_timer", "ros2_caret:callback_group_add_subscription",
        "ros2_caret:callback_group_add_service", "ros2_caret:callback_group_add_client"},
       {"callback_group_addr", "timer_handle|subscription_handle|service_handle|client_handle"});
 }
 
 void add_running(std::vector<Translation>& table) {
-  add<Ros2Event::callback_start>(table, {"ros2:callback_start", "agnocast:agnocast_callable_start"},
-                                 {"callback|callable"});
-  add<Ros2Event::callback_end>(table, {"ros2:callback_end", "agnocast:agnocast_callable_end"},
-                               {"callback|callable"});
-  add<Ros2Event::publish>(table, {"ros2:rclcpp_publish"}, {"message"});
-  add<Ros2Event::intra_publish>(table, {"ros2:rclcpp_intra_publish"},
-                                {"publisher_handle", "message"});
-  add<Ros2Event::rcl_publish>(table, {"ros2:rcl_publish"}, {"publisher_handle", "message"});
-  add<Ros2Event::rmw_publish>(table, {"ros2:rmw_publish"}, {"message", "timestamp"});
-  add<Ros2Event::bind_stamp>(table, {"ros2_caret:dds_bind_addr_to_stamp"},
-                             {"addr", "source_stamp"});
-  add<Ros2Event::rmw_take>(table, {"ros2:rmw_take"}, {"source_timestamp", "taken"});
-  add<Ros2Event::dispatch>(table, {"ros2:dispatch_subscription_callback"},
-                           {"callback", "source_stamp|source_timestamp"});
-  add<Ros2Event::intra_dispatch>(table, {"ros2:dispatch_intra_process_subscription_callback"},
-                                 {"message", "callback"});
-  add<Ros2Event::message_copy>(table, {"ros2:message_construct"},
-                               {"original_message", "constructed_message"});
-  add<Ros2Event::executor_wait>(table, {"ros2:rclcpp_executor_wait_for_work"}, {"timeout"});
-  add<Ros2Event::executor_ready>(table, {"ros2:rclcpp_executor_get_next_ready"}, {});
+  add(table, Ros2Event::callback_start, {"ros2:callback_start", "agnocast:agnocast_callable_start"},
+      {"callback|callable"});
+  add(table, Ros2Event::callback_end, {"ros2:callback_end", "agnocast:agnocast_callable_end"},
+      {"callback|callable"});
+  add(table, Ros2Event::publish, {"ros2:rclcpp_publish"}, {"message"});
+  add(table, Ros2Event::intra_publish, {"ros2:rclcpp_intra_publish"},
+      {"publisher_handle", "message"});
+  add(table, Ros2Event::rcl_publish, {"ros2:rcl_publish"}, {"publisher_handle", "message"});
+  add(table, Ros2Event::rmw_publish, {"ros2:rmw_publish"}, {"message", "timestamp"});
+  add(table, Ros2Event::bind_stamp, {"ros2_caret:dds_bind_addr_to_stamp"},
+      {"addr", "source_stamp"});
+  add(table, Ros2Event::rmw_take, {"ros2:rmw_take"}, {"source_timestamp", "taken"});
+  add(table, Ros2Event::dispatch, {"ros2:dispatch_subscription_callback"},
+      {"callback", "source_stamp|source_timestamp"});
+  add(table, Ros2Event::intra_dispatch, {"ros2:dispatch_intra_process_subscription_callback"},
+      {"message", "callback"});
+  add(table, Ros2Event::message_copy, {"ros2:message_construct"},
+      {"original_message", "constructed_message"});
+  add(table, Ros2Event::executor_wait, {"ros2:rclcpp_executor_wait_for_work"}, {"timeout"});
+  add(table, Ros2Event::executor_ready, {"ros2:rclcpp_executor_get_next_ready"}, {});
 }
 
 void add_intra_process(std::vector<Translation>& table) {
-  add<Ros2Event::buffer_of_object>(
-      table, {"ros2:rclcpp_buffer_to_ipb", "ros2_caret:rclcpp_buffer_to_ipb"}, {"buffer", "ipb"});
-  add<Ros2Event::object_of_subscription>(
-      table, {"ros2:rclcpp_ipb_to_subscription", "ros2_caret:rclcpp_ipb_to_subscription"},
+  add(table, Ros2Event::buffer_of_object,
+      {"ros2:rclcpp_buffer_to_ipb", "ros2_caret:rclcpp_buffer_to_ipb"}, {"buffer", "ipb"});
+  add(table, Ros2Event::object_of_subscription,
+      {"ros2:rclcpp_ipb_to_subscription", "ros2_caret:rclcpp_ipb_to_subscription"},
       {"ipb", "subscription"});
-  add<Ros2Event::enqueue>(table, {"ros2:rclcpp_ring_buffer_enqueue"},
-                          {"buffer", "index", "overwritten"});
-  add<Ros2Event::dequeue>(table, {"ros2:rclcpp_ring_buffer_dequeue"}, {"buffer", "index"});
+  add(table, Ros2Event::enqueue, {"ros2:rclcpp_ring_buffer_enqueue"},
+      {"buffer", "index", "overwritten"});
+  add(table, Ros2Event::dequeue, {"ros2:rclcpp_ring_buffer_dequeue"}, {"buffer", "index"});
 }
 
 void add_agnocast(std::vector<Translation>& table) {
-  add<Ros2Event::agnocast_subscription>(
-      table, {"agnocast:agnocast_subscription_init", "ros2_caret:agnocast_subscription_init"},
+  add(table, Ros2Event::agnocast_subscription,
+      {"agnocast:agnocast_subscription_init", "ros2_caret:agnocast_subscription_init"},
       {"subscription_handle", "node_handle", "callback_group", "symbol", "topic_name",
        "queue_depth", "pid_callback_info_id|pid_ciid"});
-  add<Ros2Event::agnocast_timer>(
-      table, {"agnocast:agnocast_timer_init", "ros2_caret:agnocast_timer_init"},
+  add(table, Ros2Event::agnocast_timer,
+      {"agnocast:agnocast_timer_init", "ros2_caret:agnocast_timer_init"},
       {"timer_handle", "node_handle", "callback_group", "symbol", "period"});
-  add<Ros2Event::agnocast_publish>(table, {"agnocast:agnocast_publish"},
-                                   {"publisher_handle", "entry_id"});
-  add<Ros2Event::agnocast_callable>(table, {"agnocast:agnocast_create_callable"},
-                                    {"callable", "entry_id", "pid_callback_info_id|pid_ciid"});
-  add<Ros2Event::agnocast_timer_callable>(table, {"agnocast:agnocast_create_timer_callable"},
-                                          {"callable", "timer_handle"});
+  add(table, Ros2Event::agnocast_publish, {"agnocast:agnocast_publish"},
+      {"publisher_handle", "entry_id"});
+  add(table, Ros2Event::agnocast_callable, {"agnocast:agnocast_create_callable"},
+      {"callable", "entry_id", "pid_callback_info_id|pid_ciid"});
+  add(table, Ros2Event::agnocast_timer_callable, {"agnocast:agnocast_create_timer_callable"},
+      {"callable", "timer_handle"});
 }
 
 std::vector<Translation> make_table() {
