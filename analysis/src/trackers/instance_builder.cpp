@@ -334,9 +334,17 @@ bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now, HostIn
   const bool is_kernel_silent =
       recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
   if (is_kernel_silent) return false;
-  const bool is_announced = live.callback_facts->registered &&
-                            (live.thread_facts == nullptr || live.thread_facts->announced);
-  return is_announced && timeline_.is_confirmed(live.host, live.end->time);
+  return is_announced(live) && timeline_.is_confirmed(live.host, live.end->time);
+}
+
+bool InstanceBuilder::is_announced(const LiveInstance& live) const {
+  const auto& callback = *live.callback_facts;
+  if (!callback.registered) return false;
+  if (live.thread_facts == nullptr || live.thread_facts->announced) return true;
+  // Nobody announces threads of what follows from other events, unless the process has own ones.
+  // A message may be taken before its publication is put together, with which the publisher comes.
+  return !callback.is_accounted && !model_.processes[at(callback.process)].run_begin &&
+         (live.writer_gid == 0 || registry_.publisher_by_gid(live.host, live.writer_gid));
 }
 
 void InstanceBuilder::advance(const EventHead& head) {

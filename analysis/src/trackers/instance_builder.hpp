@@ -89,6 +89,8 @@ class InstanceBuilder {
   void close(std::unique_ptr<LiveInstance> live);
   void abandon(std::unique_ptr<LiveInstance> live);
   void measure(std::unique_ptr<LiveInstance> live);
+  // All that will ever be told of its callback, its thread and the writer of its message was told.
+  bool is_announced(const LiveInstance& live) const;
   // `now` of the clock of the host `there`.
   bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
 

@@ -1,4 +1,4 @@
-// What observers are told besides instances: who woke whom, and on which host.
+// What observers are told besides instances: who woke whom, and on which host. When they are told.
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/report_rows.hpp>
 
@@ -96,6 +96,68 @@ TEST_F(Kernel, TellsHostsApartWhoseProcessesHaveTheSamePid) {
   EXPECT_NE(rows.process_of(report.callbacks[0]).host, rows.process_of(report.callbacks[1]).host);
   ASSERT_EQ(report.threads.size(), 2U);
   EXPECT_NE(rows.process_of(report.threads[0]).host, rows.process_of(report.threads[1]).host);
+}
+
+// One process, with events that follow from others, as from ROS 2's.
+class Derived : public testing::Test {
+ protected:
+  Derived() : analyzer_(AnalysisOptions{}, &told_) {
+    push(0, StreamBegin{.host = "robot", .clock_uuid = {}, .clock_offset_ns = 1000, .path = {}});
+    push(0, PacketBegin{});
+    derive(1, ClockSync{.monotonic_ns = 1, .realtime_ns = 1001});
+    derive(1, CallbackInit{.callback = CallbackId{1},
+                           .kind = {},
+                           .logical_id = "/n@Subscription(/t)",
+                           .source = {},
+                           .symbol = {}});
+  }
+  void push(std::int64_t time, const EventBody& body, bool is_derived = false) {
+    analyzer_.consume(
+        Event{.head = {.time = {time}, .cpu = 0, .pid = 7, .tid = 7, .is_derived = is_derived},
+              .body = body});
+  }
+  void derive(std::int64_t time, const EventBody& body) { push(time, body, true); }
+
+  Told told_;
+  Analyzer analyzer_;
+};
+
+TEST_F(Derived, InstancesDoNotWaitForTheirThread) {
+  derive(10, CallbackStart{.callback = CallbackId{1}, .release_kind = {}});
+  derive(12, CallbackEnd{.callback = CallbackId{1}, .seq = 0, .status = {}});
+  ASSERT_EQ(told_.instances.size(), 1U);
+  EXPECT_EQ(told_.instances[0].release_source, ReleaseSource::start);
+}
+
+TEST_F(Derived, InstancesOfAProcessWithOwnEventsWaitForTheirThread) {
+  push(2, RunBegin{.tool_version = {},
+                   .executor = {},
+                   .boot_id = {},
+                   .host = {},
+                   .pid = 7,
+                   .spec_sha256 = {},
+                   .moment = RunMoment::announce});
+  derive(8, ThreadWakeup{.callback = kNoCallback, .reason = {}});
+  derive(10, CallbackStart{.callback = CallbackId{1}, .release_kind = {}});
+  derive(12, CallbackEnd{.callback = CallbackId{1}, .seq = 0, .status = {}});
+  EXPECT_TRUE(told_.instances.empty());
+  push(13, ThreadInit{.tid = 7, .role = ThreadRole::callback, .name = {}});
+  ASSERT_EQ(told_.instances.size(), 1U);
+  EXPECT_EQ(told_.instances[0].release_source, ReleaseSource::wakeup);
+  EXPECT_EQ(told_.instances[0].release->ns, 8);
+}
+
+TEST_F(Derived, InstancesWaitForTheWriterOfTheirMessage) {
+  derive(10, CallbackStart{.callback = CallbackId{1},
+                           .release_kind = {},
+                           .source_timestamp_realtime_ns = 1009,
+                           .writer_gid = 5});
+  derive(12, CallbackEnd{.callback = CallbackId{1}, .seq = 0, .status = {}});
+  EXPECT_TRUE(told_.instances.empty());
+  derive(13, PublisherInit{.publisher = PublisherId{2}, .topic = "/t", .writer_gid = 5});
+  ASSERT_EQ(told_.instances.size(), 1U);
+  EXPECT_EQ(told_.instances[0].release_source, ReleaseSource::source_timestamp);
+  EXPECT_EQ(told_.instances[0].release->ns, 9);
 }
 
 }  // namespace

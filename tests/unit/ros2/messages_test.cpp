@@ -56,6 +56,18 @@ TEST(Ros2Messages, WithoutATimestampThatOfTheTakeFallsIntoTheCallOfPublish) {
   EXPECT_THAT(result.chains(), ElementsAre(kChain));
 }
 
+TEST(Ros2Messages, ACallbackMayEndBeforeItsMessagesPublicationIsPutTogether) {
+  const auto result = analyze_ros2(std::string(kPair) + R"(
+    10 callback_start pid=1 callback=0x30
+    11 rclcpp_publish pid=1 message=0x99
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    14 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000013 taken=1
+    15 callback_start pid=2 tid=2 callback=0x50
+    17 callback_end pid=2 tid=2 callback=0x50
+    20 callback_end pid=1 callback=0x30)");
+  EXPECT_EQ(result.callback("/b@Subscription(/t)").response_time_upper->max, 17 - 13);
+}
+
 TEST(Ros2Messages, TheTakeMayComeWhileThePublisherIsStillInItsCall) {
   const auto result = analyze_ros2(std::string(kPair) + R"(
     10 callback_start pid=1 callback=0x30
