@@ -71,34 +71,32 @@ void EventTranslator::translate(EventBatch& batch) {
 }
 
 void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
-  const auto index = static_cast<std::size_t>(head.stream);
-  if (index >= streams_.size()) streams_.resize(index + 1);
-  streams_[index] = Stream{.host = std::string(event.host),
-                           .offset_ns = event.clock_offset_ns,
-                           .is_kernel = event.domain == Domain::kernel};
+  stream_of(head) = {.host = &hosts_[std::string(event.host)],
+                     .offset_ns = event.clock_offset_ns,
+                     .is_kernel = event.domain == Domain::kernel};
 }
 
 void EventTranslator::apply(const EventHead& head, const RunBegin& /*event*/) {
   if (!head.pid) return;
-  hosts_[stream_of(head).host].processes[*head.pid].has_own_events = true;
+  stream_of(head).host->processes[*head.pid].has_own_events = true;
 }
 
 void EventTranslator::lose(const EventHead& head) {
   const auto& stream = stream_of(head);
   if (stream.is_kernel) return;
-  const auto host = hosts_.find(stream.host);
-  if (host == hosts_.end()) return;
-  for (auto& [pid, process] : host->second.processes) {
+  for (auto& [pid, process] : stream.host->processes) {
     for (auto& [tid, thread] : process.threads)
       thread = {};
     process.queues.clear();
   }
 }
 
-const EventTranslator::Stream& EventTranslator::stream_of(const EventHead& head) const {
-  static const Stream none;
+EventTranslator::Stream& EventTranslator::stream_of(const EventHead& head) {
   const auto index = static_cast<std::size_t>(head.stream);
-  return index < streams_.size() ? streams_[index] : none;
+  if (index >= streams_.size()) streams_.resize(index + 1);
+  auto& stream = streams_[index];
+  if (stream.host == nullptr) stream.host = &hosts_[{}];
+  return stream;
 }
 
 void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
@@ -106,7 +104,7 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
   if (!head.pid) return;
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
-  auto& host = hosts_[stream.host];
+  auto& host = *stream.host;
   if (!host.has_clock) {
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);

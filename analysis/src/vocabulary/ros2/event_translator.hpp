@@ -37,7 +37,7 @@ class EventTranslator {
     bool has_clock = false;
   };
   struct Stream {
-    std::string host{};
+    Host* host = nullptr;  // of hosts_
     std::int64_t offset_ns = 0;
     bool is_kernel = false;
   };
@@ -56,7 +56,7 @@ class EventTranslator {
   static void enqueue(const Payload& p, ros2::Context& context);
   ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
                                ros2::Context& context);
-  const Stream& stream_of(const EventHead& head) const;
+  Stream& stream_of(const EventHead& head);
 
   std::vector<Stream> streams_;
   std::map<std::string, Host> hosts_;
