@@ -5,6 +5,7 @@
 
 #include <array>
 #include <csignal>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <exception>
@@ -13,6 +14,7 @@
 #include <string_view>
 #include <system_error>
 
+#include <sys/mman.h>
 #include <unistd.h>
 
 namespace cie::cli {
@@ -32,11 +34,21 @@ extern "C" void remove_temporary(int signal_number) {
   std::raise(signal_number);
 }
 
+bool has_no_memory() noexcept {
+  constexpr std::size_t kLittle = 1 << 20;
+  void* const probe =
+      ::mmap(nullptr, kLittle, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  return probe == MAP_FAILED || ::munmap(probe, kLittle) != 0;
+}
+
+// What ends in a function that may not throw (libstdc++ has such) is not to be had as an exception.
 std::string_view cause_of(const std::exception_ptr& error) noexcept {
+  constexpr std::string_view kNoMemory = "cie: out of memory\n";
   try {
     if (error) std::rethrow_exception(error);
+    if (has_no_memory()) return kNoMemory;
   } catch (const std::bad_alloc&) {
-    return "cie: out of memory\n";
+    return kNoMemory;
   } catch (...) {
   }
   return "cie: an error of ours that it cannot go on after; please report it\n";
