@@ -4,7 +4,6 @@ import http.client
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -80,15 +79,10 @@ class View(HostileClients, unittest.TestCase):
             self.assertEqual(self.ask("GET", path)[0].status, 404, path)
 
     def test_only_this_machine_is_served(self):
-        own = socket.gethostbyname(socket.gethostname())
-        if own.startswith("127."):
-            with open("/proc/net/tcp", encoding="ascii") as table:
-                places = [line.split()[1] for line in table if line.split()[1].endswith(f":{self.port:04X}")]
-            self.assertIn(f"0100007F:{self.port:04X}", places)
-            self.assertNotIn(f"00000000:{self.port:04X}", places)
-        else:
-            with self.assertRaises(OSError):
-                socket.create_connection((own, self.port), timeout=5)
+        with open("/proc/net/tcp", encoding="ascii") as table:
+            places = [line.split()[1] for line in table if line.split()[1].endswith(f":{self.port:04X}")]
+        self.assertIn(f"0100007F:{self.port:04X}", places)
+        self.assertNotIn(f"00000000:{self.port:04X}", places)
 
     def test_a_taken_port_is_said_before_the_work(self):
         done = subprocess.run([CIE, "view", TRACE, "--port", str(self.port)], stdin=subprocess.DEVNULL,
