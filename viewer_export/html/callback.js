@@ -1,5 +1,5 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
-import {el, link, svg} from "./dom.js";
+import {colour, el, link, svg} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
 import {facts, report, title} from "./recording.js";
 import {timeline} from "./timeline.js";
@@ -139,18 +139,7 @@ const stack = (parts, text) => {
     el(
       "div",
       {class: "key"},
-      parts.map(([what, kind, ns]) =>
-        el(
-          "span",
-          {},
-          svg(
-            "svg",
-            {width: 11, height: 11, "aria-hidden": "true"},
-            svg("rect", {class: `f-${kind}`, width: 11, height: 11}),
-          ),
-          `${what} ${time(ns)} (${percent(ns / all)})`,
-        ),
-      ),
+      parts.map(([what, kind, ns]) => colour(kind, `${what} ${time(ns)} (${percent(ns / all)})`)),
     ),
   );
 };

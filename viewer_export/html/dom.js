@@ -15,3 +15,22 @@ const fill = (node, attributes, children) => {
 export const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 export const svg = (tag, attributes, ...children) => fill(document.createElementNS(SVG, tag), attributes, children);
 export const link = (text, action) => el("button", {class: "link", type: "button", onclick: action}, text);
+// What a colour stands for, in a key.
+export const colour = (kind, text) =>
+  el(
+    "span",
+    {},
+    svg(
+      "svg",
+      {width: 11, height: 11, "aria-hidden": "true"},
+      svg("rect", {class: `f-${kind}`, width: 11, height: 11}),
+    ),
+    text,
+  );
+// A wide drawing, of its own size in pixels, that scrolls.
+export const drawing = (W, H, label, ...children) =>
+  svg(
+    "svg",
+    {viewBox: `0 0 ${W} ${H}`, width: W, height: H, class: "wide", role: "img", "aria-label": label},
+    ...children,
+  );

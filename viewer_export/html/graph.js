@@ -1,5 +1,5 @@
 // Who takes whose messages.
-import {el, svg} from "./dom.js";
+import {drawing, el, svg} from "./dom.js";
 import {callbackByIndex, report, severalHosts, title} from "./recording.js";
 import {plural, time} from "./words.js";
 
@@ -59,16 +59,10 @@ export const graph = () => {
   return el(
     "div",
     {class: "scroll"},
-    svg(
-      "svg",
-      {
-        viewBox: `0 0 ${W} ${H}`,
-        width: W,
-        height: H,
-        class: "wide",
-        role: "img",
-        "aria-label": `Graph of ${plural(nodes.size, "callback")} linked by messages`,
-      },
+    drawing(
+      W,
+      H,
+      `Graph of ${plural(nodes.size, "callback")} linked by messages`,
       [...edges.values()].map(([from, to, ns, edge]) => {
         const a = at.get(from);
         const b = at.get(to);

@@ -1,5 +1,5 @@
 // Which callback ran on which thread.
-import {el, svg} from "./dom.js";
+import {drawing, el, svg} from "./dom.js";
 import {report, section, title} from "./recording.js";
 import {plural} from "./words.js";
 
@@ -25,16 +25,10 @@ export const matrix = () => {
     el(
       "div",
       {class: "scroll tall"},
-      svg(
-        "svg",
-        {
-          viewBox: `0 0 ${W} ${H}`,
-          width: W,
-          height: H,
-          class: "wide",
-          role: "img",
-          "aria-label": `Matrix of ${plural(report.callbacks.length, "callback")} and ${plural(columns.length, "thread")}`,
-        },
+      drawing(
+        W,
+        H,
+        `Matrix of ${plural(report.callbacks.length, "callback")} and ${plural(columns.length, "thread")}`,
         columns.map((_, i) =>
           i % 5 === 0 ? svg("line", {class: "axis", x1: label + i * cell, x2: label + i * cell, y1: 10, y2: H}) : null,
         ),

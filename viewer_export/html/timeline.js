@@ -1,5 +1,5 @@
 // The timeline: a lane for each callback, drawn on a canvas.
-import {el, svg} from "./dom.js";
+import {colour, el} from "./dom.js";
 import {partsOf} from "./instances.js";
 import {lanes, section} from "./recording.js";
 import {count, plural, time} from "./words.js";
@@ -30,17 +30,6 @@ export const timeline = {
       },
     });
     const button = (text, label, action) => el("button", {type: "button", "aria-label": label, onclick: action}, text);
-    const colour = (kind, text) =>
-      el(
-        "span",
-        {},
-        svg(
-          "svg",
-          {width: 11, height: 11, "aria-hidden": "true"},
-          svg("rect", {class: `f-${kind}`, width: 11, height: 11}),
-        ),
-        text,
-      );
     section(
       "timeline",
       "Timeline",

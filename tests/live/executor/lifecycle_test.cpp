@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <csignal>
-#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <set>
@@ -32,14 +31,6 @@ class AnyExecutor : public testing::TestWithParam<Kind> {
 };
 
 INSTANTIATE_TEST_SUITE_P(Executors, AnyExecutor, every_executor(), name_of);
-
-std::size_t thread_count() {
-  std::size_t count = 0;
-  for ([[maybe_unused]] const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-    ++count;
-  }
-  return count;
-}
 
 TEST_P(AnyExecutor, ServesANodeAddedWhileSpinning) {
   const auto executor = make();

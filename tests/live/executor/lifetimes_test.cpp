@@ -9,7 +9,6 @@
 #include <array>
 #include <atomic>
 #include <cstdlib>
-#include <filesystem>
 #include <functional>
 #include <future>
 #include <memory>
@@ -35,13 +34,6 @@ static_assert(std::is_final_v<Node>, "a callback may run while members of a deri
 int rounds(int few) {
   const char* const wanted = std::getenv("CIE_SOAK_ROUNDS");
   return wanted == nullptr ? few : std::atoi(wanted);
-}
-
-std::size_t thread_count() {
-  std::size_t count = 0;
-  for ([[maybe_unused]] const auto& task : std::filesystem::directory_iterator{"/proc/self/task"})
-    ++count;
-  return count;
 }
 
 // What a callback uses: memory that goes at once when its owner says so.

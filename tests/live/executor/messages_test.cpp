@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <mutex>
@@ -142,11 +141,9 @@ TEST(Topics, OfStringsAndKeysWorkToo) {
 
 // How often the thread that collects Cyclone's garbage went to sleep.
 std::uint64_t sleeps_of_collector() {
-  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-    std::string name;
-    std::getline(std::ifstream{task.path() / "comm"}, name);
-    if (name != "gc") continue;
-    std::ifstream status{task.path() / "status"};
+  for (const auto& thread : threads_now()) {
+    if (thread.name != "gc") continue;
+    std::ifstream status{"/proc/self/task/" + std::to_string(thread.tid) + "/status"};
     for (std::string word; status >> word;) {
       std::uint64_t count = 0;
       if (word == "voluntary_ctxt_switches:" && status >> count) return count;

@@ -5,8 +5,6 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <future>
 #include <memory>
 #include <mutex>
@@ -198,12 +196,8 @@ TEST_F(NodeParameters, AreToldAsEvents) {
 
 std::set<std::string> thread_names() {
   std::set<std::string> names;
-  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-    std::ifstream file{task.path() / "comm"};
-    std::string name;
-    std::getline(file, name);
-    names.insert(name);
-  }
+  for (const auto& thread : threads_now())
+    names.insert(thread.name);
   return names;
 }
 
@@ -218,11 +212,8 @@ TEST_F(NodeParameters, CostNothingUntilOneIsDeclared) {
 
 // 0 if there is none.
 id_t tid_of(const std::string& name) {
-  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-    std::ifstream file{task.path() / "comm"};
-    std::string each;
-    std::getline(file, each);
-    if (each == name) return static_cast<id_t>(std::stoul(task.path().filename()));
+  for (const auto& thread : threads_now()) {
+    if (thread.name == name) return static_cast<id_t>(thread.tid);
   }
   return 0;
 }

@@ -360,12 +360,8 @@ TEST(Workers, OfDdsAreConfiguredByTheirNames) {
   Node node{context, "node"};
   std::map<std::string, int> policies;
   const auto timer = node.create_wall_timer(1ms, [&] {
-    for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-      std::ifstream comm{task.path() / "comm"};
-      std::string name;
-      std::getline(comm, name);
-      policies[name] = sched_getscheduler(std::stoi(task.path().filename()));
-    }
+    for (const auto& thread : threads_now())
+      policies[thread.name] = sched_getscheduler(thread.tid);
     executor.cancel();
   });
   executor.add_node(node);

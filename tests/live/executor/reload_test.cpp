@@ -2,8 +2,6 @@
 #include "support.hpp"
 
 #include <atomic>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -162,11 +160,8 @@ TEST_F(Reload, ReachesTheThreadsOfDds) {
   start({}, entry(1, "policy: SCHED_OTHER"));
   executor_->reload_spec(spec_of("", "dds_threads:\n  - {name: recvUC, policy: SCHED_BATCH}\n"));
   int policy = -1;
-  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
-    std::ifstream comm{task.path() / "comm"};
-    std::string name;
-    std::getline(comm, name);
-    if (name == "recvUC") policy = sched_getscheduler(std::stoi(task.path().filename()));
+  for (const auto& thread : threads_now()) {
+    if (thread.name == "recvUC") policy = sched_getscheduler(thread.tid);
   }
   EXPECT_EQ(policy, SCHED_BATCH);
 }

@@ -5,7 +5,10 @@
 #include <cie/executor/node.hpp>
 
 #include <chrono>
+#include <cstddef>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <functional>
 #include <future>
 #include <string>
@@ -15,6 +18,7 @@
 
 #include <cie_messages.hpp>
 #include <spawn.h>
+#include <sys/types.h>
 #include <unistd.h>
 
 namespace cie::test {
@@ -38,6 +42,24 @@ inline bool eventually(const std::function<bool()>& is_true, std::chrono::second
   }
   return true;
 }
+
+struct NamedThread {
+  std::string name;
+  pid_t tid = 0;
+};
+
+// The threads that this process has now, as the kernel names them.
+inline std::vector<NamedThread> threads_now() {
+  std::vector<NamedThread> threads;
+  for (const auto& task : std::filesystem::directory_iterator{"/proc/self/task"}) {
+    NamedThread& thread = threads.emplace_back();
+    thread.tid = std::stoi(task.path().filename());
+    std::getline(std::ifstream{task.path() / "comm"}, thread.name);
+  }
+  return threads;
+}
+
+inline std::size_t thread_count() { return threads_now().size(); }
 
 // What `measure` says of the process once it says the same for a while: threads of DDS, the tracer and
 // the executor come and go a little later than calls return.

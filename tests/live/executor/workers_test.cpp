@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -26,12 +25,6 @@ std::string own_name() {
   std::string name;
   std::getline(file, name);
   return name;
-}
-
-std::size_t thread_count() {
-  return static_cast<std::size_t>(
-      std::distance(std::filesystem::directory_iterator{"/proc/self/task"},
-                    std::filesystem::directory_iterator{}));
 }
 
 ExecutorOptions with_spec(const std::string& text) {

@@ -23,8 +23,8 @@ class PlacementTest : public testing::Test {
   struct Counting {
     explicit Counting(std::shared_ptr<GroupState> group)
         : callback(std::make_shared<Counted>(std::move(group), [this] {
-            ++runs;
             ran_on = std::this_thread::get_id();
+            ++runs;  // last: run_once() waits for it
           })) {}
     void run_once() {
       const int before = runs;

@@ -4,6 +4,8 @@
 #include <cie/analysis/report_fields.hpp>
 #include <cie/analysis/verdict.hpp>
 
+#include <string_view>
+
 namespace cie::analysis {
 
 void fields(auto& visit, Is<Evidence> auto& e) {
@@ -17,9 +19,13 @@ void fields(auto& visit, Is<Evidence> auto& e) {
   visit("packet", e.packet);
 }
 
+inline std::string_view state(const Suppression& suppression) {
+  return suppression.is_expired ? "expired" : "active";
+}
+
 // Where it stands, and who says so; which subjects it is for is said where it is listed.
 void fields(auto& visit, Is<Suppression> auto& s) {
-  visit.derived("state", std::string_view(s.is_expired ? "expired" : "active"));
+  visit.derived("state", state(s));
   visit("reason", s.reason);
   visit("expires", s.expires);
   visit("place", s.place);
@@ -49,7 +55,7 @@ void fields(auto& visit, Is<SuppressionUse> auto& u) {
   visit("reason", u.suppression.reason);
   visit("expires", u.suppression.expires);
   visit("place", u.suppression.place);
-  visit.derived("state", std::string_view(u.suppression.is_expired ? "expired" : "active"));
+  visit.derived("state", state(u.suppression));
   visit("matched", u.matched);
 }
 
