@@ -43,8 +43,8 @@ function(cie_compile_options target)
 endfunction()
 
 # What most sources include, compiled once for a target, where the build asks for it (the trees of
-# sanitizers and fuzzers do): a quarter of the time. It hides a missing #include, which the trees without it find. Where g++ 12
-# optimises, it gives false warnings about strings (-Warray-bounds).
+# sanitizers and fuzzers do): a quarter of the time. It hides a missing #include, which the trees without
+# it find. Where g++ 12 optimises, it gives false warnings about strings (-Warray-bounds).
 function(cie_precompile_headers target)
   if(CIE_PRECOMPILED_HEADERS)
     foreach(header algorithm chrono filesystem functional map memory mutex optional ostream set span string

@@ -161,7 +161,7 @@ WaitSetLoop::Slot* WaitSetLoop::take_ready() {
 // Attaches anew only if the set is another one, as rmw_cyclonedds does.
 void WaitSetLoop::attach(const std::vector<Slot*>& slots) {
   if (slots == attached_) return;
-  const auto each = [this](const std::vector<Slot*>& of, auto act) {
+  const auto each = [](const std::vector<Slot*>& of, auto act) {
     for (std::size_t i = 0; i < of.size(); ++i) {
       const auto first = static_cast<dds_attach_t>(1 + i * kPerSlot);
       if (of[i]->guard.get() != 0) act(of[i]->guard.get(), first);

@@ -194,8 +194,8 @@ class HttpServer::Service::Connection : public std::enable_shared_from_this<Conn
   void send_head(bool is_head_only) {
     head_ = fmt::format("HTTP/1.1 {} {}\r\n", response_.status,
                         view(http::obsolete_reason(static_cast<http::status>(response_.status))));
-    for (const auto& [name, value] : response_.fields)
-      head_ += fmt::format("{}: {}\r\n", name, value);
+    for (const auto& [field, value] : response_.fields)
+      head_ += fmt::format("{}: {}\r\n", field, value);
     if (!is_follower_ && response_.status != 204) {
       head_ += fmt::format("Content-Length: {}\r\n", response_.size);
     }

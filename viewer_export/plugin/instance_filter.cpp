@@ -64,6 +64,10 @@ void set_optional(bt_field* payload, Member member, const std::optional<Value>& 
   if (value) bt_field_integer_signed_set_value(bt_field_option_borrow_field(option), value->ns);
 }
 
+std::uint64_t cycles(std::int64_t time) {
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(time, 0));
+}
+
 }  // namespace
 
 InstanceFilter::InstanceFilter(bt_self_message_iterator* self, bt_message_iterator* upstream)
@@ -134,6 +138,8 @@ void InstanceFilter::make_stream() {
       BT_STREAM_CLASS_SET_DEFAULT_CLOCK_CLASS_STATUS_OK) {
     throw std::bad_alloc();
   }
+  // src.ctf.fs of babeltrace2 2.1 aborts at packets without times.
+  bt_stream_class_set_supports_packets(stream_class.get(), BT_TRUE, BT_TRUE, BT_TRUE);
   event_class_.reset(checked(bt_event_class_create(stream_class.get())));
   if (bt_event_class_set_name(event_class_.get(), "cie:instance") !=
       BT_EVENT_CLASS_SET_NAME_STATUS_OK) {
@@ -142,6 +148,7 @@ void InstanceFilter::make_stream() {
   make_payload(trace_class.get(), event_class_.get());
   const Ref<bt_trace, bt_trace_put_ref> trace(checked(bt_trace_create(trace_class.get())));
   stream_.reset(checked(bt_stream_create(stream_class.get(), trace.get())));
+  packet_.reset(checked(bt_packet_create(stream_.get())));
 }
 
 bt_message_iterator_next_status InstanceFilter::pull() {
@@ -166,9 +173,8 @@ bt_message_iterator_next_status InstanceFilter::pull() {
 }
 
 const bt_message* InstanceFilter::make_event(const Row& row) {
-  auto* message = checked(bt_message_event_create_with_default_clock_snapshot(
-      self_, event_class_.get(), stream_.get(),
-      static_cast<std::uint64_t>(std::max<std::int64_t>(row.time, 0))));
+  auto* message = checked(bt_message_event_create_with_packet_and_default_clock_snapshot(
+      self_, event_class_.get(), packet_.get(), cycles(row.time)));
   const Ref<const bt_message, bt_message_put_ref> owner(message);
   auto* payload = bt_event_borrow_payload_field(bt_message_event_borrow_event(message));
   const auto& instance = row.instance;
@@ -188,6 +194,42 @@ const bt_message* InstanceFilter::make_event(const Row& row) {
   return message;
 }
 
+// All events are in one packet; a stream without any has none. nullptr: more must come in first, or
+// the stream has ended.
+const bt_message* InstanceFilter::next_message() {
+  switch (step_) {
+    case Step::begin:
+      make_stream();
+      step_ = Step::before_packet;
+      return checked(bt_message_stream_beginning_create(self_, stream_.get()));
+    case Step::before_packet:
+      if (rows_.empty()) return is_complete_ ? end_of_stream() : nullptr;
+      step_ = Step::in_packet;
+      return checked(bt_message_packet_beginning_create_with_default_clock_snapshot(
+          self_, packet_.get(), cycles(rows_.front().time)));
+    case Step::in_packet:
+      if (!rows_.empty()) {
+        const auto* event = make_event(rows_.front());
+        rows_.pop_front();
+        return event;
+      }
+      if (!is_complete_) return nullptr;
+      step_ = Step::after_packet;
+      return checked(bt_message_packet_end_create_with_default_clock_snapshot(self_, packet_.get(),
+                                                                              cycles(last_time_)));
+    case Step::after_packet:
+      return end_of_stream();
+    case Step::ended:
+      break;
+  }
+  return nullptr;
+}
+
+const bt_message* InstanceFilter::end_of_stream() {
+  step_ = Step::ended;
+  return checked(bt_message_stream_end_create(self_, stream_.get()));
+}
+
 bt_message_iterator_class_next_method_status InstanceFilter::next(bt_message_array_const messages,
                                                                   std::uint64_t capacity,
                                                                   std::uint64_t* count) {
@@ -200,16 +242,10 @@ bt_message_iterator_class_next_method_status InstanceFilter::next(bt_message_arr
     }
   }
   if (step_ == Step::ended) return BT_MESSAGE_ITERATOR_CLASS_NEXT_METHOD_STATUS_END;
-  if (step_ == Step::begin) {
-    make_stream();
-    messages[(*count)++] = checked(bt_message_stream_beginning_create(self_, stream_.get()));
-    step_ = Step::events;
-  }
-  for (; *count < capacity && !rows_.empty(); rows_.pop_front())
-    messages[(*count)++] = make_event(rows_.front());
-  if (*count < capacity && is_complete_ && rows_.empty()) {
-    messages[(*count)++] = checked(bt_message_stream_end_create(self_, stream_.get()));
-    step_ = Step::ended;
+  while (*count < capacity) {
+    const auto* message = next_message();
+    if (message == nullptr) break;
+    messages[(*count)++] = message;
   }
   return BT_MESSAGE_ITERATOR_CLASS_NEXT_METHOD_STATUS_OK;
 }

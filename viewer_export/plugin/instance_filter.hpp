@@ -50,8 +50,10 @@ class InstanceFilter final : private analysis::Observer {
   void make_payload(bt_trace_class* trace_class, bt_event_class* event_class);
   bt_message_iterator_next_status pull();
   const bt_message* make_event(const Row& row);
+  const bt_message* next_message();
+  const bt_message* end_of_stream();
 
-  enum class Step : std::uint8_t { begin, events, ended };
+  enum class Step : std::uint8_t { begin, before_packet, in_packet, after_packet, ended };
 
   bt_self_message_iterator* self_;
   std::unique_ptr<bt_message_iterator, PutIterator> upstream_;
@@ -66,6 +68,7 @@ class InstanceFilter final : private analysis::Observer {
   std::uint64_t clock_offset_cycles_ = 0;
   Ref<bt_event_class, bt_event_class_put_ref> event_class_;
   Ref<bt_stream, bt_stream_put_ref> stream_;
+  Ref<bt_packet, bt_packet_put_ref> packet_;
 };
 
 }  // namespace cie::viewer_export

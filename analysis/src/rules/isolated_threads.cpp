@@ -4,15 +4,16 @@
 
 #include <algorithm>
 #include <iterator>
+#include <span>
 
 namespace cie::analysis {
 namespace {
 
 template <typename Map>
-const std::vector<ThreadIndex>& found_in(const Map& threads, const typename Map::key_type& key) {
-  static const std::vector<ThreadIndex> none;
+std::span<const ThreadIndex> found_in(const Map& threads, const typename Map::key_type& key) {
   const auto found = threads.find(key);
-  return found == threads.end() ? none : found->second;
+  if (found == threads.end()) return {};
+  return found->second;
 }
 
 }  // namespace
@@ -42,9 +43,9 @@ std::tuple<Timestamp, std::int64_t, ThreadIndex> IsolatedThreads::order(ThreadIn
 }
 
 std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) const {
-  const auto& own = found_in(by_callback_, {callback.process, to_number(callback.id)});
-  if (!callback.group) return own;
-  const auto& group = found_in(without_callback_, {callback.process, to_number(*callback.group)});
+  const auto own = found_in(by_callback_, {callback.process, to_number(callback.id)});
+  if (!callback.group) return {own.begin(), own.end()};
+  const auto group = found_in(without_callback_, {callback.process, to_number(*callback.group)});
   std::vector<ThreadIndex> threads;
   const auto by_order = [this](ThreadIndex index) { return order(index); };
   std::ranges::merge(own, group, std::back_inserter(threads), {}, by_order, by_order);
@@ -52,10 +53,11 @@ std::vector<ThreadIndex> IsolatedThreads::of(const CallbackFacts& callback) cons
 }
 
 std::vector<ThreadIndex> IsolatedThreads::of(const GroupFacts& group) const {
-  auto threads = found_in(by_group_, {group.process, to_number(group.id)});
+  const auto members = found_in(by_group_, {group.process, to_number(group.id)});
+  std::vector<ThreadIndex> threads(members.begin(), members.end());
   for (const auto index : group.callbacks) {
     const auto& callback = model_.callbacks[at(index)];
-    const auto& own = found_in(by_callback_, {callback.process, to_number(callback.id)});
+    const auto own = found_in(by_callback_, {callback.process, to_number(callback.id)});
     threads.insert(threads.end(), own.begin(), own.end());
   }
   std::ranges::sort(threads, {}, [this](ThreadIndex index) { return order(index); });

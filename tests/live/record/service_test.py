@@ -31,6 +31,8 @@ class Service(unittest.TestCase):
     def setUp(self):
         if os.geteuid() != 0:
             self.skipTest("not possible here: needs root's session daemon, as the service does")
+        if any(folder.stat().st_mode & 0o5 != 0o5 for folder in options.programs.resolve().parents):
+            self.skipTest("not possible here: other users may not read the folders that the programs are in")
         # As lttng-sessiond.service does; ended by its own id.
         isolated_main.session_daemon(self)
 
@@ -62,7 +64,8 @@ class Service(unittest.TestCase):
                 cwd=state, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                 env={"PATH": os.environ["PATH"], "HOME": setting("WorkingDirectory")})
             self.addCleanup(recorder.kill)
-            wait_for(lambda: self.least_instances(state) > 20, "instances of both callbacks")
+            wait_for(lambda: recorder.poll() is not None or self.least_instances(state) > 20,
+                     "instances of both callbacks")
             recorder.send_signal(signal.SIGINT)
             said = recorder.communicate(timeout=200)
             application.send_signal(signal.SIGTERM)

@@ -310,7 +310,8 @@ TEST(TwoHosts, AreReachedFromVerdictsByTheReportsRows) {
 TEST(TwoHosts, AreNamedByEveryFormatOfVerdicts) {
   const auto spec = with_deadline();
   const auto result = analyzed(nullptr, &spec);
-  const auto& [report, verdicts] = result;
+  const auto& report = result.report;
+  const auto& verdicts = result.verdicts;
   const auto named = HasSubstr("callback plan (pid 100 on desk)");
   EXPECT_THAT(text_of([&](std::ostream& out) { write_verify_junit(out, verdicts, report); }),
               named);

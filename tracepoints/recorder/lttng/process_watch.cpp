@@ -71,8 +71,7 @@ std::vector<RecordedProcess> merged(std::vector<RecordedProcess> processes,
                                     const std::vector<RecordedProcess>& more) {
   std::ranges::copy(more, std::back_inserter(processes));
   std::ranges::stable_sort(processes, {}, key);
-  const auto repeated = std::ranges::unique(processes, is_same);
-  processes.erase(repeated.begin(), repeated.end());
+  processes.erase(std::unique(processes.begin(), processes.end(), is_same), processes.end());
   return processes;
 }
 
