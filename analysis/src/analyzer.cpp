@@ -23,7 +23,7 @@ struct Analyzer::Pipeline {
   Pipeline(const AnalysisOptions& analysis_options, Observer* instance_observer)
       : options(analysis_options),
         observer(instance_observer),
-        registry(model),
+        registry(model, analysis_options.spec),
         recording(model, registry, analysis_options.window, analysis_options.is_live),
         clocks(model),
         chains(model, registry, clocks, options.spec),

@@ -51,7 +51,8 @@ int report_command(const Arguments& arguments) {
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
   analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
-                                    .metadata_from = reader.metadata()};
+                                    .metadata_from = reader.metadata(),
+                                    .keep_buckets = format == "html"};
   window.resolve(traces, options);
   viewer_export::HtmlReport page;
   ProgressBar bar(reader.is_progress_wanted());

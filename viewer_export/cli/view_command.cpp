@@ -137,9 +137,9 @@ std::uint16_t port_of(const std::string& text) {
   return port;
 }
 
-void make(const std::vector<std::filesystem::path>& traces,
-          const analysis::AnalysisOptions& options, const std::string& input, ProgressBar& bar,
-          Pages& pages) {
+void make(const std::vector<std::filesystem::path>& traces, analysis::AnalysisOptions options,
+          const std::string& input, ProgressBar& bar, Pages& pages) {
+  options.keep_buckets = true;
   viewer_export::HtmlReport page;
   viewer_export::PerfettoExport perfetto({});
   Both both(page, perfetto);

@@ -1,7 +1,7 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
 import {colour, el, link, svg} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
-import {facts, report, title} from "./recording.js";
+import {histograms, report, title} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {count, percent, plural, time} from "./words.js";
 
@@ -26,30 +26,39 @@ const axisTicks = (low, high) => {
     }
   return ticks;
 };
-const histogram = (c, f) => {
+const PER_DECADE = 20;
+// Buckets of the report's histogram in bars of equal width on a logarithmic axis: [bar, runs], ascending.
+const barsOf = buckets => {
+  const bars = new Map();
+  for (const [ns, runs] of buckets) {
+    const bar = Math.floor(Math.log10(Math.max(ns, 1)) * PER_DECADE);
+    bars.set(bar, (bars.get(bar) ?? 0) + runs);
+  }
+  return [...bars].sort((a, b) => a[0] - b[0]);
+};
+const histogram = (c, bars) => {
   const W = 640;
   const H = 210;
   const left = 46;
   const right = 40;
   const top = 18;
   const bottom = 34;
-  const per = facts.bins_per_decade;
-  const first = f.responses[0][0];
-  const last = f.responses[f.responses.length - 1][0] + 1;
-  const deadline = f.deadline_ns === null ? null : Math.log10(f.deadline_ns);
-  const low = Math.min(first / per, deadline ?? Number.POSITIVE_INFINITY) - 0.05;
-  const high = Math.max(last / per, deadline ?? Number.NEGATIVE_INFINITY) + 0.05;
+  const first = bars[0][0];
+  const last = bars[bars.length - 1][0] + 1;
+  const deadline = c.response_deadline_ns === null ? null : Math.log10(c.response_deadline_ns);
+  const low = Math.min(first / PER_DECADE, deadline ?? Number.POSITIVE_INFINITY) - 0.05;
+  const high = Math.max(last / PER_DECADE, deadline ?? Number.NEGATIVE_INFINITY) + 0.05;
   const x = e => left + ((e - low) / (high - low)) * (W - left - right);
-  const most = Math.max(...f.responses.map(b => b[1]));
-  const all = f.responses.reduce((n, b) => n + b[1], 0);
+  const most = Math.max(...bars.map(b => b[1]));
+  const all = bars.reduce((n, b) => n + b[1], 0);
   const y = n => H - bottom - (n / most) * (H - top - bottom);
   const share = s => H - bottom - s * (H - top - bottom);
   let sum = 0;
-  let path = `M${x(first / per)},${share(0)}`;
-  for (const [bin, n] of f.responses) {
-    path += `L${x(bin / per)},${share(sum / all)}`;
+  let path = `M${x(first / PER_DECADE)},${share(0)}`;
+  for (const [bin, n] of bars) {
+    path += `L${x(bin / PER_DECADE)},${share(sum / all)}`;
     sum += n;
-    path += `L${x((bin + 1) / per)},${share(sum / all)}`;
+    path += `L${x((bin + 1) / PER_DECADE)},${share(sum / all)}`;
   }
   const marks = [
     ["p50", c.response_time_ns.p50, "middle"],
@@ -74,17 +83,21 @@ const histogram = (c, f) => {
         time(10 ** e).replace(/\.0+(?=\u202f)/, ""),
       ),
     ]),
-    f.responses.map(([bin, n]) =>
+    bars.map(([bin, n]) =>
       svg(
         "rect",
         {
           class: "f-run",
-          x: x(bin / per) + 0.3,
-          width: Math.max(x((bin + 1) / per) - x(bin / per) - 0.6, 0.8),
+          x: x(bin / PER_DECADE) + 0.3,
+          width: Math.max(x((bin + 1) / PER_DECADE) - x(bin / PER_DECADE) - 0.6, 0.8),
           y: y(n),
           height: H - bottom - y(n),
         },
-        svg("title", {}, `${time(10 ** (bin / per))} to ${time(10 ** ((bin + 1) / per))}: ${plural(n, "run")}`),
+        svg(
+          "title",
+          {},
+          `${time(10 ** (bin / PER_DECADE))} to ${time(10 ** ((bin + 1) / PER_DECADE))}: ${plural(n, "run")}`,
+        ),
       ),
     ),
     svg("path", {class: "ecdf", d: path}),
@@ -103,7 +116,7 @@ const histogram = (c, f) => {
       ? null
       : [
           svg("line", {class: "mark", x1: x(deadline), x2: x(deadline), y1: top, y2: H - bottom}),
-          svg("text", {x: x(deadline) + 4, y: top + 12}, `deadline ${time(f.deadline_ns)}`),
+          svg("text", {x: x(deadline) + 4, y: top + 12}, `deadline ${time(c.response_deadline_ns)}`),
         ],
     svg(
       "text",
@@ -160,7 +173,7 @@ const meanParts = c => {
 // What is shown of the callback beneath the table.
 export const details = index => {
   const c = report.callbacks[index];
-  const f = facts.callbacks[index];
+  const bars = barsOf(histograms[index]);
   const lane = laneOf(index);
   const threads = c.threads.map(t => `${t.name || "thread"} ${t.tid} (${plural(t.instances, "run")})`).join(", ");
   const worst = lane ? slowest(lane, 8) : [];
@@ -185,7 +198,7 @@ export const details = index => {
       el(
         "div",
         {},
-        c.response_time_ns === null || !f.responses.length
+        c.response_time_ns === null || !bars.length
           ? el(
               "p",
               {},
@@ -193,7 +206,7 @@ export const details = index => {
                 ? "It never ran."
                 : "Its response times are not known exactly: the trace does not say when its runs were released.",
             )
-          : histogram(c, f),
+          : histogram(c, bars),
         c.response_time_lower_ns === null ? null : el("p", {id: "bounds"}, `Response times of ${boundsOf(c)}.`),
       ),
       el(

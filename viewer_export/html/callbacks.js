@@ -1,7 +1,7 @@
 // The table of callbacks: sorted, filtered, one of them chosen.
 import {boundsOf, details} from "./callback.js";
 import {el, link} from "./dom.js";
-import {atLeast, facts, report, responseTime, section, title} from "./recording.js";
+import {atLeast, report, responseTime, section, title} from "./recording.js";
 import {COLOUR, SIGN, count, plural, time} from "./words.js";
 
 const stat = (c, key, which) => (c[key] === null ? null : c[key][which]);
@@ -17,7 +17,8 @@ const COLUMNS = [
   ["response p50", c => nsOf(responseTime(c, "p50")), "time", "p50"],
   ["response p99", c => nsOf(responseTime(c, "p99")), "time", "p99"],
   ["response max", c => nsOf(responseTime(c, "max")), "time", "max"],
-  ["deadline", (_c, i) => facts.callbacks[i].deadline_ns, "time"],
+  ["deadline", c => c.response_deadline_ns, "time"],
+  ["late", c => c.late],
   ["start latency max", c => stat(c, "start_latency_ns", "max"), "time"],
   ["execution max", c => stat(c, "execution_time_ns", "max"), "time"],
   ["preempted max", c => stat(c, "preempted_ns", "max"), "time"],
@@ -58,8 +59,8 @@ export const callbacks = () => {
           const [verdict] = isolationOf(c);
           return el("td", {class: `text ${COLOUR[verdict]}`}, `${SIGN[verdict]} ${value}`);
         }
-        const isLate =
-          name === "response max" && facts.callbacks[i].deadline_ns !== null && value > facts.callbacks[i].deadline_ns;
+        const isBeyond = name === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
+        const isLate = isBeyond || (name === "late" && value > 0);
         const told = which ? responseTime(c, which) : null;
         const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
         return el(

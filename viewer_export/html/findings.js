@@ -2,7 +2,7 @@
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
 import {laneOf, partsOf, slowest, waitedFor} from "./instances.js";
-import {facts, page, report, responseTime, section, title, verdicts} from "./recording.js";
+import {input, page, report, responseTime, section, spec, title, verdicts} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
 
@@ -11,8 +11,8 @@ const longest = c => {
   return r === null ? -1 : r.ns;
 };
 export const worstIndex = () => {
-  const late = facts.callbacks
-    .map((f, i) => [f.deadline_ns ? longest(report.callbacks[i]) / f.deadline_ns : 0, i])
+  const late = report.callbacks
+    .map((c, i) => [c.response_deadline_ns ? longest(c) / c.response_deadline_ns : 0, i])
     .filter(x => x[0] > 1);
   if (late.length) return late.sort((a, b) => b[0] - a[0])[0][1];
   const worst = [...report.callbacks].sort((a, b) => longest(b) - longest(a))[0];
@@ -42,7 +42,7 @@ export const head = () => {
           el("br"),
           `${began}${t.begin_ns === null ? "no packets" : time(t.end_ns - t.begin_ns)}, ${plural(t.events, "event")}, `,
           `${plural(report.processes.length, "process", "processes")} on ${t.hosts.join(", ") || "an unnamed host"}`,
-          facts.spec === null ? ", without a scheduling spec" : `, against ${facts.spec}`,
+          spec === null ? ", without a scheduling spec" : `, against ${spec}`,
         ),
       ),
       el(
@@ -139,7 +139,7 @@ export const inShort = () => {
   if (worst >= 0) {
     const c = report.callbacks[worst];
     const r = responseTime(c, "max");
-    const deadline = facts.callbacks[worst].deadline_ns;
+    const deadline = c.response_deadline_ns;
     const half = responseTime(c, "p50");
     const most = responseTime(c, "p99");
     const isLate = deadline !== null && r.ns > deadline;
@@ -213,7 +213,7 @@ export const rules = () => {
       {class: "evidence"},
       s.evidence.slice(0, 3).map(e => el("li", {}, e.note || e.event, el("span", {class: "soft"}, ` (${where(e)})`))),
       s.evidence.length > 3
-        ? el("li", {class: "soft"}, `and ${count(s.evidence.length - 3)} more: cie verify ${facts.input} --format json`)
+        ? el("li", {class: "soft"}, `and ${count(s.evidence.length - 3)} more: cie verify ${input} --format json`)
         : null,
     ),
   ];
@@ -238,7 +238,7 @@ export const rules = () => {
                 el("summary", {}, `${plural(subjects.length - FIRST, "more subject")}`),
                 subjects.slice(FIRST, MOST).map(told),
                 subjects.length > MOST
-                  ? el("p", {class: "soft"}, `and ${count(subjects.length - MOST)} more: cie verify ${facts.input}`)
+                  ? el("p", {class: "soft"}, `and ${count(subjects.length - MOST)} more: cie verify ${input}`)
                   : null,
               )
             : null,

@@ -1,10 +1,9 @@
 // What the timeline knows: columns of numbers per lane.
 // Unknown is NaN. Times are relative to lanes.base_ns.
-import {facts, lanes, report, title} from "./recording.js";
+import {lanes, report, title} from "./recording.js";
 
 export const decode = async () => {
-  const text = document.getElementById("columns").textContent;
-  const packed = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const packed = Uint8Array.from(atob(lanes.columns), c => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
   const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
   let at = 0;
@@ -52,7 +51,7 @@ export const decode = async () => {
     lane.response = i => (lane.isExact(i) ? lane.wait[i] + lane.duration[i] : Number.NaN);
     lane.callbackReport = report.callbacks[lane.callback];
     lane.title = title(lane.callbackReport);
-    lane.deadline = facts.callbacks[lane.callback].deadline_ns;
+    lane.deadline = lane.callbackReport.response_deadline_ns;
     lane.isLate = i => lane.deadline !== null && lane.response(i) > lane.deadline;
   }
 };

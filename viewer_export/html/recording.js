@@ -1,12 +1,15 @@
-// What the page was given: the report, the verdicts, facts beside them, and the lanes of the timeline.
+// What the page was given: one document of the report, the verdicts and what the pictures show.
 import {el} from "./dom.js";
 import {time} from "./words.js";
 
-const data = id => JSON.parse(document.getElementById(id).textContent);
-export const report = data("report"),
-  verdicts = data("verdicts"),
-  facts = data("facts"),
-  lanes = data("lanes");
+export const {
+  report,
+  verdicts,
+  input, // of a command that reads the same again
+  spec, // its name; null without one
+  histograms, // of response times, by row of report.callbacks: [ns, runs] of each bucket
+  timeline: lanes,
+} = JSON.parse(document.getElementById("document").textContent);
 export const page = document.getElementById("page");
 export const severalProcesses = report.processes.length > 1,
   severalHosts = report.trace.hosts.length > 1;

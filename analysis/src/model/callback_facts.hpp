@@ -75,7 +75,9 @@ struct CallbackFacts {
   std::string symbol{};
   std::uint64_t period_ns = 0;
   std::uint32_t queue_depth = 0;
-  std::uint64_t deadline_ns = 0;
+  std::uint64_t deadline_ns = 0;  // declared; 0: none
+  std::optional<Duration>
+      response_deadline{};  // to be kept: that of the spec, else the declared one
   std::optional<CallbackTotals> fini{};
 
   SequenceFacts starts{};
@@ -110,7 +112,8 @@ struct CallbackFacts {
   // Complete instances in the window, by what their release is known from.
   std::uint64_t instances = 0;
   std::uint64_t exact_instances = 0;
-  std::uint64_t exceptions = 0;                                         // that an exception ended
+  std::uint64_t late = 0;        // certainly beyond response_deadline
+  std::uint64_t exceptions = 0;  // that an exception ended
   std::optional<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
   std::uint64_t without_status = 0;                                     // whose end does not tell
   std::uint64_t cut_instances = 0;

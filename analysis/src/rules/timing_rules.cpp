@@ -146,10 +146,9 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
                                                const std::optional<Evidence>& loss,
                                                Judgement& judgement) {
     judgement.doubt(unknown_identity(callback));
+    if (!callback.response_deadline) return;
+    const auto deadline = callback.response_deadline->ns;
     const auto* entry = spec_entry(context, callback);
-    const auto asked = response_deadline(entry, callback.deadline_ns);
-    if (!asked) return;
-    const auto deadline = asked->ns;
     const bool is_specified = entry != nullptr && entry->response_deadline_ns;
     const auto origin = is_specified ? place(context, entry->line) : "callback_init";
     judgement.check(callback.instances);

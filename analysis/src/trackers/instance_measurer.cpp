@@ -179,6 +179,8 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
   auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
+  if (facts.response_deadline && least_response_time(instance) > facts.response_deadline)
+    ++facts.late;
   if (!instance.status) ++facts.without_status;
   if (instance.status == CallbackStatus::exception) {
     ++facts.exceptions;

@@ -1,5 +1,7 @@
 #include "registry.hpp"
 
+#include <cie/analysis/deadline.hpp>
+
 #include <algorithm>
 
 namespace cie::analysis {
@@ -305,6 +307,8 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.period_ns = event.period_ns;
   facts.queue_depth = event.queue_depth;
   facts.deadline_ns = event.deadline_ns;
+  facts.response_deadline = response_deadline(
+      spec_ == nullptr ? nullptr : spec_->find_callback(facts.logical_id), event.deadline_ns);
   if (to_number(event.group) != kNoId) {
     facts.group = event.group;
     model_.groups[group(*process, event.group, head)].callbacks.push_back(index);

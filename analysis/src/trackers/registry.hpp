@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "flat_map.hpp"
 #include "model/by_index.hpp"
@@ -56,7 +57,9 @@ ReadBack read_back_of(const EventHead& head, const ThreadSched& event);
 
 class Registry {
  public:
-  explicit Registry(Model& model) : model_(model) {}
+  // Both are borrowed. `spec` may be null.
+  explicit Registry(Model& model, const SchedulingSpec* spec = nullptr)
+      : model_(model), spec_(spec) {}
 
   // The machine of that name and boot: machines may be called alike, and a boot has one clock. A
   // trace that does not tell its boot is of any machine of that name.
@@ -166,6 +169,7 @@ class Registry {
   std::string node_name(ProcessIndex process, NodeId id) const;
 
   Model& model_;
+  const SchedulingSpec* spec_;
   std::vector<HostIndex> stream_hosts_;
   std::array<Emitter::Known, kKnownEmitters> emitters_{};
   std::uint64_t turn_ = 0;                              // of events, counted up

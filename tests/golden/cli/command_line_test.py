@@ -339,7 +339,7 @@ class Diff(Folder):
             for rows in (report["processes"], report["callbacks"], report["threads"]):
                 for row in rows:
                     for key in ("index", "process", "ran", "deadline_ns", "exceptions", "longest_queue", "preempted_by",
-                                "isolation"):
+                                "isolation", "response_deadline_ns", "late"):
                         row.pop(key, None)
             for callback in report["callbacks"]:
                 for thread in callback["threads"]:

@@ -291,7 +291,8 @@ class Fleet(unittest.TestCase):
                 rows = [{k: v for k, v in row.items() if k in
                          ("logical_id", "pid", "node", "kind", "source", "symbol", "period_ns", "group", "tids", "isolated",
                           "instances", "incomplete", "missed_releases", "release_source", "deadline_ns",
-                          "exceptions", "longest_queue", "isolation", "host", "callback_index", "process_index")}
+                          "exceptions", "longest_queue", "response_deadline_ns", "late", "isolation", "host", "callback_index",
+                          "process_index")}
                         for row in rows]
             columns = list(rows[0]) if rows else []
             names = ", ".join(f"`{column}`" for column in columns) or "count()"

@@ -125,6 +125,19 @@ TEST(Deadline, FallsBackToTheDeclaredOne) {
   EXPECT_EQ(Verified(kRun)["R3"], Verdict::not_applicable);
 }
 
+// Response times 5 and 8.
+TEST(Deadline, IsInTheReportWithTheNumberOfInstancesBeyondIt) {
+  auto declared = std::string(kRun);
+  declared.replace(declared.find("period=10"), 9, "period=10 deadline=7");
+  const auto row = [](const Verified& verified) { return verified.result.report.callbacks.at(0); };
+  EXPECT_EQ(row(Verified(declared)).response_deadline, Duration{7});
+  EXPECT_EQ(row(Verified(declared)).late, 1U);
+  EXPECT_EQ(row(Verified(declared, spec("response_deadline: 4"))).response_deadline, Duration{4});
+  EXPECT_EQ(row(Verified(declared, spec("response_deadline: 4"))).late, 2U);
+  EXPECT_EQ(row(Verified(declared, spec("response_deadline: 8"))).late, 0U);
+  EXPECT_FALSE(row(Verified(kRun)).response_deadline || row(Verified(kRun)).late);
+}
+
 TEST(Deadline, DoesNotTakeASecondEndForTheFirst) {
   auto trace = trace_of(R"(
     callback fusion timer period=10

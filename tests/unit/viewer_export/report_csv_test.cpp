@@ -37,7 +37,7 @@ std::string cell(const std::vector<std::vector<std::string>>& rows, std::size_t 
 TEST(ReportCsv, HasOneRowPerCallbackAsWideAsTheHeader) {
   const auto rows = rows_of(test::sample_report());
   ASSERT_EQ(rows.size(), 4U);
-  constexpr std::size_t kColumns = 14 + 11 * 9 + 7;
+  constexpr std::size_t kColumns = 14 + 11 * 9 + 9;
   for (const auto& row : rows) {
     EXPECT_EQ(row.size(), kColumns);
   }

@@ -90,6 +90,8 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
                       "index",
                       "process",
                       "deadline_ns",
+                      "response_deadline_ns",
+                      "late",
                       "preempted_by"};
   for (const auto& c : report["callbacks"]) {
     EXPECT_EQ(keys(c), callback);

@@ -92,6 +92,39 @@ TEST(ReportText, NeverPrintsZeroForWhatWasNotMeasured) {
   EXPECT_THAT(text, HasSubstr("cie record --kernel=yes"));
 }
 
+// As of ROS 2: no release is known, nor who the threads are.
+TEST(ReportText, OfBoundsAloneHasTheColumnsThatHaveValues) {
+  auto report = test::sample_report();
+  report.callbacks = {report.callbacks[1]};
+  report.callbacks[0].inter_arrival = report.callbacks[0].duration;
+  report.callbacks[0].inter_arrival->p50 = 20'000'000;
+  report.threads = {report.threads[1]};
+  const auto text = text_of(report);
+  EXPECT_THAT(text, HasSubstr("response  duration   iso-\n"));
+  EXPECT_THAT(text, HasSubstr("7+1  20.00 ms  >1.750 ms  >2.500 ms  >2.500 ms  2.400 ms     NO\n"));
+  EXPECT_THAT(text, HasSubstr("  thread      tid  runs\n"));
+}
+
+TEST(ReportText, HasDeadlinesWithTheirLateInstances) {
+  auto report = test::sample_report();
+  EXPECT_THAT(text_of(report), Not(HasSubstr("deadline")));
+  report.callbacks[0].response_deadline = analysis::Duration{200'000};
+  report.callbacks[0].late = 2;
+  EXPECT_THAT(text_of(report), HasSubstr("289.4 us  200.0 us     2  14.88 us"));
+}
+
+TEST(ReportText, NamesAFewOfThoseThatNeverRan) {
+  auto report = test::sample_report();
+  EXPECT_THAT(text_of(report),
+              HasSubstr("1 callback never ran\n  /a/plan@Service(/never called)\n\n"));
+  const auto idle = report.callbacks[2];
+  for (int i = 0; i < 9; ++i)
+    report.callbacks.push_back(idle);
+  EXPECT_THAT(text_of(report),
+              HasSubstr("10 callbacks never ran\n  /a/plan@Service(/never called)\n"));
+  EXPECT_THAT(text_of(report), HasSubstr("  and 6 more; --format csv has all\n"));
+}
+
 TEST(ReportText, SaysResponseTimeAndNeverLatencyForIt) {
   const auto text = text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("response time"));

@@ -17,7 +17,6 @@
 #include "perfetto_file.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -155,15 +154,13 @@ TEST(TwoHosts, HaveEdgesAndChainsOfTheirOwn) {
 
 TEST(TwoHosts, HaveHistogramsAndLanesOfTheirOwnOnThePage) {
   HtmlReport page;
-  const auto result = analyzed(&page);
+  static const auto trace = test::application_on_two_hosts();
+  const auto result = test::analyze(trace, {.keep_buckets = true}, &page);
   const auto html = text_of([&](std::ostream& out) { page.write(out, result, nullptr); });
-  const auto data = [&html](const std::string& id) {
-    const auto begin = html.find('>', html.find("id=\"" + id + '"')) + 1;
-    return Json::parse(html.substr(begin, html.find("</script>", begin) - begin));
-  };
-  const auto report = data("report");
-  const auto facts = data("facts");
-  const auto lanes = data("lanes");
+  const auto begin = html.find('>', html.find("id=\"document\"")) + 1;
+  const auto document = Json::parse(html.substr(begin, html.find("</script>", begin) - begin));
+  const auto& report = document["report"];
+  const auto& lanes = document["timeline"];
   std::set<int> drawn;
   for (const auto& lane : lanes["lanes"]) {
     EXPECT_EQ(lane["count"], 1);
@@ -172,13 +169,11 @@ TEST(TwoHosts, HaveHistogramsAndLanesOfTheirOwnOnThePage) {
   EXPECT_EQ(drawn.size(), 4U);
   for (std::size_t i = 0; i < report["callbacks"].size(); ++i) {
     const auto& response = report["callbacks"][i]["response_time_ns"];
-    const auto& bins = facts["callbacks"][i]["responses"];
+    const auto& buckets = document["histograms"][i];
     EXPECT_EQ(drawn.contains(static_cast<int>(i)), !response.is_null());
-    ASSERT_EQ(bins.size(), response.is_null() ? 0U : 1U);
+    ASSERT_EQ(buckets.size(), response.is_null() ? 0U : 1U);
     if (response.is_null()) continue;
-    // 20 bins for each power of ten.
-    EXPECT_LE(std::pow(10, bins[0][0].get<int>() / 20.0), response["max"].get<double>());
-    EXPECT_GT(std::pow(10, (bins[0][0].get<int>() + 1) / 20.0), response["max"].get<double>());
+    EXPECT_EQ(buckets[0], Json::array({response["max"], 1})) << "below 128 ns it is exact";
   }
 }
 

@@ -69,9 +69,7 @@ void add(const std::vector<ChannelLoss>& losses, std::vector<ChannelLoss>& sum) 
 }  // namespace
 
 Tracing::Tracing(const Options& options, Console& output)
-    : console(output),
-      claim_(options.directory),
-      registration_(output, options.registration_timeout) {
+    : console(output), claim_(options.directory), registration_(output, options) {
   manifest.options = options;
 }
 
@@ -91,7 +89,8 @@ void Tracing::create_session(const RelayDestination& destination) {
 // A recording without this is worth as much, so it does not fail.
 void Tracing::watch_processes() {
   try {
-    processes_ = std::make_unique<ProcessWatch>(manifest.session);
+    processes_ = std::make_unique<ProcessWatch>(manifest.session,
+                                                options().ros2 == Ros2Events::applications);
   } catch (const RecordError& error) {
     manifest.names_all_processes = false;
     console.warn(error.what());
@@ -122,13 +121,27 @@ void Tracing::note_processes() {
   }
 }
 
-void Tracing::look_for_applications(const Target& target) {
+void Tracing::look_for_applications(Target& target) {
   if (session_ && !is_daemon_lost_) {
     registration_.look(*session_, target);
+  }
+  if (registration_.is_anybody() && !has_noted_first_) {
+    has_noted_first_ = true;
+    target.note_registered();
+    note_running(target);
   }
   if (target.is_command()) {
     registration_.warn_of_others(target);
   }
+}
+
+// Applications of ROS 2 that run already do not say so again.
+void Tracing::note_running(const Target& target) {
+  if (target.is_command() || options().ros2 != Ros2Events::applications) return;
+  std::vector<RecordedProcess> running;
+  for (const auto& process : registration_.first())
+    running.push_back({.pid = process.pid, .name = process.name, .start_ns = std::nullopt});
+  manifest.processes = merged(std::move(manifest.processes), running);
 }
 
 bool Tracing::has_checked_daemon() {
@@ -202,7 +215,9 @@ void Tracing::end() {
 }
 
 void Tracing::note_nothing_recorded() {
-  const std::string& events = options().events[0];
+  const std::string events = options().ros2 == Ros2Events::applications
+                                 ? "ros2:* or " + options().events[0]
+                                 : options().events[0];
   manifest.problems.push_back(
       registration_.is_anybody()
           ? "nothing was recorded: an application registered with the session daemon, and emitted "

@@ -43,7 +43,7 @@ class Tracing {
   // The same; the manifest names them.
   void note_processes();
   // Whether anybody is recorded.
-  void look_for_applications(const Target& target);
+  void look_for_applications(Target& target);
   // Whether the daemon is alive is looked at every second: true then, if it is.
   bool has_checked_daemon();
   void check_space();
@@ -79,12 +79,15 @@ class Tracing {
  private:
   using Clock = std::chrono::steady_clock;
 
+  void note_running(const Target& target);
+
   DirectoryClaim claim_;
   std::unique_ptr<SessionDaemon> daemon_;
   std::unique_ptr<ProcessWatch> processes_;
   std::shared_ptr<TracingSession> session_;
   Registration registration_;
   std::optional<Instant> ending_;  // empty: it goes on
+  bool has_noted_first_ = false;   // of those that registered
   bool is_daemon_lost_ = false;
   bool has_warned_of_space_ = false;
   Clock::time_point next_check_ = Clock::now();

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <iterator>
 #include <tuple>
+#include <utility>
 
 namespace cie::record {
 namespace {
@@ -15,9 +16,15 @@ namespace {
 enum : std::size_t { kPid, kName, kStart, kTime, kMoment };
 constexpr std::int64_t kStarts = 0;  // `moment` of a process that begins
 
-auto key(const RecordedProcess& process) { return std::tie(process.pid, process.start_ns); }
+// Those whose begin is known first.
+auto key(const RecordedProcess& process) {
+  return std::tuple(process.pid, !process.start_ns, process.start_ns.value_or(0));
+}
 
-bool is_same(const RecordedProcess& a, const RecordedProcess& b) { return key(a) == key(b); }
+// One that emits both events is told by `run_begin`, which says when it began.
+bool is_same(const RecordedProcess& a, const RecordedProcess& b) {
+  return a.pid == b.pid && (a.start_ns == b.start_ns || !a.start_ns || !b.start_ns);
+}
 
 // Of its program while it runs; the tracer tells only the name of the thread that spoke.
 std::string name_of(const std::vector<Captured>& event) {
@@ -31,13 +38,18 @@ std::string name_of(const std::vector<Captured>& event) {
 
 }  // namespace
 
-ProcessWatch::ProcessWatch(const std::string& name) {
+ProcessWatch::ProcessWatch(const std::string& name, bool is_ros2) {
   const std::vector<Capture> captures{{.name = "vpid", .is_context = true},
                                       {.name = "procname", .is_context = true},
                                       {.name = "process_start_ns"},
                                       {.name = "monotonic_ns"},
                                       {.name = "moment"}};
-  begins_.emplace(name + "-processes", "cie:run_begin", captures, "watch for processes that begin");
+  constexpr const char* kPurpose = "watch for processes that begin";
+  begins_.emplace(name + "-processes", "cie:run_begin", captures, kPurpose);
+  if (!is_ros2) return;
+  const std::vector<Capture> who{{.name = "vpid", .is_context = true},
+                                 {.name = "procname", .is_context = true}};
+  ros2_begins_.emplace(name + "-ros2-processes", "ros2:rcl_init", who, kPurpose);
 }
 
 bool ProcessWatch::poll() {
@@ -49,16 +61,31 @@ bool ProcessWatch::poll() {
                                   .name = name_of(*event),
                                   .start_ns = number_of((*event)[kStart])}});
   }
-  has_missed_ = has_missed_ || (begins_ && begins_->has_missed());
+  // It says neither when it was emitted nor when its process began.
+  while (const auto event = ros2_begins_ ? ros2_begins_->poll() : std::nullopt) {
+    is_any = true;
+    const auto pid = number_of((*event)[kPid]);
+    const auto* thread = std::get_if<std::string>(&(*event)[kName]);
+    auto name = process_name(static_cast<pid_t>(pid));
+    if (name.empty() && thread != nullptr) name = *thread;
+    known_.push_back({.time_ns = std::nullopt,
+                      .process = {.pid = pid, .name = std::move(name), .start_ns = std::nullopt}});
+  }
+  has_missed_ = has_missed_ || (begins_ && begins_->has_missed()) ||
+                (ros2_begins_ && ros2_begins_->has_missed());
   return is_any;
 }
 
-void ProcessWatch::stop() noexcept { begins_.reset(); }
+void ProcessWatch::stop() noexcept {
+  begins_.reset();
+  ros2_begins_.reset();
+}
 
 std::vector<RecordedProcess> ProcessWatch::begun(std::int64_t from_ns, std::int64_t to_ns) const {
   std::vector<RecordedProcess> processes;
   for (const Begin& begin : known_) {
-    if (begin.time_ns >= from_ns && begin.time_ns < to_ns) processes.push_back(begin.process);
+    if (!begin.time_ns || (*begin.time_ns >= from_ns && *begin.time_ns < to_ns))
+      processes.push_back(begin.process);
   }
   return merged({}, processes);
 }

@@ -1,5 +1,5 @@
 // Which processes are being recorded: whoever emits `run_begin`, at its start or because recording
-// began, however short it lives.
+// began, or `ros2:rcl_init`, however short it lives.
 #pragma once
 
 #include <cie/tracepoints/recording_manifest.hpp>
@@ -15,8 +15,9 @@ namespace cie::record {
 
 class ProcessWatch {
  public:
-  // `name` is one that no other session has. Throws RecordError when LTTng refuses.
-  explicit ProcessWatch(const std::string& name);
+  // `name` is one that no other session has. With `is_ros2` processes of ROS 2 count. Throws
+  // RecordError when LTTng refuses.
+  ProcessWatch(const std::string& name, bool is_ros2);
 
   // Takes what came since the last call; false if nothing did. Never waits.
   bool poll();
@@ -25,7 +26,7 @@ class ProcessWatch {
   // LTTng dropped some of what it had to tell: not all processes are known.
   bool has_missed() const noexcept { return has_missed_; }
 
-  // Processes whose `run_begin` was emitted in [from, to) of CLOCK_MONOTONIC, by pid. What was told
+  // Processes whose `run_begin` (`rcl_init`) was emitted in [from, to) of CLOCK_MONOTONIC, by pid. What was told
   // so far is known: what comes last may take some milliseconds.
   std::vector<RecordedProcess> begun(std::int64_t from_ns, std::int64_t to_ns) const;
   // Those are not asked for again.
@@ -33,10 +34,11 @@ class ProcessWatch {
 
  private:
   struct Begin {
-    std::int64_t time_ns = 0;
+    std::optional<std::int64_t> time_ns;  // empty: since it was asked before
     RecordedProcess process;
   };
-  std::optional<EventWatch> begins_;  // empty: it is over
+  std::optional<EventWatch> begins_;       // empty: it is over
+  std::optional<EventWatch> ros2_begins_;  // likewise, or nobody asked
   bool has_missed_ = false;
   std::vector<Begin> known_;
 };

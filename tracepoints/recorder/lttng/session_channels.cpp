@@ -175,6 +175,10 @@ void enable_ros2_events(lttng_handle* session, SessionKind kind, const Options& 
     enable_events(session, kRos2StateChannel, pattern, {});
   }
   enable_events(session, kRos2EventChannel, "ros2:*", ros2_state_events());
+  if (options.ros2 == Ros2Events::applications) {
+    for (const char* pattern : {"ros2_caret:*", "agnocast:*"})
+      enable_events(session, kRos2EventChannel, pattern, {});
+  }
 }
 
 }  // namespace
@@ -188,7 +192,7 @@ void enable_channels(lttng_handle* session, SessionKind kind, const Options& opt
                    options.flush_interval);
   }
   enable_own_events(session, kind, options);
-  if (options.has_ros2_profile) {
+  if (options.ros2 != Ros2Events::no) {
     enable_ros2_events(session, kind, options);
   }
 }
@@ -196,7 +200,7 @@ void enable_channels(lttng_handle* session, SessionKind kind, const Options& opt
 std::uint64_t buffer_bytes_per_cpu(const Options& options) {
   const std::uint64_t bytes =
       kStateSubbufSize * kStateSubbufs + options.subbuf_size * options.num_subbuf;
-  return options.has_ros2_profile ? 2 * bytes : bytes;
+  return options.ros2 != Ros2Events::no ? 2 * bytes : bytes;
 }
 
 }  // namespace cie::record

@@ -71,6 +71,7 @@ void TracingSession::create(lttng_session_descriptor* descriptor, const std::str
   const lttng_error_code created = lttng_create_session_ext(descriptor);
   if (created != LTTNG_OK) throw RecordError(operation + ": " + lttng_strerror(-created));
   exists_ = true;
+  has_ros2_ = options.ros2 == Ros2Events::applications;
   try {
     set_up(options);
   } catch (...) {
@@ -235,7 +236,9 @@ std::vector<TracedProcess> TracingSession::traced_processes() const {
   const std::unique_ptr<lttng_event, Free> owner(list);
   std::map<pid_t, std::string> processes;
   for (int i = 0; i < count; ++i) {
-    if (std::string_view(list[i].name).starts_with("cie:") && list[i].pid > 0) {
+    const std::string_view name = list[i].name;
+    const bool is_traced = name.starts_with("cie:") || (has_ros2_ && name.starts_with("ros2:"));
+    if (is_traced && list[i].pid > 0) {
       processes.try_emplace(list[i].pid);
     }
   }

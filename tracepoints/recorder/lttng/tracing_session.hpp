@@ -88,6 +88,7 @@ class TracingSession {
   std::string name_;
   std::filesystem::path directory_;  // of a recording; relay daemons have their own
   std::unique_ptr<lttng_handle, HandleDeleter> handle_;
+  bool has_ros2_ = false;  // applications of ROS 2 are looked for, too
   bool exists_ = false;
 };
 

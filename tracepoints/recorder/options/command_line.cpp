@@ -249,10 +249,16 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->check(CLI::IsMember({"auto", "own", "shared"}));
   app.add_option("--event", more_events, "Also record these events, e.g. 'ros2:*' (repeatable)")
       ->type_name("PATTERN");
+  bool is_ros2 = false;
+  auto* ros2 =
+      app.add_flag("--ros2", is_ros2,
+                   "Record applications of ROS 2: the events of its tracers (ros2_tracing, "
+                   "CARET, agnocast) and the processes that emit them");
   app.add_option("--profile", profile,
                  "ros2: CMD also emits the events of ROS 2's tracers, for tools that read only "
                  "those; with --attach it must have been started with CIE_TRACE_PROFILE=ros2")
-      ->check(CLI::IsMember({"ros2"}));
+      ->check(CLI::IsMember({"ros2"}))
+      ->excludes(ros2);
   auto* subbuf_size =
       app.add_option("--subbuf-size", options.subbuf_size, "Size of a sub-buffer, a power of two")
           ->transform(CLI::AsSizeValue(false))
@@ -343,7 +349,9 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     options.daemon =
         is_root && daemon == "auto" ? DaemonChoice::own_if_possible : DaemonChoice::own;
   }
-  options.has_ros2_profile = !profile.empty();
+  options.ros2 = is_ros2            ? Ros2Events::applications
+                 : !profile.empty() ? Ros2Events::profile
+                                    : Ros2Events::no;
   options.events.insert(options.events.end(), more_events.begin(), more_events.end());
   options.flush_interval = std::chrono::milliseconds(flush_ms);
   options.live_interval = std::chrono::milliseconds(live_interval_ms);

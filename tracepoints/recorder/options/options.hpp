@@ -40,6 +40,11 @@ struct RotateOptions {
   std::uint64_t most = 0;  // chunks kept; 0: all
 };
 
+// Which events of ROS 2's tracers are recorded.
+//   applications: those that programs of ROS 2 emit themselves
+//   profile:      those that programs of this project emit, asked by the profile `ros2`
+enum class Ros2Events { no, applications, profile };
+
 struct Options {
   std::filesystem::path directory;   // absolute; holds the recording, or only what is said of it
   std::vector<std::string> command;  // empty: attach
@@ -48,8 +53,8 @@ struct Options {
   KernelRoute kernel_route = KernelRoute::best;
   std::uint64_t kernel_buffer_size = 4 << 20;  // bytes per CPU
   std::vector<std::string> events{
-      "cie:*"};                         // patterns of LTTng, recorded into the channel "events"
-  bool has_ros2_profile = false;        // record what the profile `ros2` emits, and ask CMD for it
+      "cie:*"};  // patterns of LTTng, recorded into the channel "events"
+  Ros2Events ros2 = Ros2Events::no;
   std::uint64_t subbuf_size = 1 << 20;  // bytes, a power of two, per sub-buffer
   std::uint64_t num_subbuf = 8;         // a power of two, sub-buffers per CPU
   // How often buffers and metadata reach the disk: what a killed consumer daemon can cost.

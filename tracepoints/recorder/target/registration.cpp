@@ -26,10 +26,12 @@ void Registration::look(const TracingSession& session, const Target& target) {
   if (!is_anybody() && !has_warned_of_nobody_ && target.age() > patience_) {
     has_warned_of_nobody_ = true;
     console_.warn(
-        target.is_command()
-            ? "no traced application has registered yet: does the command use cie::executor, and "
-              "was it built with CIE_WITH_LTTNG?"
-            : "no traced application is running: waiting for one");
+        !target.is_command() ? "no traced application is running: waiting for one"
+        : is_ros2_
+            ? "no application of ROS 2 has registered yet: does the command start nodes, and were "
+              "their tracetools built with LTTng (ros2 run tracetools status)?"
+            : "no traced application has registered yet: does the command use cie::executor, and "
+              "was it built with CIE_WITH_LTTNG? (applications of ROS 2: --ros2)");
   }
 }
 

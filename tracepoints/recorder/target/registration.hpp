@@ -2,6 +2,7 @@
 #pragma once
 
 #include "lttng/tracing_session.hpp"
+#include "options/options.hpp"
 #include "system/console.hpp"
 #include "target/target.hpp"
 
@@ -13,9 +14,11 @@ namespace cie::record {
 
 class Registration {
  public:
-  // `patience`: after that it says that nobody has registered.
-  Registration(Console& console, std::chrono::milliseconds patience)
-      : console_(console), patience_(patience) {}
+  // After `options.registration_timeout` it says that nobody has registered.
+  Registration(Console& console, const Options& options)
+      : console_(console),
+        patience_(options.registration_timeout),
+        is_ros2_(options.ros2 == Ros2Events::applications) {}
 
   // Asks until an application has registered: each question costs every one some time.
   void look(const TracingSession& session, const Target& target);
@@ -23,12 +26,14 @@ class Registration {
   void warn_of_others(const Target& target);
 
   bool is_anybody() const noexcept { return !first_.empty(); }
+  const std::vector<TracedProcess>& first() const noexcept { return first_; }
   // How many registered first.
   std::size_t count() const noexcept { return first_.size(); }
 
  private:
   Console& console_;
   std::chrono::milliseconds patience_;
+  bool is_ros2_;
   std::vector<TracedProcess> first_;
   bool has_warned_of_nobody_ = false;
   bool has_warned_of_others_ = false;

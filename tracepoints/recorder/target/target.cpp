@@ -25,7 +25,7 @@ void Target::start() {
   // LTTng's default gives up after 3 s and lets the application run untraced.
   child.environment.emplace_back("LTTNG_UST_REGISTER_TIMEOUT", "-1");
   const bool is_watched_live = options_.live_socket >= 0;
-  if (options_.has_ros2_profile && !is_watched_live) {
+  if (options_.ros2 == Ros2Events::profile && !is_watched_live) {
     child.environment.emplace_back(kProfileVariable, kRos2Profile);
   }
   child.dies_with_parent = is_watched_live;
@@ -39,8 +39,8 @@ std::optional<Target::Event> Target::next() {
   } else {
     if (is_interrupted_) return std::nullopt;
     if (options_.duration) {
-      if (age() >= *options_.duration) return std::nullopt;
-      patience = std::min(kTick, std::chrono::ceil<milliseconds>(*options_.duration - age()));
+      if (left() <= left().zero()) return std::nullopt;
+      patience = std::min(kTick, std::chrono::ceil<milliseconds>(left()));
     }
   }
   const auto signal = signals_.wait(patience);
@@ -54,6 +54,15 @@ std::optional<Target::Event> Target::next() {
     interrupt(signal->number);
   }
   return is_interrupted_ ? std::nullopt : std::optional(Event::tick);
+}
+
+void Target::note_registered() noexcept {
+  if (!counted_from_) counted_from_ = std::chrono::steady_clock::now();
+}
+
+std::chrono::steady_clock::duration Target::left() const noexcept {
+  const auto from = counted_from_.value_or(began_ + options_.registration_timeout);
+  return from + *options_.duration - std::chrono::steady_clock::now();
 }
 
 void Target::interrupt(int signal) noexcept {

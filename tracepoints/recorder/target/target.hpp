@@ -33,6 +33,9 @@ class Target {
   pid_t pid() const { return command_.value().pid(); }
   // Empty: it runs, or is no command.
   std::optional<ExitStatus> exit();
+  // Somebody is recorded: what is attached to is recorded for its duration from now on, and at the
+  // latest from when patience with applications that register ends.
+  void note_registered() noexcept;
   // Since start().
   std::chrono::steady_clock::duration age() const noexcept {
     return std::chrono::steady_clock::now() - began_;
@@ -44,6 +47,8 @@ class Target {
   std::optional<ChildProcess> command_;
   bool is_interrupted_ = false;  // what is attached to
   std::chrono::steady_clock::time_point began_{};
+  std::optional<std::chrono::steady_clock::time_point> counted_from_{};
+  std::chrono::steady_clock::duration left() const noexcept;  // of the duration
 };
 
 }  // namespace cie::record

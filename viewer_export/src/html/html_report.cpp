@@ -1,16 +1,12 @@
 #include <cie/viewer_export/html_report.hpp>
-#include <cie/viewer_export/report_writers.hpp>
-#include <cie/viewer_export/verify_writers.hpp>
 
 #include "html_files.hpp"
-#include "json/json.hpp"
+#include "json/documents.hpp"
 #include "output/base64.hpp"
 #include "output/gzip_stream.hpp"
 #include "timelines/timeline_choice.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <limits>
 #include <sstream>
 #include <string>
@@ -20,24 +16,12 @@
 namespace cie::viewer_export {
 namespace {
 
-// Histograms have bins of equal width on a logarithmic axis, from 1 ns to 1000 s.
-constexpr int kBinsPerDecade = 20;
-constexpr std::size_t kBins = 12 * kBinsPerDecade;
-using Histogram = std::array<std::uint64_t, kBins>;
-
-std::size_t bin_of(std::int64_t ns) {
-  if (ns <= 1) return 0;
-  const auto bin = std::floor(std::log10(static_cast<double>(ns)) * kBinsPerDecade);
-  return std::min(static_cast<std::size_t>(bin), kBins - 1);
-}
-
 std::optional<std::int64_t> ns_of(const std::optional<analysis::Duration>& duration) {
   if (!duration) return std::nullopt;
   return duration->ns;
 }
 
-// --- the timeline's columns: LEB128 numbers, lane after lane, column after column
-// -----------------
+// The timeline's columns are LEB128 numbers, lane after lane, column after column.
 
 void put(std::string& out, std::uint64_t value) {
   while (value >= 0x80) {
@@ -104,28 +88,17 @@ std::string script_data(const std::string& json) {
   return text;
 }
 
-std::string report_text(const analysis::Report& report) {
-  std::ostringstream out;
-  write_report_json(out, report);
-  return out.str();
-}
-
-std::string verdicts_text(const analysis::VerdictReport& verdicts) {
-  std::ostringstream out;
-  write_verify_json(out, verdicts);
-  return out.str();
-}
-
-void write_data(std::ostream& out, const char* id, const std::string& json) {
-  out << "<script type=\"application/json\" id=\"" << id << "\">" << script_data(json)
-      << "</script>\n";
-}
-
-// That of the spec, else what the callback declares itself: as rule R3 judges.
-Json deadline_json(const analysis::CallbackReport& callback, const SchedulingSpec* spec) {
-  const SpecEntry* entry = spec == nullptr ? nullptr : spec->find_callback(callback.logical_id);
-  if (entry != nullptr && entry->response_deadline_ns) return Json(*entry->response_deadline_ns);
-  return optional_json(callback.deadline_ns);
+Json histograms_json(const analysis::Report& report) {
+  Json histograms = Json::array();
+  for (const analysis::CallbackReport& callback : report.callbacks) {
+    Json buckets = Json::array();
+    if (callback.response_time) {
+      for (const auto& bucket : callback.response_time->buckets)
+        buckets.push_back(Json::array({bucket.value, bucket.count}));
+    }
+    histograms.push_back(std::move(buckets));
+  }
+  return histograms;
 }
 
 }  // namespace
@@ -133,12 +106,9 @@ Json deadline_json(const analysis::CallbackReport& callback, const SchedulingSpe
 struct HtmlReport::State {
   explicit State(std::size_t max_timeline) : choice(max_timeline) {}
 
-  Json facts_json(const analysis::AnalysisResult& result, const SchedulingSpec* spec,
-                  std::string_view input) const;
   static Json lanes_json(const analysis::Report& report,
                          const std::vector<TimelineChoice::Kept>& kept, std::string& columns);
 
-  std::vector<Histogram> responses;  // by analysis::Instance::callback
   TimelineChoice choice;
 };
 
@@ -146,8 +116,6 @@ HtmlReport::HtmlReport(std::size_t max_timeline) : state_(std::make_unique<State
 HtmlReport::~HtmlReport() = default;
 
 void HtmlReport::on_instance(const analysis::Instance& instance) {
-  const auto number = at(instance.callback);
-  if (number >= state_->responses.size()) state_->responses.resize(number + 1);
   TimelineInstance row{
       .start = instance.start.ns,
       .execution = ns_of(instance.execution),
@@ -160,32 +128,7 @@ void HtmlReport::on_instance(const analysis::Instance& instance) {
       .is_release_exact = instance.release_source == analysis::ReleaseSource::exact};
   if (instance.release) row.release = instance.release->ns;
   if (instance.end) row.end = instance.end->ns;
-  if (const auto response = row.response();
-      response && instance.state == analysis::InstanceState::complete) {
-    ++state_->responses[number][bin_of(*response)];
-  }
-  state_->choice.add(number, row);
-}
-
-// What the page says beyond report and verdicts; callbacks as the report lists them.
-Json HtmlReport::State::facts_json(const analysis::AnalysisResult& result,
-                                   const SchedulingSpec* spec, std::string_view input) const {
-  Json facts{{"bins_per_decade", kBinsPerDecade},
-             {"input", input},
-             {"spec", spec == nullptr ? Json(nullptr) : Json(spec->name())},
-             {"callbacks", Json::array()}};
-  for (const analysis::CallbackReport& callback : result.report.callbacks) {
-    Json bins = Json::array();
-    if (const auto number = at(callback.index); number < responses.size()) {
-      for (std::size_t bin = 0; bin < kBins; ++bin) {
-        const auto count = responses[number][bin];
-        if (count > 0) bins.push_back(Json::array({bin, count}));
-      }
-    }
-    facts["callbacks"].push_back(
-        {{"deadline_ns", deadline_json(callback, spec)}, {"responses", std::move(bins)}});
-  }
-  return facts;
+  state_->choice.add(at(instance.callback), row);
 }
 
 Json HtmlReport::State::lanes_json(const analysis::Report& report,
@@ -220,11 +163,18 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
 void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result,
                        const SchedulingSpec* spec, std::string_view input) {
   std::string columns;
-  const Json lanes = state_->lanes_json(result.report, state_->choice.take(), columns);
+  Json timeline = State::lanes_json(result.report, state_->choice.take(), columns);
   std::ostringstream compressed;
   GzipStream gzip(compressed);
   gzip.stream() << columns;
   gzip.finish();
+  timeline["columns"] = base64(compressed.str());
+  const Json document{{"report", report_json(result.report)},
+                      {"verdicts", verify_json(result.verdicts, {})},
+                      {"input", input},
+                      {"spec", spec == nullptr ? Json(nullptr) : Json(spec->name())},
+                      {"histograms", histograms_json(result.report)},
+                      {"timeline", std::move(timeline)}};
   out << "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src '"
@@ -235,13 +185,8 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
       << "</style>\n</head>\n<body>\n<noscript>This page draws its contents with a script of its "
          "own, "
          "which this browser does not run.</noscript>\n<main id=\"page\"></main>\n";
-  write_data(out, "report", report_text(result.report));
-  write_data(out, "verdicts", verdicts_text(result.verdicts));
-  write_data(
-      out, "facts",
-      state_->facts_json(result, spec, input).dump(-1, ' ', false, Json::error_handler_t::replace));
-  write_data(out, "lanes", lanes.dump(-1, ' ', false, Json::error_handler_t::replace));
-  out << "<script type=\"application/octet-stream\" id=\"columns\">" << base64(compressed.str())
+  out << "<script type=\"application/json\" id=\"document\">"
+      << script_data(document.dump(-1, ' ', false, Json::error_handler_t::replace))
       << "</script>\n<script>" << kReportJs << "</script>\n</body>\n</html>\n";
 }
 

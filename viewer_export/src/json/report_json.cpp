@@ -8,7 +8,7 @@
 
 namespace cie::viewer_export {
 
-void write_report_json(std::ostream& out, const analysis::Report& report) {
+Json report_json(const analysis::Report& report) {
   const analysis::ReportRows rows(report);
   const RowContext context{.rows = &rows, .has_several_hosts = report.trace.hosts.size() > 1};
   Json json{{"schema", "cie.report/2"}, {"tool", {{"name", "cie"}, {"version", tool_version()}}}};
@@ -22,7 +22,11 @@ void write_report_json(std::ostream& out, const analysis::Report& report) {
   document("edges", report.edges);
   if (!report.clocks.empty()) document("clocks", report.clocks);
   add_recordings(json, report.recordings);
-  write_json(out, json);
+  return json;
+}
+
+void write_report_json(std::ostream& out, const analysis::Report& report) {
+  write_json(out, report_json(report));
 }
 
 }  // namespace cie::viewer_export

@@ -16,8 +16,7 @@ analysis::Verdict overall(analysis::Verdict verdict) {
 
 }  // namespace
 
-void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts,
-                       const analysis::Report& report) {
+Json verify_json(const analysis::VerdictReport& verdicts, const analysis::Report& report) {
   Json json{{"schema", "cie.verify/2"}};
   const RowContext context;
   RowWriter document(json, context);
@@ -26,7 +25,12 @@ void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdict
   document.present("window", verdicts.window);
   document.present("suppressions", verdicts.suppressions);
   add_recordings(json, report.recordings);
-  write_json(out, json);
+  return json;
+}
+
+void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts,
+                       const analysis::Report& report) {
+  write_json(out, verify_json(verdicts, report));
 }
 
 }  // namespace cie::viewer_export

@@ -26,7 +26,9 @@ using Align = TextTable::Align;
 // Beyond this many chains that no spec names only the slowest are printed; the JSON has all.
 constexpr std::size_t kChainsShown = 20;
 
-TextCell not_measured() { return {"-", Look::faint}; }
+constexpr std::string_view kNotMeasured = "-";
+
+TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
 
 TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summary::*part) {
   return summary ? TextCell{format_duration((*summary).*part)} : not_measured();
@@ -40,7 +42,11 @@ TextCell response_cell(const CallbackReport& c, std::int64_t Summary::*part) {
   return {">" + format_duration((*c.response_time_lower).*part), Look::doubtful};
 }
 
-std::vector<TextCell> callback_row(const CallbackReport& c) {
+// Where no response time is known exactly, what else says how long and how often it runs.
+std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alone) {
+  const auto late =
+      c.late ? TextCell{fmt::format("{}", *c.late), *c.late > 0 ? Look::bad : Look::plain}
+             : not_measured();
   const bool has_missed = c.missed_releases.value_or(0) > 0;
   const auto missed = c.missed_releases ? TextCell{fmt::format("{}", *c.missed_releases),
                                                    has_missed ? Look::bad : Look::plain}
@@ -53,9 +59,13 @@ std::vector<TextCell> callback_row(const CallbackReport& c) {
   return {
       {printable(c.logical_id)},
       {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
+      has_bounds_alone ? duration_cell(c.inter_arrival, &Summary::p50) : not_measured(),
       response_cell(c, &Summary::p50),
       response_cell(c, &Summary::p99),
       response_cell(c, &Summary::max),
+      c.response_deadline ? TextCell{format_duration(c.response_deadline->ns)} : not_measured(),
+      late,
+      has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
       duration_cell(c.start_latency, &Summary::max),
       duration_cell(c.execution_time, &Summary::max),
       missed,
@@ -108,6 +118,7 @@ std::string tables_by_process(std::string_view what, const Report& report, const
                                    [&](const auto& row) { return row.process != first->process; });
     TextTable table = make_table();
     std::for_each(first, last, [&](const auto& row) { table.add(make_row(row)); });
+    table.drop_columns_of(kNotMeasured);
     const auto title = fmt::format("{} of {}", what, process_title(by_number.process_of(*first)));
     text +=
         paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style) + "\n";
@@ -116,9 +127,11 @@ std::string tables_by_process(std::string_view what, const Report& report, const
   return text;
 }
 
+// Nothing for what is not measured.
 void add_quantity(TextTable& table, std::string_view name, const std::optional<Summary>& summary) {
+  if (!summary) return;
   table.add({{std::string(name)},
-             summary ? TextCell{fmt::format("{}", summary->count)} : not_measured(),
+             {fmt::format("{}", summary->count)},
              duration_cell(summary, &Summary::min),
              duration_cell(summary, &Summary::p50),
              duration_cell(summary, &Summary::p99),
@@ -192,8 +205,8 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
     }
   }
   if (chain.undivided) add_quantity(table, "not divided", chain.undivided);
-  std::string text =
-      paint(elide(title, style.columns), Look::strong, style) + "\n" + table.render(style);
+  std::string text = paint(elide(title, style.columns), Look::strong, style) + "\n" +
+                     (table.is_empty() ? "" : table.render(style));
   for (const auto& note : chain_notes(chain)) {
     for (const auto& line : wrap(note, style.columns - 2))
       text += "  " + line + "\n";
@@ -220,6 +233,19 @@ std::string clock_line(const analysis::HostClockReport& pair) {
                             format_duration(*pair.ahead_ns), format_duration(*pair.error_ns));
 }
 
+// Their names, a few: what never ran has no numbers.
+std::string never_ran(const std::vector<std::string>& callbacks, const TextStyle& style) {
+  if (callbacks.empty()) return {};
+  constexpr std::size_t kNamed = 4;
+  auto text =
+      paint(counted(callbacks.size(), "callback") + " never ran", Look::strong, style) + "\n";
+  for (std::size_t i = 0; i < std::min(kNamed, callbacks.size()); ++i)
+    text += "  " + elide(callbacks[i], style.columns - 2) + "\n";
+  if (callbacks.size() > kNamed)
+    text += fmt::format("  and {} more; --format csv has all\n", callbacks.size() - kNamed);
+  return text + "\n";
+}
+
 }  // namespace
 
 std::string process_title(const analysis::ProcessReport& process) {
@@ -239,20 +265,38 @@ std::string callback_title(const Report& report, const CallbackReport& callback)
 }
 
 std::string callback_tables(const Report& report, const TextStyle& style) {
-  return tables_by_process(
-      "Callbacks", report, report.callbacks, style,
+  std::vector<CallbackReport> that_ran;
+  std::vector<std::string> others;
+  for (const auto& callback : report.callbacks) {
+    if (callback.instances + callback.incomplete > 0) {
+      that_ran.push_back(callback);
+    } else {
+      others.push_back(callback_title(report, callback));
+    }
+  }
+  const bool has_bounds_alone = std::ranges::none_of(
+      that_ran, [](const auto& callback) { return callback.response_time.has_value(); });
+  auto text = tables_by_process(
+      "Callbacks", report, that_ran, style,
       [] {
         return TextTable({{"", "callback", Align::left},
                           {"", "runs"},
+                          {"", "every"},
                           {"response", "time p50"},
                           {"response", "time p99"},
                           {"response", "time max"},
+                          {"", "deadline"},
+                          {"", "late"},
+                          {"duration", "max"},
                           {"start", "lat. max"},
                           {"exec.", "time max"},
                           {"", "missed"},
                           {"iso-", "lated"}});
       },
-      callback_row);
+      [has_bounds_alone](const auto& callback) {
+        return callback_row(callback, has_bounds_alone);
+      });
+  return text + never_ran(others, style);
 }
 
 std::string thread_tables(const Report& report, const TextStyle& style) {

@@ -139,7 +139,8 @@ ResultTable callbacks() {
                     .rows = {}};
   for (const auto quantity : callback_quantities())
     add_summary_columns(table.columns, quantity);
-  for (const std::string_view added : {"deadline_ns", "exceptions", "longest_queue"})
+  for (const std::string_view added :
+       {"deadline_ns", "exceptions", "longest_queue", "response_deadline_ns", "late"})
     table.columns.push_back({added});
   table.columns.push_back({"isolation", text});
   table.columns.push_back({"host", text});
@@ -171,6 +172,8 @@ ResultTable callbacks() {
       quantities(add, c);
       for (const auto& added : {c.deadline_ns, c.exceptions, c.longest_queue})
         cells.push_back(cell(added));
+      cells.push_back(cell(c.response_deadline));
+      cells.push_back(cell(c.late));
       cells.push_back(c.isolation ? Cell(analysis::label(*c.isolation)) : Cell());
       cells.emplace_back(std::string_view(process.host));
       cells.push_back(index_cell(c.index));

@@ -195,6 +195,16 @@ std::string paint(std::string_view text, Look look, const TextStyle& style) {
   return fmt::format("\x1b[{}m{}\x1b[0m", code, text);
 }
 
+void TextTable::drop_columns_of(std::string_view text) {
+  for (std::size_t i = columns_.size(); i-- > 1;) {
+    if (!std::ranges::all_of(rows_, [&](const auto& row) { return row[i].text == text; })) continue;
+    const auto place = static_cast<std::ptrdiff_t>(i);
+    columns_.erase(columns_.begin() + place);
+    for (auto& row : rows_)
+      row.erase(row.begin() + place);
+  }
+}
+
 std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
   constexpr std::size_t kIndent = 2;
   std::vector<std::size_t> result;

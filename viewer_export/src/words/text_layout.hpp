@@ -63,6 +63,8 @@ class TextTable {
   // As many cells as columns.
   void add(std::vector<TextCell> row) { rows_.push_back(std::move(row)); }
   bool is_empty() const noexcept { return rows_.empty(); }
+  // Columns in which every cell is that text go; the first one stays.
+  void drop_columns_of(std::string_view text);
   std::string render(const TextStyle& style) const;
 
  private:

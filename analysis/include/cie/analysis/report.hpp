@@ -132,7 +132,9 @@ struct CallbackReport {
   std::string source;
   std::string symbol;
   std::optional<std::uint64_t> period_ns;
-  std::optional<std::uint64_t> deadline_ns;  // that it declares itself
+  std::optional<std::uint64_t> deadline_ns;   // that it declares itself
+  std::optional<Duration> response_deadline;  // that it has to keep: the spec's, else its own
+  std::optional<std::uint64_t> late;  // instances certainly beyond it; empty without a deadline
   std::optional<std::uint32_t> group;
   std::vector<CallbackThread> threads;  // by tid
   // As observed. Empty: it ran on threads that the trace does not name.

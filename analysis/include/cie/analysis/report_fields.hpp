@@ -114,6 +114,8 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.number("process", c.process);
   visit.host("host", c.process);
   visit.added("deadline_ns", c.deadline_ns);
+  visit.added("response_deadline_ns", c.response_deadline);
+  visit.added("late", c.late);
   visit.added("preempted_by", c.preempted_by);
 }
 

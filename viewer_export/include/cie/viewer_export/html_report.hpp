@@ -12,7 +12,7 @@
 namespace cie::viewer_export {
 
 // Collects what the page's pictures need while the analyzer goes, and writes the page. Every number
-// of its tables is the report's; the histograms count every instance. Memory is bounded: of more
+// of its tables is the report's; its histograms need AnalysisOptions::keep_buckets. Memory is bounded: of more
 // than `max_timeline` instances the timeline keeps an even choice, and beside it the slowest of
 // each callback and those that missed releases or never ended; the page says so. Not thread-safe.
 class HtmlReport final : public analysis::Observer {
@@ -26,7 +26,7 @@ class HtmlReport final : public analysis::Observer {
 
   void on_instance(const analysis::Instance& instance) override;
 
-  // `spec` may be null: then the page has no deadlines. `input` as for write_report_text(). Call it
+  // `spec`, which was given to the analyzer, may be null; it is named. `input` as for write_report_text(). Call it
   // once. Throws what the stream throws.
   void write(std::ostream& out, const analysis::AnalysisResult& result, const SchedulingSpec* spec,
              std::string_view input = "TRACE");

@@ -1,0 +1,44 @@
+// A program of ROS 2 as LTTng sees it: a provider `ros2` of its own and none of `cie`. The node
+// /robot/leg has a timer that runs five times.
+//
+//   ros2_app [FILE]        FILE: writes it at its begin and waits for its removal, then runs
+#define LTTNG_UST_TRACEPOINT_CREATE_PROBES
+#define LTTNG_UST_TRACEPOINT_DEFINE
+#include "provider/ros2_provider.h"
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+namespace {
+
+// Addresses of objects.
+constexpr std::uint64_t kContext = 0x1000;
+constexpr std::uint64_t kNode = 0x2000;
+constexpr std::uint64_t kTimer = 0x3000;
+constexpr std::uint64_t kCallback = 0x4000;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace std::chrono_literals;
+  if (argc > 1) {
+    const std::filesystem::path ready = argv[1];
+    std::ofstream{ready} << "ready";
+    while (std::filesystem::exists(ready))
+      std::this_thread::sleep_for(10ms);
+  }
+  lttng_ust_tracepoint(ros2, rcl_init, kContext, "4.1.1");
+  lttng_ust_tracepoint(ros2, rcl_node_init, kNode, kNode + 1, "leg", "/robot");
+  lttng_ust_tracepoint(ros2, rcl_timer_init, kTimer, 20'000'000);
+  lttng_ust_tracepoint(ros2, rclcpp_timer_callback_added, kTimer, kCallback);
+  lttng_ust_tracepoint(ros2, rclcpp_callback_register, kCallback, "Leg::step()");
+  lttng_ust_tracepoint(ros2, rclcpp_timer_link_node, kTimer, kNode);
+  for (int i = 0; i < 5; ++i) {
+    std::this_thread::sleep_for(20ms);
+    lttng_ust_tracepoint(ros2, callback_start, kCallback, 0);
+    lttng_ust_tracepoint(ros2, callback_end, kCallback);
+  }
+}

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""`cie record --ros2`: applications of ROS 2, which emit no event of `cie`."""
+import json
+import os
+import subprocess
+import sys
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+
+PROGRAMS, ROS2_APP, CIE_APP = (Path(argument).resolve() for argument in sys.argv[1:4])
+scratch: Path
+
+
+def run(*command, **options):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False, timeout=200,
+                          **options)
+
+
+def record(name, *arguments):
+    done = run(PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / name, *arguments)
+    assert done.returncode == 0, done
+    return json.loads((scratch / name / "manifest.json").read_text(encoding="utf-8")), done.stderr
+
+
+def callbacks(name):
+    done = run(PROGRAMS / "cie", "report", scratch / name, "-f", "json")
+    return {row["logical_id"]: row["instances"] for row in json.loads(done.stdout)["callbacks"]}
+
+
+def verdict(name, rule):
+    done = run(PROGRAMS / "cie", "verify", scratch / name, "-f", "json")
+    return next(row["verdict"] for row in json.loads(done.stdout)["rules"] if row["id"] == rule)
+
+
+class Ros2(unittest.TestCase):
+    def test_a_command_is_recorded_with_its_processes_and_no_warning(self):
+        # A launcher that is no application of ROS 2 itself starts two of them.
+        manifest, said = record("launched", "--ros2", "--", "sh", "-c", f"'{ROS2_APP}' & '{ROS2_APP}'; wait")
+        self.assertNotIn("registered", said)
+        self.assertEqual([process["name"] for process in manifest["processes"]], ["live_ros2_app"] * 2)
+        self.assertEqual(callbacks("launched"), {"/robot/leg@Timer(20000000)": 5})
+        self.assertEqual(verdict("launched", "T2"), "PASS")
+
+    def test_applications_of_both_kinds_are_told_once(self):
+        manifest, _ = record("both", "--ros2", "--", "sh", "-c", f"'{ROS2_APP}'; '{CIE_APP}'")
+        # Of a program that has ended its thread's name is known.
+        self.assertEqual(sorted(process["name"][:15] for process in manifest["processes"]),
+                         ["live_profile_ap", "live_ros2_app"])
+        self.assertEqual(callbacks("both")["/robot/leg@Timer(20000000)"], 5)
+
+    def test_without_it_the_warning_names_it(self):
+        _, said = run_without()
+        self.assertIn("--ros2", said)
+
+    def test_attached_the_duration_begins_with_the_first_application(self):
+        isolated_main.session_daemon(self)
+        ready = scratch / "ready"
+        with subprocess.Popen([ROS2_APP, ready], env=os.environ | {"LTTNG_UST_REGISTER_TIMEOUT": "-1"}) as app:
+            self.addCleanup(app.kill)
+            isolated_main.wait_for(ready.exists, "the application")
+            recorder = subprocess.Popen([PROGRAMS / "cie", "record", "--kernel", "no", "--ros2", "--attach", "--duration", "8",
+                                         "-o", scratch / "attached"], stderr=subprocess.PIPE, text=True)
+            self.addCleanup(recorder.kill)
+            isolated_main.wait_for(lambda: any((scratch / "attached").rglob("ros2_*")), "the recording")
+            ready.unlink()
+            app.wait(timeout=200)
+            said = recorder.communicate(timeout=200)[1]
+        self.assertEqual(recorder.returncode, 0, said)
+        manifest = json.loads((scratch / "attached" / "manifest.json").read_text(encoding="utf-8"))
+        self.assertEqual([(process["pid"], process["name"]) for process in manifest["processes"]],
+                         [(app.pid, "live_ros2_app")])
+        self.assertGreaterEqual(manifest["end"]["monotonic_ns"] - manifest["begin"]["monotonic_ns"], 8_000_000_000)
+        self.assertEqual(callbacks("attached"), {"/robot/leg@Timer(20000000)": 5})
+
+    def test_goes_without_the_profile(self):
+        done = run(PROGRAMS / "cie", "record", "--ros2", "--profile", "ros2", "--", "true")
+        self.assertEqual(done.returncode, 2, done)
+
+
+def run_without():
+    done = run(PROGRAMS / "cie", "record", "--kernel", "no", "-o", scratch / "without", "--registration-timeout", "0.2", "--",
+               "sh", "-c", f"'{ROS2_APP}'; sleep 1")
+    return done.returncode, done.stderr
+
+
+def begin(directory):
+    global scratch  # pylint: disable=global-statement
+    scratch = directory
+
+
+if __name__ == "__main__":
+    isolated_main.main("ros2-applications", sys.argv[4:], begin)
