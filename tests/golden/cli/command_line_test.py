@@ -92,7 +92,7 @@ class Usage(Folder):
         file = self.suppressions(*((rule, "*", "2026-06-15") for rule in rules))
         for date, code in (("2026-06-15", 0), ("2026-06-16", 1)):
             for form in ("text", "json", "junit", "sarif", "tap"):
-                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form)
+                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form, "--all")
                 self.assertEqual((result.returncode, result.stderr), (code, b""))
                 self.assertIn(b"known", result.stdout)
         self.assertEqual(cie("verify", violating, "--suppressions", self.suppressions(("R9", "*", "never"))).returncode, 2)
@@ -277,7 +277,7 @@ class ToPaste(Folder):
             pasted = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
                                     env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]}).stdout
             self.assertEqual(pasted, cie("verify", TRACE, *options).stdout, command)
-            self.assertTrue(pasted.decode().startswith(f"Verdict: {told}\n"), command)
+            self.assertTrue(pasted.decode().startswith(f"{told}  "), command)
 
     def test_what_lies_below_is_said_to_lie_below(self):
         lost = os.path.join(self.folder, "lost")
@@ -404,7 +404,7 @@ class Verdicts(unittest.TestCase):
             result = cie("verify", os.path.join(failing, "trace"), "--spec", os.path.join(failing, "spec.yaml"), "-f", form)
             self.assertEqual(result.returncode, 1)
             self.assertIn(b"FAIL", result.stdout)
-        self.assertIn(b"no --spec was given", cie("verify", TRACE).stdout)
+        self.assertIn(b"(no --spec)", cie("verify", TRACE).stdout)
 
     def test_without_the_kernel_or_the_user_half(self):
         kernel = cie("verify", os.path.join(TRACE, "kernel"), "-f", "json")
