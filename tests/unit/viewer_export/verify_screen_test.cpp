@@ -158,7 +158,7 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
                                  .preempted_by = "cc1plus"}}};
   EXPECT_THAT(
       screen_of(verdicts, test::sample_report(), {.columns = 120}, context),
-      StartsWith("FAIL  run 1: 1 of 1 callback miss their deadline: late 5 of 7 runs\n"
+      StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
                  "  R3 deadline                    1 of 1 callback\n"
                  "     /a/plan@Timer(20000000)  late 5 of 7  worst 289.4 us, allowed 100.0 us "
                  "(app.yaml:7)\n"

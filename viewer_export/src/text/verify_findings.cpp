@@ -31,35 +31,35 @@ using analysis::Verdict;
 std::string_view deed(std::string_view rule) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 26> kDeeds{{
       {"T2", "lost events"},
-      {"T6", "has times that run backwards"},
+      {"T6", "had times that ran backwards"},
       {"M1", "of the spec never ran"},
       {"M2", "ran several callbacks"},
       {"M3", "ran on several threads"},
       {"M4", "went on on another thread"},
       {"M5", "came back changed after a restart"},
       {"M6", "did other work"},
-      {"M7", "do not have an id of their own"},
-      {"M8", "hold several callbacks"},
-      {"M9", "ran callbacks and are unknown"},
-      {"S1", "do not run as the spec says"},
-      {"S2", "got their parameters too late"},
-      {"S3", "had their parameters changed"},
-      {"S4", "ran on CPUs that are not theirs"},
+      {"M7", "had ids that others have"},
+      {"M8", "held several callbacks"},
+      {"M9", "ran callbacks unannounced"},
+      {"S1", "ran otherwise than the spec says"},
+      {"S2", "got parameters too late"},
+      {"S3", "had parameters changed"},
+      {"S4", "ran on CPUs that are not allowed"},
       {"S5", "passed on parameters"},
-      {"E1", "have starts without ends"},
-      {"E2", "overlap themselves"},
-      {"E3", "nest callbacks"},
-      {"R1", "are released again before they end"},
-      {"R2", "skip periods"},
-      {"R3", "miss their deadline"},
-      {"R4", "exceed their budget"},
-      {"R5", "do not keep their rate"},
-      {"Q1", "lose messages"},
-      {"Q2", "exceed their bounds"},
+      {"E1", "had starts without ends"},
+      {"E2", "ran twice at once"},
+      {"E3", "nested callbacks"},
+      {"R1", "did not end before the next release"},
+      {"R2", "skipped periods"},
+      {"R3", "missed deadlines"},
+      {"R4", "exceeded the budget"},
+      {"R5", "did not keep the rate"},
+      {"Q1", "lost messages"},
+      {"Q2", "exceeded bounds"},
   }};
   const auto* const found =
       std::ranges::find(kDeeds, rule, &std::pair<std::string_view, std::string_view>::first);
-  return found == kDeeds.end() ? "break a rule" : found->second;
+  return found == kDeeds.end() ? "broke a rule" : found->second;
 }
 
 bool counts(const SubjectVerdict& subject, Verdict verdict) {
