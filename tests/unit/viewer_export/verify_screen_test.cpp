@@ -127,7 +127,7 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
             "undecided\n"
             "  S3 S4  2 threads  thread N is unknown\n"
             "  M9     1 thread   /b@Timer(1) is unknown\n"
-            "  -> where these rules may stay open: --inconclusive=warn exits with 0\n"
+            "  -> where these rules may stay undecided: --inconclusive=warn exits with 0\n"
             "  2 rules pass, 3 undecided; 14 runs, nothing lost, 1 cut or never ended\n"
             "  evidence: cie verify 'recordings/run 1' --only M2 --all    rule: cie verify "
             "--explain S3\n"

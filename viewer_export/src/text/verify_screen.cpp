@@ -40,9 +40,11 @@ Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,
     parts.resize(most);
   }
   Lines lines;
-  for (const auto& part : parts)
-    lines.push_back(cut((lines.empty() ? std::string(begin) : std::string(indent, ' ')) + part,
-                        style.columns, gap(style)));
+  for (const auto& part : parts) {
+    const auto blanks = std::string(indent, ' ');
+    lines.push_back(
+        cut((lines.empty() ? std::string(begin) : blanks) + part, style.columns, gap(style)));
+  }
   return lines;
 }
 
@@ -88,9 +90,11 @@ class Screen {
 
   // "FAIL", with a symbol where there are such.
   std::string word() const {
-    const auto label = std::string(analysis::label(verdict()));
-    if (!style_.unicode) return label;
-    return (verdict() == Verdict::fail ? "✗ " : verdict() == Verdict::pass ? "✓ " : "? ") + label;
+    const std::string_view symbol = !style_.unicode              ? ""
+                                    : verdict() == Verdict::fail ? "✗ "
+                                    : verdict() == Verdict::pass ? "✓ "
+                                                                 : "? ";
+    return std::string(symbol) + std::string(analysis::label(verdict()));
   }
 
   // "run1: ", what was judged.
@@ -122,9 +126,10 @@ class Screen {
 
   std::size_t suppressed() const {
     std::size_t count = 0;
-    for (const auto& rule : judged_.verdicts.rules)
-      count += static_cast<std::size_t>(std::ranges::count_if(
-          rule.subjects, [](const auto& subject) { return subject.is_suppressed(); }));
+    for (const auto& rule : judged_.verdicts.rules) {
+      for (const auto& subject : rule.subjects)
+        count += subject.is_suppressed() ? 1U : 0U;
+    }
     return count;
   }
 
@@ -292,7 +297,7 @@ class Screen {
     } else if (verdict() == Verdict::inconclusive) {
       const auto open = with(Verdict::inconclusive);
       const auto is_readable = std::ranges::find(open, analysis::kReadableRule) == open.end();
-      text = is_readable ? "where these rules may stay open: --inconclusive=warn exits with 0"
+      text = is_readable ? "where these rules may stay undecided: --inconclusive=warn exits with 0"
                          : "mend the copy or record again: no option passes what cannot be read";
     }
     if (text.empty()) return {};
