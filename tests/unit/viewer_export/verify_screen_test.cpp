@@ -160,7 +160,7 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
       screen_of(verdicts, test::sample_report(), {.columns = 120}, context),
       StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
                  "  R3 deadline                    1 of 1 callback\n"
-                 "     /a/plan@Timer(20000000)  late 5 of 7  worst 289.4 us, allowed 100.0 us "
+                 "     /a/plan@Timer(20000000)  late 5 of 7, up to 289.4 us > 100.0 us "
                  "(app.yaml:7)\n"
                  "     worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us preempted by "
                  "cc1plus (of 289.4 us)\n"));

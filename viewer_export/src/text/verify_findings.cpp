@@ -148,7 +148,7 @@ std::string_view file_name(std::string_view path) {
 
 std::string late_runs(const Lateness& lateness) {
   return fmt::format(
-      "late {} of {}  worst {}, allowed {}{}", lateness.late, lateness.instances,
+      "late {} of {}, up to {} > {}{}", lateness.late, lateness.instances,
       format_duration(lateness.worst.response_time.ns), format_duration(lateness.deadline.ns),
       lateness.place.empty() ? "" : " (" + printable(file_name(lateness.place)) + ")");
 }
