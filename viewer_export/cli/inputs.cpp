@@ -4,10 +4,10 @@
 
 namespace cie::cli {
 
-ReaderOption::ReaderOption(CommandLine& line) {
+ReaderOption::ReaderOption(CommandLine& line, const std::string& quiet) {
   line.option("--metadata", "FILE", metadata_,
               "Metadata of a like recording, for traces whose own is lost");
-  line.flag("-q,--quiet", is_quiet_, "No progress on the terminal");
+  line.flag("-q,--quiet", is_quiet_, quiet);
 }
 
 Arguments ReaderOption::arguments() const {
@@ -26,6 +26,10 @@ std::string input_arguments(const std::vector<std::filesystem::path>& traces,
   if (!window.empty()) arguments.push_back("--window=" + window);  // it may begin with a dash
   const auto of_reader = reader.arguments();
   arguments.insert(arguments.end(), of_reader.begin(), of_reader.end());
+  return shell_words(arguments);
+}
+
+std::string shell_words(const Arguments& arguments) {
   std::string text;
   for (const auto& argument : arguments)
     text += (text.empty() ? "" : " ") + viewer_export::shell_quoted(argument);

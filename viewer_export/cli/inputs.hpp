@@ -21,7 +21,8 @@ std::optional<SchedulingSpec> load_spec(const std::string& file);
 class ReaderOption {
  public:
   // Adds it to `line`, which reads into this object when it parses.
-  explicit ReaderOption(CommandLine& line);
+  explicit ReaderOption(CommandLine& line,
+                        const std::string& quiet = "No progress on the terminal");
   ReaderOption(const ReaderOption&) = delete;
   ReaderOption& operator=(const ReaderOption&) = delete;
 
@@ -29,6 +30,7 @@ class ReaderOption {
   std::filesystem::path metadata() const { return metadata_; }
   // The options as they were given, for a command line that reads likewise.
   Arguments arguments() const;
+  bool is_quiet() const noexcept { return is_quiet_; }
   // Whether progress may be shown.
   bool is_progress_wanted() const noexcept { return !is_quiet_; }
 
@@ -42,6 +44,8 @@ class ReaderOption {
 std::string input_arguments(const std::vector<std::filesystem::path>& traces,
                             const ReaderOption& reader, const std::string& spec,
                             const std::string& window = {});
+// Words of a command line for a shell, quoted where they need it.
+std::string shell_words(const Arguments& arguments);
 
 // analysis::analyze, while `bar` shows how much is read. Throws UnreadableTrace.
 analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem::path>& traces,

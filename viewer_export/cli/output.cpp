@@ -3,7 +3,9 @@
 #include "exit_code.hpp"
 #include "words/text_layout.hpp"
 
+#include <algorithm>
 #include <array>
+#include <clocale>
 #include <csignal>
 #include <cstddef>
 #include <cstdlib>
@@ -14,6 +16,7 @@
 #include <string_view>
 #include <system_error>
 
+#include <langinfo.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -124,6 +127,18 @@ viewer_export::TextStyle text_style(bool is_terminal) {
 
 viewer_export::TextStyle text_style(const OutputFile& output) {
   return text_style(output.is_terminal());
+}
+
+viewer_export::TextStyle screen_style(const OutputFile& output) {
+  constexpr std::size_t kNarrowest = 40;
+  auto style = text_style(output);
+  if (!output.is_terminal()) return style;
+  style.columns = std::max(kNarrowest, terminal_columns(STDOUT_FILENO));
+  if (const auto locale = ::newlocale(LC_CTYPE_MASK, "", nullptr); locale != nullptr) {
+    style.unicode = std::string_view(::nl_langinfo_l(CODESET, locale)) == "UTF-8";
+    ::freelocale(locale);
+  }
+  return style;
 }
 
 void write_data(OutputFile& output, const std::function<void(std::ostream&)>& write) {

@@ -40,18 +40,18 @@ std::string time_left(double seconds) {
   return fmt::format("{}:{:02} h", whole / kMinute / kMinute, whole / kMinute % kMinute);
 }
 
-std::size_t terminal_columns() {
-  winsize size{};
-  constexpr std::size_t kUsual = 80;
-  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
-}
-
 void show(const std::string& text) {
   // Nobody can be told that a terminal is gone.
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text.data(), text.size());
 }
 
 }  // namespace
+
+std::size_t terminal_columns(int descriptor) {
+  winsize size{};
+  constexpr std::size_t kUsual = 80;
+  return ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : kUsual;
+}
 
 std::string progress_line(std::string_view what, ProgressUnit unit, std::uint64_t done,
                           std::uint64_t total, Seconds elapsed, std::size_t columns) {
@@ -119,7 +119,7 @@ void ProgressBar::draw() {
   bool is_shown = false;
   for (auto next = begin + std::chrono::duration_cast<Clock::duration>(kPatience);
        !changed_.wait_until(lock, next, is_over); next += kPeriod) {
-    const auto columns = terminal_columns();
+    const auto columns = terminal_columns(STDERR_FILENO);
     show("\r" +
          progress_line(what_, unit_, progress_->done.load(std::memory_order_relaxed),
                        progress_->total.load(std::memory_order_relaxed), Clock::now() - begin,

@@ -4,14 +4,17 @@
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "inputs.hpp"
+#include "late_runs.hpp"
 #include "output.hpp"
 #include "rule_choice.hpp"
 #include "rule_pages.hpp"
 #include "window_option.hpp"
+#include "words/text_layout.hpp"
 
 #include <chrono>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -25,7 +28,8 @@ not show enough, for instance because events were lost) or NOT_APPLICABLE.)";
 
 constexpr const char* kFooter =
     "Examples:\n"
-    "  cie verify recordings/latest                       verdict and evidence, for reading\n"
+    "  cie verify recordings/latest                       what is wrong, in one screen\n"
+    "  cie verify recordings/latest --all                 every subject, with its evidence\n"
     "  cie verify run1 --spec app.yaml                    also against the scheduling spec\n"
     "  cie verify run1 --format json -o verdict.json      for programs\n"
     "  cie verify run1 --format junit -o verdict.xml      for continuous integration\n"
@@ -66,6 +70,12 @@ class SuppressionOption {
     if (!file_.empty()) suppressions_ = analysis::Suppressions::load(file_);
   }
 
+  // As they were given, for a command line that judges likewise.
+  void add_to(Arguments& arguments) const {
+    if (!file_.empty()) arguments.insert(arguments.end(), {"--suppressions", file_});
+    if (!now_.empty()) arguments.insert(arguments.end(), {"--now", now_});
+  }
+
   void apply(analysis::VerdictReport& verdicts) const {
     if (!suppressions_) return;
     const auto today = std::chrono::floor<std::chrono::days>(std::chrono::system_clock::now());
@@ -91,6 +101,20 @@ void write_as(const std::string& format, std::ostream& out,
   }
 }
 
+// What else a command line needs to judge likewise; begins with a blank, if there is any.
+std::string judging_arguments(const std::string& only, const std::string& skip,
+                              const analysis::AnalysisOptions& options,
+                              const SuppressionOption& suppressions) {
+  Arguments arguments;
+  if (!only.empty()) arguments.insert(arguments.end(), {"--only", only});
+  if (!skip.empty()) arguments.insert(arguments.end(), {"--skip", skip});
+  if (options.require_lossless) arguments.emplace_back("--require-lossless");
+  if (options.is_content_checked) arguments.emplace_back("--check");
+  if (options.allow_crash) arguments.emplace_back("--allow-crash");
+  suppressions.add_to(arguments);
+  return arguments.empty() ? std::string() : " " + shell_words(arguments);
+}
+
 }  // namespace
 
 int verify_command(const Arguments& arguments) {
@@ -103,11 +127,14 @@ int verify_command(const Arguments& arguments) {
   std::string skip;
   std::string explained;
   bool is_listing = false;
+  bool is_all = false;
   analysis::AnalysisOptions options;
   CommandLine line({"cie verify TRACE... [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge by");
   line.option("-f,--format", "FORMAT", format, "text (default), json, junit, sarif or tap");
+  line.flag("--all", is_all,
+            "Text: every subject that is violated or undecided, with its evidence");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.option("--inconclusive", "HOW", inconclusive_choice,
               "warn: exit 0 when inconclusive, T1 excepted; fail: exit 1");
@@ -122,7 +149,7 @@ int verify_command(const Arguments& arguments) {
   line.flag("--list-rules", is_listing, "Print all rules");
   SuppressionOption suppressions(line);
   const WindowOption window(line);
-  const ReaderOption reader(line);
+  const ReaderOption reader(line, "One line, and no progress on the terminal");
   if (!line.parse(arguments)) {
     return ok;
   }
@@ -145,17 +172,28 @@ int verify_command(const Arguments& arguments) {
   options.metadata_from = reader.metadata();
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());
-  auto result = analyze_with_progress(traces, options, bar);
+  const bool is_screen = format == "text" && !is_all;
+  LateRuns late_runs(options.spec);
+  auto result = analyze_with_progress(traces, options, bar, is_screen ? &late_runs : nullptr);
   window.check(result.report);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);
   if (format == "text") {
-    const viewer_export::VerifyContext context{
-        .spec_name = spec ? spec->name() : std::string{},
-        .spec_sha256 = spec ? spec->sha256() : std::string{},
-        .clock_offset_ns = result.report.trace.clock_offset_ns};
-    viewer_export::write_verify_text(output.stream(), result.verdicts, result.report, context,
-                                     text_style(output));
+    viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
+                                         .spec_sha256 = spec ? spec->sha256() : std::string{},
+                                         .clock_offset_ns = result.report.trace.clock_offset_ns};
+    auto write = &viewer_export::write_verify_text;
+    if (is_screen) {
+      context.lateness = std::move(late_runs).take();
+      context.view_arguments = printable(input_arguments(traces, reader, spec_file));
+      context.verify_arguments =
+          printable(input_arguments(traces, reader, spec_file, window.text()) +
+                    judging_arguments(only, skip, options, suppressions));
+      write = reader.is_quiet() ? &viewer_export::write_verify_line
+                                : &viewer_export::write_verify_screen;
+    }
+    write(output.stream(), result.verdicts, result.report, context,
+          is_screen ? screen_style(output) : text_style(output));
     output.commit();
   } else {
     write_data(output, [&](std::ostream& out) { write_as(format, out, result); });

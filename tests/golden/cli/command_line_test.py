@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 """The cie program from outside: which commands and options there are, and what is refused with which words. Arguments: CIE EXAMPLES."""
+import csv
+import functools
 import gzip
+import io
 import json
 import os
 import re
@@ -92,7 +95,7 @@ class Usage(Folder):
         file = self.suppressions(*((rule, "*", "2026-06-15") for rule in rules))
         for date, code in (("2026-06-15", 0), ("2026-06-16", 1)):
             for form in ("text", "json", "junit", "sarif", "tap"):
-                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form)
+                result = cie("verify", violating, "--suppressions", file, "--now", date, "-f", form, "--all")
                 self.assertEqual((result.returncode, result.stderr), (code, b""))
                 self.assertIn(b"known", result.stdout)
         self.assertEqual(cie("verify", violating, "--suppressions", self.suppressions(("R9", "*", "never"))).returncode, 2)
@@ -277,7 +280,31 @@ class ToPaste(Folder):
             pasted = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
                                     env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]}).stdout
             self.assertEqual(pasted, cie("verify", TRACE, *options).stdout, command)
-            self.assertTrue(pasted.decode().startswith(f"Verdict: {told}\n"), command)
+            self.assertTrue(pasted.decode().startswith(f"{told}  "), command)
+
+    def test_the_commands_of_a_verdict_judge_likewise(self):
+        violating = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        accepted = self.write("it's.yaml", b'suppressions:\n  - {rule: M3, subject: "*", reason: known, expires: 2026-06-15}\n')
+        for options in ((), ("--only", "M2,M9"), ("--skip", "M2"), ("--window=+10ms..-10ms", "--require-lossless", "--allow-crash"),
+                        ("--suppressions", accepted, "--now", "2026-06-01"), ("--spec", SPEC, "--check")):
+            text = cie("verify", violating, *options).stdout.decode()
+            everything, page = (re.search(rf"(?m)(?:^| )  {word}: (cie .*?)(?:    |$)", text)[1] for word in ("evidence", "rule"))
+            run = functools.partial(subprocess.run, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
+                                    env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]})
+            self.assertEqual(run(["sh", "-c", everything]).stdout, cie("verify", violating, *options, "--all").stdout, everything)
+            self.assertRegex(run(["sh", "-c", page]).stdout.decode(), "^M[23] ")
+
+    def test_late_runs_are_counted(self):
+        rows = [row for row in csv.DictReader(io.StringIO(cie("instances", TRACE).stdout.decode()))
+                if row["logical_id"] == "/a/plan@Timer(20000000)" and row["end_ns"]]
+        times = sorted(int(row["end_ns"]) - int(row["release_ns"]) for row in rows)
+        for deadline in (times[0] - 1, times[0], times[3], times[-1] - 1):
+            spec = self.write("late.yaml", f"callback_groups:\n  - id: /a/plan@Timer(20000000)\n"
+                                           f"    response_deadline: {deadline}\n".encode())
+            late = sum(time > deadline for time in times)
+            text = cie("verify", TRACE, "--spec", spec).stdout.decode()
+            self.assertIn(f"callback missed deadlines: late {late} of {len(times)} runs\n", text)
+            self.assertRegex(text, rf"  late {late} of {len(times)}, up to [^,>]* > [^,>]* \(late\.yaml:2\)\n")
 
     def test_what_lies_below_is_said_to_lie_below(self):
         lost = os.path.join(self.folder, "lost")
@@ -404,7 +431,7 @@ class Verdicts(unittest.TestCase):
             result = cie("verify", os.path.join(failing, "trace"), "--spec", os.path.join(failing, "spec.yaml"), "-f", form)
             self.assertEqual(result.returncode, 1)
             self.assertIn(b"FAIL", result.stdout)
-        self.assertIn(b"no --spec was given", cie("verify", TRACE).stdout)
+        self.assertIn(b"(no --spec)", cie("verify", TRACE).stdout)
 
     def test_without_the_kernel_or_the_user_half(self):
         kernel = cie("verify", os.path.join(TRACE, "kernel"), "-f", "json")

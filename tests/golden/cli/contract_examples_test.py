@@ -94,7 +94,7 @@ class Example:
 
     def test_the_suggested_command_shows_the_evidence(self):
         verdicts = json.loads(self.with_spec("verify", "--format", "json").stdout)
-        text = self.with_spec("verify").stdout.decode()
+        text = self.with_spec("verify", "--all").stdout.decode()
         commands = [line.strip() for line in text.splitlines() if line.startswith("    babeltrace2 ")]
         witnesses = [subject["evidence"] for rule in verdicts["rules"] for subject in rule["subjects"]
                      if subject["verdict"] == "FAIL"]

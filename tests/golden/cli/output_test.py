@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """The cie program from outside: what is read and written: unreadable input, output files, terminals, pipes. Arguments: CIE EXAMPLES."""
+import json
 import os
+import re
 import resource
 import signal
 import stat
@@ -8,7 +10,11 @@ import subprocess
 import sys
 import unittest
 
-from program import CIE, Folder, TRACE, cie, on_terminal
+from program import CIE, EXAMPLES, Folder, TRACE, cie, on_terminal
+
+GOLDEN = os.path.dirname(os.path.dirname(EXAMPLES))
+RECORDINGS = [os.path.join(EXAMPLES, name, "trace") for name in ("multi_threaded_fails", "isolated_ok")] + \
+    [os.path.join(GOLDEN, "ros2", "recordings", name) for name in ("isolated", "multi_threaded")]
 
 
 class Unreadable(Folder):
@@ -151,6 +157,30 @@ class Terminal(Folder):
             self.assertNotIn(b"\x1b[", on_terminal(command, TRACE, environment={"NO_COLOR": "1"})[1])
             self.assertNotIn(b"\x1b[", on_terminal(command, TRACE, environment={"TERM": "dumb"})[1])
             self.assertNotIn(b"\x1b[", cie(command, TRACE).stdout)
+
+    def test_verify_is_one_screen_as_wide_as_the_terminal(self):
+        for recording in RECORDINGS:
+            violated = {(rule["id"], subject["subject"]) for rule in json.loads(cie("verify", recording, "-f", "json").stdout)["rules"]
+                        for subject in rule["subjects"] if subject["verdict"] == "FAIL"}
+            everything = cie("verify", recording, "--all").stdout.decode()
+            for rule, subject in violated:
+                self.assertRegex(everything, rf"(?m)^FAIL  {rule} [a-z-]+: {re.escape(subject)} \(\d+ checked\)$")
+            shown = {columns: on_terminal("verify", os.path.basename(recording), columns=columns, cwd=os.path.dirname(recording),
+                                          environment={"NO_COLOR": "1", "LC_ALL": "C.UTF-8"})[1].decode().replace("\r", "").splitlines()
+                     for columns in (80, 120)}
+            shown[100] = cie("verify", os.path.basename(recording), cwd=os.path.dirname(recording)).stdout.decode("ascii").splitlines()
+            for columns, lines in shown.items():
+                self.assertLessEqual(len(lines), 24, recording)
+                for line in lines:
+                    self.assertLessEqual(len(line), columns, recording)
+                symbol = {0: "✓ PASS", 1: "✗ FAIL", 3: "? INCONCLUSIVE"}[cie("verify", recording).returncode]
+                self.assertTrue(lines[0].startswith((symbol if columns != 100 else symbol[2:]) + "  "), lines[0])
+            line, = cie("verify", recording, "-q").stdout.decode().splitlines()
+            self.assertEqual(line.split(":")[0], cie("verify", recording).stdout.decode().split(":")[0])
+
+    def test_a_locale_without_utf8_has_no_symbols(self):
+        shown = on_terminal("verify", RECORDINGS[0], columns=80, environment={"NO_COLOR": "1", "LC_ALL": "C"})[1]
+        self.assertTrue(shown.isascii(), shown)
 
     def test_a_binary_file_is_not_for_a_terminal(self):
         code, shown, errors = on_terminal("export", TRACE, "--to", "perfetto")

@@ -1,10 +1,13 @@
 """What tests of the cie program from outside share. Arguments of each: CIE EXAMPLES."""
+import fcntl
 import os
 import pty
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import unittest
 
 CIE = os.path.abspath(sys.argv[1])
@@ -22,10 +25,12 @@ def cie(*arguments, **options):
     return subprocess.run([program, *arguments], stdin=subprocess.DEVNULL, timeout=200, check=False, **options)
 
 
-def on_terminal(*arguments, environment=None):
+def on_terminal(*arguments, environment=None, columns=None, cwd=None):
     """Runs cie with standard output on a terminal; returns its exit code and what it showed."""
     ours, theirs = pty.openpty()
-    process = subprocess.Popen([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=theirs, stderr=subprocess.PIPE,
+    if columns:
+        fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    process = subprocess.Popen([CIE, *arguments], stdin=subprocess.DEVNULL, stdout=theirs, stderr=subprocess.PIPE, cwd=cwd,
                                env={**os.environ, "TERM": "xterm", **(environment or {})})
     os.close(theirs)
     shown = b""

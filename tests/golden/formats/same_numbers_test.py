@@ -51,8 +51,8 @@ class Recording:
         self.plain_verdict = json.loads(cie("verify", trace, "-f", "json", codes=(0, 1, 3)))
         self.plain_report = json.loads(cie("report", trace, "-f", "json"))
 
-    def verify(self, form):
-        return cie("verify", self.trace, *self.spec, "-f", form, codes=(0, 1, 3))
+    def verify(self, form, *options):
+        return cie("verify", self.trace, *self.spec, "-f", form, *options, codes=(0, 1, 3))
 
     def table(self, name):
         return list(csv.DictReader(io.StringIO(cie("export", self.trace, "--to", "csv", "--table", name))))
@@ -115,7 +115,7 @@ class SameNumbers(unittest.TestCase):
             self.assertEqual(collections.Counter((r["rule"], r["subject"], r["verdict"], r["checked"])
                                                  for r in recording.table("verdicts")), subjects)
             rules = {rule["id"]: rule["verdict"] for rule in recording.verdict["rules"]}
-            self.assertEqual(self.in_text(recording.verify("text")), (recording.verdict["verdict"], rules))
+            self.assertEqual(self.in_text(recording.verify("text", "--all")), (recording.verdict["verdict"], rules))
             by_subject = collections.Counter((rule["id"], s["verdict"]) for rule in recording.verdict["rules"]
                                              for s in rule["subjects"] or [rule])
             sarif = json.loads(recording.verify("sarif"))["runs"][0]["results"]
@@ -137,7 +137,7 @@ class SameNumbers(unittest.TestCase):
             self.assertEqual(tap, wanted)
 
     def in_text(self, text):
-        """The verdict and each rule's, from the summary that `cie verify` begins with."""
+        """The verdict and each rule's, from the summary that `cie verify --all` begins with."""
         words = {"violated": "FAIL", "undecided": "INCONCLUSIVE", "passed": "PASS", "not applicable": "NOT_APPLICABLE"}
         summary = text.partition("\n\n")[0].splitlines()
         rules, verdict = {}, None

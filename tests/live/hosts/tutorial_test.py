@@ -42,7 +42,7 @@ class Tutorial(unittest.TestCase):
             self.assertEqual(program, CIE.name)
             done = cie(*[fleet if word == "fleet" else word for word in arguments])
             self.assertIn(done.returncode, (0, 1, 3), done.stderr)
-            self.assertIn("erdict", done.stdout)
+            self.assertRegex(done.stdout, "PASS|FAIL|INCONCLUSIVE")
         self.assertRegex(cie("report", fleet).stdout, r"hosts:\s+desk\s+robot")
         clocks, = report(fleet)["clocks"]
         self.assertEqual(sum(count > 0 for count in clocks["messages"]), 1, "the demo's messages go one way")

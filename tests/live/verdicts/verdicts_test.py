@@ -47,7 +47,7 @@ def record(name, command):
 def verify(directory, *arguments):
     """The rules that fail, the verdicts, and the text."""
     report = json.loads(run(options.programs / "cie", "verify", directory, "-f", "json", *arguments).stdout)
-    text = run(options.programs / "cie", "verify", directory, *arguments).stdout
+    text = run(options.programs / "cie", "verify", directory, "--all", *arguments).stdout
     return {r["id"] for r in report["rules"] if r["verdict"] == "FAIL"}, report, text
 
 
@@ -186,7 +186,7 @@ class Verdicts(unittest.TestCase):
             target = twin / file.relative_to(self.reniced)
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(file.read_bytes())
-        for command in (["verify"], *(["verify", "-f", f] for f in ("json", "junit", "sarif", "tap")),
+        for command in (["verify"], ["verify", "--all"], *(["verify", "-f", f] for f in ("json", "junit", "sarif", "tap")),
                         ["report"], *(["report", "-f", f] for f in ("json", "csv")), ["instances"],
                         ["analyze", "schedulability"], ["export", "--to", "dot"]):
             outputs = set()

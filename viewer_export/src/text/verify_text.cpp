@@ -169,22 +169,6 @@ std::string also(const std::vector<std::string>& same, const TextStyle& style) {
   return text;
 }
 
-// Entries that change nothing any more: whoever reads the file must not believe otherwise.
-std::string useless_suppressions(const analysis::SuppressionReport& suppressions) {
-  std::string text;
-  for (const auto& [suppression, matched] : suppressions.uses) {
-    const auto name = fmt::format("suppression {} ({} {})", printable(suppression.place),
-                                  suppression.rule, printable(suppression.subject));
-    if (suppression.is_expired) {
-      text += fmt::format("{} expired after {}: its {} again\n", name, suppression.expires,
-                          matched == 1 ? "verdict counts" : "verdicts count");
-    } else if (matched == 0) {
-      text += fmt::format("{} is unused: nothing it names is violated or undecided\n", name);
-    }
-  }
-  return text;
-}
-
 // "2 instances ended by an exception: 2 of /car/lidar@Timer(100000000)".
 std::string exceptions(const analysis::Report& report) {
   constexpr std::size_t kNamed = 3;
@@ -231,7 +215,8 @@ std::string summary(const analysis::VerdictReport& verdicts, const analysis::Rep
     text += fmt::format("judged is the window {}..{} ns ({}) alone\n", window->from.ns,
                         window->to.ns, format_duration((window->to - window->from).ns));
   }
-  if (verdicts.suppressions) text += useless_suppressions(*verdicts.suppressions);
+  for (const auto& sentence : useless_suppressions(verdicts))
+    text += sentence + "\n";
   text +=
       context.spec_name.empty()
           ? "no --spec was given: rules that compare with one are not applicable\n"

@@ -96,6 +96,12 @@ std::string elide(std::string_view text, std::size_t columns) {
   return std::string(head) + std::string(kGap) + std::string(suffix(text, tail));
 }
 
+std::string cut(std::string_view text, std::size_t columns, std::string_view gap) {
+  if (display_width(text) <= columns) return std::string(text);
+  const auto room = columns - std::min(columns, display_width(gap));
+  return std::string(prefix(text, room)) + std::string(prefix(gap, columns));
+}
+
 std::vector<std::string> wrap(std::string_view text, std::size_t columns) {
   std::vector<std::string> lines;
   std::string line;

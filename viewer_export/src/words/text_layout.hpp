@@ -19,6 +19,9 @@ std::size_t display_width(std::string_view text) noexcept;
 // At most `columns` wide: the middle of a longer text becomes "...".
 std::string elide(std::string_view text, std::size_t columns);
 
+// The same with `gap` in place of the end.
+std::string cut(std::string_view text, std::size_t columns, std::string_view gap);
+
 // Breaks between words, and within those that are wider than `columns`.
 std::vector<std::string> wrap(std::string_view text, std::size_t columns);
 

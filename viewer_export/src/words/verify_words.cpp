@@ -49,4 +49,22 @@ std::string words_of(const analysis::Suppression& suppression) {
                      printable(suppression.reason));
 }
 
+std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts) {
+  std::vector<std::string> sentences;
+  if (!verdicts.suppressions) return sentences;
+  for (const auto& [suppression, matched] : verdicts.suppressions->uses) {
+    const auto name = fmt::format("suppression {} ({} {})", printable(suppression.place),
+                                  suppression.rule, printable(suppression.subject));
+    if (suppression.is_expired) {
+      sentences.push_back(fmt::format("{} expired after {}: its {} again", name,
+                                      suppression.expires,
+                                      matched == 1 ? "verdict counts" : "verdicts count"));
+    } else if (matched == 0) {
+      sentences.push_back(
+          fmt::format("{} is unused: nothing it names is violated or undecided", name));
+    }
+  }
+  return sentences;
+}
+
 }  // namespace cie::viewer_export

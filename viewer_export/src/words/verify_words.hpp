@@ -5,6 +5,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include <string>
+#include <vector>
 
 namespace cie::viewer_export {
 
@@ -16,6 +17,9 @@ std::string headline_of(const analysis::SubjectVerdict& subject);
 
 // "suppressed until 2026-12-31 (accepted.yaml:3): the reason", or "suppression expired on …".
 std::string words_of(const analysis::Suppression& suppression);
+
+// Entries that change nothing any more: whoever reads the file must not believe otherwise.
+std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts);
 
 // Calls visit() with every subject of a rule; with one that has no name if the rule has none.
 template <typename Visit>

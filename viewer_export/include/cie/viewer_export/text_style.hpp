@@ -8,6 +8,7 @@ namespace cie::viewer_export {
 struct TextStyle {
   bool colour = false;        // ANSI colours; only for a terminal, and not when NO_COLOR is set
   std::size_t columns = 100;  // lines keep within it where names allow
+  bool unicode = false;       // symbols besides ASCII; only for a terminal whose locale has them
 };
 
 }  // namespace cie::viewer_export

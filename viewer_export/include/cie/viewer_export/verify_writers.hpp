@@ -9,6 +9,7 @@
 #include <optional>
 #include <ostream>
 #include <string>
+#include <vector>
 
 namespace cie::viewer_export {
 
@@ -33,6 +34,25 @@ void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdic
 void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts,
                       const analysis::Report& report);
 
+// How late a callback was (R3): what verdicts do not count.
+struct Lateness {
+  // The run that took longest, as far as is certain.
+  struct Worst {
+    std::uint64_t seq = 0;
+    analysis::Timestamp start;
+    analysis::Duration response_time;
+    std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
+    std::optional<analysis::Duration> preempted{};      // these two with the kernel's events
+    std::string preempted_by{};                         // who ran instead for the most of it
+  };
+  analysis::CallbackIndex callback{};
+  std::uint64_t instances = 0;  // complete ones
+  std::uint64_t late = 0;       // of those, certainly
+  analysis::Duration deadline;
+  std::string place{};  // of the deadline, "app.yaml:7"; empty: the callback declares it
+  Worst worst;
+};
+
 // What the text says besides the verdicts.
 struct VerifyContext {
   std::string spec_name{};    // empty: no spec was given
@@ -40,10 +60,26 @@ struct VerifyContext {
   // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty:
   // unknown; the commands then lack their time range.
   std::optional<std::int64_t> clock_offset_ns{};
+  std::vector<Lateness> lateness{};  // of callbacks with a deadline and a complete instance
+  // What follows `cie verify` and `cie view` to look at the same, printable.
+  std::string verify_arguments{};
+  std::string view_arguments{};
 };
 
-// For people: the verdict first, then one line per failing or inconclusive rule and subject with
-// its evidence and a babeltrace2 command that shows the events around it, then a summary.
+// For people, one screen of at most 24 lines: the gravest fact, a block per violated rule with the
+// worst of its subjects, what is undecided and why, what to do next, and what was checked.
+void write_verify_screen(std::ostream& out, const analysis::VerdictReport& verdicts,
+                         const analysis::Report& report, const VerifyContext& context,
+                         const TextStyle& style);
+
+// The first of it in one line, with the rules.
+void write_verify_line(std::ostream& out, const analysis::VerdictReport& verdicts,
+                       const analysis::Report& report, const VerifyContext& context,
+                       const TextStyle& style);
+
+// For people, all there is: the verdict first, then one line per failing or inconclusive rule and
+// subject with its evidence and a babeltrace2 command that shows the events around it, then a
+// summary.
 void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdicts,
                        const analysis::Report& report, const VerifyContext& context,
                        const TextStyle& style);

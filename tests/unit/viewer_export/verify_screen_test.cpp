@@ -1,0 +1,223 @@
+#include <cie/viewer_export/verify_writers.hpp>
+
+#include "sample_report.hpp"
+#include "words/text_layout.hpp"
+
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Verdict;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+const VerifyContext kContext{.spec_name = {},
+                             .spec_sha256 = {},
+                             .clock_offset_ns = {},
+                             .lateness = {},
+                             .verify_arguments = "'recordings/run 1' --only M2",
+                             .view_arguments = "'recordings/run 1'"};
+
+std::string screen_of(const analysis::VerdictReport& verdicts, const analysis::Report& report,
+                      const TextStyle& style = {}, const VerifyContext& context = kContext) {
+  std::ostringstream out;
+  write_verify_screen(out, verdicts, report, context, style);
+  return out.str();
+}
+
+std::string line_of(const analysis::VerdictReport& verdicts, const analysis::Report& report) {
+  std::ostringstream out;
+  write_verify_line(out, verdicts, report, kContext, {});
+  return out.str();
+}
+
+// Both callbacks ran on the second thread; of the first one's seven runs none did as it says.
+analysis::Report shared_report() {
+  auto report = test::sample_report();
+  report.threads[1].ran = {analysis::CallbackIndex{0}, analysis::CallbackIndex{1}};
+  return report;
+}
+
+const std::string kLongRow =
+    "     4008  2 callbacks: /perception/lidar@Subscription(/sensing/lidar/top/points_raw), "
+    "/a/plan@Timer(20000000)";
+
+TEST(VerifyScreen, OfATerminalOf80Columns) {
+  EXPECT_EQ(screen_of(test::sample_verdicts(), shared_report(), {.columns = 80, .unicode = true}),
+            "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
+            "  M2 one-callback-per-thread     1 of 2 threads\n" +
+                kLongRow.substr(0, 79) +
+                "…\n"
+                "  undecided\n"
+                "     T4  1 process  no run_end: the process was interrupted\n"
+                "  → give each callback a callback group of its own\n"
+                "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 runs, nothing\n"
+                "  lost, 1 cut or never ended\n"
+                "  evidence: cie verify 'recordings/run 1' --only M2 --all\n"
+                "  rule: cie verify --explain M2    look: cie view 'recordings/run 1'\n");
+}
+
+TEST(VerifyScreen, OfATerminalOf120Columns) {
+  EXPECT_EQ(
+      screen_of(test::sample_verdicts(), shared_report(), {.columns = 120, .unicode = true}),
+      "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
+      "  M2 one-callback-per-thread     1 of 2 threads\n" +
+          kLongRow +
+          "\n"
+          "  undecided\n"
+          "     T4  1 process  no run_end: the process was interrupted\n"
+          "  → give each callback a callback group of its own\n"
+          "  1 rule passes, 1 undecided, 1 does not apply (no --spec); 14 runs, nothing lost, 1 cut "
+          "or never ended\n"
+          "  evidence: cie verify 'recordings/run 1' --only M2 --all    rule: cie verify --explain "
+          "M2\n"
+          "  look: cie view 'recordings/run 1'\n");
+}
+
+TEST(VerifyScreen, OfAPipeIsAscii) {
+  const auto text = screen_of(test::sample_verdicts(), shared_report());
+  EXPECT_THAT(text, StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
+  EXPECT_THAT(text, HasSubstr(kLongRow.substr(0, 97) + "...\n"));
+  EXPECT_THAT(text, HasSubstr("\n  -> give each callback"));
+  for (const char c : text)
+    EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~')) << text;
+}
+
+TEST(VerifyScreen, OfAPassIsWhatWasChecked) {
+  auto report = test::sample_report();
+  report.callbacks.resize(1);
+  const auto passing = [](const char* id) {
+    return analysis::RuleVerdict{.id = id, .name = id, .verdict = Verdict::pass, .subjects = {}};
+  };
+  EXPECT_EQ(screen_of({.verdict = Verdict::pass, .rules = {passing("M2"), passing("M3")}}, report),
+            "PASS  run 1: 1 of 1 callback had a thread of its own\n"
+            "  2 rules pass; 7 runs, nothing lost\n");
+}
+
+TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
+  auto report = test::sample_report();
+  report.callbacks[1].isolation = analysis::Isolation::isolated;
+  const auto undecided = [](const char* id, const char* subject, const char* note) {
+    return analysis::RuleVerdict{
+        .id = id,
+        .name = "rule",
+        .verdict = Verdict::inconclusive,
+        .subjects = {
+            {.about = {.kind = analysis::SubjectKind::thread},
+             .subject = subject,
+             .verdict = Verdict::inconclusive,
+             .evidence = {
+                 {.event = "x", .time = {1}, .cpu = {}, .pid = {}, .tid = {}, .note = note}}}}};
+  };
+  const analysis::VerdictReport verdicts{
+      .verdict = Verdict::inconclusive,
+      .rules = {{.id = "M2", .name = "m", .verdict = Verdict::pass, .subjects = {}},
+                {.id = "M3", .name = "m", .verdict = Verdict::pass, .subjects = {}},
+                undecided("M9", "thread 3", "/b@Timer(1) is unknown"),
+                undecided("S3", "thread 1", "thread 1 is unknown"),
+                undecided("S4", "thread 2", "thread 2 is unknown")}};
+  EXPECT_EQ(screen_of(verdicts, report),
+            "INCONCLUSIVE  run 1: 2 of 2 callbacks that ran had a thread of their own; 3 rules "
+            "undecided\n"
+            "  S3 S4  2 threads  thread N is unknown\n"
+            "  M9     1 thread   /b@Timer(1) is unknown\n"
+            "  -> where these rules may stay undecided: --inconclusive=warn exits with 0\n"
+            "  2 rules pass, 3 undecided; 14 runs, nothing lost, 1 cut or never ended\n"
+            "  evidence: cie verify 'recordings/run 1' --only M2 --all    rule: cie verify "
+            "--explain S3\n"
+            "  look: cie view 'recordings/run 1'\n");
+}
+
+TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules = {{.id = "R3",
+                     .name = "deadline",
+                     .verdict = Verdict::fail,
+                     .subjects = {{.about = {.kind = analysis::SubjectKind::callback, .index = 0},
+                                   .subject = "callback /a/plan@Timer(20000000)",
+                                   .verdict = Verdict::fail,
+                                   .checked = 7,
+                                   .evidence = {}}}}};
+  auto context = kContext;
+  context.lateness = {{.callback = analysis::CallbackIndex{0},
+                       .instances = 7,
+                       .late = 5,
+                       .deadline = analysis::Duration{100'000},
+                       .place = "specs/app.yaml:7",
+                       .worst = {.seq = 3,
+                                 .start = {983'001'500'000},
+                                 .response_time = {289'415},
+                                 .start_latency = analysis::Duration{14'885},
+                                 .preempted = analysis::Duration{200'000},
+                                 .preempted_by = "cc1plus"}}};
+  EXPECT_THAT(
+      screen_of(verdicts, test::sample_report(), {.columns = 120}, context),
+      StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
+                 "  R3 deadline                    1 of 1 callback\n"
+                 "     /a/plan@Timer(20000000)  late 5 of 7, up to 289.4 us > 100.0 us "
+                 "(app.yaml:7)\n"
+                 "     worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us preempted by "
+                 "cc1plus (of 289.4 us)\n"));
+}
+
+TEST(VerifyScreen, ToldInOneLine) {
+  EXPECT_EQ(line_of(test::sample_verdicts(), shared_report()),
+            "FAIL  run 1: 1 of 2 callbacks share threads; violated M2; undecided T4\n");
+}
+
+TEST(VerifyScreen, CountsWhatIsSuppressedAndNamesWhatIsNoLonger) {
+  EXPECT_THAT(screen_of(test::suppressed_verdicts(false), shared_report()),
+              HasSubstr("1 verdict suppressed"));
+  EXPECT_THAT(screen_of(test::suppressed_verdicts(true), shared_report()),
+              HasSubstr("suppression ok.yaml:2 (M2 thread *) expired after 2026-12-31"));
+}
+
+TEST(VerifyScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {
+  auto verdicts = test::sample_verdicts();
+  auto rule = verdicts.rules[2];
+  for (int i = 0; i < 500; ++i) {
+    auto subject = rule.subjects[1];
+    subject.subject = "thread " + std::to_string(i);
+    subject.evidence[0].note = std::string(300, 'x') + std::to_string(i);
+    rule.subjects.push_back(subject);
+  }
+  for (int rules = 0; rules < 30; ++rules) {
+    for (const std::size_t columns : {40U, 80U, 120U}) {
+      std::istringstream text(
+          screen_of(verdicts, test::sample_report(), {.columns = columns, .unicode = true}));
+      std::size_t lines = 0;
+      for (std::string line; std::getline(text, line); ++lines) {
+        if (line.find("cie ") == std::string::npos) {
+          EXPECT_LE(display_width(line), columns) << line;
+        }
+      }
+      EXPECT_LE(lines, 24U) << rules << " rules, " << columns << " columns";
+    }
+    rule.id = "S" + std::to_string(rules);
+    rule.verdict = rules % 2 == 0 ? Verdict::fail : Verdict::inconclusive;
+    for (auto& subject : rule.subjects)
+      subject.verdict = rule.verdict;
+    verdicts.rules.push_back(rule);
+  }
+}
+
+TEST(VerifyScreen, LetsNoNameControlTheTerminal) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules[2].subjects[1].subject = "thread \x1b[2J\n";
+  verdicts.rules[2].subjects[1].evidence[0].note = "\x1b]52;c;evil\x07";
+  auto report = test::sample_report();
+  report.trace.paths = {"run\x1b[1m"};
+  const auto text = screen_of(verdicts, report);
+  EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+  EXPECT_THAT(text, Not(HasSubstr("\x07")));
+  EXPECT_THAT(text, HasSubstr("\\x1b[2J\\x0a"));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

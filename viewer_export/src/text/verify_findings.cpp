@@ -1,0 +1,406 @@
+#include "verify_findings.hpp"
+
+#include <cie/analysis/rule_pages.hpp>
+
+#include "tables/report_tables.hpp"
+#include "words/text_layout.hpp"
+#include "words/verify_words.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::Isolation;
+using analysis::RuleVerdict;
+using analysis::SubjectKind;
+using analysis::SubjectVerdict;
+using analysis::ThreadReport;
+using analysis::Verdict;
+
+// What the subjects of a violated rule do, after "3 of 8 threads".
+std::string_view deed(std::string_view rule) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 26> kDeeds{{
+      {"T2", "lost events"},
+      {"T6", "had times that ran backwards"},
+      {"M1", "of the spec never ran"},
+      {"M2", "ran several callbacks"},
+      {"M3", "ran on several threads"},
+      {"M4", "went on on another thread"},
+      {"M5", "came back changed after a restart"},
+      {"M6", "did other work"},
+      {"M7", "had ids that others have"},
+      {"M8", "held several callbacks"},
+      {"M9", "ran callbacks unannounced"},
+      {"S1", "ran otherwise than the spec says"},
+      {"S2", "got parameters too late"},
+      {"S3", "had parameters changed"},
+      {"S4", "ran on CPUs that are not allowed"},
+      {"S5", "passed on parameters"},
+      {"E1", "had starts without ends"},
+      {"E2", "ran twice at once"},
+      {"E3", "nested callbacks"},
+      {"R1", "did not end before the next release"},
+      {"R2", "skipped periods"},
+      {"R3", "missed deadlines"},
+      {"R4", "exceeded the budget"},
+      {"R5", "did not keep the rate"},
+      {"Q1", "lost messages"},
+      {"Q2", "exceeded bounds"},
+  }};
+  const auto* const found =
+      std::ranges::find(kDeeds, rule, &std::pair<std::string_view, std::string_view>::first);
+  return found == kDeeds.end() ? "broke a rule" : found->second;
+}
+
+bool counts(const SubjectVerdict& subject, Verdict verdict) {
+  return subject.verdict == verdict && !subject.is_suppressed();
+}
+
+const CallbackReport* callback_of(const Judged& judged, const SubjectVerdict& subject) {
+  if (subject.about.kind != SubjectKind::callback || !subject.about.index) return nullptr;
+  return judged.rows.find(analysis::CallbackIndex{*subject.about.index});
+}
+
+const ThreadReport* thread_of(const Judged& judged, const SubjectVerdict& subject) {
+  if (subject.about.kind != SubjectKind::thread || !subject.about.index) return nullptr;
+  return judged.rows.find(analysis::ThreadIndex{*subject.about.index});
+}
+
+const Lateness* lateness_of(const Judged& judged, const SubjectVerdict& subject) {
+  if (subject.about.kind != SubjectKind::callback || !subject.about.index) return nullptr;
+  const auto& all = judged.context.lateness;
+  const auto found =
+      std::ranges::find(all, analysis::CallbackIndex{*subject.about.index}, &Lateness::callback);
+  return found == all.end() || found->late == 0 ? nullptr : &*found;
+}
+
+// "/a/plan@Timer(1)", "pool-0 (4008)": the kind stands in the rule's line, and on one host a tid
+// needs no pid.
+std::string name_of(const Judged& judged, const SubjectVerdict& subject) {
+  const auto* thread = thread_of(judged, subject);
+  const bool is_unique = thread != nullptr && judged.report.trace.hosts.size() < 2;
+  std::string_view name = is_unique ? subject.name() : std::string_view(subject.subject);
+  const auto kind = label(subject.about.kind);
+  if (name.starts_with(kind) && name.size() > kind.size()) name.remove_prefix(kind.size() + 1);
+  if (thread == nullptr || thread->name.empty()) return printable(name);
+  return fmt::format("{} ({})", printable(thread->name), printable(name));
+}
+
+std::string runs_of_callbacks(const Judged& judged, const ThreadReport& thread) {
+  std::vector<std::pair<std::uint64_t, const CallbackReport*>> ran;
+  for (const auto index : thread.ran) {
+    const auto* callback = judged.rows.find(index);
+    if (callback == nullptr) continue;
+    const auto here =
+        std::ranges::find(callback->threads, thread.index, &analysis::CallbackThread::thread);
+    ran.emplace_back(here == callback->threads.end() ? 0 : here->instances, callback);
+  }
+  std::ranges::stable_sort(ran, std::ranges::greater{},
+                           [](const auto& pair) { return pair.first; });
+  std::string text;
+  for (const auto& [runs, callback] : ran)
+    text += (text.empty() ? ": " : ", ") + printable(callback->logical_id);
+  return text;
+}
+
+std::string runs_on_threads(const CallbackReport& callback) {
+  auto threads = callback.threads;
+  std::ranges::stable_sort(threads, std::ranges::greater{}, &analysis::CallbackThread::instances);
+  std::string text = counted(threads.size(), "thread");
+  for (std::size_t i = 0; i < threads.size(); ++i) {
+    const auto& thread = threads[i];
+    const auto name = thread.name.empty() ? fmt::format("{}", thread.tid) : printable(thread.name);
+    text +=
+        i == 0 ? ": " + counted(thread.instances, "run") : fmt::format(", {}", thread.instances);
+    text += " on " + name;
+  }
+  return text;
+}
+
+// What the evidence says; of the two events of an instance, the end has all.
+std::string told_by_evidence(const RuleVerdict& rule, const SubjectVerdict& subject) {
+  constexpr std::size_t kMost = 3;
+  const bool is_start_first = rule.id == "R1" || rule.id == "R3" || rule.id == "R4";
+  std::string text;
+  for (std::size_t i = is_start_first ? 1 : 0; i < std::min(subject.evidence.size(), kMost); ++i) {
+    std::string_view note = subject.evidence[i].note;
+    constexpr std::string_view kEnds = "ends; ";
+    if (note.starts_with(kEnds)) note.remove_prefix(kEnds.size());
+    if (!note.empty()) text += (text.empty() ? "" : "; ") + printable(note);
+  }
+  return text.empty() ? headline_of(subject) : text;
+}
+
+// "app.yaml:7" of a path.
+std::string_view file_name(std::string_view path) {
+  return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
+}
+
+std::string late_runs(const Lateness& lateness) {
+  return fmt::format(
+      "late {} of {}, up to {} > {}{}", lateness.late, lateness.instances,
+      format_duration(lateness.worst.response_time.ns), format_duration(lateness.deadline.ns),
+      lateness.place.empty() ? "" : " (" + printable(file_name(lateness.place)) + ")");
+}
+
+struct Told {
+  std::int64_t weight = 0;  // larger is worse
+  std::string detail;       // subjects with the same one are told together
+  std::string of_one;       // what follows where it is the only one
+};
+
+Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict& subject) {
+  const auto checked = static_cast<std::int64_t>(subject.checked);
+  const auto* thread = thread_of(judged, subject);
+  const auto* callback = callback_of(judged, subject);
+  const auto* lateness = lateness_of(judged, subject);
+  if (rule.id == "M2" && thread != nullptr && thread->ran.size() > 1) {
+    return {.weight = static_cast<std::int64_t>(thread->ran.size()),
+            .detail = counted(thread->ran.size(), "callback"),
+            .of_one = runs_of_callbacks(judged, *thread)};
+  }
+  if (rule.id == "M3" && callback != nullptr && callback->threads.size() > 1) {
+    return {.weight = static_cast<std::int64_t>(callback->threads.size()),
+            .detail = runs_on_threads(*callback),
+            .of_one = {}};
+  }
+  if (rule.id == analysis::kDeadlineRule && lateness != nullptr) {
+    return {.weight = static_cast<std::int64_t>(lateness->late),
+            .detail = late_runs(*lateness),
+            .of_one = {}};
+  }
+  if (rule.id == "R1" && callback != nullptr && callback->response_time &&
+      callback->inter_arrival) {
+    return {.weight = callback->response_time->max,
+            .detail = fmt::format("took up to {}, next release after {}",
+                                  format_duration(callback->response_time->max),
+                                  format_duration(callback->inter_arrival->min)),
+            .of_one = {}};
+  }
+  if (rule.id == "R2" && callback != nullptr && callback->missed_releases.value_or(0) > 0) {
+    const auto missed = *callback->missed_releases;
+    return {.weight = static_cast<std::int64_t>(missed),
+            .detail = fmt::format("{} skipped, {}", counted(missed, "period"),
+                                  counted(callback->instances, "run")),
+            .of_one = {}};
+  }
+  return {.weight = checked, .detail = told_by_evidence(rule, subject), .of_one = {}};
+}
+
+// "run 140 at +1.466 s: 376.0 us of 423.0 us waiting to start".
+std::string where_time_went(const Judged& judged, const Lateness& lateness) {
+  const auto& worst = lateness.worst;
+  std::string text = fmt::format("run {}", worst.seq);
+  if (judged.report.trace.begin)
+    text += " at +" + format_duration((worst.start - *judged.report.trace.begin).ns);
+  std::string parts;
+  const auto add = [&parts](analysis::Duration time, const std::string& what) {
+    if (time.ns <= 0) return;
+    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
+  };
+  if (worst.start_latency) add(*worst.start_latency, "waiting to start");
+  if (worst.preempted) {
+    const auto& by = worst.preempted_by;
+    add(*worst.preempted, "preempted" + (by.empty() ? "" : " by " + printable(by)));
+  }
+  if (parts.empty()) return {};
+  return fmt::format("worst: {}{} (of {})", text, parts, format_duration(worst.response_time.ns));
+}
+
+std::string counted_subjects(std::size_t count, std::optional<std::size_t> of,
+                             std::optional<SubjectKind> kind) {
+  if (kind == SubjectKind::trace) return "the recording";
+  const auto noun = kind ? label(*kind) : std::string_view("subject");
+  const auto total = counted(of.value_or(count), noun);
+  return of ? fmt::format("{} of {}", count, total) : total;
+}
+
+Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
+  struct Ranked {
+    const SubjectVerdict* subject;
+    Told told;
+  };
+  std::vector<Ranked> ranked;
+  std::size_t applicable = 0;
+  for (const auto& subject : rule.subjects) {
+    applicable += subject.verdict == Verdict::not_applicable ? 0 : 1;
+    if (counts(subject, Verdict::fail))
+      ranked.push_back({&subject, told_of(judged, rule, subject)});
+  }
+  std::ranges::stable_sort(ranked, std::ranges::greater{},
+                           [](const Ranked& item) { return item.told.weight; });
+  Finding finding{
+      .rule = &rule, .violating = ranked.size(), .subjects = {}, .rows = {}, .worst = {}};
+  const auto kind = ranked.empty() ? SubjectKind::trace : ranked.front().subject->about.kind;
+  finding.subjects = counted_subjects(ranked.size(), applicable, kind);
+  std::map<std::string_view, std::size_t> places;  // of rows, by what they say
+  for (const auto& [subject, told] : ranked) {
+    const auto [place, is_new] = places.try_emplace(told.detail, finding.rows.size());
+    if (is_new) finding.rows.push_back({.names = {}, .detail = told.detail, .more = {}});
+    finding.rows[place->second].names.push_back(name_of(judged, *subject));
+  }
+  for (const auto& [subject, told] : ranked) {
+    auto& row = finding.rows[places.at(told.detail)];
+    if (row.names.size() == 1) row.more = told.of_one;
+  }
+  const auto* lateness = ranked.empty() ? nullptr : lateness_of(judged, *ranked.front().subject);
+  if (rule.id == analysis::kDeadlineRule && lateness != nullptr)
+    finding.worst = where_time_went(judged, *lateness);
+  return finding;
+}
+
+// Where a logical id that begins at `at` ends; `at` if there is none.
+std::size_t end_of_id(std::string_view note, std::size_t at) {
+  const auto mark = note.find('@', at);
+  const auto end = note.find(')', mark == std::string_view::npos ? at : mark);
+  const bool is_id = note[at] == '/' && mark < note.find(' ', at) && end < note.size();
+  return is_id ? end + 1 : at;
+}
+
+// "thread 4008 ..." and "thread 4009 ..." give the same reason, and so do ids of callbacks.
+std::string without_subjects(std::string_view note) {
+  constexpr std::string_view kDigits = "0123456789";
+  const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::string text;
+  for (std::size_t i = 0; i < note.size();) {
+    const bool is_begin = i == 0 || (std::isalnum(static_cast<unsigned char>(note[i - 1])) == 0 &&
+                                     note[i - 1] != '_');
+    if (const auto end = end_of_id(note, i); is_begin && end > i) {
+      text += "a callback";
+      i = end;
+    } else if (is_begin && is_digit(note[i])) {
+      text += 'N';
+      i = std::min(note.find_first_not_of(kDigits, i), note.size());
+    } else {
+      text += note[i++];
+    }
+  }
+  return text;
+}
+
+std::ptrdiff_t with(const analysis::Report& report, Isolation isolation) {
+  return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
+}
+
+std::string share_of_callbacks(std::ptrdiff_t some, std::ptrdiff_t all) {
+  return fmt::format("{} of {}", some, counted(static_cast<std::uint64_t>(all), "callback"));
+}
+
+// "Remedy: …" of a rule's page.
+std::string remedy_on_page(std::string_view id) {
+  const auto pages = analysis::rule_pages();
+  const auto found = std::ranges::find(pages, id, &analysis::RulePage::id);
+  constexpr std::string_view kRemedy = "Remedy: ";
+  const auto at = found == pages.end() ? std::string_view::npos : found->page.find(kRemedy);
+  if (at == std::string_view::npos) return {};
+  const auto text = found->page.substr(at + kRemedy.size());
+  return std::string(text.substr(0, text.find('\n')));
+}
+
+}  // namespace
+
+std::vector<Finding> findings_of(const Judged& judged) {
+  constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
+  std::vector<Finding> findings;
+  for (const auto& rule : judged.verdicts.rules) {
+    if (analysis::counted_verdict(rule) == Verdict::fail)
+      findings.push_back(finding_of(judged, rule));
+  }
+  std::ranges::stable_sort(findings, {}, [&](const Finding& finding) {
+    return std::ranges::find(kGravest, finding.rule->id) - kGravest.begin();
+  });
+  return findings;
+}
+
+std::vector<Doubt> doubts_of(const Judged& judged) {
+  struct Gathered {
+    std::set<std::string_view> notes;
+    std::vector<std::string> rules;
+    std::set<std::string_view> subjects;
+    std::set<SubjectKind> kinds;
+  };
+  std::map<std::string, Gathered> by_reason;
+  for (const auto& rule : judged.verdicts.rules) {
+    for (const auto& subject : rule.subjects) {
+      if (!counts(subject, Verdict::inconclusive)) continue;
+      const std::string_view note = subject.evidence.empty() ? std::string_view("no evidence")
+                                    : subject.evidence[0].note.empty()
+                                        ? std::string_view(subject.evidence[0].event)
+                                        : std::string_view(subject.evidence[0].note);
+      auto& gathered = by_reason[without_subjects(note)];
+      gathered.notes.insert(note);
+      if (gathered.rules.empty() || gathered.rules.back() != rule.id)
+        gathered.rules.push_back(rule.id);
+      gathered.subjects.insert(subject.subject);
+      gathered.kinds.insert(subject.about.kind);
+    }
+  }
+  std::vector<Doubt> doubts;
+  for (const auto& [reason, gathered] : by_reason) {
+    const auto kind =
+        gathered.kinds.size() == 1 ? std::optional(*gathered.kinds.begin()) : std::nullopt;
+    doubts.push_back(
+        {.reason = printable(gathered.notes.size() == 1 ? *gathered.notes.begin() : reason),
+         .rules = gathered.rules,
+         .subjects = counted_subjects(gathered.subjects.size(), std::nullopt, kind),
+         .count = gathered.subjects.size()});
+  }
+  std::ranges::stable_sort(doubts, std::ranges::greater{}, &Doubt::count);
+  return doubts;
+}
+
+std::string isolation_fact(const analysis::Report& report) {
+  const auto ran =
+      static_cast<std::ptrdiff_t>(report.callbacks.size()) - with(report, Isolation::never_ran);
+  if (ran == 0) return "no callback ran";
+  if (const auto shared = with(report, Isolation::not_isolated); shared > 0)
+    return share_of_callbacks(shared, ran) + " share threads";
+  const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
+  return fmt::format("{}{} had a thread of {} own",
+                     share_of_callbacks(with(report, Isolation::isolated), ran),
+                     ran < all ? " that ran" : "", ran == 1 ? "its" : "their");
+}
+
+std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings) {
+  const auto& gravest = findings.front();
+  const auto& id = gravest.rule->id;
+  if (id == "M2" && with(judged.report, Isolation::not_isolated) > 0)
+    return isolation_fact(judged.report);
+  auto text = fmt::format("{} {}", gravest.subjects, deed(id));
+  if (id != analysis::kDeadlineRule) return text;
+  std::uint64_t late = 0;
+  std::uint64_t instances = 0;
+  for (const auto& subject : gravest.rule->subjects) {
+    const auto* lateness = counts(subject, Verdict::fail) ? lateness_of(judged, subject) : nullptr;
+    if (lateness == nullptr) continue;
+    late += lateness->late;
+    instances += lateness->instances;
+  }
+  return late == 0 ? text : fmt::format("{}: late {} of {}", text, late, counted(instances, "run"));
+}
+
+std::string remedy_of(const Judged& judged, const Finding& finding) {
+  const auto& id = finding.rule->id;
+  if (id != "M2" && id != "M3") return remedy_on_page(id);
+  for (const auto& subject : finding.rule->subjects) {
+    if (!counts(subject, Verdict::fail) || !subject.about.process) continue;
+    const auto* process = judged.rows.find(*subject.about.process);
+    if (process == nullptr || !process->executor) continue;
+    return *process->executor == "isolated" ? "give each callback a callback group of its own"
+                                            : "run with --executor isolated";
+  }
+  return "give each callback a callback group of its own and run each group on an executor and "
+         "thread of its own";
+}
+
+}  // namespace cie::viewer_export

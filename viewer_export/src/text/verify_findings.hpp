@@ -1,0 +1,63 @@
+// What a screen of `cie verify` tells of the rules that are not kept.
+#pragma once
+
+#include <cie/analysis/report.hpp>
+#include <cie/analysis/report_rows.hpp>
+#include <cie/analysis/verdict.hpp>
+#include <cie/viewer_export/verify_writers.hpp>
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::viewer_export {
+
+// What reasons and rows rest on.
+struct Judged {
+  const analysis::VerdictReport& verdicts;
+  const analysis::Report& report;
+  const VerifyContext& context;
+  analysis::ReportRows rows;
+
+  Judged(const analysis::VerdictReport& v, const analysis::Report& r, const VerifyContext& c)
+      : verdicts(v), report(r), context(c), rows(r) {}
+};
+
+// Subjects of a violated rule of which the same is said.
+struct FindingRow {
+  std::vector<std::string> names;
+  std::string detail;
+  std::string more;  // where there is room
+};
+
+// A violated rule.
+struct Finding {
+  const analysis::RuleVerdict* rule = nullptr;
+  std::size_t violating = 0;     // subjects that count
+  std::string subjects;          // "4 of 4 threads"
+  std::vector<FindingRow> rows;  // the worst first
+  std::string worst;             // of the first row's subject: where its time went; may be empty
+};
+
+// A reason for which something is undecided, and all that it concerns.
+struct Doubt {
+  std::string reason;              // what differs in it is N, or "a callback"
+  std::vector<std::string> rules;  // their ids
+  std::string subjects;            // "11 threads"
+  std::size_t count = 0;           // of subjects
+};
+
+// The gravest first: the mapping, deadlines, then as the contract has them.
+std::vector<Finding> findings_of(const Judged& judged);
+// The most frequent first.
+std::vector<Doubt> doubts_of(const Judged& judged);
+
+// "26 of 26 callbacks share threads": the gravest fact, without the verdict's word.
+std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings);
+// "8 of 8 callbacks that ran had a thread of their own", or what was seen instead.
+std::string isolation_fact(const analysis::Report& report);
+// What to do about a violated rule; empty where its page says nothing.
+std::string remedy_of(const Judged& judged, const Finding& finding);
+
+}  // namespace cie::viewer_export
