@@ -308,8 +308,7 @@ const Rule kRunComplete{
     "run-complete",
     "The process was seen from its run_begin to its run_end, and what it counted (callbacks, "
     "threads, groups, publishers, instances started and ended, messages, read-backs) is what "
-    "the trace shows. One of ROS 2 counts nothing: it begins with rcl_init, and ends when the "
-    "kernel tells the exit of its main thread.\n"
+    "the trace shows.\n"
     "Why it matters: That something did not happen can only be said of a recording that is "
     "known to be whole.\n"
     "Inconclusive when run_begin or run_end is missing (\"interrupted\": the process crashed, "
