@@ -68,14 +68,14 @@ struct Analyzer::Pipeline {
     cut->pass_by(event.head, who, event.body);
     const bool is_before = cut->is_before(event.head.time);
     const bool is_kept = std::visit(
-        Overloaded{[](const SchedProcessExit&) { return true; },
-                   [](const ProcessName&) { return true; }, [](const ClockSync&) { return true; },
-                   [is_before](const ThreadWakeup&) { return is_before; },
-                   [](const CallbackStart&) { return false; },
-                   [](const CallbackEnd&) { return false; },
-                   [](const CallbackRelease&) { return false; },
-                   [](const SampleLost&) { return false; }, [](const Publish&) { return false; },
-                   [is_before](const auto&) { return is_before; }},  // the kernel's
+        Overloaded{
+            [](const SchedProcessExit&) { return true; }, [](const ProcessName&) { return true; },
+            [](const ClockSync&) { return true; },
+            [is_before](const ThreadWakeup&) { return is_before; },
+            [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
+            [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
+            [](const Publish&) { return false; }, [](const HiddenRun&) { return false; },
+            [is_before](const auto&) { return is_before; }},  // the kernel's
         event.body);
     if (is_kept) hot(event, who);
   }
@@ -195,6 +195,9 @@ struct Analyzer::Pipeline {
   }
   void on(const EventHead& head, const Emitter& who, const Publish& e) {
     instances.apply(head, who, e);
+  }
+  void on(const EventHead& /*head*/, const Emitter& who, const HiddenRun& e) {
+    registry.apply(who, e);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const ClockSync& e) {
     clocks.apply(registry.host_of(head), e);

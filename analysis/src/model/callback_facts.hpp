@@ -176,6 +176,7 @@ struct PublisherFacts {
   std::string topic{};
   std::uint64_t writer_gid = 0;
   std::optional<NodeId> node{};
+  bool is_accounted = true;  // its recorder numbers publications and counts them
   SequenceFacts published{};
   std::optional<std::pair<EventRef, std::uint64_t>> fini{};  // total published
   std::optional<std::int64_t> first_source_timestamp{};

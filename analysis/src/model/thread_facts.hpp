@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,17 @@ struct RunTotals {
   std::uint32_t groups = 0;
   std::uint32_t publishers = 0;
   std::int32_t status = 0;
+};
+
+// A callback whose runs no event of ROS 2's tracers shows, as a client's for its responses.
+struct HiddenCallback {
+  EventRef made{};
+  std::string what{};  // "the client of /car/enable"
+  std::string node{};
+  bool is_client = false;          // else a service
+  bool is_action = false;          // its part in an action
+  std::optional<GroupId> group{};  // empty: not told
+  std::set<ThreadIndex> ran_on{};  // took a client's responses, where the tracer tells
 };
 
 // One process incarnation: (host, pid, process start).
@@ -49,7 +61,17 @@ struct ProcessFacts {
   std::uint64_t announcements = 0;  // run_begin of moment announce
   bool has_cie_events = false;  // anything but clock_sync; others are not processes of the report
   std::string name{};           // command name where known
+  // Of a process that only ROS 2's tracers tell of.
+  bool is_told_by_ros2 = false;
+  std::optional<EventRef> ros2_begin{};  // rcl_init, before which nothing was
+  std::vector<HiddenCallback> hidden{};
+  bool tells_responses = false;  // who takes clients'
 };
+
+// Its first event was recorded.
+inline bool has_begun_here(const ProcessFacts& process) noexcept {
+  return process.run_begin || (process.is_told_by_ros2 && process.ros2_begin);
+}
 
 struct NodeFacts {
   ProcessIndex process{};

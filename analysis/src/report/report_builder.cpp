@@ -34,8 +34,16 @@ bool is_pass(const VerdictReport& verdicts, const Rule& rule) {
   return judged == nullptr || judged->verdict < Verdict::inconclusive;
 }
 
-// Recorded from its begin to its end.
-bool is_complete(const VerdictReport& verdicts, ProcessIndex process) {
+// Recorded from its begin to its end. ROS 2 does not tell the end: nothing of it is known to be
+// missing.
+bool is_complete(const RuleContext& context, const VerdictReport& verdicts, ProcessIndex process) {
+  const auto& facts = context.model.processes[at(process)];
+  if (facts.is_told_by_ros2) {
+    return has_begun_here(facts) &&
+           std::ranges::none_of(context.model.losses, [&facts](const Loss& loss) {
+             return loss.domain == Domain::user && loss.host == facts.host;
+           });
+  }
   const auto* judged = verdict_of(verdicts, kRunComplete);
   if (judged == nullptr) return true;
   const auto subject = Subject::of(SubjectKind::process, process, process);
@@ -330,7 +338,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .pid = process.pid,
                         .name = process.name,
                         .executor = std::nullopt,
-                        .complete = is_complete(verdicts, index),
+                        .complete = is_complete(context, verdicts, index),
                         .host_index = process.host};
     if (!process.executor.empty()) entry.executor = process.executor;
     report.processes.push_back(std::move(entry));

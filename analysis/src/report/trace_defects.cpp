@@ -240,10 +240,12 @@ std::vector<TraceDefect> trace_defects(const Model& model) {
     });
   };
   add_defect(defects, DefectKind::missing_run_begin, Severity::loss,
-             missing_marker([](const ProcessFacts& p) { return p.run_begin.has_value(); }),
+             missing_marker([](const ProcessFacts& p) { return has_begun_here(p); }),
              "the beginning of a process's run was not recorded");
   add_defect(defects, DefectKind::missing_run_end, Severity::info,
-             missing_marker([](const ProcessFacts& p) { return p.run_end.has_value(); }),
+             missing_marker([](const ProcessFacts& p) {
+               return p.run_end.has_value() || p.is_told_by_ros2;  // which tells no end
+             }),
              "a process was still running, or was interrupted, when the recording ended");
   add_defect(
       defects, DefectKind::shared_pid, Severity::error,

@@ -44,10 +44,21 @@ std::vector<SubjectVerdict> judge_seq_contiguous(const RuleContext& context) {
   return verdicts;
 }
 
+// Processes whose main thread the kernel saw exit.
+std::set<ProcessIndex> processes_seen_to_exit(const Model& model) {
+  std::set<ProcessIndex> exited;
+  for (const auto& thread : model.threads) {
+    const bool is_main = thread.tid == model.processes[at(thread.process)].pid;
+    if (is_main && thread.kernel_exit) exited.insert(thread.process);
+  }
+  return exited;
+}
+
 std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
   const auto& proof = context.proof;
+  const auto exited = processes_seen_to_exit(model);
   std::vector<SubjectVerdict> verdicts;
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
@@ -55,16 +66,22 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
     Judgement judgement(names.process(index));
     judgement.check(1 + proof.totals_compared(index));
-    if (!process.run_begin) {
-      judgement.doubt(evidence("run_begin", process.first_seen.value_or(EventRef{}),
-                               "no run_begin of this process"));
+    const bool is_of_ros2 = process.is_told_by_ros2;
+    if (!has_begun_here(process)) {
+      const std::string begin = is_of_ros2 ? "rcl_init" : "run_begin";
+      judgement.doubt(evidence(begin, process.first_seen.value_or(EventRef{}),
+                               "no " + begin + " of this process"));
     }
     const auto last = process.last_seen.value_or(EventRef{});
     const auto& window = context.options.window;
     const bool outlives_window = window && last.time > window->to;
-    if (!process.run_end) {
-      auto note = evidence("run_end", last,
-                           "interrupted: no run_end; this is the last event of the process");
+    if (!process.run_end && !(is_of_ros2 && exited.contains(index))) {
+      auto note =
+          is_of_ros2
+              ? evidence("sched_process_exit", last,
+                         "ROS 2's events do not tell when a process ends; this is its last one")
+              : evidence("run_end", last,
+                         "interrupted: no run_end; this is the last event of the process");
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {

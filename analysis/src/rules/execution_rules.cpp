@@ -86,6 +86,7 @@ std::vector<SubjectVerdict> judge_non_reentrant(const RuleContext& context) {
                                       Judgement& judgement) {
     judgement.check(callback.starts.count);
     judgement.overrule(proof.loss(index));
+    judgement.doubt(context.hidden.on_thread_of(callback));
     if (callback.overlap) {
       report(*callback.overlap, judgement);
     } else if (callback.overlap_unproven) {
@@ -121,6 +122,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     for (const auto& pair : thread.ran)
       judgement.check(pair.starts);
     judgement.overrule(losses.on(index));
+    judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {
       report(model, *thread.nesting, judgement);
     } else if (thread.nesting_unproven) {
@@ -162,7 +164,8 @@ const Rule kNonReentrant{
     "No two instances of one callback overlap in time.\n"
     "Why it matters: User code is seldom written to run twice at once: what it shares with "
     "itself is not protected.\n"
-    "Inconclusive when events of the callback were lost between the two.\n"
+    "Inconclusive when events of the callback were lost between the two, or a thread may have "
+    "served what ROS 2's events do not show (M2).\n"
     "Remedy: put the callback into a mutually exclusive group.",
     judge_non_reentrant,
     {.instances = true}};
@@ -174,8 +177,8 @@ const Rule kNoNesting{
     "code spins an executor inside a callback.\n"
     "Why it matters: The inner callback runs at the outer one's priority and its time is "
     "counted twice.\n"
-    "Inconclusive when events of a callback on that thread were lost, or the context vtid is "
-    "absent.\n"
+    "Inconclusive when events of a callback on that thread were lost, the context vtid is "
+    "absent, or the thread may have served what ROS 2's events do not show (M2).\n"
     "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
     "callback of the client instead.",
     judge_no_nesting,

@@ -52,6 +52,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
           if (thread.ran.size() > 1) judgement.fail([&] { return started_here(model, pair); });
         }
         judgement.doubt(losses.on(index));
+        judgement.doubt(context.hidden.on(index));
         if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
       });
   note_missing_vtid(context.model, verdicts);
@@ -112,6 +113,7 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
         judgement.check(callback.starts.count);
         judge_threads_of(context, callback, judgement);
         judgement.doubt(proof.loss(index));
+        judgement.doubt(context.hidden.on_thread_of(callback));
         if (callback.starts_without_tid != 0) {
           judgement.doubt(evidence(
               "vtid", callback.starts.first_at,
@@ -171,6 +173,7 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         if (proof.loss(index) && moves.exist_of(callback)) {
           judgement.doubt(proof.loss(index));
         }
+        judgement.doubt(context.hidden.on_thread_of(callback));
         for (const auto& move : callback.moves)
           judge_move(context, move, judgement);
       });
@@ -249,7 +252,8 @@ const Rule kOneCallbackPerThread{
     "Why it matters: Callbacks that share a thread wait for each other whatever their "
     "priorities: the urgent one is as late as the slowest before it.\n"
     "Inconclusive when a callback on the thread was never registered, or lost instances that "
-    "may have been another callback's.\n"
+    "may have been another callback's, or when the thread may have served a client or an action "
+    "of ROS 2, whose runs its events do not show.\n"
     "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
     "group of its own.",
     judge_one_callback,
@@ -262,8 +266,9 @@ const Rule kOneThreadPerCallback{
     "together.\n"
     "Why it matters: A callback that wanders between threads has no priority and no CPU of its "
     "own: what one thread was given does not hold on the next.\n"
-    "Inconclusive when the context vtid is absent, instances were lost, or it cannot be told "
-    "whether the earlier thread still lived.\n"
+    "Inconclusive when the context vtid is absent, instances were lost, it cannot be told "
+    "whether the earlier thread still lived, or a thread may have served what ROS 2's events do "
+    "not show (M2).\n"
     "Remedy: use the isolated executor (--executor isolated) in place of a pool of threads.",
     judge_one_thread,
     {.instances = true}};
@@ -274,8 +279,9 @@ const Rule kMappingPersistent{
     "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
     "one (or reused its tid) without being registered anew.\n"
     "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
-    "Inconclusive when the earlier thread's exit was lost, or a new thread_init after a "
-    "thread_fini may have been.\n"
+    "Inconclusive when the earlier thread's exit was lost, a new thread_init after a "
+    "thread_fini may have been, or a thread may have served what ROS 2's events do not show "
+    "(M2).\n"
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",
     judge_persistent,

@@ -100,6 +100,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
+        judgement.doubt(context.hidden.on(index));
         const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
         if (is_isolated(thread)) {
           judge_foreign_callbacks(context.model, thread, judgement);
@@ -274,7 +275,8 @@ const Rule kNoForeignWork{
     "is not judged).\n"
     "Why it matters: Work that no callback accounts for delays the callback at its own "
     "priority, and no analysis of callbacks sees it.\n"
-    "Inconclusive when a callback on it lost instances, the context vtid is absent, or (for the "
+    "Inconclusive when a callback on it lost instances, the context vtid is absent, it may have "
+    "served what ROS 2's events do not show (M2), or (for the "
     "budget) there are no kernel events, their record has a hole, or read-backs or the end of the "
     "thread were lost.\n"
     "Remedy: register the callback to the thread that runs it; move other work to a thread of "

@@ -165,13 +165,16 @@ bool Proof::is_complete(ProcessIndex process) const {
 
 std::optional<Evidence> Proof::incompleteness(ProcessIndex process) const {
   const auto& facts = model_.processes[at(process)];
-  if (!facts.run_begin) {
-    return evidence("run_begin", facts.first_seen.value_or(EventRef{}),
-                    "no run_begin: what came before is unknown");
+  if (!has_begun_here(facts)) {
+    const std::string begin = facts.is_told_by_ros2 ? "rcl_init" : "run_begin";
+    return evidence(begin, facts.first_seen.value_or(EventRef{}),
+                    "no " + begin + ": what came before is unknown");
   }
   if (!facts.run_end) {
     return evidence("run_end", facts.last_seen.value_or(EventRef{}),
-                    "no run_end: what came after the last event is unknown");
+                    facts.is_told_by_ros2
+                        ? "ROS 2's events count nothing: what is missing is unknown"
+                        : "no run_end: what came after the last event is unknown");
   }
   const auto& problems = processes_[at(process)].disagreements;
   return problems.empty() ? std::nullopt : std::optional(problems.front());
@@ -421,7 +424,7 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
     return evidence("publisher_fini", publisher.fini->first,
                     publisher.topic + " published: " + counted(publisher.fini->second, seen));
   }
-  if (!publisher.fini && !is_interrupted(publisher.process)) {
+  if (!publisher.fini && publisher.is_accounted && !is_interrupted(publisher.process)) {
     return evidence("publisher_fini", *publisher.registered,
                     publisher.topic + " has no publisher_fini");
   }
@@ -429,6 +432,10 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
 }
 
 void Proof::prove(const PublisherFacts& publisher) {
+  // What ROS 2's events add to a process that counts its own.
+  const bool is_added =
+      !publisher.is_accounted && !model_.processes[at(publisher.process)].is_told_by_ros2;
+  if (is_added) return;
   auto& process = processes_[at(publisher.process)];
   if (publisher.registered) ++process.publishers_registered;
   if (publisher.fini) ++process.compared;

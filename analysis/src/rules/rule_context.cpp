@@ -36,6 +36,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       proof(facts, lives),
       isolated(facts),
       losses(facts, proof, isolated),
+      hidden(facts),
       unknown_threads(find_unknown(facts, proof)) {}
 
 }  // namespace cie::analysis

@@ -4,6 +4,7 @@
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/verdict.hpp>
 
+#include "hidden_callbacks.hpp"
 #include "isolated_threads.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
@@ -29,6 +30,7 @@ struct RuleContext {
   const Proof proof;
   const IsolatedThreads isolated;
   const ThreadLosses losses;
+  const HiddenCallbacks hidden;
   // Threads that ran callbacks, were never announced, and of which it is not proven that they never
   // were (M9 is INCONCLUSIVE): rules about isolated threads are INCONCLUSIVE there as well.
   const std::map<ThreadIndex, Evidence> unknown_threads;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <string>
 #include <tuple>
 
@@ -24,6 +25,25 @@ constexpr std::array<Requirement, 5> kRequired{{
     {"callback_start", "enable cie:callback_start and let a callback run"},
     {"callback_end", "enable cie:callback_end and let a callback run"},
 }};
+
+// The same of recordings that hold ROS 2's words alone.
+constexpr std::array<Requirement, 4> kRequiredOfRos2{{
+    {"rcl_init", "enable ros2:rcl_init before the application starts"},
+    {"callback_init", "enable the ros2: events ending in _init and _added before it starts"},
+    {"callback_start", "enable ros2:callback_start and let a callback run"},
+    {"callback_end", "enable ros2:callback_end and let a callback run"},
+}};
+
+std::span<const Requirement> required_of(const Model& model) {
+  bool is_any = false;
+  for (const auto& process : model.processes) {
+    if (!process.has_cie_events) continue;
+    if (!process.is_told_by_ros2) return kRequired;
+    is_any = true;
+  }
+  if (is_any) return kRequiredOfRos2;
+  return kRequired;
+}
 
 EventRef begin_of(const Model& model) { return moment(model.begin.value_or(Timestamp{})); }
 
@@ -114,7 +134,7 @@ std::vector<SubjectVerdict> judge_required_events(const RuleContext& context) {
     judgement.doubt(evidence(std::string(what), begin_of(context.model), std::move(note)));
   };
   const bool is_cut = context.options.window.has_value();
-  for (const auto& requirement : kRequired) {
+  for (const auto& requirement : required_of(context.model)) {
     if (events.by_name.contains(requirement.event)) {
       judgement.check();
     } else if (is_cut && requirement.event.find("init") == std::string_view::npos) {
@@ -197,8 +217,8 @@ const Rule kRequiredEvents{
     "T5",
     "required-events",
     "The trace holds what every judgement rests on: run_begin, callback_init, thread_init, "
-    "callback_start, callback_end and the contexts vpid and vtid. Whatever else a rule needs, "
-    "that rule asks for.\n"
+    "callback_start, callback_end and the contexts vpid and vtid; of ROS 2, rcl_init, what makes "
+    "callbacks known, and the same two. Whatever else a rule needs, that rule asks for.\n"
     "Why it matters: Without them there is nothing to judge, and a rule that judges nothing "
     "must not look as if it passed.\n"
     "Inconclusive when one of them is absent: the message names it and how to enable it.\n"

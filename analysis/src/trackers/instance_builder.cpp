@@ -74,7 +74,7 @@ void InstanceBuilder::measure(std::unique_ptr<LiveInstance> live) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
   if (!who.process) return;
-  registry_.note_speaker(*who.process);
+  registry_.note_speaker(head, *who.process);
   auto live = new_instance();
   live->callback = registry_.callback(who, event.callback);
   live->callback_facts = &model_.callbacks[at(live->callback)];
@@ -357,9 +357,10 @@ void InstanceBuilder::advance(const EventHead& head) {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
-  registry_.note_speaker(*who.process);
+  registry_.note_speaker(head, *who.process);
   const auto index = registry_.publisher(*who.process, event.publisher);
   auto& facts = model_.publishers[index];
+  facts.is_accounted = !head.is_derived;
   registry_.published(index).observe(event.seq, ref(head), facts.published);
   ChainNodeRef node;
   if (who.thread) {

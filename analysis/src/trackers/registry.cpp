@@ -103,7 +103,7 @@ void Registry::note_last_seen(ProcessIndex process, const EventRef& event, std::
 
 std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
   const auto process = process_of(head);
-  if (process) note_speaker(*process);
+  if (process) note_speaker(head, *process);
   return process;
 }
 
@@ -234,7 +234,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
     }
   }
   auto& process = model_.processes[at(index)];
-  process.has_cie_events = true;
+  note_speaker(head, index);
   process.executor = event.executor;
   if (event.moment == RunMoment::announce) ++process.announcements;
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
@@ -338,6 +338,7 @@ void Registry::apply(const EventHead& head, const PublisherInit& event) {
   facts.topic = event.topic;
   facts.writer_gid = event.writer_gid;
   facts.node = event.node;
+  facts.is_accounted = !head.is_derived;
   publisher_by_gid_[event.writer_gid] = index;
   const auto host = model_.processes[at(*process)].host;
   publisher_by_host_gid_[{scope(host), static_cast<std::int64_t>(event.writer_gid)}] = index;
@@ -426,6 +427,38 @@ void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
 void Registry::apply(const EventHead& head, const ProcessName& event) {
   const auto process = process_of(head);
   if (process) model_.processes[at(*process)].name = event.name;
+}
+
+void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
+  const auto process = process_of(head);
+  if (!process) return;
+  auto& begin = model_.processes[at(*process)].ros2_begin;
+  if (!begin) begin = ref(head);
+}
+
+void Registry::apply(const EventHead& head, const HiddenInit& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  auto& hidden = model_.processes[at(*process)].hidden;
+  if (event.hidden >= hidden.size()) hidden.resize(event.hidden + 1);
+  auto& facts = hidden[event.hidden];
+  if (facts.what.empty()) {
+    facts.made = ref(head);
+    facts.what = event.what;
+    facts.node = event.node;
+    facts.is_client = event.is_client;
+    facts.is_action = event.is_action;
+  }
+  if (event.group != kNoGroup) facts.group = event.group;
+}
+
+void Registry::apply(const Emitter& who, const HiddenRun& event) {
+  if (!who.process) return;
+  auto& process = model_.processes[at(*who.process)];
+  process.tells_responses = true;
+  if (who.thread && event.hidden < process.hidden.size()) {
+    process.hidden[event.hidden].ran_on.insert(*who.thread);
+  }
 }
 
 std::optional<std::uint32_t> Registry::publisher_by_gid(HostIndex reader, std::uint64_t gid) const {

@@ -89,7 +89,11 @@ class Registry {
   // The same, of an event that makes it a process of the report.
   std::optional<ProcessIndex> speaker_of(const EventHead& head);
   // It did more than keep the time: it is a process of the report.
-  void note_speaker(ProcessIndex process) { model_.processes[at(process)].has_cie_events = true; }
+  void note_speaker(const EventHead& head, ProcessIndex process) {
+    auto& facts = model_.processes[at(process)];
+    facts.is_told_by_ros2 = head.is_derived && (facts.is_told_by_ros2 || !facts.has_cie_events);
+    facts.has_cie_events = true;
+  }
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
   // The callback, known or provisional (init not seen yet).
@@ -123,6 +127,9 @@ class Registry {
   std::optional<ThreadIndex> apply(const EventHead& head, const ThreadSched& event);
   void apply(const EventHead& head, const SchedProcessExit& event);
   void apply(const EventHead& head, const ProcessName& event);
+  void apply(const EventHead& head, const Ros2Begin& event);
+  void apply(const EventHead& head, const HiddenInit& event);
+  void apply(const Emitter& who, const HiddenRun& event);
 
   // Publisher by the 64-bit writer gid it announced: the one of the reader's host, else of any
   // (machines that are copies of each other may give equal ones). Empty if unknown.

@@ -27,7 +27,7 @@ constexpr std::uint64_t kinds() noexcept {
 // Events that view memory that is not their own.
 inline constexpr std::uint64_t kWithViews =
     kinds<StreamBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit, ThreadInit,
-          ThreadSched, SchedSwitch, SchedProcessFork, ProcessName, OtherEvent>();
+          ThreadSched, HiddenInit, SchedSwitch, SchedProcessFork, ProcessName, OtherEvent>();
 
 // What a translator with a memory is given of an event: see Translation.
 struct RawEvent {
@@ -108,6 +108,7 @@ class EventBatch {
   }
   // Without those that follow from them. Valid until the next clear().
   std::span<const Event> events() const noexcept { return {events_.get(), next_}; }
+  std::span<Event> events() noexcept { return {events_.get(), next_}; }
 
  private:
   struct Raw {

@@ -292,6 +292,62 @@ TEST(Ros2Recordings, TimersAndWhatTheyPublishToAreChains) {
                                            "/sub_node@Subscription(/topic2)"}));
 }
 
+// A client and a subscription share a group there. What the client's thread ran 39 times for it, no
+// event shows.
+TEST(Ros2Recordings, AClientsThreadIsNotFoundToBeIsolated) {
+  const std::vector<fs::path> paths{kOwn / "client_in_group"};
+  const auto result = analyze(paths, {});
+  for (const auto* rule : {"M2", "M3", "M4", "M6", "E2", "E3"})
+    EXPECT_EQ(verdict(result, rule), Verdict::inconclusive) << rule;
+  EXPECT_EQ(verdict(result, "T5"), Verdict::pass);
+  ASSERT_EQ(result.report.processes.size(), 1U);
+  EXPECT_TRUE(result.report.processes.front().complete);
+  const auto m2 = std::ranges::find(result.verdicts.rules, "M2", &RuleVerdict::id);
+  ASSERT_NE(m2, result.verdicts.rules.end());
+  EXPECT_EQ(m2->subjects.size(), 11U);  // threads that ran callbacks
+  for (const auto& subject : m2->subjects) {
+    ASSERT_EQ(subject.evidence.size(), 1U) << subject.subject;
+    EXPECT_EQ(subject.evidence.front().note,
+              "may also have served the client of /car/enable (node /car/plan), whose responses "
+              "ROS 2's events do not show");
+  }
+}
+
+// An executor inside rclcpp told of each instance in this project's events, and rclcpp in its own.
+// Numbers of cie:callback_start by callback_id, as babeltrace2 counts them.
+TEST(Ros2Recordings, WhatTwoProvidersTellCountsOnce) {
+  const std::map<std::string, std::uint64_t> started{
+      {"/car/sensor@Timer(20000000)", 191},
+      {"/car/sensor@Timer(50000000)", 77},
+      {"/car/fusion@Subscription(/car/lidar)", 191},
+      {"/car/fusion@Subscription(/car/camera)", 77},
+      {"/car/fusion@Timer(200000000)", 20},
+      {"/car/plan@Subscription(/car/fused)", 191},
+      {"/car/plan@Service(/car/enable)", 39},
+      {"/car/plan@Client(/car/enable)", 39},
+      {"/car/plan@Timer(100000000)", 39},
+  };
+  const std::vector<fs::path> paths{kOwn / "both_providers"};
+  const auto result = analyze(paths, {});
+  std::map<std::string, std::uint64_t> seen;
+  for (const auto& callback : result.report.callbacks)
+    seen[callback.logical_id] += callback.instances + callback.incomplete;
+  EXPECT_EQ(seen, started);
+  EXPECT_FALSE(result.report.chains.empty());  // through what only rclcpp's events tell
+}
+
+// The same executor without rclcpp's events beside its own. R1 and R2 fail by the machine's load.
+TEST(Ros2Recordings, ASecondProviderMakesNoVerdictWorse) {
+  const std::vector<fs::path> both{kOwn / "both_providers"};
+  const std::vector<fs::path> one{kOwn / "rclcpp_with_cie_events"};
+  const auto result = analyze(both, {});
+  const auto reference = analyze(one, {});
+  for (const auto& rule : reference.verdicts.rules) {
+    if (rule.id == "R1" || rule.id == "R2") continue;
+    EXPECT_EQ(verdict(result, rule.id), rule.verdict) << rule.id;
+  }
+}
+
 TEST(Ros2Recordings, OthersGiveTheFiguresThatOthersComputed) {
   const auto folders = recordings(std::getenv("CIE_TRACES"));
   if (folders.empty()) {

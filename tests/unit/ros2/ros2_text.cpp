@@ -67,7 +67,12 @@ class Line {
       return;
     }
     for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
-      if (translation->fields[slot].alternative(name)) store(fields_[slot], value);
+      const auto& request = translation->fields[slot];
+      if (!request.alternative(name)) continue;
+      store(fields_[slot], value);
+      const auto label = std::ranges::find(request.labels, value);
+      if (label == request.labels.end()) continue;
+      fields_[slot].label = static_cast<std::int16_t>(label - request.labels.begin());
     }
   }
   void store(Field& field, const std::string& value) {

@@ -16,6 +16,7 @@ inline constexpr std::int64_t kRealtimeOffset = 1'000'000;
 
 // A node "/n" with timers of period 1 (callback 0x30) and 2 (0x31).
 inline constexpr const char* kTwoTimers = R"(
+  0 rcl_init context_handle=0x1
   0 rcl_node_init node_handle=0x10 node_name=n namespace=/
   1 rcl_timer_init timer_handle=0x20 period=1
   1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30

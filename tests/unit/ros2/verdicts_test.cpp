@@ -13,6 +13,7 @@ namespace {
 
 using analysis::Verdict;
 using testing::HasSubstr;
+using testing::Not;
 
 constexpr const char* kIsolated = R"(
   10 callback_start tid=1 callback=0x30
@@ -71,12 +72,46 @@ TEST(Ros2Verdicts, TotalsOfACallbackThatNeverRanAreMissingSinceItWasMade) {
   EXPECT_EQ(evidence.time.ns, 9);  // told when the recording ends
 }
 
-TEST(Ros2Verdicts, WhatIsMissingIsNamed) {
+TEST(Ros2Verdicts, EventsOfThisProjectAreNotAskedFor) {
   const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
-  EXPECT_EQ(result.verdict("T5"), Verdict::inconclusive);
-  EXPECT_THAT(result.evidence("T5"), HasSubstr("run_begin"));
-  EXPECT_THAT(result.evidence("T5"), HasSubstr("thread_init"));
+  EXPECT_EQ(result.verdict("T5"), Verdict::pass);
   EXPECT_EQ(result.analysis.verdicts.verdict, Verdict::inconclusive);
+}
+
+constexpr const char* kLate = R"(
+  1 rcl_timer_init timer_handle=0x20 period=1
+  1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30)";
+
+TEST(Ros2Verdicts, WhatIsMissingIsNamed) {
+  const auto result = analyze_ros2(std::string(kLate) + kIsolated);
+  EXPECT_EQ(result.verdict("T5"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("T5"), HasSubstr("rcl_init"));
+  EXPECT_THAT(result.evidence("T5"), Not(HasSubstr("run_begin")));
+  EXPECT_THAT(result.evidence("T4"), HasSubstr("no rcl_init of this process"));
+}
+
+bool has_defect(const Ros2Result& result, analysis::DefectKind kind) {
+  return std::ranges::find(result.analysis.report.defects, kind, &analysis::TraceDefect::kind) !=
+         result.analysis.report.defects.end();
+}
+
+TEST(Ros2Verdicts, AProcessBeginsWithItsFirstContext) {
+  const auto whole = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  EXPECT_FALSE(has_defect(whole, analysis::DefectKind::missing_run_begin));
+  EXPECT_FALSE(has_defect(whole, analysis::DefectKind::missing_run_end));
+  EXPECT_TRUE(whole.analysis.report.processes.at(0).complete);
+  const auto late = analyze_ros2(std::string(kLate) + kIsolated);
+  EXPECT_TRUE(has_defect(late, analysis::DefectKind::missing_run_begin));
+  EXPECT_FALSE(late.analysis.report.processes.at(0).complete);
+}
+
+TEST(Ros2Verdicts, TheEndOfAProcessIsToldByTheKernelAlone) {
+  const auto open = analyze_ros2(std::string(kTwoTimers) + kIsolated);
+  EXPECT_EQ(open.verdict("T4"), Verdict::inconclusive);
+  EXPECT_THAT(open.evidence("T4"), HasSubstr("ROS 2's events do not tell when a process ends"));
+  const auto seen =
+      analyze_ros2(std::string(kTwoTimers) + kIsolated + "\n  30 sched:sched_process_exit tid=1");
+  EXPECT_EQ(seen.verdict("T4"), Verdict::pass);
 }
 
 }  // namespace

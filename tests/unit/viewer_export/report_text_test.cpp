@@ -50,6 +50,15 @@ TEST(ReportText, SaysFirstWhatMatters) {
                 "Chain braking", "Notes"});
 }
 
+TEST(ReportText, SaysThatARecordingIsIncompleteOnlyWhereSomethingIsMissing) {
+  auto report = test::sample_report();
+  report.defects.clear();
+  report.trace.complete = false;
+  EXPECT_THAT(text_of(report), HasSubstr("complete is not known"));
+  report.processes.front().complete = false;
+  EXPECT_THAT(text_of(report), HasSubstr("NOT complete"));
+}
+
 TEST(ReportText, NamesTheWorstOffenders) {
   const auto text = text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("longest response time    289.4 us  /a/plan@Timer(20000000)\n"));

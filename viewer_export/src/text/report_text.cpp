@@ -69,6 +69,12 @@ std::string window_text(const Report& report) {
   const bool is_listed = std::ranges::any_of(report.defects, [](const auto& defect) {
     return defect.severity != analysis::Severity::info;
   });
+  const bool is_open = !is_listed && std::ranges::all_of(report.processes, [](const auto& process) {
+    return process.complete;
+  });
+  if (is_open) {
+    return text + "; whether it is complete is not known: see rules T2 to T4 of cie verify";
+  }
   return text + "; the recording is NOT complete: see " +
          (is_listed ? "the defects below" : "rules T2 to T4 of cie verify");
 }

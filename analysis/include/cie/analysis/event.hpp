@@ -265,6 +265,29 @@ struct ClockSync {
   std::int64_t realtime_ns = 0;
 };
 
+// --- of processes that ROS 2's tracers tell of: these only follow from other events ---------------
+struct Ros2Begin {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName = "rcl_init";
+};  // nothing of the process came before
+// A callback whose runs no event shows. Told again when its group is known.
+struct HiddenInit {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName{};
+  std::uint32_t hidden = 0;  // in its process, counted from 0
+  GroupId group{};
+  bool is_client = false;  // else a service
+  bool is_action = false;  // its part in an action
+  std::string_view what;   // "the client of /car/enable"
+  std::string_view node;
+};
+// The thread took a response of a hidden client.
+struct HiddenRun {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName{};
+  std::uint32_t hidden = 0;
+};
+
 // --- kernel ---------------------------------------------------------------------------------------
 // Priorities are normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE.
 struct SchedSwitch {
@@ -340,8 +363,9 @@ using EventBody =
                  TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit, CallbackFini,
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
-                 SchedSwitch, SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit,
-                 SchedMigrateTask, SchedPiSetprio, ProcessName, OtherEvent>;
+                 Ros2Begin, HiddenInit, HiddenRun, SchedSwitch, SchedWaking, SchedWakeup,
+                 SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
+                 OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -13,15 +13,16 @@ void announce_node(std::optional<NodeId> id, const EventHead& head, Process& pro
   emit(head, NodeInit{.node = node->id, .name = node->name}, sink);
 }
 
-std::optional<GroupId> announce_group(const Callback& callback, const EventHead& head,
-                                      Process& process, const EventSink& sink) {
-  if (!callback.group) return std::nullopt;
-  const auto group = process.directory.group(*callback.group);
-  if (!group || !process.announced_groups.insert(*callback.group).second) return group;
+// Of a callback, hidden or not.
+std::optional<GroupId> announce_group_of(const auto& member, const EventHead& head,
+                                         Process& process, const EventSink& sink) {
+  if (!member.group) return std::nullopt;
+  const auto group = process.directory.group(*member.group);
+  if (!group || !process.announced_groups.insert(*member.group).second) return group;
   emit(head,
        GroupInit{.group = *group,
-                 .node = callback.node.value_or(kNoNode),
-                 .type = process.directory.group_type(*callback.group)},
+                 .node = member.node.value_or(kNoNode),
+                 .type = process.directory.group_type(*member.group)},
        sink);
   return group;
 }
@@ -34,7 +35,7 @@ void announce(CallbackNumber number, const EventHead& head, Process& process,
   if (callback.is_told || !callback.kind) return;
   callback.is_told = true;
   announce_node(callback.node, head, process, sink);
-  const auto group = announce_group(callback, head, process, sink);
+  const auto group = announce_group_of(callback, head, process, sink);
   const auto logical_id = process.directory.logical_id(number);
   emit(head,
        CallbackInit{.callback = callback.id,
@@ -46,6 +47,21 @@ void announce(CallbackNumber number, const EventHead& head, Process& process,
                     .symbol = callback.symbol,
                     .period_ns = callback.period_ns,
                     .queue_depth = callback.queue_depth},
+       sink);
+}
+
+void announce_hidden(std::uint32_t number, const EventHead& head, Process& process,
+                     const EventSink& sink) {
+  const auto& hidden = process.directory.hidden(number);
+  const auto group = announce_group_of(hidden, head, process, sink);
+  const auto* node = hidden.node ? process.directory.node(*hidden.node) : nullptr;
+  emit(head,
+       HiddenInit{.hidden = number,
+                  .group = group.value_or(kNoGroup),
+                  .is_client = hidden.is_client,
+                  .is_action = hidden.is_action,
+                  .what = hidden.what,
+                  .node = node != nullptr ? std::string_view(node->name) : std::string_view{}},
        sink);
 }
 

@@ -79,6 +79,9 @@ void enter_description(Ros2Event event, bool repeats, const Payload& p, Process&
     case Ros2Event::service_callback:
       directory.add_handle_callback(CallbackKind::service, first, second);
       break;
+    case Ros2Event::client_init:
+      directory.add_client(first, second, p.text(2), p.number<Address>(3), repeats);
+      break;
     case Ros2Event::timer_init:
       directory.add_timer(first, p.number<std::uint64_t>(1), repeats);
       break;

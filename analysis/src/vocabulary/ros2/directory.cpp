@@ -11,6 +11,18 @@ namespace {
 // Far from what an executor of this project numbers from 0, should a process have both.
 constexpr std::uint32_t kFirstId = 1'000'000;
 
+// An action is made of three services and two topics. One of them stands for it.
+constexpr std::string_view kActionPart = "/_action/";
+constexpr std::string_view kActionGoal = "/_action/send_goal";
+
+bool is_of_action(std::string_view service) {
+  return service.find(kActionPart) != std::string_view::npos;
+}
+
+std::string action_of(std::string_view service) {
+  return std::string(service.substr(0, service.rfind(kActionPart)));
+}
+
 template <typename Id>
 Id id_of(std::size_t number) noexcept {
   return static_cast<Id>(kFirstId + static_cast<std::uint32_t>(number));
@@ -80,6 +92,37 @@ void Directory::add_service(Address handle, Address node, std::string_view servi
   auto& entity = renew(handle, CallbackKind::service, service, repeats);
   entity.node = node_of(node);
   refresh(entity);
+  if (service.ends_with(kActionGoal))
+    hide(entity, {.what = "the action server of " + action_of(service), .is_action = true});
+}
+
+void Directory::add_client(Address handle, Address node, std::string_view service,
+                           Address rmw_handle, bool repeats) {
+  auto& entity = renew(handle, CallbackKind::client, service, repeats);
+  entity.node = node_of(node);
+  if (!is_of_action(service)) {
+    hide(entity, {.what = "the client of " + std::string(service), .is_client = true});
+    clients_[rmw_handle] = *entity.hidden;
+  } else if (service.ends_with(kActionGoal)) {
+    hide(entity, {.what = "the action client of " + action_of(service),
+                  .is_client = true,
+                  .is_action = true});
+  }
+}
+
+// Once, however often it is told.
+void Directory::hide(Entity& entity, Hidden hidden) {
+  if (entity.hidden) return;
+  entity.hidden = static_cast<std::uint32_t>(hidden_.size());
+  news_of_hidden_.push_back(*entity.hidden);
+  hidden.node = entity.node;
+  hidden.group = entity.group;
+  hidden_.push_back(std::move(hidden));
+}
+
+std::optional<std::uint32_t> Directory::hidden_of(Address rmw_client) const {
+  const auto found = clients_.find(rmw_client);
+  return found == clients_.end() ? std::nullopt : std::optional(found->second);
 }
 
 void Directory::add_timer(Address handle, std::uint64_t period_ns, bool repeats) {
@@ -165,6 +208,9 @@ void Directory::join_group(Address group, Address handle) {
   auto& entity = entities_[handle];
   entity.group = group;
   refresh(entity);
+  if (!entity.hidden) return;
+  hidden_[*entity.hidden].group = group;
+  news_of_hidden_.push_back(*entity.hidden);
 }
 
 std::optional<GroupId> Directory::group(Address address) const {

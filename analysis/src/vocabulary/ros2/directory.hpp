@@ -11,6 +11,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis::ros2 {
@@ -32,6 +33,15 @@ struct Publisher {
   std::uint64_t next_seq = 0;
   std::int64_t last_stamp = 0;
   bool is_told = false;
+};
+
+// A callback whose runs no event shows: of a client, or of an action.
+struct Hidden {
+  std::string what{};  // "the client of /car/enable"
+  std::optional<NodeId> node{};
+  std::optional<Address> group{};
+  bool is_client = false;
+  bool is_action = false;
 };
 
 // One callback, however many addresses it has.
@@ -59,6 +69,8 @@ class Directory {
   void add_subscription(Address handle, Address node, std::string_view topic,
                         std::uint32_t queue_depth, bool repeats);
   void add_service(Address handle, Address node, std::string_view service, bool repeats);
+  void add_client(Address handle, Address node, std::string_view service, Address rmw_handle,
+                  bool repeats);
   void add_timer(Address handle, std::uint64_t period_ns, bool repeats);
   void link_timer(Address handle, Address node);
   void add_object(Address subscription_handle, Address object);
@@ -83,6 +95,12 @@ class Directory {
   // The callback that a queue between callbacks feeds. Empty: unknown.
   std::optional<CallbackNumber> callback_of_buffer(Address buffer) const;
   Callback& get(CallbackNumber number) { return callbacks_[static_cast<std::size_t>(number)]; }
+  // Of the client of that rmw handle. Empty: unknown.
+  std::optional<std::uint32_t> hidden_of(Address rmw_client) const;
+  const Hidden& hidden(std::uint32_t number) const { return hidden_[number]; }
+  // Those of which something new was said since the last call.
+  std::vector<std::uint32_t> news_of_hidden() { return std::exchange(news_of_hidden_, {}); }
+  std::size_t hidden_callbacks() const noexcept { return hidden_.size(); }
   // A publisher of that handle; one without a topic if it was never announced.
   Publisher& publisher(Address handle);
   Node* node(NodeId id);
@@ -105,6 +123,7 @@ class Directory {
     std::optional<Address> group{};
     bool is_announced = false;
     std::optional<CallbackNumber> callback{};
+    std::optional<std::uint32_t> hidden{};
   };
   struct Object {
     Address handle = 0;
@@ -123,6 +142,7 @@ class Directory {
 
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
   void bind(Binding& binding, Address handle);
+  void hide(Entity& entity, Hidden hidden);
   static void describe(Callback& callback, const Entity& entity);
   void refresh(const Entity& entity);
   CallbackNumber new_callback();
@@ -135,7 +155,10 @@ class Directory {
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;
   std::unordered_map<Address, Entity> entities_;  // by rcl handle
-  std::unordered_map<Address, Object> objects_;   // of rclcpp's subscriptions
+  std::deque<Hidden> hidden_;
+  std::vector<std::uint32_t> news_of_hidden_;
+  std::unordered_map<Address, std::uint32_t> clients_;  // hidden ones, by rmw handle
+  std::unordered_map<Address, Object> objects_;         // of rclcpp's subscriptions
   std::unordered_map<Address, Binding> bindings_;
   std::unordered_map<Address, std::vector<Address>> waiting_;  // callbacks, by object
   std::unordered_map<Address, Group> groups_;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <iterator>
+#include <utility>
 
 namespace cie::analysis {
 
@@ -49,16 +50,38 @@ bool is_told_better(Ros2Event event, const Payload& p, ros2::Process& process) {
   }
 }
 
+// Whether this project's own events say the same of their process: what runs, waits and is released.
+// What began before they did still ends.
+bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& thread) {
+  switch (event) {
+    case Ros2Event::callback_end:
+      return std::ranges::none_of(thread.open, [&p](const RunningCallback& open) {
+        return open.address == p.number<Address>(0);
+      });
+    case Ros2Event::callback_start:
+    case Ros2Event::executor_wait:
+    case Ros2Event::executor_ready:
+    case Ros2Event::enqueue:
+      return true;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 void EventTranslator::translate(EventBatch& batch) {
-  constexpr auto kHeeded = kinds<StreamBegin, RunBegin, Discarded, DamagedPacket>();
-  if (!batch.has_raw() && (batch.kinds_kept() & kHeeded) == 0) return;
-  for (const auto& event : batch.events()) {
+  constexpr auto kHeeded =
+      kinds<StreamBegin, RunBegin, CallbackInit, PublisherInit, Discarded, DamagedPacket>();
+  if (!batch.has_raw() && !links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
+  for (auto& event : batch.events()) {
     const auto& head = event.head;
     std::visit(
         Overloaded{[&](const StreamBegin& e) { apply(head, e); },
                    [&](const RunBegin& e) { apply(head, e); },
+                   [&](const CallbackInit& e) { apply(head, e); },
+                   [&](const PublisherInit& e) { apply(head, e); },
+                   [&](CallbackStart& e) { complete(head, e); },
                    [&](const Discarded&) { lose(head); }, [&](const DamagedPacket&) { lose(head); },
                    [&](const OtherEvent&) {
                      if (const auto raw = batch.raw(event)) {
@@ -79,6 +102,27 @@ void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
 void EventTranslator::apply(const EventHead& head, const RunBegin& /*event*/) {
   if (!head.pid) return;
   stream_of(head).host->processes[*head.pid].has_own_events = true;
+}
+
+void EventTranslator::apply(const EventHead& head, const CallbackInit& event) {
+  if (!head.pid || event.kind != CallbackKind::subscription) return;
+  auto& process = stream_of(head).host->processes[*head.pid];
+  process.own_subscriptions[event.callback] = event.source;
+}
+
+void EventTranslator::apply(const EventHead& head, const PublisherInit& event) {
+  if (!head.pid) return;
+  stream_of(head).host->processes[*head.pid].own_topics.emplace(event.topic);
+}
+
+void EventTranslator::complete(const EventHead& head, CallbackStart& event) {
+  if (!head.pid || event.writer_gid != 0 || event.source_timestamp_realtime_ns == 0) return;
+  const auto& process = stream_of(head).host->processes[*head.pid];
+  const auto topic = process.own_subscriptions.find(event.callback);
+  if (topic == process.own_subscriptions.end()) return;
+  const auto origin = links_.find(topic->second, event.source_timestamp_realtime_ns);
+  event.writer_gid = origin.gid;
+  event.source_timestamp_realtime_ns = origin.stamp;
 }
 
 void EventTranslator::lose(const EventHead& head) {
@@ -111,6 +155,7 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
   }
   auto& process = host.processes[*head.pid];
   process.last = head;
+  const bool has_spoken = std::exchange(process.has_spoken, true);
   Context context{.head = head,
                   .realtime = realtime,
                   .process = process,
@@ -121,7 +166,21 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
   if (is_told_better(event, p, process)) return;
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
+  if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
+  const bool repeats = (raw.kind & ros2::kRepeats) != 0;
   switch (event) {
+    case Ros2Event::begin:
+      // What tells it again when a recording begins tells everything that was made since.
+      if (!has_spoken || repeats || is_ros2_profile_handle(p.number<Address>(0))) {
+        emit(head, Ros2Begin{}, sink);
+      }
+      break;
+    case Ros2Event::take_response:
+      if (const auto hidden = process.directory.hidden_of(p.number<Address>(0));
+          hidden && p.number<int>(1, 1) != 0) {
+        emit(head, HiddenRun{.hidden = *hidden}, sink);
+      }
+      break;
     case Ros2Event::callback_start:
       start(p.number<Address>(0), context);
       break;
@@ -139,7 +198,9 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
       break;
     default:
       take(event, p, context);
-      enter_description(event, (raw.kind & ros2::kRepeats) != 0, p, process, links_);
+      enter_description(event, repeats, p, process, links_);
+      for (const auto hidden : process.directory.news_of_hidden())
+        announce_hidden(hidden, head, process, sink);
       break;
   }
 }
@@ -263,8 +324,13 @@ void EventTranslator::end(Address address, Context& context) {
 void EventTranslator::finish(EventBatch& batch) {
   for (auto& [name, host] : hosts_) {
     for (auto& [pid, process] : host.processes) {
+      if (process.has_own_events) continue;
       for (std::size_t i = 0; i < process.directory.callbacks(); ++i) {
         announce(static_cast<ros2::CallbackNumber>(i), process.last, process, {.batch = batch});
+      }
+      for (std::uint32_t i = 0; i < process.directory.hidden_callbacks(); ++i) {
+        if (!process.directory.hidden(i).group) continue;  // which may have been told since
+        announce_hidden(i, process.last, process, {.batch = batch});
       }
     }
   }

@@ -46,6 +46,10 @@ class EventTranslator {
   void apply(const EventHead& head, const StreamBegin& event);
   // The process tells of itself in this project's own events.
   void apply(const EventHead& head, const RunBegin& event);
+  void apply(const EventHead& head, const CallbackInit& event);
+  void apply(const EventHead& head, const PublisherInit& event);
+  // Who wrote the message that it took, if it does not say and ROS 2's events do.
+  void complete(const EventHead& head, CallbackStart& event);
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head);

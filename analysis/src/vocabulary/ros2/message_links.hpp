@@ -40,6 +40,8 @@ class MessageLinks {
   Origin find(const std::string& topic, std::int64_t source_timestamp) const;
   Origin find_entry(const std::string& topic, std::int64_t entry) const;
 
+  bool has_any() const noexcept { return !topics_.empty(); }
+
  private:
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
 

@@ -8,10 +8,12 @@
 #include "vocabulary/event_batch.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <string>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -64,7 +66,10 @@ struct Process {
   std::unordered_map<std::uint64_t, Address> agnocast_subscriptions{};  // by its own number
   std::unordered_map<Address, std::int64_t> agnocast_entries{};         // by callable
   std::set<Address> announced_groups{};
-  bool has_own_events = false;    // this project's, which say more and are numbered
+  bool has_spoken = false;      // in ROS 2's words
+  bool has_own_events = false;  // this project's, which say more and are numbered
+  std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
+  std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
   bool has_ros2_profile = false;  // says the same in ROS 2's words too
 };
 

@@ -89,6 +89,7 @@ void Publications::begin(Address message, std::optional<Address> publisher, Cont
 MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMessage publication,
                                         Context& context) {
   auto& publisher = context.process.directory.publisher(*publishing.publisher);
+  if (context.process.own_topics.contains(publisher.topic)) return {};  // told by the process
   announce(publisher, publishing.head, context.process, context.sink);
   if (!publication.is_exact) {
     publication.stamp = std::max(publishing.realtime, publisher.last_stamp + 1);

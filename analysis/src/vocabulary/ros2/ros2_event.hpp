@@ -9,6 +9,7 @@ namespace cie::analysis::ros2 {
 
 // Behind each: the fields in the order of their slots. Handles are addresses in the process.
 enum class Ros2Event : std::uint32_t {
+  begin,                   // context_handle
   node_init,               // node_handle, node_name, namespace
   publisher_init,          // publisher_handle, node_handle, topic_name
   subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth
@@ -16,6 +17,7 @@ enum class Ros2Event : std::uint32_t {
   subscription_callback,   // subscription, callback
   service_init,            // service_handle, node_handle, service_name
   service_callback,        // service_handle, callback
+  client_init,             // client_handle, node_handle, service_name, rmw_client_handle
   timer_init,              // timer_handle, period
   timer_callback,          // timer_handle, callback
   timer_node,              // timer_handle, node_handle
@@ -28,6 +30,7 @@ enum class Ros2Event : std::uint32_t {
   rmw_publish,             // message, timestamp (of the source; since Iron)
   bind_stamp,              // addr, source_stamp: CARET's word for a message's source timestamp
   rmw_take,                // source_timestamp, taken
+  take_response,           // rmw_client_handle, taken
   dispatch,                // callback, source_stamp: CARET's take
   intra_dispatch,          // message, callback: CARET's take between callbacks of a process
   message_copy,            // original_message, constructed_message

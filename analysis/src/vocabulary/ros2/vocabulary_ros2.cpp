@@ -18,6 +18,7 @@ void add(std::vector<Translation>& table, Ros2Event event,
 }
 
 void add_entities(std::vector<Translation>& table) {
+  add(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"}, {"context_handle"});
   add(table, Ros2Event::node_init,
       {"ros2:rcl_node_init", "ros2_caret:rcl_node_init", "agnocast:agnocast_node_init",
        "ros2_caret:agnocast_node_init"},
@@ -40,6 +41,8 @@ void add_entities(std::vector<Translation>& table) {
   add(table, Ros2Event::service_callback,
       {"ros2:rclcpp_service_callback_added", "ros2_caret:rclcpp_service_callback_added"},
       {"service_handle", "callback"});
+  add(table, Ros2Event::client_init, {"ros2:rcl_client_init", "ros2_caret:rcl_client_init"},
+      {"client_handle", "node_handle", "service_name", "rmw_client_handle"});
   add(table, Ros2Event::timer_init, {"ros2:rcl_timer_init", "ros2_caret:rcl_timer_init"},
       {"timer_handle", "period"});
   add(table, Ros2Event::timer_callback,
@@ -75,6 +78,7 @@ void add_running(std::vector<Translation>& table) {
   add(table, Ros2Event::bind_stamp, {"ros2_caret:dds_bind_addr_to_stamp"},
       {"addr", "source_stamp"});
   add(table, Ros2Event::rmw_take, {"ros2:rmw_take"}, {"source_timestamp", "taken"});
+  add(table, Ros2Event::take_response, {"ros2:rmw_take_response"}, {"rmw_client_handle", "taken"});
   add(table, Ros2Event::dispatch, {"ros2:dispatch_subscription_callback"},
       {"callback", "source_stamp|source_timestamp"});
   add(table, Ros2Event::intra_dispatch, {"ros2:dispatch_intra_process_subscription_callback"},

@@ -1,0 +1,94 @@
+#include "hidden_callbacks.hpp"
+
+#include "judgement.hpp"
+
+#include <set>
+#include <string>
+#include <utility>
+
+namespace cie::analysis {
+namespace {
+
+using ThreadsOfGroups = std::map<std::pair<ProcessIndex, GroupId>, std::set<ThreadIndex>>;
+
+ThreadsOfGroups threads_of_groups(const Model& model) {
+  ThreadsOfGroups threads;
+  for (const auto& callback : model.callbacks) {
+    if (!callback.group) continue;
+    for (const auto& pair : callback.ran_on)
+      threads[{callback.process, *callback.group}].insert(pair.thread);
+  }
+  return threads;
+}
+
+// Who served it, if that is known. The callbacks of a group that ran on several threads are a
+// pool's, any thread of which may have served it.
+std::optional<std::set<ThreadIndex>> servers_of(const HiddenCallback& hidden,
+                                                const ProcessFacts& process, ProcessIndex index,
+                                                const ThreadsOfGroups& groups) {
+  if (hidden.is_client && !hidden.is_action && process.tells_responses) return hidden.ran_on;
+  if (!hidden.group) return std::nullopt;
+  const auto found = groups.find({index, *hidden.group});
+  if (found == groups.end() || found->second.size() != 1) return std::nullopt;
+  return found->second;
+}
+
+}  // namespace
+
+HiddenCallbacks::HiddenCallbacks(const Model& model) : model_(model) {
+  const auto groups = threads_of_groups(model);
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto& process = model.processes[i];
+    const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+    if (!process.is_told_by_ros2) continue;
+    for (const auto& hidden : process.hidden) {
+      const auto servers = servers_of(hidden, process, index, groups);
+      if (!servers) anywhere_[index].add(hidden);
+      if (!servers) continue;
+      for (const auto thread : *servers)
+        on_threads_[thread].add(hidden);
+    }
+  }
+}
+
+std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
+  const auto& facts = model_.threads[at(thread)];
+  const auto& process = model_.processes[at(facts.process)];
+  if (!process.is_told_by_ros2 || facts.ran.empty()) return std::nullopt;
+  if (!process.ros2_begin) {
+    return evidence("rcl_init", process.first_seen.value_or(EventRef{}),
+                    "the process began before the recording: a client or an action, whose runs "
+                    "ROS 2's events do not show, may have been made before");
+  }
+  const auto special = on_threads_.find(thread);
+  const auto general = anywhere_.find(facts.process);
+  Some all = special != on_threads_.end() ? special->second : Some{};
+  if (general != anywhere_.end()) {
+    if (all.first == nullptr) all.first = general->second.first;
+    all.count += general->second.count;
+  }
+  if (all.first == nullptr) return std::nullopt;
+  const auto& hidden = *all.first;
+  auto note = (hidden.ran_on.contains(thread) ? "also served " : "may also have served ") +
+              hidden.what + (hidden.node.empty() ? "" : " (node " + hidden.node + ')');
+  if (all.count > 1) note += " and " + counted(all.count - 1, "other callback");
+  note += all.count == 1 && hidden.is_client && !hidden.is_action
+              ? ", whose responses ROS 2's events do not show"
+              : ", whose runs ROS 2's events do not show";
+  return evidence(hidden.is_client ? "rcl_client_init" : "rcl_service_init", hidden.made,
+                  std::move(note));
+}
+
+std::optional<Evidence> HiddenCallbacks::on_thread_of(const CallbackFacts& callback) const {
+  for (const auto& pair : callback.ran_on) {
+    auto reason = on(pair.thread);
+    if (!reason) continue;
+    if (model_.processes[at(callback.process)].ros2_begin)
+      reason->note =
+          (callback.ran_on.size() == 1 ? "its thread " : "one of its threads ") + reason->note;
+    return reason;
+  }
+  return std::nullopt;
+}
+
+}  // namespace cie::analysis

@@ -1,0 +1,39 @@
+// Which threads may have served callbacks that nobody can see: rclcpp tells of no response that a
+// client's callback was given, nor of what actions do. ROS 2's events know no groups, so it may have
+// been any thread of the process that runs callbacks, unless a tracer says more.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "model/facts.hpp"
+
+#include <cstddef>
+#include <map>
+#include <optional>
+
+namespace cie::analysis {
+
+class HiddenCallbacks {
+ public:
+  explicit HiddenCallbacks(const Model& model);
+  // Why a thread that ran callbacks may have run others; empty if it did not.
+  std::optional<Evidence> on(ThreadIndex thread) const;
+  // The same of a thread that ran the callback.
+  std::optional<Evidence> on_thread_of(const CallbackFacts& callback) const;
+
+ private:
+  // Those that a thread may have served: the first, and how many.
+  struct Some {
+    const HiddenCallback* first = nullptr;
+    std::size_t count = 0;
+    void add(const HiddenCallback& hidden) {
+      if (count++ == 0) first = &hidden;
+    }
+  };
+
+  const Model& model_;
+  std::map<ProcessIndex, Some> anywhere_;  // on any thread of the process
+  std::map<ThreadIndex, Some> on_threads_;
+};
+
+}  // namespace cie::analysis
