@@ -50,9 +50,12 @@ def cie(*arguments, code=0):
     return done.stdout.decode()
 
 
+DOCUMENT = re.compile(r'(<script type="application/json" id="document">)(.*?)(</script>)', re.S)
+
+
 def document_of(html):
     """What the page draws."""
-    return json.loads(re.search(r'<script type="application/json" id="document">(.*?)</script>', html, re.S)[1])
+    return json.loads(DOCUMENT.search(html)[2])
 
 
 def columns_of(html):
@@ -297,14 +300,14 @@ class Isolation(Page):
         path = self.folder / "changed.html"
         cie("report", EXAMPLES / "isolated_ok" / "trace", "--format", "html", "-o", path)
         html = path.read_text(encoding="utf-8")
-        report = json.loads(data_of(html, "report"))
-        change(report)
-        text = json.dumps(report).replace("<", "\\u003c")
-        path.write_text(html.replace(data_of(html, "report"), text), encoding="utf-8")
+        document = document_of(html)
+        change(document["report"])
+        text = json.dumps(document).replace("<", "\\u003c")
+        path.write_text(DOCUMENT.sub(lambda found: found[1] + text + found[3], html), encoding="utf-8")
         self.browser.events.clear()
         self.browser.open(path.as_uri() + f"?{self.id()}")
         self.assertEqual(self.browser.troubles(), [])
-        return report
+        return document["report"]
 
     def cells(self, header):
         at = self.see("#callback-table th").index(header)

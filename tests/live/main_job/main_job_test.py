@@ -125,7 +125,7 @@ class Demo(unittest.TestCase):
                 seen = [e for e in subject["evidence"] if e["tid"] is not None]
                 self.assertGreaterEqual(len(seen), 2, "one event alone shows nothing")
                 self.assertTrue(all(e["time_ns"] > 0 for e in seen))
-        text = cie("verify", self.multi).stdout
+        text = cie("verify", self.multi, "--all").stdout
         self.assertRegex(text, r"FAIL +M2 one-callback-per-thread: thread \d+")
         self.assertRegex(text, r"FAIL +M3 one-thread-per-callback: callback /\w+")
         self.assertRegex(text, r"at \d+ ns .*tid \d+")
@@ -207,7 +207,7 @@ class Demo(unittest.TestCase):
                 "missed_releases", "longest_queue", "release_source", "response_time_ns", "response_time_lower_ns",
                 "response_time_upper_ns", "start_latency_ns", "duration_ns", "inter_arrival_ns",
                 "execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns",
-                "wakeup_latency_ns", "isolation", "index", "process", "deadline_ns", "preempted_by"])
+                "wakeup_latency_ns", "isolation", "index", "process", "deadline_ns", "response_deadline_ns", "late", "preempted_by"])
             self.assertTrue(callback["isolated"], callback["logical_id"])
             self.assertEqual(callback["release_source"], "exact", callback["logical_id"])
         self.assertTrue(report["trace"]["complete"])

@@ -1,7 +1,7 @@
 // A program of ROS 2 as LTTng sees it: a provider `ros2` of its own and none of `cie`. The node
 // /robot/leg has a timer that runs five times.
 //
-//   ros2_app [FILE]        FILE: writes it at its begin and waits for its removal, then runs
+//   ros2_app [FILE]        FILE: writes it at its begin and runs when its events are recorded
 #define LTTNG_UST_TRACEPOINT_CREATE_PROBES
 #define LTTNG_UST_TRACEPOINT_DEFINE
 #include "provider/ros2_provider.h"
@@ -20,6 +20,17 @@ constexpr std::uint64_t kNode = 0x2000;
 constexpr std::uint64_t kTimer = 0x3000;
 constexpr std::uint64_t kCallback = 0x4000;
 
+bool is_recorded() {
+  return lttng_ust_tracepoint_enabled(ros2, rcl_init) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, rcl_node_init) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, rcl_timer_init) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, rclcpp_timer_callback_added) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, rclcpp_callback_register) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, rclcpp_timer_link_node) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, callback_start) != 0 &&
+         lttng_ust_tracepoint_enabled(ros2, callback_end) != 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -27,7 +38,7 @@ int main(int argc, char** argv) {
   if (argc > 1) {
     const std::filesystem::path ready = argv[1];
     std::ofstream{ready} << "ready";
-    while (std::filesystem::exists(ready))
+    while (!is_recorded())
       std::this_thread::sleep_for(10ms);
   }
   lttng_ust_tracepoint(ros2, rcl_init, kContext, "4.1.1");

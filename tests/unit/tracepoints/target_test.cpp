@@ -59,8 +59,19 @@ TEST(Target, OfWhatIsAttachedToIsOverWhenTheTimeIsUp) {
   options.duration = milliseconds(150);
   Target target(options);
   target.start();
+  target.note_registered();
   EXPECT_EQ(run_to_the_end(target), 2) << "one whole tick, and what is left";
   EXPECT_GE(target.age(), milliseconds(150));
+}
+
+TEST(Target, OfWhatIsAttachedToIsTimedFromTheFirstApplication) {
+  Options options;
+  options.duration = milliseconds(150);
+  options.registration_timeout = milliseconds(100);
+  Target nobody_comes(options);
+  nobody_comes.start();
+  run_to_the_end(nobody_comes);
+  EXPECT_GE(nobody_comes.age(), milliseconds(250)) << "patience first";
 }
 
 TEST(Target, IsNotOverForARequest) {
