@@ -1,12 +1,14 @@
 #include "memory_limit.hpp"
 
+#include "base/sanitizers.hpp"
+
 #include <sys/resource.h>
 #include <unistd.h>
 
 namespace cie::cli {
 
 void limit_memory() noexcept {
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(CIE_ADDRESS_SANITIZER) && !defined(CIE_THREAD_SANITIZER)
   const auto pages = sysconf(_SC_PHYS_PAGES);
   const auto page = sysconf(_SC_PAGESIZE);
   if (pages <= 0 || page <= 0) return;

@@ -1,6 +1,7 @@
 // Messages that are handed over reach subscriptions of their process as they are.
 #include "executors.hpp"
 #include "support.hpp"
+#include "support/sanitizers.hpp"
 
 #include <array>
 #include <atomic>
@@ -275,7 +276,7 @@ TEST_F(Pointers, KeepTheLibraryLoadedWhoseCodeFreesThem) {
   EXPECT_EQ(freed, 0);
   kept[0].clear();
   EXPECT_EQ(freed, 1);
-#ifndef __SANITIZE_ADDRESS__  // which keeps libraries for its reports
+#ifndef CIE_ADDRESS_SANITIZER  // which keeps libraries for its reports
   EXPECT_FALSE(is_loaded());
 #endif
 }

@@ -3,6 +3,7 @@
 // CIE_SOAK_ROUNDS=N runs every case N times instead of a few; `./run soak` does.
 #include "executors.hpp"
 #include "support.hpp"
+#include "support/sanitizers.hpp"
 
 #include <array>
 #include <atomic>
@@ -59,7 +60,7 @@ std::size_t entries(const char* folder) {
 Resources resources() {
   Resources found{.threads = entries("/proc/self/task"), .descriptors = entries("/proc/self/fd")};
   // ThreadSanitizer maps debug information when it first has something to say.
-#ifndef __SANITIZE_THREAD__
+#ifndef CIE_THREAD_SANITIZER
   std::ifstream maps{"/proc/self/maps"};
   for (std::string line; std::getline(maps, line);) {
     if (line.find(" /") != std::string::npos) ++found.mapped_files;

@@ -12,6 +12,8 @@
 // exit.
 #include <cie/tracepoints/trace.hpp>
 
+#include "support/sanitizers.hpp"
+
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -175,7 +177,7 @@ void work(Application& app, const Options& options) {
 
 }  // namespace
 
-#ifdef __SANITIZE_THREAD__
+#ifdef CIE_THREAD_SANITIZER
 // LTTng publishes its probes by RCU from a library that ThreadSanitizer does not see into.
 extern "C" const char* __tsan_default_suppressions() {  // NOLINT: the name is the sanitizer's
   return "race:lttng_ust_tracepoint_cb_cie___*";

@@ -2,6 +2,8 @@
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "support/sanitizers.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cstdint>
@@ -184,10 +186,10 @@ TEST(RunLifetime, MayBeginAgainAfterItEnded) {
 }
 
 TEST(RunLifetime, SurvivesForkInParentAndChild) {
-#ifdef __SANITIZE_THREAD__
+#ifdef CIE_THREAD_SANITIZER
   GTEST_SKIP() << "not possible here: ThreadSanitizer supports no new threads after fork()";
 #endif
-#ifdef __SANITIZE_ADDRESS__
+#ifdef CIE_ADDRESS_SANITIZER
   GTEST_SKIP() << "not possible here: AddressSanitizer's allocator stays locked in the child when "
                   "another thread was in it at fork()";
 #endif
