@@ -4,12 +4,12 @@
 #include "command_line.hpp"
 #include "exit_code.hpp"
 #include "inputs.hpp"
-#include "late_runs.hpp"
 #include "output.hpp"
 #include "rule_choice.hpp"
 #include "rule_pages.hpp"
 #include "window_option.hpp"
 #include "words/text_layout.hpp"
+#include "worst_runs.hpp"
 
 #include <chrono>
 #include <optional>
@@ -173,8 +173,8 @@ int verify_command(const Arguments& arguments) {
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());
   const bool is_screen = format == "text" && !is_all;
-  LateRuns late_runs(options.spec);
-  auto result = analyze_with_progress(traces, options, bar, is_screen ? &late_runs : nullptr);
+  WorstRuns worst_runs;
+  auto result = analyze_with_progress(traces, options, bar, is_screen ? &worst_runs : nullptr);
   window.check(result.report);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);
@@ -184,7 +184,8 @@ int verify_command(const Arguments& arguments) {
                                          .clock_offset_ns = result.report.trace.clock_offset_ns};
     auto write = &viewer_export::write_verify_text;
     if (is_screen) {
-      context.lateness = std::move(late_runs).take();
+      context.spec = options.spec;
+      context.worst_runs = std::move(worst_runs).take();
       context.view_arguments = printable(input_arguments(traces, reader, spec_file));
       context.verify_arguments =
           printable(input_arguments(traces, reader, spec_file, window.text()) +

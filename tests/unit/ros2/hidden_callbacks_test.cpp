@@ -18,15 +18,6 @@ using testing::Not;
 constexpr const char* kClient = R"(
   3 rcl_client_init client_handle=0x50 node_handle=0x10 service_name=/enable rmw_client_handle=0x51)";
 
-// Thread 1 runs the timer with period 1, thread 2 the other one.
-constexpr const char* kIsolated = R"(
-  10 callback_start tid=1 callback=0x30
-  11 callback_end tid=1 callback=0x30
-  12 callback_start tid=2 callback=0x31
-  13 callback_end tid=2 callback=0x31
-  20 callback_start tid=1 callback=0x30
-  21 callback_end tid=1 callback=0x30)";
-
 Ros2Result judged(const std::string& described, const std::string& ran = kIsolated) {
   return analyze_ros2(std::string(kTwoTimers) + described + ran);
 }

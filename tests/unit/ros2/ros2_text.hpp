@@ -26,6 +26,16 @@ inline constexpr const char* kTwoTimers = R"(
   2 rclcpp_timer_link_node timer_handle=0x21 node_handle=0x10
 )";
 
+// Thread 1 runs the timer with period 1, thread 2 the other one.
+inline constexpr const char* kIsolated = R"(
+  10 callback_start tid=1 callback=0x30
+  11 callback_end tid=1 callback=0x30
+  12 callback_start tid=2 callback=0x31
+  13 callback_end tid=2 callback=0x31
+  20 callback_start tid=1 callback=0x30
+  21 callback_end tid=1 callback=0x30
+)";
+
 struct InstanceRow {
   std::string logical_id;
   std::int64_t start = 0;

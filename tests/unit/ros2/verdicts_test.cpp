@@ -15,15 +15,6 @@ using analysis::Verdict;
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr const char* kIsolated = R"(
-  10 callback_start tid=1 callback=0x30
-  11 callback_end tid=1 callback=0x30
-  12 callback_start tid=2 callback=0x31
-  13 callback_end tid=2 callback=0x31
-  20 callback_start tid=1 callback=0x30
-  21 callback_end tid=1 callback=0x30
-)";
-
 TEST(Ros2Verdicts, AnIsolatedMappingHoldsWhereNothingWasLost) {
   const auto result = analyze_ros2(std::string(kTwoTimers) + kIsolated);
   EXPECT_EQ(result.verdict("M2"), Verdict::pass);

@@ -20,7 +20,7 @@ using testing::StartsWith;
 const VerifyContext kContext{.spec_name = {},
                              .spec_sha256 = {},
                              .clock_offset_ns = {},
-                             .lateness = {},
+                             .worst_runs = {},
                              .verify_arguments = "'recordings/run 1' --only M2",
                              .view_arguments = "'recordings/run 1'"};
 
@@ -145,19 +145,22 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
                                    .checked = 7,
                                    .evidence = {}}}}};
   auto context = kContext;
-  context.lateness = {{.callback = analysis::CallbackIndex{0},
-                       .instances = 7,
-                       .late = 5,
-                       .deadline = analysis::Duration{100'000},
-                       .place = "specs/app.yaml:7",
-                       .worst = {.seq = 3,
-                                 .start = {983'001'500'000},
-                                 .response_time = {289'415},
-                                 .start_latency = analysis::Duration{14'885},
-                                 .preempted = analysis::Duration{200'000},
-                                 .preempted_by = "cc1plus"}}};
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n\n\n\n\n\n  - {id: '/a/plan@Timer(20000000)', response_deadline: 100000}\n",
+      "specs/app.yaml");
+  context.spec = &spec;
+  context.worst_runs = {{.callback = analysis::CallbackIndex{0},
+                         .seq = 3,
+                         .start = {983'001'500'000},
+                         .response_time = {289'415},
+                         .start_latency = analysis::Duration{14'885},
+                         .preempted = analysis::Duration{200'000},
+                         .preempted_by = "cc1plus"}};
+  auto report = test::sample_report();  // seven instances
+  report.callbacks[0].response_deadline = analysis::Duration{100'000};
+  report.callbacks[0].late = 5;
   EXPECT_THAT(
-      screen_of(verdicts, test::sample_report(), {.columns = 120}, context),
+      screen_of(verdicts, report, {.columns = 120}, context),
       StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
                  "  R3 deadline                    1 of 1 callback\n"
                  "     /a/plan@Timer(20000000)  late 5 of 7, up to 289.4 us > 100.0 us "

@@ -264,6 +264,10 @@ std::string callback_title(const Report& report, const CallbackReport& callback)
   return fmt::format("{} (pid {}{})", id, process.pid, host);
 }
 
+std::ptrdiff_t callbacks_with(const Report& report, analysis::Isolation isolation) {
+  return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
+}
+
 std::string callback_tables(const Report& report, const TextStyle& style) {
   std::vector<CallbackReport> that_ran;
   std::vector<std::string> others;

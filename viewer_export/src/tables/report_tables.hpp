@@ -4,6 +4,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
+#include <cstddef>
 #include <string>
 
 namespace cie::viewer_export {
@@ -13,6 +14,9 @@ std::string process_title(const analysis::ProcessReport& process);
 // The logical id, with the pid when the report has several processes.
 std::string callback_title(const analysis::Report& report,
                            const analysis::CallbackReport& callback);
+
+// How many callbacks are isolated, not isolated, or never ran.
+std::ptrdiff_t callbacks_with(const analysis::Report& report, analysis::Isolation isolation);
 
 // Each with its title and a blank line at the end; empty when there is nothing to show.
 std::string callback_tables(const analysis::Report& report, const TextStyle& style);

@@ -208,13 +208,9 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   if (const auto* c = worst(report, waited); c != nullptr && *c->longest_queue > 1) {
     add("longest queue", counted(*c->longest_queue, "sample"), *c);
   }
-  const auto with = [&report](analysis::Isolation isolation) {
-    return std::ranges::count(report.callbacks, std::optional(isolation),
-                              &CallbackReport::isolation);
-  };
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
-  const auto never_ran = with(analysis::Isolation::never_ran);
-  if (const auto shared = with(analysis::Isolation::not_isolated); shared > 0) {
+  const auto never_ran = callbacks_with(report, analysis::Isolation::never_ran);
+  if (const auto shared = callbacks_with(report, analysis::Isolation::not_isolated); shared > 0) {
     text += fmt::format("  {:<22}{:>11}  callbacks{} do not have a thread of their own\n",
                         "not isolated", fmt::format("{} of {}", shared, all - never_ran),
                         never_ran > 0 ? " that ran" : "");

@@ -76,12 +76,16 @@ const ThreadReport* thread_of(const Judged& judged, const SubjectVerdict& subjec
   return judged.rows.find(analysis::ThreadIndex{*subject.about.index});
 }
 
-const Lateness* lateness_of(const Judged& judged, const SubjectVerdict& subject) {
-  if (subject.about.kind != SubjectKind::callback || !subject.about.index) return nullptr;
-  const auto& all = judged.context.lateness;
-  const auto found =
-      std::ranges::find(all, analysis::CallbackIndex{*subject.about.index}, &Lateness::callback);
-  return found == all.end() || found->late == 0 ? nullptr : &*found;
+// That missed deadlines.
+const CallbackReport* late_callback_of(const Judged& judged, const SubjectVerdict& subject) {
+  const auto* callback = callback_of(judged, subject);
+  return callback == nullptr || callback->late.value_or(0) == 0 ? nullptr : callback;
+}
+
+const WorstRun* worst_run_of(const Judged& judged, const CallbackReport& callback) {
+  const auto& all = judged.context.worst_runs;
+  const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);
+  return found == all.end() ? nullptr : &*found;
 }
 
 // "/a/plan@Timer(1)", "pool-0 (4008)": the kind stands in the rule's line, and on one host a tid
@@ -146,11 +150,21 @@ std::string_view file_name(std::string_view path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
 }
 
-std::string late_runs(const Lateness& lateness) {
-  return fmt::format(
-      "late {} of {}, up to {} > {}{}", lateness.late, lateness.instances,
-      format_duration(lateness.worst.response_time.ns), format_duration(lateness.deadline.ns),
-      lateness.place.empty() ? "" : " (" + printable(file_name(lateness.place)) + ")");
+// " (app.yaml:7)"; empty: the callback declares its deadline itself.
+std::string place_of_deadline(const Judged& judged, const CallbackReport& callback) {
+  const auto* spec = judged.context.spec;
+  const auto* entry = spec == nullptr ? nullptr : spec->find_callback(callback.logical_id);
+  if (entry == nullptr || !entry->response_deadline_ns) return {};
+  return fmt::format(" ({}:{})", printable(file_name(spec->name())), entry->line);
+}
+
+std::string late_runs(const Judged& judged, const CallbackReport& callback) {
+  auto text = fmt::format("late {} of {}", *callback.late, callback.instances);
+  if (const auto* worst = worst_run_of(judged, callback)) {
+    text += fmt::format(", up to {} > {}", format_duration(worst->response_time.ns),
+                        format_duration(callback.response_deadline->ns));
+  }
+  return text + place_of_deadline(judged, callback);
 }
 
 struct Told {
@@ -163,7 +177,7 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
   const auto checked = static_cast<std::int64_t>(subject.checked);
   const auto* thread = thread_of(judged, subject);
   const auto* callback = callback_of(judged, subject);
-  const auto* lateness = lateness_of(judged, subject);
+  const auto* late = late_callback_of(judged, subject);
   if (rule.id == "M2" && thread != nullptr && thread->ran.size() > 1) {
     return {.weight = static_cast<std::int64_t>(thread->ran.size()),
             .detail = counted(thread->ran.size(), "callback"),
@@ -174,9 +188,9 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
             .detail = runs_on_threads(*callback),
             .of_one = {}};
   }
-  if (rule.id == analysis::kDeadlineRule && lateness != nullptr) {
-    return {.weight = static_cast<std::int64_t>(lateness->late),
-            .detail = late_runs(*lateness),
+  if (rule.id == analysis::kDeadlineRule && late != nullptr) {
+    return {.weight = static_cast<std::int64_t>(*late->late),
+            .detail = late_runs(judged, *late),
             .of_one = {}};
   }
   if (rule.id == "R1" && callback != nullptr && callback->response_time &&
@@ -198,8 +212,7 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
 }
 
 // "run 140 at +1.466 s: 376.0 us of 423.0 us waiting to start".
-std::string where_time_went(const Judged& judged, const Lateness& lateness) {
-  const auto& worst = lateness.worst;
+std::string where_time_went(const Judged& judged, const WorstRun& worst) {
   std::string text = fmt::format("run {}", worst.seq);
   if (judged.report.trace.begin)
     text += " at +" + format_duration((worst.start - *judged.report.trace.begin).ns);
@@ -253,9 +266,10 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
     auto& row = finding.rows[places.at(told.detail)];
     if (row.names.size() == 1) row.more = told.of_one;
   }
-  const auto* lateness = ranked.empty() ? nullptr : lateness_of(judged, *ranked.front().subject);
-  if (rule.id == analysis::kDeadlineRule && lateness != nullptr)
-    finding.worst = where_time_went(judged, *lateness);
+  const auto* late = ranked.empty() ? nullptr : late_callback_of(judged, *ranked.front().subject);
+  const auto* worst = late == nullptr ? nullptr : worst_run_of(judged, *late);
+  if (rule.id == analysis::kDeadlineRule && worst != nullptr)
+    finding.worst = where_time_went(judged, *worst);
   return finding;
 }
 
@@ -286,10 +300,6 @@ std::string without_subjects(std::string_view note) {
     }
   }
   return text;
-}
-
-std::ptrdiff_t with(const analysis::Report& report, Isolation isolation) {
-  return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
 }
 
 std::string share_of_callbacks(std::ptrdiff_t some, std::ptrdiff_t all) {
@@ -360,31 +370,32 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
 }
 
 std::string isolation_fact(const analysis::Report& report) {
-  const auto ran =
-      static_cast<std::ptrdiff_t>(report.callbacks.size()) - with(report, Isolation::never_ran);
+  const auto ran = static_cast<std::ptrdiff_t>(report.callbacks.size()) -
+                   callbacks_with(report, Isolation::never_ran);
   if (ran == 0) return "no callback ran";
-  if (const auto shared = with(report, Isolation::not_isolated); shared > 0)
+  if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0)
     return share_of_callbacks(shared, ran) + " share threads";
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
   return fmt::format("{}{} had a thread of {} own",
-                     share_of_callbacks(with(report, Isolation::isolated), ran),
+                     share_of_callbacks(callbacks_with(report, Isolation::isolated), ran),
                      ran < all ? " that ran" : "", ran == 1 ? "its" : "their");
 }
 
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings) {
   const auto& gravest = findings.front();
   const auto& id = gravest.rule->id;
-  if (id == "M2" && with(judged.report, Isolation::not_isolated) > 0)
+  if (id == "M2" && callbacks_with(judged.report, Isolation::not_isolated) > 0)
     return isolation_fact(judged.report);
   auto text = fmt::format("{} {}", gravest.subjects, deed(id));
   if (id != analysis::kDeadlineRule) return text;
   std::uint64_t late = 0;
   std::uint64_t instances = 0;
   for (const auto& subject : gravest.rule->subjects) {
-    const auto* lateness = counts(subject, Verdict::fail) ? lateness_of(judged, subject) : nullptr;
-    if (lateness == nullptr) continue;
-    late += lateness->late;
-    instances += lateness->instances;
+    const auto* callback =
+        counts(subject, Verdict::fail) ? late_callback_of(judged, subject) : nullptr;
+    if (callback == nullptr) continue;
+    late += *callback->late;
+    instances += callback->instances;
   }
   return late == 0 ? text : fmt::format("{}: late {} of {}", text, late, counted(instances, "run"));
 }

@@ -3,6 +3,7 @@
 
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
 #include <cstdint>
@@ -34,23 +35,15 @@ void write_verify_sarif(std::ostream& out, const analysis::VerdictReport& verdic
 void write_verify_tap(std::ostream& out, const analysis::VerdictReport& verdicts,
                       const analysis::Report& report);
 
-// How late a callback was (R3): what verdicts do not count.
-struct Lateness {
-  // The run that took longest, as far as is certain.
-  struct Worst {
-    std::uint64_t seq = 0;
-    analysis::Timestamp start;
-    analysis::Duration response_time;
-    std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
-    std::optional<analysis::Duration> preempted{};      // these two with the kernel's events
-    std::string preempted_by{};                         // who ran instead for the most of it
-  };
+// A callback's run that took longest, as far as is certain.
+struct WorstRun {
   analysis::CallbackIndex callback{};
-  std::uint64_t instances = 0;  // complete ones
-  std::uint64_t late = 0;       // of those, certainly
-  analysis::Duration deadline;
-  std::string place{};  // of the deadline, "app.yaml:7"; empty: the callback declares it
-  Worst worst;
+  std::uint64_t seq = 0;
+  analysis::Timestamp start;
+  analysis::Duration response_time;
+  std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
+  std::optional<analysis::Duration> preempted{};      // these two with the kernel's events
+  std::string preempted_by{};                         // who ran instead for the most of it
 };
 
 // What the text says besides the verdicts.
@@ -60,7 +53,8 @@ struct VerifyContext {
   // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty:
   // unknown; the commands then lack their time range.
   std::optional<std::int64_t> clock_offset_ns{};
-  std::vector<Lateness> lateness{};  // of callbacks with a deadline and a complete instance
+  const SchedulingSpec* spec = nullptr;  // borrowed: where a deadline stands
+  std::vector<WorstRun> worst_runs{};
   // What follows `cie verify` and `cie view` to look at the same, printable.
   std::string verify_arguments{};
   std::string view_arguments{};

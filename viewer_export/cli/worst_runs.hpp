@@ -1,0 +1,23 @@
+// Each callback's longest run, noted while a trace is read.
+#pragma once
+
+#include <cie/analysis/instance.hpp>
+#include <cie/viewer_export/verify_writers.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace cie::cli {
+
+// By what is certain of response times, as rule R3 judges.
+class WorstRuns final : public analysis::Observer {
+ public:
+  void on_instance(const analysis::Instance& instance) override;
+  // Of callbacks that had a complete instance.
+  std::vector<viewer_export::WorstRun> take() &&;
+
+ private:
+  std::vector<std::optional<viewer_export::WorstRun>> runs_;  // by CallbackIndex
+};
+
+}  // namespace cie::cli
