@@ -3,13 +3,13 @@
 #include <cie/tracepoints/nearest_name.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/viewer_export/output_file.hpp>
-#include <cie/viewer_export/version.hpp>
 
 #include "command_line.hpp"
 #include "commands.hpp"
 #include "exit_code.hpp"
 #include "memory_limit.hpp"
 #include "output.hpp"
+#include "version_text.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -87,7 +87,7 @@ int dispatch(Arguments arguments) {
   auto name = arguments.front();
   arguments.erase(arguments.begin());
   if (name == "--version") {
-    return print(fmt::format("cie {}\n", viewer_export::tool_version()));
+    return print(version_text());
   }
   if (name == "help") {  // cie help verify
     return dispatch(arguments.empty() ? Arguments{} : Arguments{arguments.front(), "--help"});

@@ -25,7 +25,11 @@ class Help(unittest.TestCase):
                 self.assertIn(f"\n  {command} ".encode(), result.stdout)
 
     def test_version(self):
-        self.assertRegex(cie("--version").stdout, rb"^cie \d+\.\d+\.\d+\n$")
+        self.assertRegex(
+            cie("--version").stdout,
+            rb"^cie \d+\.\d+\.\d+\n"
+            rb"(commit [0-9a-f]{12}(-dirty)?, )?built with (g\+\+|clang) \d+\..*\n"
+            rb"libbabeltrace2 2\.\d+\.\d+, OpenSSL 3\.\S+, SQLite 3\.\S+, zlib 1\.\S+\n$")
 
     def test_every_command_explains_itself(self):
         for command in COMMANDS:
