@@ -7,17 +7,22 @@
 #include "output.hpp"
 #include "window_option.hpp"
 #include "words/text_layout.hpp"
+#include "worst_runs.hpp"
+
+#include <utility>
 
 namespace cie::cli {
 namespace {
 
 constexpr const char* kDescription =
-    "Prints what every callback did: response times, start latencies, execution times, missed\n"
-    "releases, which thread ran it, and the chains that messages make of callbacks.";
+    "Prints what callbacks did, the worst first, in one screen: response times, deadlines, chains.\n"
+    "With --all: also start latencies, execution times, missed releases, which thread ran what, and\n"
+    "the hops of the chains that messages make of callbacks.";
 
 constexpr const char* kFooter =
     R"(Examples:
-  cie report recordings/latest                       a table for reading
+  cie report recordings/latest                       what is worst, in one screen
+  cie report recordings/latest --all                 every callback, thread and chain
   cie report run1 --spec app.yaml                    with the chains that the spec names
   cie report run1 --format json -o run1.json         everything, for programs
   cie report run1 --format html -o run1.html         the same with pictures, for a browser
@@ -34,18 +39,29 @@ int report_command(const Arguments& arguments) {
   std::string spec_file;
   std::string target = "-";
   std::string format = "text";
+  std::string expected;
+  bool is_all = false;
+  bool has_threads = false;
+  bool has_chains = false;
+  bool has_ids = false;
   CommandLine line({"cie report TRACE... [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) that names the chains");
   line.option("-f,--format", "FORMAT", format,
               "text (default), json, csv or html (one page for a browser)");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  line.flag("--all", is_all, "Text: everything, callbacks by their logical ids");
+  line.flag("--threads", has_threads, "Text: the threads, and what each was told to run as");
+  line.flag("--chains", has_chains, "Text: the chains, hop by hop");
+  line.flag("--ids", has_ids, "Text: logical ids in place of short names");
+  line.option("--expect", "WHAT", expected, "Text: isolated makes shared threads a violation");
   const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
   }
   check_choice("--format", format, {"text", "json", "csv", "html"});
+  if (!expected.empty()) check_choice("--expect", expected, {"isolated"});
   require_traces(traces);
 
   const auto spec = load_spec(spec_file);
@@ -55,14 +71,34 @@ int report_command(const Arguments& arguments) {
                                     .keep_buckets = format == "html"};
   window.resolve(traces, options);
   viewer_export::HtmlReport page;
+  WorstRuns worst_runs;
+  const bool is_screen = format == "text" && !is_all && !has_threads && !has_chains;
+  analysis::Observer* const observer = format == "html" ? &page : nullptr;
   ProgressBar bar(reader.is_progress_wanted());
   const auto result =
-      analyze_with_progress(traces, options, bar, format == "html" ? &page : nullptr);
+      analyze_with_progress(traces, options, bar, is_screen ? &worst_runs : observer);
   window.check(result.report);
   const auto input = input_arguments(traces, reader, spec_file, window.text());
-  if (format == "text") {
+  auto style = screen_style(output);
+  style.ids = has_ids;
+  if (is_screen) {
+    viewer_export::write_report_screen(
+        output.stream(), result.report, result.verdicts,
+        {.verify = {.spec_name = spec ? spec->name() : std::string{},
+                    .spec = options.spec,
+                    .worst_runs = std::move(worst_runs).take(),
+                    .verify_arguments = printable(input),
+                    .view_arguments = printable(input_arguments(traces, reader, spec_file))},
+         .is_isolation_expected = expected == "isolated"},
+        style);
+    output.commit();
+  } else if (format == "text" && is_all) {
     viewer_export::write_report_text(output.stream(), result.report, &result.verdicts,
                                      text_style(output), printable(input));
+    output.commit();
+  } else if (format == "text") {
+    if (has_threads) viewer_export::write_report_threads(output.stream(), result.report, style);
+    if (has_chains) viewer_export::write_report_chains(output.stream(), result.report, style);
     output.commit();
   } else if (format == "html") {
     write_data(output,

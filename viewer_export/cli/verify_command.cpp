@@ -128,6 +128,7 @@ int verify_command(const Arguments& arguments) {
   std::string explained;
   bool is_listing = false;
   bool is_all = false;
+  bool has_ids = false;
   analysis::AnalysisOptions options;
   CommandLine line({"cie verify TRACE... [OPTIONS]", kDescription, kFooter});
   line.traces(traces);
@@ -135,6 +136,7 @@ int verify_command(const Arguments& arguments) {
   line.option("-f,--format", "FORMAT", format, "text (default), json, junit, sarif or tap");
   line.flag("--all", is_all,
             "Text: every subject that is violated or undecided, with its evidence");
+  line.flag("--ids", has_ids, "Text: logical ids in place of short names");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.option("--inconclusive", "HOW", inconclusive_choice,
               "warn: exit 0 when inconclusive, T1 excepted; fail: exit 1");
@@ -193,8 +195,9 @@ int verify_command(const Arguments& arguments) {
       write = reader.is_quiet() ? &viewer_export::write_verify_line
                                 : &viewer_export::write_verify_screen;
     }
-    write(output.stream(), result.verdicts, result.report, context,
-          is_screen ? screen_style(output) : text_style(output));
+    auto style = is_screen ? screen_style(output) : text_style(output);
+    style.ids = has_ids;
+    write(output.stream(), result.verdicts, result.report, context, style);
     output.commit();
   } else {
     write_data(output, [&](std::ostream& out) { write_as(format, out, result); });

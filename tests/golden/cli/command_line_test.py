@@ -168,7 +168,7 @@ class Usage(Folder):
         svg = cie("export", TRACE, "--to", "svg")
         self.assertEqual(svg.returncode, 0, svg.stderr)
         texts = [e.text for e in xml.etree.ElementTree.fromstring(svg.stdout).iter("{http://www.w3.org/2000/svg}text")]
-        self.assertIn("/a/plan@Timer(20000000)", texts)
+        self.assertIn("plan timer 20 ms", texts)
 
     def test_live_refuses_what_it_cannot_do(self):
         for arguments, message in ((("--batch", "--json"), "--batch or --json, not both"),
@@ -270,6 +270,11 @@ class Doctor(Folder):
         self.assertEqual(cie("doctor", "--trace", self.folder).returncode, 4)
 
 
+def whole_commands(text):
+    """Those that are broken where a line ends are one command for a shell."""
+    return re.sub(r" \\\n +", " ", text)
+
+
 class ToPaste(Folder):
     """Commands that are printed for pasting."""
 
@@ -278,7 +283,7 @@ class ToPaste(Folder):
         with open(spec, "w", encoding="utf-8") as file:
             file.write("callback_groups:\n  - id: nobody@Timer(1)\n    response_deadline: 7\n")
         for options in ((), ("--spec", spec), ("--window", "+10ms..-10ms"), ("--spec", spec, "--window=-50ms..")):
-            text = cie("report", TRACE, *options).stdout.decode()
+            text = cie("report", TRACE, *options, "--all").stdout.decode()
             command, = re.findall(r"^Evidence   (cie verify .*)$", text, re.M)
             told = re.search(r"^Verdict    (PASS|FAIL|INCONCLUSIVE)", text, re.M)[1]
             pasted = subprocess.run(["sh", "-c", command], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
@@ -291,12 +296,44 @@ class ToPaste(Folder):
         accepted = self.write("it's.yaml", b'suppressions:\n  - {rule: M3, subject: "*", reason: known, expires: 2026-06-15}\n')
         for options in ((), ("--only", "M2,M9"), ("--skip", "M2"), ("--window=+10ms..-10ms", "--require-lossless", "--allow-crash"),
                         ("--suppressions", accepted, "--now", "2026-06-01"), ("--spec", SPEC, "--check")):
-            text = cie("verify", violating, *options).stdout.decode()
+            text = whole_commands(cie("verify", violating, *options).stdout.decode())
             everything, page = (re.search(rf"(?m)(?:^| )  {word}: (cie .*?)(?:    |$)", text)[1] for word in ("evidence", "rule"))
             run = functools.partial(subprocess.run, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
                                     env={**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]})
             self.assertEqual(run(["sh", "-c", everything]).stdout, cie("verify", violating, *options, "--all").stdout, everything)
             self.assertRegex(run(["sh", "-c", page]).stdout.decode(), "^M[23] ")
+
+    def test_the_commands_of_a_report_show_more_of_the_same(self):
+        spec = self.write("a spec's.yaml", b"callback_groups:\n  - id: nobody@Timer(1)\n    response_deadline: 7\n")
+        for options in ((), ("--spec", spec), ("--window", "+10ms..-10ms"), ("--ids",)):
+            screen = cie("report", TRACE, *options).stdout.decode()
+            self.assertLessEqual(len(screen.splitlines()), 24)
+            text = whole_commands(screen)
+            environment = {**os.environ, "PATH": os.path.dirname(os.path.abspath(CIE)) + ":" + os.environ["PATH"]}
+            for label, others in {"all": ["--all"], "threads": ["--threads"], "chains": ["--chains"]}.items():
+                told = re.search(rf"(?m)(?:^| )  {label}: (cie report .*?)(?:    |$)", text)
+                if not told:  # long ones are told once
+                    self.assertIn("in place of --all: --threads", text)
+                    continue
+                pasted = subprocess.run(["sh", "-c", told[1]], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200,
+                                        check=False, env=environment).stdout
+                self.assertEqual(pasted, cie("report", TRACE, *options, *others).stdout, told[1])
+                self.assertTrue(pasted)
+            rules = re.search(r"(?m)(?:^| )  rules: (cie verify .*?)(?:    |$)", text)[1]
+            pasted = subprocess.run(["sh", "-c", rules], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, timeout=200, check=False,
+                                    env=environment).stdout
+            self.assertEqual(pasted, cie("verify", TRACE, *[o for o in options if o != "--ids"]).stdout, rules)
+
+    def test_what_shares_threads_fails_where_somebody_claimed_it_does_not(self):
+        shared = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+        spec = self.write("empty.yaml", b"callback_groups: []\n")
+        for options, head in (((), "trace: callbacks share threads: 8 of 8\n"),
+                              (("--expect", "isolated"), "FAIL  trace: 8 of 8 callbacks share threads\n"),
+                              (("--spec", spec), "FAIL  trace: 8 of 8 callbacks share threads\n")):
+            done = cie("report", shared, *options)
+            self.assertEqual(done.returncode, 0)
+            self.assertTrue(done.stdout.decode().startswith(head), done.stdout)
+        self.assertEqual(cie("report", shared, "--expect", "shared").returncode, 2)
 
     def test_late_runs_are_counted(self):
         rows = [row for row in csv.DictReader(io.StringIO(cie("instances", TRACE).stdout.decode()))
@@ -316,7 +353,7 @@ class ToPaste(Folder):
         streams = [os.path.join(where, name) for where, _, names in os.walk(os.path.join(lost, "ust")) for name in names
                    if name != "metadata" and os.path.basename(where) != "index"]
         os.remove(max(streams, key=os.path.getsize))
-        text = cie("report", lost).stdout.decode()
+        text = cie("report", lost, "--all").stdout.decode()
         self.assertLess(text.index("see the defects below"), text.index("Defects of the trace"))
 
 

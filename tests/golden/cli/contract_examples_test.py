@@ -110,12 +110,13 @@ class Example:
                                    ("export", ("--to", "perfetto"))):
             once = self.run_cie(command, *arguments).stdout
             self.assertEqual(once, self.run_cie(command, *arguments).stdout, command)
-        text = self.with_spec("report").stdout.decode()
-        # Paths are as long as they are; everything else keeps within 100 columns.
-        for name in ("trace", "spec.yaml"):
-            text = text.replace(os.path.join(EXAMPLES, self.name, name), name)
-        for line in text.splitlines():
-            self.assertLessEqual(len(line), 100)
+        for options in ((), ("--all",), ("--threads", "--chains")):
+            text = self.with_spec("report", *options).stdout.decode()
+            # Paths are as long as they are; everything else keeps within 100 columns.
+            for name in ("trace", "spec.yaml"):
+                text = text.replace(os.path.join(EXAMPLES, self.name, name), name)
+            for line in text.splitlines():
+                self.assertLessEqual(len(line), 100)
 
 
 class IsolatedOk(Example, unittest.TestCase):

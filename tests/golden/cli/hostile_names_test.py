@@ -49,7 +49,7 @@ class HostileNames(unittest.TestCase):
         return result.stdout
 
     def test_text_shows_the_name_and_obeys_nothing_in_it(self):
-        for text in (self.cie("report"), self.cie("verify", code=1)):
+        for text in (self.cie("report", "--all"), self.cie("report"), self.cie("verify", code=1)):
             for control in (b"\x1b", b"\x07", b"\r", b"\t", b"\xc2\x9b", b"\xff", b"\xe2\x80\xae"):
                 self.assertNotIn(control, text)
             self.assertIn(rb'\x1b[2J\x1b]0;x\x07",\x0a\x0d\x09\x9b', text)

@@ -167,7 +167,7 @@ class SameNumbers(unittest.TestCase):
     def test_the_text_report(self):
         checked = 0
         for recording in self.recordings:
-            text = cie("report", recording.trace, *recording.spec)
+            text = cie("report", recording.trace, *recording.spec, "--all")
             self.assertIn(f"{recording.verdict['verdict']}: ", text)
             rows = [row for section in re.split(r"\n(?=Callbacks of pid |Threads of pid |Chain )", text)
                     if section.startswith("Callbacks of pid ") for row in self.rows(section)]

@@ -197,13 +197,13 @@ class Manifest(unittest.TestCase):
             self.assertEqual(told[0]["exit"], {"status": 3})
             self.assertEqual(told[0]["command"], ["demo", "--fast"])
             self.assertEqual(told[0]["problems"], ["LTTng did not end the session\n\x1b[31m"])
-            text = cie(command, trace, *(["--all"] if command == "verify" else []))[1]
+            text = cie(command, trace, "--all")[1]
             self.assertIn("demo exited with status 3", text)
             self.assertIn("cie record says: LTTng did not end the session", text)
             self.assertNotIn("\x1b[31m", text)
         trace = self.recording()
         self.assertNotIn("recordings", json.loads(cie("report", trace, "-f", "json")[1]))
-        self.assertIn("demo exited with status 0", cie("report", trace)[1])
+        self.assertIn("demo exited with status 0", cie("report", trace, "--all")[1])
         trace = self.recording(exit={"signal": 9})
         self.assertIn("demo was killed by signal 9 (Killed)", cie("verify", trace)[1])
         self.assertIn("demo was killed by signal 9 (Killed)", cie("report", trace)[1])
@@ -231,7 +231,7 @@ class Manifest(unittest.TestCase):
             self.assertIn(f"chunk-{number:06} was recorded, and is not here ({whole})", self.notes(told, "T2"))
             self.assertIn(f"chunk-{number:06}/manifest.json is missing ({whole})", self.notes(told, "T1"))
             if number == 1:
-                text = cie("report", whole)[1]
+                text = cie("report", whole, "--all")[1]
                 self.assertNotIn("the recording is complete", text)
                 self.assertIn("begins with chunk 2: those before are gone", text)
                 report = json.loads(cie("report", whole, "-f", "json")[1])

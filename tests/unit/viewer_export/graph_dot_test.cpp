@@ -42,10 +42,9 @@ analysis::Report with_edges() {
 TEST(GraphDot, HasProcessesCallbacksAndEdgesWithLatencies) {
   const auto text = dot_of(with_edges());
   EXPECT_THAT(text, HasSubstr("subgraph \"cluster_0\" {\n    label=\"demo, pid 4001\";\n"));
-  EXPECT_THAT(
-      text,
-      HasSubstr("\"0 /a/plan@Timer(20000000)\" "
-                "[label=\"/a/plan@Timer(20000000)\\nresponse p99 289.4 us, max 289.4 us\"];"));
+  EXPECT_THAT(text, HasSubstr("\"0 /a/plan@Timer(20000000)\" "
+                              "[label=\"plan timer 20 ms\\nresponse p99 289.4 us, max 289.4 us\" "
+                              "tooltip=\"/a/plan@Timer(20000000)\"];"));
   EXPECT_THAT(text, HasSubstr("\"0 /a/plan@Timer(20000000)\" -> \"1 "
                               "/perception/lidar@Subscription(/sensing/lidar/top/points_raw)\" "
                               "[label=\"/t\\n6 messages\\nlatency p50 2.000 us, max 3.000 us\"];"));

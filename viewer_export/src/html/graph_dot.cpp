@@ -1,6 +1,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/viewer_export/graph_writer.hpp>
 
+#include "words/callback_names.hpp"
 #include "words/text_layout.hpp"
 
 #include <map>
@@ -40,8 +41,8 @@ std::string topic_name(const std::string& topic) {
   return fmt::format("\"topic {}\"", escaped(topic));
 }
 
-std::string label_of(const CallbackReport& callback) {
-  auto label = escaped(callback.logical_id);
+std::string label_of(const CallbackReport& callback, const CallbackNames& names) {
+  auto label = escaped(names.of_id(callback.logical_id));
   if (const auto& response = callback.response_time) {
     label += fmt::format("\\nresponse p99 {}, max {}", format_duration(response->p99),
                          format_duration(response->max));
@@ -57,6 +58,7 @@ std::string label_of(const Report& report, const analysis::ProcessReport& proces
 }
 
 void write_processes(std::ostream& out, const Report& report, const ReportRows& rows) {
+  const CallbackNames names(report, {.unicode = true});
   std::map<ProcessIndex, std::vector<const CallbackReport*>> by_process;
   for (const auto& callback : report.callbacks)
     by_process[callback.process].push_back(&callback);
@@ -64,8 +66,9 @@ void write_processes(std::ostream& out, const Report& report, const ReportRows& 
     out << fmt::format("  subgraph \"cluster_{}\" {{\n    label=\"{}\";\n", at(process),
                        label_of(report, rows.process(process)));
     for (const auto* callback : callbacks) {
-      out << fmt::format("    {} [label=\"{}\"];\n", node_name(rows, callback->index),
-                         label_of(*callback));
+      out << fmt::format("    {} [label=\"{}\" tooltip=\"{}\"];\n",
+                         node_name(rows, callback->index), label_of(*callback, names),
+                         escaped(callback->logical_id));
     }
     out << "  }\n";
   }

@@ -3,6 +3,7 @@
 #include <cie/analysis/report_rows.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include "words/callback_names.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -90,10 +91,10 @@ std::string policy_text(const analysis::ThreadSchedReport& s) {
   return s.nice != 0 ? text + fmt::format(" nice {}", s.nice) : text;
 }
 
-std::vector<TextCell> thread_row(const ThreadReport& t) {
+std::vector<TextCell> thread_row(const ThreadReport& t, const CallbackNames& names) {
   const auto callbacks = t.callbacks.empty() ? not_measured()
                          : t.callbacks.size() == 1
-                             ? TextCell{printable(t.callbacks.front())}
+                             ? TextCell{names.of_id(t.callbacks.front())}
                              : TextCell{counted(t.callbacks.size(), "callback")};
   const bool is_refused = t.sched && t.sched->error != 0;
   return {{elide(printable(t.name.empty() ? std::string_view("(unnamed)") : t.name), 24)},
@@ -173,22 +174,32 @@ std::string chain_place(const Report& report, const ChainReport& chain) {
   return fmt::format(" (pid {} on {})", process.pid, printable(process.host));
 }
 
+// " (pid 4001)", where there are several processes.
+std::string place_of(const Report& report, const CallbackReport& callback) {
+  if (report.processes.size() < 2) return {};
+  const auto& process = analysis::ReportRows(report).process_of(callback);
+  const auto host = report.trace.hosts.size() > 1 ? " on " + printable(process.host) : "";
+  return fmt::format(" (pid {}{})", process.pid, host);
+}
+
 // With the host where the chain passes from one to another.
-std::string hop_title(const Report& report, const ChainReport& chain, std::size_t hop) {
+std::string hop_title(const Report& report, const ChainReport& chain, std::size_t hop,
+                      const CallbackNames& names) {
   const auto& id = chain.hop_table[hop].from;
   const auto callback = chain.hop_table[hop].from_callback;
   const bool is_split = report.trace.hosts.size() > 1 && !chain.process && callback;
-  if (!is_split) return printable(id);
-  const auto* row = analysis::ReportRows(report).find(*callback);
-  return row == nullptr ? printable(id) : callback_title(report, *row);
+  const auto* row = is_split ? analysis::ReportRows(report).find(*callback) : nullptr;
+  return names.of_id(id) + (row == nullptr ? "" : place_of(report, *row));
 }
 
 std::string chain_table(const Report& report, const ChainReport& chain, std::size_t number,
-                        const TextStyle& style) {
+                        const CallbackNames& names, const TextStyle& style) {
   // A chain without a spec is named by all its hops, which the table lists anyway.
   const bool is_named = chain.is_specified || chain.name.find(" -> ") == std::string::npos;
   const auto title = fmt::format("Chain {}{}: {}, {} complete",
-                                 is_named ? printable(chain.name) : fmt::format("{}", number),
+                                 is_named    ? printable(chain.name)
+                                 : style.ids ? fmt::format("{}", number)
+                                             : names.of(chain),
                                  chain_place(report, chain), counted(chain.hops.size(), "callback"),
                                  counted(chain.instances, "instance"));
   TextTable table(
@@ -198,7 +209,7 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
   add_quantity(table, "data age", chain.data_age);
   for (std::size_t i = 0; i < chain.hop_table.size(); ++i) {
     const auto& hop = chain.hop_table[i];
-    add_quantity(table, "in " + hop_title(report, chain, i), hop.processing);
+    add_quantity(table, "in " + hop_title(report, chain, i, names), hop.processing);
     if (hop.to) {
       add_quantity(table, hop.clock_error ? "  message to another host" : "  message to the next",
                    hop.communication);
@@ -257,11 +268,7 @@ std::string process_title(const analysis::ProcessReport& process) {
 }
 
 std::string callback_title(const Report& report, const CallbackReport& callback) {
-  const auto id = printable(callback.logical_id);
-  if (report.processes.size() < 2) return id;
-  const auto& process = analysis::ReportRows(report).process_of(callback);
-  const auto host = report.trace.hosts.size() > 1 ? " on " + printable(process.host) : "";
-  return fmt::format("{} (pid {}{})", id, process.pid, host);
+  return printable(callback.logical_id) + place_of(report, callback);
 }
 
 std::ptrdiff_t callbacks_with(const Report& report, analysis::Isolation isolation) {
@@ -304,6 +311,7 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
 }
 
 std::string thread_tables(const Report& report, const TextStyle& style) {
+  const CallbackNames names(report, style);
   return tables_by_process(
       "Threads", report, report.threads, style,
       [] {
@@ -315,7 +323,7 @@ std::string thread_tables(const Report& report, const TextStyle& style) {
                           {"busy", ""},
                           {"runs", "", Align::left}});
       },
-      thread_row);
+      [&names](const auto& thread) { return thread_row(thread, names); });
 }
 
 std::string clock_lines(const Report& report, const TextStyle& style) {
@@ -342,10 +350,11 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
     std::ranges::stable_sort(chains, std::greater{}, latency);
     chains.resize(kChainsShown);
   }
+  const CallbackNames names(report, style);
   std::string text;
   for (const auto* chain : chains) {
     const auto number = static_cast<std::size_t>(chain - report.chains.data()) + 1;
-    text += chain_table(report, *chain, number, style);
+    text += chain_table(report, *chain, number, names, style);
   }
   if (chains.size() < report.chains.size()) {
     text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",

@@ -65,16 +65,13 @@ std::string window_text(const Report& report) {
   if (report.callbacks.empty()) {
     return text;  // nothing that could be complete
   }
-  if (trace.complete) return text + "; the recording is complete";
+  const auto is_whole = is_complete(report);
+  if (!is_whole)
+    return text + "; whether it is complete is not known: see rules T2 to T4 of cie verify";
+  if (*is_whole) return text + "; the recording is complete";
   const bool is_listed = std::ranges::any_of(report.defects, [](const auto& defect) {
     return defect.severity != analysis::Severity::info;
   });
-  const bool is_open = !is_listed && std::ranges::all_of(report.processes, [](const auto& process) {
-    return process.complete;
-  });
-  if (is_open) {
-    return text + "; whether it is complete is not known: see rules T2 to T4 of cie verify";
-  }
   return text + "; the recording is NOT complete: see " +
          (is_listed ? "the defects below" : "rules T2 to T4 of cie verify");
 }
@@ -283,8 +280,10 @@ std::string notes(const Report& report, const TextStyle& style) {
 }  // namespace
 
 void write_report_text(std::ostream& out, const Report& report,
-                       const analysis::VerdictReport* verdicts, const TextStyle& style,
+                       const analysis::VerdictReport* verdicts, const TextStyle& given_style,
                        std::string_view input) {
+  auto style = given_style;
+  style.ids = true;
   if (verdicts != nullptr && !verdicts->rules.empty()) {
     out << verdict_line(*verdicts, input, style) << '\n';
   }

@@ -82,15 +82,10 @@ const CallbackReport* late_callback_of(const Judged& judged, const SubjectVerdic
   return callback == nullptr || callback->late.value_or(0) == 0 ? nullptr : callback;
 }
 
-const WorstRun* worst_run_of(const Judged& judged, const CallbackReport& callback) {
-  const auto& all = judged.context.worst_runs;
-  const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);
-  return found == all.end() ? nullptr : &*found;
-}
-
-// "/a/plan@Timer(1)", "pool-0 (4008)": the kind stands in the rule's line, and on one host a tid
-// needs no pid.
+// "plan timer 1 ns", "pool-0 (4008)": the kind stands in the rule's line, and on one host a tid needs
+// no pid.
 std::string name_of(const Judged& judged, const SubjectVerdict& subject) {
+  if (const auto* callback = callback_of(judged, subject)) return judged.names.of(*callback);
   const auto* thread = thread_of(judged, subject);
   const bool is_unique = thread != nullptr && judged.report.trace.hosts.size() < 2;
   std::string_view name = is_unique ? subject.name() : std::string_view(subject.subject);
@@ -113,7 +108,7 @@ std::string runs_of_callbacks(const Judged& judged, const ThreadReport& thread) 
                            [](const auto& pair) { return pair.first; });
   std::string text;
   for (const auto& [runs, callback] : ran)
-    text += (text.empty() ? ": " : ", ") + printable(callback->logical_id);
+    text += (text.empty() ? ": " : ", ") + judged.names.of_id(callback->logical_id);
   return text;
 }
 
@@ -132,7 +127,8 @@ std::string runs_on_threads(const CallbackReport& callback) {
 }
 
 // What the evidence says; of the two events of an instance, the end has all.
-std::string told_by_evidence(const RuleVerdict& rule, const SubjectVerdict& subject) {
+std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
+                             const SubjectVerdict& subject) {
   constexpr std::size_t kMost = 3;
   const bool is_start_first = rule.id == "R1" || rule.id == "R3" || rule.id == "R4";
   std::string text;
@@ -140,7 +136,7 @@ std::string told_by_evidence(const RuleVerdict& rule, const SubjectVerdict& subj
     std::string_view note = subject.evidence[i].note;
     constexpr std::string_view kEnds = "ends; ";
     if (note.starts_with(kEnds)) note.remove_prefix(kEnds.size());
-    if (!note.empty()) text += (text.empty() ? "" : "; ") + printable(note);
+    if (!note.empty()) text += (text.empty() ? "" : "; ") + judged.names.in_words(note);
   }
   return text.empty() ? headline_of(subject) : text;
 }
@@ -208,26 +204,7 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
                                   counted(callback->instances, "run")),
             .of_one = {}};
   }
-  return {.weight = checked, .detail = told_by_evidence(rule, subject), .of_one = {}};
-}
-
-// "run 140 at +1.466 s: 376.0 us of 423.0 us waiting to start".
-std::string where_time_went(const Judged& judged, const WorstRun& worst) {
-  std::string text = fmt::format("run {}", worst.seq);
-  if (judged.report.trace.begin)
-    text += " at +" + format_duration((worst.start - *judged.report.trace.begin).ns);
-  std::string parts;
-  const auto add = [&parts](analysis::Duration time, const std::string& what) {
-    if (time.ns <= 0) return;
-    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
-  };
-  if (worst.start_latency) add(*worst.start_latency, "waiting to start");
-  if (worst.preempted) {
-    const auto& by = worst.preempted_by;
-    add(*worst.preempted, "preempted" + (by.empty() ? "" : " by " + printable(by)));
-  }
-  if (parts.empty()) return {};
-  return fmt::format("worst: {}{} (of {})", text, parts, format_duration(worst.response_time.ns));
+  return {.weight = checked, .detail = told_by_evidence(judged, rule, subject), .of_one = {}};
 }
 
 std::string counted_subjects(std::size_t count, std::optional<std::size_t> of,
@@ -270,15 +247,8 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   const auto* worst = late == nullptr ? nullptr : worst_run_of(judged, *late);
   if (rule.id == analysis::kDeadlineRule && worst != nullptr)
     finding.worst = where_time_went(judged, *worst);
+  if (!finding.worst.empty()) finding.worst.insert(0, "worst: ");
   return finding;
-}
-
-// Where a logical id that begins at `at` ends; `at` if there is none.
-std::size_t end_of_id(std::string_view note, std::size_t at) {
-  const auto mark = note.find('@', at);
-  const auto end = note.find(')', mark == std::string_view::npos ? at : mark);
-  const bool is_id = note[at] == '/' && mark < note.find(' ', at) && end < note.size();
-  return is_id ? end + 1 : at;
 }
 
 // "thread 4008 ..." and "thread 4009 ..." give the same reason, and so do ids of callbacks.
@@ -289,7 +259,7 @@ std::string without_subjects(std::string_view note) {
   for (std::size_t i = 0; i < note.size();) {
     const bool is_begin = i == 0 || (std::isalnum(static_cast<unsigned char>(note[i - 1])) == 0 &&
                                      note[i - 1] != '_');
-    if (const auto end = end_of_id(note, i); is_begin && end > i) {
+    if (const auto end = end_of_id(note, i); end > i) {
       text += "a callback";
       i = end;
     } else if (is_begin && is_digit(note[i])) {
@@ -318,6 +288,35 @@ std::string remedy_on_page(std::string_view id) {
 }
 
 }  // namespace
+
+const WorstRun* worst_run_of(const Judged& judged, const CallbackReport& callback) {
+  const auto& all = judged.context.worst_runs;
+  const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);
+  return found == all.end() ? nullptr : &*found;
+}
+
+std::string where_time_went(const Judged& judged, const WorstRun& worst) {
+  std::string text = fmt::format("run {}", worst.seq);
+  if (judged.report.trace.begin)
+    text += " at +" + format_duration((worst.start - *judged.report.trace.begin).ns);
+  std::string parts;
+  const auto add = [&parts](analysis::Duration time, const std::string& what) {
+    if (time.ns <= 0) return;
+    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
+  };
+  if (worst.start_latency) add(*worst.start_latency, "waiting to start");
+  if (worst.preempted) {
+    const auto& by = worst.preempted_by;
+    add(*worst.preempted, "preempted" + (by.empty() ? "" : " by " + printable(by)));
+  }
+  // Most of it, where it neither waited nor was preempted for as long.
+  const auto none = analysis::Duration{0};
+  const auto waited = worst.start_latency.value_or(none) + worst.preempted.value_or(none);
+  const auto rest = worst.response_time - waited;
+  if (!parts.empty() && worst.start_latency && rest > waited) add(rest, "in the callback itself");
+  if (parts.empty()) return {};
+  return fmt::format("{}{} (of {})", text, parts, format_duration(worst.response_time.ns));
+}
 
 std::vector<Finding> findings_of(const Judged& judged) {
   constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
@@ -359,11 +358,11 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
   for (const auto& [reason, gathered] : by_reason) {
     const auto kind =
         gathered.kinds.size() == 1 ? std::optional(*gathered.kinds.begin()) : std::nullopt;
-    doubts.push_back(
-        {.reason = printable(gathered.notes.size() == 1 ? *gathered.notes.begin() : reason),
-         .rules = gathered.rules,
-         .subjects = counted_subjects(gathered.subjects.size(), std::nullopt, kind),
-         .count = gathered.subjects.size()});
+    doubts.push_back({.reason = judged.names.in_words(
+                          gathered.notes.size() == 1 ? *gathered.notes.begin() : reason),
+                      .rules = gathered.rules,
+                      .subjects = counted_subjects(gathered.subjects.size(), std::nullopt, kind),
+                      .count = gathered.subjects.size()});
   }
   std::ranges::stable_sort(doubts, std::ranges::greater{}, &Doubt::count);
   return doubts;
@@ -376,9 +375,11 @@ std::string isolation_fact(const analysis::Report& report) {
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0)
     return share_of_callbacks(shared, ran) + " share threads";
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
-  return fmt::format("{}{} had a thread of {} own",
-                     share_of_callbacks(callbacks_with(report, Isolation::isolated), ran),
-                     ran < all ? " that ran" : "", ran == 1 ? "its" : "their");
+  const auto isolated = callbacks_with(report, Isolation::isolated);
+  if (isolated == 0) return "whether callbacks share threads is not known";
+  return fmt::format("{}{} had a thread of {} own{}", share_of_callbacks(isolated, ran),
+                     ran < all ? " that ran" : "", ran == 1 ? "its" : "their",
+                     isolated < ran ? "; of the others it is not known" : "");
 }
 
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings) {

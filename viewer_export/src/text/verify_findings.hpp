@@ -6,6 +6,8 @@
 #include <cie/analysis/verdict.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 
+#include "words/callback_names.hpp"
+
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -19,9 +21,11 @@ struct Judged {
   const analysis::Report& report;
   const VerifyContext& context;
   analysis::ReportRows rows;
+  CallbackNames names;
 
-  Judged(const analysis::VerdictReport& v, const analysis::Report& r, const VerifyContext& c)
-      : verdicts(v), report(r), context(c), rows(r) {}
+  Judged(const analysis::VerdictReport& v, const analysis::Report& r, const VerifyContext& c,
+         const TextStyle& style)
+      : verdicts(v), report(r), context(c), rows(r), names(r, style) {}
 };
 
 // Subjects of a violated rule of which the same is said.
@@ -47,6 +51,11 @@ struct Doubt {
   std::string subjects;            // "11 threads"
   std::size_t count = 0;           // of subjects
 };
+
+// Null: none of its runs was noted.
+const WorstRun* worst_run_of(const Judged& judged, const analysis::CallbackReport& callback);
+// "run 140 at +1.466 s: 376.0 us waiting to start (of 423.0 us)"; empty where nothing of it was.
+std::string where_time_went(const Judged& judged, const WorstRun& worst);
 
 // The gravest first: the mapping, deadlines, then as the contract has them.
 std::vector<Finding> findings_of(const Judged& judged);

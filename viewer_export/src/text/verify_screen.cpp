@@ -1,16 +1,15 @@
 #include <cie/analysis/rule_pages.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 
+#include "headline.hpp"
+#include "screen.hpp"
 #include "verify_findings.hpp"
-#include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
-#include "words/verify_words.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <iterator>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -20,33 +19,7 @@ namespace {
 
 using analysis::Verdict;
 
-constexpr std::size_t kLines = 24;
 constexpr std::size_t kRowsOfARule = 3;
-
-using Lines = std::vector<std::string>;
-
-std::string_view gap(const TextStyle& style) { return style.unicode ? "…" : "..."; }
-
-void append(Lines& lines, Lines more) { std::ranges::move(more, std::back_inserter(lines)); }
-
-// Wrapped, at most `most` lines; those after the first begin as far in as the text of the first.
-Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,
-                const TextStyle& style) {
-  const auto indent = display_width(begin);
-  const auto width = style.columns - std::min(indent, style.columns / 2);
-  auto parts = wrap(text, width);
-  if (parts.size() > most) {
-    parts[most - 1] = cut(parts[most - 1] + ' ' + parts[most], width, gap(style));
-    parts.resize(most);
-  }
-  Lines lines;
-  for (const auto& part : parts) {
-    const auto blanks = std::string(indent, ' ');
-    lines.push_back(
-        cut((lines.empty() ? std::string(begin) : blanks) + part, style.columns, gap(style)));
-  }
-  return lines;
-}
 
 class Screen {
  public:
@@ -55,75 +28,22 @@ class Screen {
         style_(style),
         gap_(gap(style)),
         findings_(findings_of(judged)),
-        doubts_(doubts_of(judged)) {}
+        doubts_(doubts_of(judged)),
+        head_(judged_, findings_, style_) {}
 
   Lines lines() const {
-    auto lines = head();
+    auto lines = head_.lines();
     Lines tail = remedy();
     append(tail, counts());
-    if (verdict() != Verdict::pass) append(tail, commands());
-    append(lines, body(kLines - std::min(kLines, lines.size() + tail.size())));
+    if (head_.verdict() != Verdict::pass) append(tail, commands());
+    append(lines, body(kScreenLines - std::min(kScreenLines, lines.size() + tail.size())));
     append(lines, std::move(tail));
     return lines;
   }
 
-  std::string line() const {
-    std::string text = "  " + title() + fact();
-    for (const auto listed : {Verdict::fail, Verdict::inconclusive}) {
-      const auto ids = with(listed);
-      if (ids.empty()) continue;
-      text += listed == Verdict::fail ? "; violated" : "; undecided";
-      for (const auto& id : ids)
-        text += " " + id;
-    }
-    return paint(word(), look(), style_) + text;
-  }
+  std::string line() const { return head_.line(); }
 
  private:
-  Verdict verdict() const { return std::max(judged_.verdicts.verdict, Verdict::pass); }
-
-  Look look() const {
-    return verdict() == Verdict::fail   ? Look::bad
-           : verdict() == Verdict::pass ? Look::good
-                                        : Look::doubtful;
-  }
-
-  // "FAIL", with a symbol where there are such.
-  std::string word() const {
-    const std::string_view symbol = !style_.unicode              ? ""
-                                    : verdict() == Verdict::fail ? "✗ "
-                                    : verdict() == Verdict::pass ? "✓ "
-                                                                 : "? ";
-    return std::string(symbol) + std::string(analysis::label(verdict()));
-  }
-
-  // "run1: ", what was judged.
-  std::string title() const {
-    const auto& paths = judged_.report.trace.paths;
-    if (paths.empty()) return {};
-    std::filesystem::path path = paths.front();
-    if (!path.has_filename()) path = path.parent_path();
-    auto name = elide(printable(path.filename().string()), style_.columns / 3);
-    if (paths.size() > 1) name += fmt::format(" and {} more", paths.size() - 1);
-    return name + ": ";
-  }
-
-  // Without those that would have another verdict if nothing were suppressed.
-  std::vector<std::string> with(Verdict verdict) const {
-    std::vector<std::string> ids;
-    for (const auto& rule : judged_.verdicts.rules) {
-      const auto counted = analysis::counted_verdict(rule);
-      const bool is_suppressed = counted < Verdict::inconclusive && rule.verdict > Verdict::pass;
-      if (counted == verdict && !is_suppressed) ids.push_back(rule.id);
-    }
-    return ids;
-  }
-
-  bool passes(std::string_view id) const {
-    const auto ids = with(Verdict::pass);
-    return std::ranges::find(ids, id) != ids.end();
-  }
-
   std::size_t suppressed() const {
     std::size_t count = 0;
     for (const auto& rule : judged_.verdicts.rules) {
@@ -131,33 +51,6 @@ class Screen {
         count += subject.is_suppressed() ? 1U : 0U;
     }
     return count;
-  }
-
-  std::string fact() const {
-    if (!findings_.empty()) return gravest_fact(judged_, findings_);
-    const auto is_mapped = passes("M2") && passes("M3");
-    if (verdict() == Verdict::pass) {
-      const auto kept = fmt::format("{} kept", counted(with(Verdict::pass).size(), "rule"));
-      return is_mapped ? isolation_fact(judged_.report) : kept;
-    }
-    const auto open = with(Verdict::inconclusive);
-    auto undecided = counted(open.size(), "rule") + " undecided";
-    if (is_mapped) return isolation_fact(judged_.report) + "; " + undecided;
-    const auto names_mapping = [](const auto& id) { return id == "M2" || id == "M3"; };
-    if (std::ranges::any_of(open, names_mapping))
-      return "whether callbacks share threads is undecided, with " + counted(open.size(), "rule");
-    return undecided;
-  }
-
-  // The blanks behind the word are none to wrap(), which takes several for one.
-  Lines head() const {
-    constexpr char kBlank = '\x01';
-    auto lines = wrap(word() + kBlank + title() + fact(), style_.columns - 2);
-    auto& first = lines.front();
-    first = paint(word(), look(), style_) + "  " + first.substr(word().size() + 1);
-    for (std::size_t i = 1; i < lines.size(); ++i)
-      lines[i] = "  " + lines[i];
-    return lines;
   }
 
   // "7 callbacks each"; what has several parts is told of each anyway.
@@ -247,7 +140,7 @@ class Screen {
 
   Lines undecided(std::size_t room) const {
     if (doubts_.empty() || room == 0) return {};
-    const auto ids = joined(with(Verdict::inconclusive), style_.columns - 13);
+    const auto ids = joined(head_.rules_with(Verdict::inconclusive), style_.columns - 13);
     if (!findings_.empty() && room < 3) return {"  undecided: " + ids};
     Lines lines;
     if (!findings_.empty()) lines.push_back("  undecided");
@@ -294,8 +187,8 @@ class Screen {
     std::string text;
     if (!findings_.empty()) {
       text = remedy_of(judged_, findings_.front());
-    } else if (verdict() == Verdict::inconclusive) {
-      const auto open = with(Verdict::inconclusive);
+    } else if (head_.verdict() == Verdict::inconclusive) {
+      const auto open = head_.rules_with(Verdict::inconclusive);
       const auto is_readable = std::ranges::find(open, analysis::kReadableRule) == open.end();
       text = is_readable ? "where these rules may stay undecided: --inconclusive=warn exits with 0"
                          : "mend the copy or record again: no option passes what cannot be read";
@@ -304,28 +197,13 @@ class Screen {
     return paragraph(style_.unicode ? "  → " : "  -> ", text, 2, style_);
   }
 
-  std::string losses() const {
-    const auto& lost = judged_.report.trace.lost_events;
-    if (!lost) return "whole packets lost";
-    if (*lost > 0) return counted(*lost, "event") + " lost";
-    return "nothing lost";
-  }
-
   Lines counts() const {
-    std::uint64_t runs = 0;
-    std::uint64_t incomplete = 0;
-    std::uint64_t thrown = 0;
-    for (const auto& callback : judged_.report.callbacks) {
-      runs += callback.instances;
-      incomplete += callback.incomplete;
-      thrown += callback.exceptions.value_or(0);
-    }
     Lines parts;
-    if (const auto passed = with(Verdict::pass).size(); passed > 0)
+    if (const auto passed = head_.rules_with(Verdict::pass).size(); passed > 0)
       parts.push_back(counted(passed, "rule") + (passed == 1 ? " passes" : " pass"));
-    if (const auto open = with(Verdict::inconclusive).size(); open > 0)
+    if (const auto open = head_.rules_with(Verdict::inconclusive).size(); open > 0)
       parts.push_back(fmt::format("{} undecided", open));
-    if (const auto without = with(Verdict::not_applicable).size(); without > 0) {
+    if (const auto without = head_.rules_with(Verdict::not_applicable).size(); without > 0) {
       parts.push_back(fmt::format("{} {} not apply{}", without, without == 1 ? "does" : "do",
                                   judged_.context.spec_name.empty() ? " (no --spec)" : ""));
     }
@@ -334,66 +212,31 @@ class Screen {
     std::string text;
     for (const auto& part : parts)
       text += (text.empty() ? "" : ", ") + part;
-    text += fmt::format("{}{}, {}", text.empty() ? "" : "; ", counted(runs, "run"), losses());
-    if (incomplete > 0) text += fmt::format(", {} cut or never ended", incomplete);
-    if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "run"));
+    text += (text.empty() ? "" : "; ") + counts_of_runs(judged_.report);
     auto lines = paragraph("  ", text, 3, style_);
-    append(lines, remarks());
+    append(lines, remarks(judged_, taints(), style_));
     return lines;
   }
 
-  // What else whoever relies on the verdict has to know, a line each.
-  Lines remarks() const {
-    constexpr std::size_t kMost = 4;
-    Lines said;
+  Lines taints() const {
     std::string defects;
     for (const auto& defect : judged_.report.defects) {
       if (defect.severity == analysis::Severity::info) continue;
       defects += fmt::format("{}{} x {}", defects.empty() ? "tainted by " : ", ",
                              analysis::label(defect.kind), defect.count);
     }
-    if (!defects.empty()) said.push_back(defects);
-    if (const auto& window = judged_.verdicts.window) {
-      said.push_back(fmt::format("judged is the window {}..{} ns ({}) alone", window->from.ns,
-                                 window->to.ns, format_duration((window->to - window->from).ns)));
-    }
-    append(said, useless_suppressions(judged_.verdicts));
-    for (const auto& recording : judged_.report.recordings) {
-      const bool is_clean = recording.exit && recording.exit->code == 0;
-      auto sentences = sentences_of(recording);
-      if (is_clean && !sentences.empty()) sentences.erase(sentences.begin());
-      append(said, std::move(sentences));
-    }
-    const auto all = said.size();
-    if (all > kMost) {
-      said.resize(kMost - 1);
-      said.push_back(fmt::format("{} {} more", gap_, all - said.size()));
-    }
-    for (auto& line : said)
-      line = "  " + cut(line, style_.columns - 2, gap_);
-    return said;
+    return defects.empty() ? Lines{} : Lines{defects};
   }
 
-  // Side by side where there is room; one that is longer than the line is not broken.
   Lines commands() const {
     const auto id = !findings_.empty() ? findings_.front().rule->id
                     : doubts_.empty()  ? std::string()
                                        : doubts_.front().rules.front();
-    Lines all{"evidence: cie verify " + judged_.context.verify_arguments + " --all"};
-    if (!id.empty()) all.push_back("rule: cie verify --explain " + id);
-    all.push_back("look: cie view " + judged_.context.view_arguments);
-    Lines lines;
-    for (const auto& command : all) {
-      const auto is_room =
-          !lines.empty() &&
-          display_width(lines.back()) + 4 + display_width(command) <= style_.columns;
-      if (is_room) {
-        lines.back() += "    " + command;
-      } else {
-        lines.push_back("  " + command);
-      }
-    }
-    return lines;
+    std::vector<std::pair<std::string_view, std::string>> all{
+        {"evidence", "cie verify " + judged_.context.verify_arguments + " --all"}};
+    if (!id.empty()) all.emplace_back("rule", "cie verify --explain " + id);
+    all.emplace_back("look", "cie view " + judged_.context.view_arguments);
+    return commands_to_paste(all, style_);
   }
 
   const Judged& judged_;
@@ -401,6 +244,7 @@ class Screen {
   std::string_view gap_;
   std::vector<Finding> findings_;
   std::vector<Doubt> doubts_;
+  Headline head_;
 };
 
 }  // namespace
@@ -408,7 +252,7 @@ class Screen {
 void write_verify_screen(std::ostream& out, const analysis::VerdictReport& verdicts,
                          const analysis::Report& report, const VerifyContext& context,
                          const TextStyle& style) {
-  const Judged judged(verdicts, report, context);
+  const Judged judged(verdicts, report, context, style);
   for (const auto& line : Screen(judged, style).lines())
     out << line << '\n';
 }
@@ -416,7 +260,7 @@ void write_verify_screen(std::ostream& out, const analysis::VerdictReport& verdi
 void write_verify_line(std::ostream& out, const analysis::VerdictReport& verdicts,
                        const analysis::Report& report, const VerifyContext& context,
                        const TextStyle& style) {
-  const Judged judged(verdicts, report, context);
+  const Judged judged(verdicts, report, context, style);
   out << Screen(judged, style).line() << '\n';
 }
 

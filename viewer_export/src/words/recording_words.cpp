@@ -2,6 +2,8 @@
 
 #include "text_layout.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 namespace cie::viewer_export {
@@ -16,6 +18,16 @@ std::vector<std::string> sentences_of(const analysis::RecordingReport& recording
         fmt::format("begins with chunk {}: those before are gone", *recording.first_chunk));
   }
   return sentences;
+}
+
+std::optional<bool> is_complete(const analysis::Report& report) {
+  if (report.trace.complete) return true;
+  const bool is_known =
+      std::ranges::any_of(
+          report.defects,
+          [](const auto& defect) { return defect.severity != analysis::Severity::info; }) ||
+      std::ranges::any_of(report.processes, [](const auto& process) { return !process.complete; });
+  return is_known ? std::optional(false) : std::nullopt;
 }
 
 }  // namespace cie::viewer_export

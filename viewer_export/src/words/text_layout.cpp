@@ -65,6 +65,8 @@ std::string pad(std::string_view text, std::size_t width, TextTable::Align align
   return align == TextTable::Align::left ? std::string(text) + blanks : blanks + std::string(text);
 }
 
+constexpr std::size_t kIndent = 2;  // of tables
+
 std::string trimmed(std::string line) {
   line.erase(line.find_last_not_of(' ') + 1);
   return line + '\n';
@@ -82,18 +84,18 @@ std::size_t display_width(std::string_view text) noexcept {
   return width;
 }
 
-std::string elide(std::string_view text, std::size_t columns) {
-  constexpr std::string_view kGap = "...";
+std::string elide(std::string_view text, std::size_t columns, std::string_view gap) {
   // Bytes bound the width from above, so a short text is not measured and a huge one only cut.
   if (text.size() <= columns || (text.size() <= 4 * columns && display_width(text) <= columns)) {
     return std::string(text);
   }
-  if (columns <= kGap.size()) {
+  const auto gap_width = display_width(gap);
+  if (columns <= gap_width) {
     return std::string(prefix(text, columns));
   }
-  const std::size_t tail = (columns - kGap.size()) / 2;
-  const auto head = prefix(text, columns - kGap.size() - tail);
-  return std::string(head) + std::string(kGap) + std::string(suffix(text, tail));
+  const std::size_t tail = (columns - gap_width) / 2;
+  const auto head = prefix(text, columns - gap_width - tail);
+  return std::string(head) + std::string(gap) + std::string(suffix(text, tail));
 }
 
 std::string cut(std::string_view text, std::size_t columns, std::string_view gap) {
@@ -211,8 +213,7 @@ void TextTable::drop_columns_of(std::string_view text) {
   }
 }
 
-std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
-  constexpr std::size_t kIndent = 2;
+std::vector<std::size_t> TextTable::natural_widths() const {
   std::vector<std::size_t> result;
   for (const auto& column : columns_) {
     result.push_back(std::max(display_width(column.title), display_width(column.subtitle)));
@@ -222,6 +223,16 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
       result[i] = std::max(result[i], display_width(row[i].text));
     }
   }
+  return result;
+}
+
+std::size_t TextTable::natural_width() const {
+  const auto widths = natural_widths();
+  return std::accumulate(widths.begin(), widths.end(), kIndent + 2 * (widths.size() - 1));
+}
+
+std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
+  auto result = natural_widths();
   // The names get what is left, but never less than a fifth of the line.
   const std::size_t others =
       std::accumulate(result.begin() + 1, result.end(), kIndent + 2 * (result.size() - 1));
@@ -245,6 +256,7 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
 
 std::string TextTable::render(const TextStyle& style) const {
   const auto width = widths(style.columns);
+  const std::string_view gap = style.unicode ? "…" : "...";
   const auto line = [&](const auto& text_of) {
     std::string result = " ";
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -264,14 +276,15 @@ std::string TextTable::render(const TextStyle& style) const {
     }
   }
   for (const auto& row : rows_) {
-    const bool is_split = display_width(row.front().text) > width.front();
+    const bool is_split = !is_row_a_line_ && display_width(row.front().text) > width.front();
     if (is_split) {
       text +=
           "  " + paint(elide(row.front().text, style.columns - 2), row.front().look, style) + "\n";
     }
     text += line([&](std::size_t i) {
       const auto shown = i == 0 && is_split ? std::string_view{} : std::string_view(row[i].text);
-      return paint(pad(elide(shown, width[i]), width[i], columns_[i].align), row[i].look, style);
+      return paint(pad(elide(shown, width[i], gap), width[i], columns_[i].align), row[i].look,
+                   style);
     });
   }
   return text;

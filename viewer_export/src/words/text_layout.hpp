@@ -16,8 +16,8 @@ namespace cie::viewer_export {
 // Columns that printable text takes on a terminal.
 std::size_t display_width(std::string_view text) noexcept;
 
-// At most `columns` wide: the middle of a longer text becomes "...".
-std::string elide(std::string_view text, std::size_t columns);
+// At most `columns` wide: the middle of a longer text becomes `gap`.
+std::string elide(std::string_view text, std::size_t columns, std::string_view gap = "...");
 
 // The same with `gap` in place of the end.
 std::string cut(std::string_view text, std::size_t columns, std::string_view gap);
@@ -68,11 +68,17 @@ class TextTable {
   bool is_empty() const noexcept { return rows_.empty(); }
   // Columns in which every cell is that text go; the first one stays.
   void drop_columns_of(std::string_view text);
+  // Names that are too wide lose their middle.
+  void keep_rows_on_one_line() noexcept { is_row_a_line_ = true; }
+  // Of its widest line, if nothing is cut.
+  std::size_t natural_width() const;
   std::string render(const TextStyle& style) const;
 
  private:
+  std::vector<std::size_t> natural_widths() const;
   std::vector<std::size_t> widths(std::size_t columns) const;
 
+  bool is_row_a_line_ = false;
   std::vector<Column> columns_;
   std::vector<std::vector<TextCell>> rows_;
 };

@@ -5,6 +5,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 #include <cie/viewer_export/text_style.hpp>
+#include <cie/viewer_export/verify_writers.hpp>
 
 #include <ostream>
 #include <string_view>
@@ -15,7 +16,28 @@ namespace cie::viewer_export {
 // UTF-8 of hostile names becomes U+FFFD.
 void write_report_json(std::ostream& out, const analysis::Report& report);
 
-// For people: verdict (when given; borrowed, may be null), what to look at first, the recording and
+// What the screen says besides the report and its verdicts.
+struct ReportContext {
+  // Its arguments follow `cie report`, too.
+  VerifyContext verify{};
+  // Shared threads are a violation, also where neither the executor nor a spec claims there are none.
+  bool is_isolation_expected = false;
+};
+
+// For people, one screen of at most 24 lines: what is worst in words, what was recorded, the worst
+// callbacks and chains with their times, why the worst run took as long, and the commands for more.
+void write_report_screen(std::ostream& out, const analysis::Report& report,
+                         const analysis::VerdictReport& verdicts, const ReportContext& context,
+                         const TextStyle& style);
+
+// For people, all threads: what each was told to run as, and what it ran.
+void write_report_threads(std::ostream& out, const analysis::Report& report,
+                          const TextStyle& style);
+
+// For people, each chain with its hops.
+void write_report_chains(std::ostream& out, const analysis::Report& report, const TextStyle& style);
+
+// For people, all there is, by logical ids: verdict (when given; borrowed, may be null), what to look at first, the recording and
 // its defects, callbacks, threads, chains, and what the dashes mean. Names from traces cannot move
 // the cursor. `input` follows commands that are to be pasted: traces and the options that they were
 // read by, for a shell.

@@ -1,0 +1,270 @@
+#include <cie/viewer_export/report_writers.hpp>
+
+#include "sample_report.hpp"
+#include "words/text_layout.hpp"
+
+#include <sstream>
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Verdict;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+using testing::StartsWith;
+
+// Of the callback that took longest.
+ReportContext context() {
+  return {.verify = {.spec_name = {},
+                     .spec_sha256 = {},
+                     .clock_offset_ns = {},
+                     .worst_runs = {{.callback = analysis::CallbackIndex{1},
+                                     .seq = 3,
+                                     .start = {983'001'500'000},
+                                     .response_time = {2'500'000},
+                                     .preempted = analysis::Duration{200'000},
+                                     .preempted_by = "cc1plus"}},
+                     .verify_arguments = "'recordings/run 1' --window=+1s..",
+                     .view_arguments = "'recordings/run 1'"}};
+}
+
+std::string screen_of(const analysis::Report& report, const analysis::VerdictReport& verdicts,
+                      const TextStyle& style = {}, const ReportContext& context = context()) {
+  std::ostringstream out;
+  write_report_screen(out, report, verdicts, context, style);
+  return out.str();
+}
+
+// Both callbacks ran on the second thread; of the first one's seven runs none did as it says.
+analysis::Report shared_report() {
+  auto report = test::sample_report();
+  report.threads[1].ran = {analysis::CallbackIndex{0}, analysis::CallbackIndex{1}};
+  return report;
+}
+
+// A multi-threaded system, which nobody said anything else of.
+analysis::Report unclaimed_report() {
+  auto report = shared_report();
+  report.processes[0].executor = "multi_threaded";
+  return report;
+}
+
+TEST(ReportScreen, OfATerminalOf80Columns) {
+  EXPECT_EQ(screen_of(shared_report(), test::sample_verdicts(), {.columns = 80, .unicode = true}),
+            "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
+            "  130.0 ms on robot: 1 process, isolated executor; 3 callbacks, 14 runs, nothing\n"
+            "  lost, 1 cut or never ended\n"
+            "\n"
+            "                                               response      time\n"
+            "  callback                               runs       p50       p99       max\n"
+            "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms\n"
+            "  plan timer 20 ms                          7   187.3us   289.4us   289.4us\n"
+            "  chain braking                             6   892.3us   1.008ms   1.008ms\n"
+            "  worst: lidar ← /sensing/lidar/top/points_raw, run 3 at +1.500 ms: 200.0 us\n"
+            "         preempted by cc1plus (of 2.500 ms)\n"
+            "  releases missed: 3 of plan timer 20 ms\n"
+            "  never ran: 1 callback: plan ⇐ /never called\n"
+            "  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
+            "  rules: cie verify 'recordings/run 1' --window=+1s..\n"
+            "  look: cie view 'recordings/run 1'\n"
+            "  in place of --all: --threads, --chains\n");
+}
+
+TEST(ReportScreen, OfATerminalOf120ColumnsHasMoreColumns) {
+  EXPECT_THAT(
+      screen_of(shared_report(), test::sample_verdicts(), {.columns = 120, .unicode = true}),
+      AllOf(
+          HasSubstr(
+              "\n\n"
+              "                                               response      time                       own     start     exec.\n"
+              "  callback                               runs       p50       p99       max  missed  thread  lat. max  time max\n"
+              "  lidar ← /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO         -         -\n"
+              "  plan timer 20 ms                          7   187.3us   289.4us   289.4us       3     yes   14.88us   281.8us\n"
+              "  chain braking                             6   892.3us   1.008ms   1.008ms       -       -         -         -\n"
+              "  worst: lidar ← /sensing/lidar/top/points_raw, run 3 at +1.500 ms: 200.0 us preempted "
+              "by cc1plus (of 2.500 ms)\n"),
+          HasSubstr("  all: cie report 'recordings/run 1' --window=+1s.. --all\n"
+                    "  threads: cie report 'recordings/run 1' --window=+1s.. --threads\n"
+                    "  chains: cie report 'recordings/run 1' --window=+1s.. --chains    "
+                    "rules: cie verify 'recordings/run 1' --window=+1s..\n"
+                    "  look: cie view 'recordings/run 1'\n")));
+}
+
+TEST(ReportScreen, OfAPipeIsAscii) {
+  const auto text = screen_of(shared_report(), test::sample_verdicts());
+  EXPECT_THAT(
+      text,
+      HasSubstr(
+          "\n\n"
+          "                                                response      time                       own\n"
+          "  callback                                runs       p50       p99       max  missed  thread\n"
+          "  lidar <- /sensing/lidar/top/points_raw   7+1  >1.750ms  >2.500ms  >2.500ms       -      NO\n"
+          "  plan timer 20 ms                           7   187.3us   289.4us   289.4us       3     yes\n"
+          "  chain braking                              6   892.3us   1.008ms   1.008ms       -       -\n"));
+  for (const char c : text)
+    EXPECT_TRUE(c == '\n' || (c >= ' ' && c <= '~')) << text;
+}
+
+TEST(ReportScreen, IsNoFailWhereNobodyClaimedThatThreadsAreNotShared) {
+  EXPECT_THAT(screen_of(unclaimed_report(), test::sample_verdicts()),
+              StartsWith("run 1: callbacks share threads: 1 of 2\n"
+                         "  130.0 ms on robot: 1 process, multi_threaded executor; "));
+  const auto fail = StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n");
+  auto expecting = context();
+  expecting.is_isolation_expected = true;
+  EXPECT_THAT(screen_of(unclaimed_report(), test::sample_verdicts(), {}, expecting), fail);
+  const auto spec = SchedulingSpec::parse("callback_groups: []\n", "app.yaml");
+  auto specified = context();
+  specified.verify.spec = &spec;
+  EXPECT_THAT(screen_of(unclaimed_report(), test::sample_verdicts(), {}, specified), fail);
+}
+
+analysis::VerdictReport with_missed_deadline(analysis::Report& report) {
+  report.callbacks[0].response_deadline = analysis::Duration{100'000};
+  report.callbacks[0].late = 5;
+  auto verdicts = test::sample_verdicts();
+  verdicts.rules.push_back(
+      {.id = "R3",
+       .name = "deadline",
+       .verdict = Verdict::fail,
+       .subjects = {{.about = {.kind = analysis::SubjectKind::callback, .index = 0},
+                     .subject = "callback /a/plan@Timer(20000000)",
+                     .verdict = Verdict::fail,
+                     .checked = 7,
+                     .evidence = {}}}});
+  return verdicts;
+}
+
+TEST(ReportScreen, OfAMissedDeadlineIsAFailWhoeverDeclaredIt) {
+  auto report = unclaimed_report();
+  const auto verdicts = with_missed_deadline(report);
+  const auto text = screen_of(report, verdicts);
+  EXPECT_THAT(text, StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
+                               "  callbacks share threads: 1 of 2\n"));
+  EXPECT_LT(text.find("plan timer 20 ms"), text.find("lidar <-")) << "the late one is the worst";
+  EXPECT_THAT(text, HasSubstr("187.3us   289.4us   289.4us   100.0us     5"));
+}
+
+TEST(ReportScreen, SaysWhetherIsolationHoldsBesideWhatIsGraver) {
+  auto report = test::sample_report();
+  report.callbacks.erase(report.callbacks.begin() + 1);
+  auto verdicts = with_missed_deadline(report);
+  std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
+  EXPECT_THAT(screen_of(report, verdicts),
+              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
+                         "  1 of 1 callback that ran had a thread of its own\n"));
+}
+
+// As of ROS 2: no release is known.
+TEST(ReportScreen, OfDurationsAloneSaysHowOftenAndHowMuchOfTheTime) {
+  auto report = unclaimed_report();
+  auto& callback = report.callbacks[1];
+  callback.release_source = analysis::ReleaseSource::start;
+  callback.inter_arrival = test::summary(20'000'000, 20'000'000, 6);
+  report.callbacks = {callback};
+  report.chains.clear();
+  // 7 runs of 1.65 ms in 130 ms: 8.9 %.
+  EXPECT_THAT(screen_of(report, test::sample_verdicts()),
+              HasSubstr("                       duration\n"));
+  EXPECT_THAT(screen_of(report, test::sample_verdicts()),
+              HasSubstr("   7+1  20.00ms  1.650ms   2.400ms  2.400ms  8.9%\n"));
+}
+
+TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {
+  auto report = unclaimed_report();
+  report.callbacks[1].instances = 1;
+  EXPECT_LT(screen_of(report, {}).find("plan timer"), screen_of(report, {}).find("lidar <-"));
+  report.callbacks[1].instances = 7;
+  EXPECT_GT(screen_of(report, {}).find("plan timer"), screen_of(report, {}).find("lidar <-"));
+  report.callbacks[1].kind = CallbackKind::service;
+  report.callbacks[1].source = "/container/_container/load_node";
+  EXPECT_LT(screen_of(report, {}).find("plan timer"), screen_of(report, {}).find("lidar <-"));
+}
+
+TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {
+  auto report = unclaimed_report();  // a path latency of 776.3 us to 1.008 ms
+  report.chains[0].is_specified = true;
+  const auto of = [&report](std::int64_t bound) {
+    const auto spec = SchedulingSpec::parse(
+        "chains:\n  - name: braking\n    callbacks: ['/a/plan@Timer(20000000)', "
+        "'/perception/lidar@Subscription(/sensing/lidar/top/points_raw)']\n    path_latency: " +
+            std::to_string(bound) + "\n",
+        "app.yaml");
+    auto specified = context();
+    specified.verify.spec = &spec;
+    return screen_of(report, {}, {}, specified);
+  };
+  EXPECT_THAT(of(1'008'309), HasSubstr("1.008ms   1.008ms   1.008ms     0       -\n"));
+  EXPECT_THAT(of(1'008'308), HasSubstr("1.008ms   1.008ms   1.008ms    >0       -\n"));
+  EXPECT_THAT(of(700'000), HasSubstr("1.008ms   1.008ms   700.0us     6       -\n"));
+}
+
+TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {
+  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 120, .ids = true}),
+              AllOf(HasSubstr("\n  /a/plan@Timer(20000000)  "), HasSubstr(" --ids --all")));
+}
+
+TEST(ReportScreen, TellsWhyThereIsNothing) {
+  EXPECT_THAT(screen_of({}, {}), HasSubstr("No callback was seen"));
+}
+
+TEST(ReportScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {
+  auto report = shared_report();
+  report.recordings.emplace_back().problems = {"LTTng did not end the session"};
+  for (int i = 0; i < 500; ++i) {
+    auto callback = report.callbacks[static_cast<std::size_t>(i) % 3];
+    callback.index = analysis::CallbackIndex{static_cast<std::uint32_t>(report.callbacks.size())};
+    callback.logical_id = "/" + std::string(static_cast<std::size_t>(i % 200), 'n') + "@Timer(" +
+                          std::to_string(i) + ")";
+    callback.missed_releases = 7;
+    report.callbacks.push_back(callback);
+    report.chains.push_back(report.chains[0]);
+    report.chains.back().name += std::string(static_cast<std::size_t>(i % 100), 'c');
+    report.defects.push_back({.kind = analysis::DefectKind::seq_gaps,
+                              .severity = analysis::Severity::loss,
+                              .count = 7,
+                              .advice = std::string(300, 'a')});
+    report.trace.hosts.push_back(std::string(60, 'h'));
+  }
+  auto long_arguments = context();
+  for (const auto& arguments :
+       {std::string("run"), std::string(35, 'x') + " --spec " + std::string(30, 'y')}) {
+    long_arguments.verify.verify_arguments = arguments;
+    long_arguments.verify.view_arguments = arguments;
+    for (const std::size_t columns : {60U, 80U, 120U, 200U}) {
+      std::istringstream text(screen_of(report, test::sample_verdicts(),
+                                        {.columns = columns, .unicode = true}, long_arguments));
+      std::size_t lines = 0;
+      for (std::string line; std::getline(text, line); ++lines)
+        EXPECT_LE(display_width(line), columns) << line;
+      EXPECT_LE(lines, 24U) << columns << " columns";
+    }
+  }
+}
+
+TEST(ReportScreen, LetsNoNameControlTheTerminal) {
+  auto hostile = shared_report();
+  const std::string evil = "\x1b]0;title\x07\x1b[2J\r\n\xC2\x9B";
+  hostile.callbacks[0].logical_id = evil;
+  hostile.callbacks[1].source = evil;
+  hostile.processes[0].executor = evil;
+  hostile.chains[0].name = evil;
+  hostile.trace.paths = {evil};
+  hostile.trace.hosts = {evil};
+  hostile.defects[0].severity = analysis::Severity::error;
+  hostile.defects[0].advice = evil;
+  auto judged = context();
+  judged.verify.worst_runs[0].preempted_by = evil;
+  const auto text = screen_of(hostile, test::sample_verdicts(), {}, judged);
+  for (const char* control : {"\x1b", "\x07", "\r", "\xC2\x9B"})
+    EXPECT_THAT(text, Not(HasSubstr(control)));
+  EXPECT_THAT(text, HasSubstr("\\x1b]0;title\\x07"));
+}
+
+}  // namespace
+}  // namespace cie::viewer_export

@@ -1,0 +1,146 @@
+#include "headline.hpp"
+
+#include "words/recording_words.hpp"
+#include "words/verify_words.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+
+using analysis::Verdict;
+
+Verdict Headline::verdict() const { return std::max(judged_.verdicts.verdict, Verdict::pass); }
+
+Look Headline::look() const {
+  return verdict() == Verdict::fail   ? Look::bad
+         : verdict() == Verdict::pass ? Look::good
+                                      : Look::doubtful;
+}
+
+// "FAIL", with a symbol where there are such.
+std::string Headline::word() const {
+  const std::string_view symbol = !style_.unicode              ? ""
+                                  : verdict() == Verdict::fail ? "✗ "
+                                  : verdict() == Verdict::pass ? "✓ "
+                                                               : "? ";
+  return std::string(symbol) + std::string(analysis::label(verdict()));
+}
+
+// "run1: ", what was judged.
+std::string Headline::title() const {
+  const auto& paths = judged_.report.trace.paths;
+  if (paths.empty()) return {};
+  std::filesystem::path path = paths.front();
+  if (!path.has_filename()) path = path.parent_path();
+  auto name = elide(printable(path.filename().string()), style_.columns / 3);
+  if (paths.size() > 1) name += fmt::format(" and {} more", paths.size() - 1);
+  return name + ": ";
+}
+
+std::vector<std::string> Headline::rules_with(Verdict verdict) const {
+  std::vector<std::string> ids;
+  for (const auto& rule : judged_.verdicts.rules) {
+    const auto counted = analysis::counted_verdict(rule);
+    const bool is_suppressed = counted < Verdict::inconclusive && rule.verdict > Verdict::pass;
+    if (counted == verdict && !is_suppressed) ids.push_back(rule.id);
+  }
+  return ids;
+}
+
+std::string Headline::fact() const {
+  if (!findings_.empty()) return gravest_fact(judged_, findings_);
+  const auto kept = rules_with(Verdict::pass);
+  const auto names = [](const std::vector<std::string>& ids, std::string_view id) {
+    return std::ranges::find(ids, id) != ids.end();
+  };
+  const bool is_mapped = names(kept, "M2") && names(kept, "M3");
+  if (verdict() == Verdict::pass) {
+    return is_mapped ? isolation_fact(judged_.report)
+                     : fmt::format("{} kept", counted(kept.size(), "rule"));
+  }
+  const auto open = rules_with(Verdict::inconclusive);
+  auto undecided = counted(open.size(), "rule") + " undecided";
+  if (is_mapped) return isolation_fact(judged_.report) + "; " + undecided;
+  if (names(open, "M2") || names(open, "M3"))
+    return "whether callbacks share threads is undecided, with " + counted(open.size(), "rule");
+  return undecided;
+}
+
+// The blanks behind the word are none to wrap(), which takes several for one.
+Lines Headline::lines() const {
+  constexpr char kBlank = '\x01';
+  auto lines = wrap(word() + kBlank + title() + fact(), style_.columns - 2);
+  auto& first = lines.front();
+  first = paint(word(), look(), style_) + "  " + first.substr(word().size() + 1);
+  for (std::size_t i = 1; i < lines.size(); ++i)
+    lines[i] = "  " + lines[i];
+  return lines;
+}
+
+std::string Headline::line() const {
+  std::string text = "  " + title() + fact();
+  for (const auto listed : {Verdict::fail, Verdict::inconclusive}) {
+    const auto ids = rules_with(listed);
+    if (ids.empty()) continue;
+    text += listed == Verdict::fail ? "; violated" : "; undecided";
+    for (const auto& id : ids)
+      text += " " + id;
+  }
+  return paint(word(), look(), style_) + text;
+}
+
+Lines Headline::lines_of(const std::string& fact) const {
+  auto lines = wrap(title() + fact, style_.columns - 2);
+  for (std::size_t i = 1; i < lines.size(); ++i)
+    lines[i] = "  " + lines[i];
+  return lines;
+}
+
+std::string counts_of_runs(const analysis::Report& report) {
+  std::uint64_t runs = 0;
+  std::uint64_t incomplete = 0;
+  std::uint64_t thrown = 0;
+  for (const auto& callback : report.callbacks) {
+    runs += callback.instances;
+    incomplete += callback.incomplete;
+    thrown += callback.exceptions.value_or(0);
+  }
+  const auto& lost = report.trace.lost_events;
+  auto text = counted(runs, "run") + ", " +
+              (!lost       ? "whole packets lost"
+               : *lost > 0 ? counted(*lost, "event") + " lost"
+                           : "nothing lost");
+  if (incomplete > 0) text += fmt::format(", {} cut or never ended", incomplete);
+  if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "run"));
+  return text;
+}
+
+Lines remarks(const Judged& judged, Lines before, const TextStyle& style) {
+  constexpr std::size_t kMost = 4;
+  auto said = std::move(before);
+  if (const auto& window = judged.verdicts.window) {
+    said.push_back(fmt::format("judged is the window {}..{} ns ({}) alone", window->from.ns,
+                               window->to.ns, format_duration((window->to - window->from).ns)));
+  }
+  append(said, useless_suppressions(judged.verdicts));
+  for (const auto& recording : judged.report.recordings) {
+    const bool is_clean = recording.exit && recording.exit->code == 0;
+    auto sentences = sentences_of(recording);
+    if (is_clean && !sentences.empty()) sentences.erase(sentences.begin());
+    append(said, std::move(sentences));
+  }
+  const auto all = said.size();
+  if (all > kMost) {
+    said.resize(kMost - 1);
+    said.push_back(fmt::format("{} {} more", gap(style), all - said.size()));
+  }
+  for (auto& line : said)
+    line = "  " + cut(line, style.columns - 2, gap(style));
+  return said;
+}
+
+}  // namespace cie::viewer_export

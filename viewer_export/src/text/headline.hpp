@@ -1,0 +1,46 @@
+// The first lines of a screen: the gravest fact, and what whoever relies on it has to know.
+#pragma once
+
+#include "screen.hpp"
+#include "verify_findings.hpp"
+#include "words/text_layout.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace cie::viewer_export {
+
+// Borrows all that it is made of.
+class Headline {
+ public:
+  Headline(const Judged& judged, const std::vector<Finding>& findings, const TextStyle& style)
+      : judged_(judged), findings_(findings), style_(style) {}
+
+  analysis::Verdict verdict() const;
+  // Rules with it, without those that would have another verdict if nothing were suppressed.
+  std::vector<std::string> rules_with(analysis::Verdict verdict) const;
+  // "FAIL  run1: 26 of 26 callbacks share threads".
+  Lines lines() const;
+  // The same on one line, whatever its length.
+  std::string line() const;
+  // Without the verdict: what was seen.
+  Lines lines_of(const std::string& fact) const;
+
+ private:
+  Look look() const;
+  std::string word() const;
+  std::string title() const;
+  std::string fact() const;
+
+  const Judged& judged_;
+  const std::vector<Finding>& findings_;
+  const TextStyle& style_;
+};
+
+// "1558 runs, nothing lost, 2 cut or never ended".
+std::string counts_of_runs(const analysis::Report& report);
+// What else there is to know, a line each, four at most: the window, suppressions, the recorder.
+Lines remarks(const Judged& judged, Lines before, const TextStyle& style);
+
+}  // namespace cie::viewer_export

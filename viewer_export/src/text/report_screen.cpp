@@ -1,0 +1,460 @@
+#include <cie/analysis/deadline.hpp>
+#include <cie/analysis/rule_pages.hpp>
+#include <cie/viewer_export/report_writers.hpp>
+
+#include "headline.hpp"
+#include "screen.hpp"
+#include "tables/report_tables.hpp"
+#include "verify_findings.hpp"
+#include "words/recording_words.hpp"
+#include "words/text_layout.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::ChainReport;
+using analysis::Isolation;
+using analysis::Report;
+using analysis::Summary;
+
+constexpr std::string_view kNotMeasured = "-";
+
+TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
+
+// "115.2us": a column has one unit less to say than a sentence.
+std::string compact(std::int64_t ns) {
+  auto text = format_duration(ns);
+  text.erase(text.find(' '), 1);
+  return text;
+}
+
+TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*part,
+                   std::string_view mark = {}) {
+  if (!times) return not_measured();
+  return {std::string(mark) + compact((*times).*part), mark.empty() ? Look::plain : Look::doubtful};
+}
+
+bool has_run(const CallbackReport& callback) {
+  return callback.instances + callback.incomplete > 0;
+}
+
+// Response times, as bounds where none is known exactly.
+const std::optional<Summary>& times_of(const CallbackReport& callback) {
+  if (callback.response_time) return callback.response_time;
+  return callback.response_time_lower ? callback.response_time_lower : callback.duration;
+}
+
+// What loads the components of a container is done when the application runs.
+bool is_start_up(const CallbackReport& callback) {
+  return callback.kind == CallbackKind::service &&
+         callback.source.ends_with("/_container/load_node");
+}
+
+// Late ones, then the slowest; what ran but once or to start others up stands behind.
+auto badness(const CallbackReport& callback) {
+  const auto& times = times_of(callback);
+  return std::tuple(callback.late.value_or(0), !is_start_up(callback) && callback.instances > 1,
+                    times ? times->max : 0);
+}
+
+// What a chain's row tells, and what the spec allows of it.
+struct ChainTimes {
+  std::string_view what;
+  const Summary* times = nullptr;  // null: none was measured
+  std::optional<std::int64_t> bound;
+};
+
+ChainTimes times_of(const ChainReport& chain, const SchedulingSpec* spec) {
+  const SpecChain* entry = nullptr;
+  if (spec != nullptr && chain.is_specified) {
+    const auto found = std::ranges::find(spec->chains(), chain.name, &SpecChain::name);
+    if (found != spec->chains().end()) entry = &*found;
+  }
+  const bool is_reaction = !chain.path_latency && chain.reaction_time;
+  if (is_reaction) {
+    return {.what = "reaction",
+            .times = &*chain.reaction_time,
+            .bound = entry == nullptr ? std::nullopt : entry->reaction_time_ns};
+  }
+  return {.what = "chain",
+          .times = chain.path_latency ? &*chain.path_latency : nullptr,
+          .bound = entry == nullptr ? std::nullopt : entry->path_latency_ns};
+}
+
+bool is_late(const ChainTimes& chain) {
+  return chain.times != nullptr && chain.bound && chain.times->max > *chain.bound;
+}
+
+// How many is not known where only some were.
+TextCell late_cell(const ChainTimes& chain) {
+  if (chain.times == nullptr || !chain.bound) return not_measured();
+  if (!is_late(chain)) return {"0"};
+  return {chain.times->min > *chain.bound ? fmt::format("{}", chain.times->count) : ">0",
+          Look::bad};
+}
+
+class Screen {
+ public:
+  Screen(const Judged& judged, const ReportContext& context, const TextStyle& style)
+      : judged_(judged),
+        report_(judged.report),
+        context_(context),
+        style_(style),
+        gap_(gap(style)),
+        findings_(claimed_findings()),
+        head_(judged_, findings_, style_) {
+    for (const auto& callback : report_.callbacks) {
+      if (has_run(callback)) callbacks_.push_back(&callback);
+    }
+    std::ranges::stable_sort(callbacks_, std::ranges::greater{},
+                             [](const auto* callback) { return badness(*callback); });
+    for (const auto& chain : report_.chains) {
+      if (chain.is_specified || times_of(chain, spec()).times != nullptr) chains_.push_back(&chain);
+    }
+    std::ranges::stable_sort(chains_, std::ranges::greater{}, [this](const auto* chain) {
+      const auto times = times_of(*chain, spec());
+      return std::pair(is_late(times), times.times == nullptr ? -1 : times.times->max);
+    });
+    has_durations_alone_ = std::ranges::none_of(callbacks_, [](const auto* callback) {
+      return callback->response_time || callback->release_source == analysis::ReleaseSource::wakeup;
+    });
+  }
+
+  Lines lines() const {
+    auto lines = head();
+    append(lines, paragraph("  ", recorded(), 3, style_));
+    append(lines, remarks(judged_, defects(), style_));
+    if (report_.callbacks.empty()) {
+      append(lines,
+             {"  No callback was seen: the trace holds no callback_init or callback_start event.",
+              "  Were the tracepoints of cie, or those of ros2_tracing, enabled?"});
+      return lines;
+    }
+    auto tail = notes();
+    append(tail, commands());
+    constexpr std::size_t kAround = 4;  // a blank line, two of titles, and one of what is left out
+    const auto taken = lines.size() + tail.size() + kAround;
+    append(lines, table(kScreenLines - std::min(kScreenLines, taken)));
+    append(lines, std::move(tail));
+    return lines;
+  }
+
+ private:
+  const SchedulingSpec* spec() const { return context_.verify.spec; }
+
+  // Whether anybody said that every callback has a thread of its own.
+  bool is_isolation_claimed() const {
+    return context_.is_isolation_expected || spec() != nullptr ||
+           std::ranges::any_of(report_.processes,
+                               [](const auto& process) { return process.executor == "isolated"; });
+  }
+
+  // A deadline is claimed by whoever declares it.
+  std::vector<Finding> claimed_findings() const {
+    auto findings = findings_of(judged_);
+    if (!is_isolation_claimed()) {
+      std::erase_if(findings, [](const auto& finding) {
+        return finding.rule->id != analysis::kDeadlineRule;
+      });
+    }
+    return findings;
+  }
+
+  Lines head() const {
+    const auto shared = callbacks_with(report_, Isolation::not_isolated);
+    const auto ran = std::ssize(report_.callbacks) - callbacks_with(report_, Isolation::never_ran);
+    const auto fact = !is_isolation_claimed() && shared > 0
+                          ? fmt::format("callbacks share threads: {} of {}", shared, ran)
+                          : isolation_fact(report_);
+    if (!is_isolation_claimed() && findings_.empty()) return head_.lines_of(fact);
+    auto lines = head_.lines();
+    const auto is_told = std::ranges::any_of(
+        lines, [&fact](const auto& line) { return line.find(fact) != std::string::npos; });
+    if (!is_told) append(lines, paragraph("  ", fact, 1, style_));
+    return lines;
+  }
+
+  // "3.186 s on vm: 2 processes, isolated executor; 26 callbacks, 1568 runs, nothing lost".
+  std::string recorded() const {
+    const auto& trace = report_.trace;
+    std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
+                                                : std::string("unknown length");
+    constexpr std::size_t kNamed = 3;
+    const auto hosts = trace.hosts.size();
+    for (std::size_t i = 0; i < hosts && hosts <= kNamed; ++i)
+      text += (i == 0 ? " on " : ", ") + printable(trace.hosts[i]);
+    if (hosts > kNamed) text += " on " + counted(hosts, "host");
+    text += ": " + counted(report_.processes.size(), "process");
+    std::set<std::string> executors;
+    for (const auto& process : report_.processes) {
+      if (process.executor) executors.insert(printable(*process.executor));
+    }
+    for (const auto& executor : executors)
+      text += fmt::format(", {} executor", executor);
+    text += "; " + counted(report_.callbacks.size(), "callback") + ", " + counts_of_runs(report_);
+    const auto is_whole = is_complete(report_);
+    if (!report_.callbacks.empty() && !is_whole) text += "; whether it is complete is not known";
+    if (!report_.callbacks.empty() && is_whole == false) text += "; NOT complete";
+    return text;
+  }
+
+  Lines defects() const {
+    constexpr std::size_t kMost = 2;
+    Lines lines;
+    for (const auto severity : {analysis::Severity::error, analysis::Severity::loss}) {
+      for (const auto& defect : report_.defects) {
+        if (defect.severity != severity) continue;
+        lines.push_back(fmt::format("{} x {}: {}", analysis::label(defect.kind), defect.count,
+                                    printable(defect.advice)));
+      }
+    }
+    if (lines.size() > kMost) {
+      const auto more = lines.size() - kMost + 1;
+      lines.resize(kMost - 1);
+      lines.push_back(fmt::format("{} {}", gap_, counted(more, "more defect")));
+    }
+    return lines;
+  }
+
+  enum class Extra : std::uint8_t { missed, own_thread, start_latency, execution };
+
+  std::vector<TextTable::Column> columns(const std::vector<Extra>& extras) const {
+    using Align = TextTable::Align;
+    std::vector<TextTable::Column> columns{{"", "callback", Align::left},
+                                           {"", "runs"},
+                                           {"", "every"},
+                                           {has_durations_alone_ ? "" : "response", "p50"},
+                                           {has_durations_alone_ ? "duration" : "time", "p99"},
+                                           {"", "max"},
+                                           {"", "deadline"},
+                                           {"", "late"},
+                                           {"", "busy"}};
+    for (const auto extra : extras) {
+      columns.push_back(extra == Extra::missed          ? TextTable::Column{"", "missed"}
+                        : extra == Extra::own_thread    ? TextTable::Column{"own", "thread"}
+                        : extra == Extra::start_latency ? TextTable::Column{"start", "lat. max"}
+                                                        : TextTable::Column{"exec.", "time max"});
+    }
+    return columns;
+  }
+
+  // How much of the window it ran, where that is the most that is known.
+  TextCell busy_cell(const CallbackReport& callback) const {
+    const auto& trace = report_.trace;
+    const auto window = trace.begin && trace.end ? (*trace.end - *trace.begin).ns : 0;
+    if (!has_durations_alone_ || !callback.duration || window <= 0) return not_measured();
+    return {fmt::format("{:.1f}%", 100 * static_cast<double>(callback.duration->sum) /
+                                       static_cast<double>(window))};
+  }
+
+  static TextCell extra_cell(const CallbackReport& callback, Extra extra) {
+    const auto missed = callback.missed_releases;
+    switch (extra) {
+      case Extra::missed:
+        return missed ? TextCell{fmt::format("{}", *missed), *missed > 0 ? Look::bad : Look::plain}
+                      : not_measured();
+      case Extra::own_thread:
+        return callback.is_isolated()                          ? TextCell{"yes", Look::good}
+               : callback.isolation == Isolation::not_isolated ? TextCell{"NO", Look::bad}
+                                                               : not_measured();
+      case Extra::start_latency:
+        return time_cell(callback.start_latency, &Summary::max);
+      case Extra::execution:
+        break;
+    }
+    return time_cell(callback.execution_time, &Summary::max);
+  }
+
+  std::vector<TextCell> row_of(const CallbackReport& callback,
+                               const std::vector<Extra>& extras) const {
+    const auto& times = has_durations_alone_ ? callback.duration : times_of(callback);
+    const bool is_bound = !has_durations_alone_ && !callback.response_time;
+    const std::string_view mark = is_bound ? ">" : "";
+    const auto& cut_off = callback.incomplete;
+    const auto late = callback.late.value_or(0);
+    std::vector<TextCell> cells{
+        {judged_.names.of(callback)},
+        {fmt::format("{}{}", callback.instances,
+                     cut_off > 0 ? fmt::format("+{}", cut_off) : std::string())},
+        has_durations_alone_ ? time_cell(callback.inter_arrival, &Summary::p50) : not_measured(),
+        time_cell(times, &Summary::p50, mark),
+        time_cell(times, &Summary::p99, mark),
+        time_cell(times, &Summary::max, mark),
+        callback.response_deadline ? TextCell{compact(callback.response_deadline->ns)}
+                                   : not_measured(),
+        callback.late ? TextCell{fmt::format("{}", late), late > 0 ? Look::bad : Look::plain}
+                      : not_measured(),
+        busy_cell(callback)};
+    for (const auto extra : extras)
+      cells.push_back(extra_cell(callback, extra));
+    return cells;
+  }
+
+  std::vector<TextCell> row_of(const ChainReport& chain, std::size_t extras) const {
+    const auto row = times_of(chain, spec());
+    const auto times = row.times == nullptr ? std::nullopt : std::optional(*row.times);
+    const std::string_view mark = chain.clock_error ? "~" : "";
+    std::vector<TextCell> cells{{fmt::format("{} {}", row.what, judged_.names.of(chain))},
+                                {fmt::format("{}", chain.instances)},
+                                not_measured(),
+                                time_cell(times, &Summary::p50, mark),
+                                time_cell(times, &Summary::p99, mark),
+                                time_cell(times, &Summary::max, mark),
+                                row.bound ? TextCell{compact(*row.bound)} : not_measured(),
+                                late_cell(row),
+                                not_measured()};
+    cells.resize(cells.size() + extras, not_measured());
+    return cells;
+  }
+
+  TextTable table_of(std::size_t callbacks, std::size_t chains,
+                     const std::vector<Extra>& extras) const {
+    TextTable table(columns(extras));
+    for (std::size_t i = 0; i < callbacks; ++i)
+      table.add(row_of(*callbacks_[i], extras));
+    for (std::size_t i = 0; i < chains; ++i)
+      table.add(row_of(*chains_[i], extras.size()));
+    table.drop_columns_of(kNotMeasured);
+    table.keep_rows_on_one_line();
+    return table;
+  }
+
+  // The columns that there may be room for, the most useful first.
+  std::vector<Extra> extras() const {
+    std::vector<Extra> extras;
+    if (missed_releases() > 0) extras.push_back(Extra::missed);
+    if (callbacks_with(report_, Isolation::not_isolated) > 0 &&
+        callbacks_with(report_, Isolation::isolated) > 0)
+      extras.push_back(Extra::own_thread);
+    extras.push_back(Extra::start_latency);
+    extras.push_back(Extra::execution);
+    return extras;
+  }
+
+  Lines table(std::size_t room) const {
+    const auto chains =
+        std::min(chains_.size(), std::max(room / 4, room - std::min(room, callbacks_.size())));
+    const auto callbacks = std::min(callbacks_.size(), room - std::min(room, chains));
+    auto columns = extras();
+    while (!columns.empty() &&
+           table_of(callbacks, chains, columns).natural_width() > style_.columns)
+      columns.pop_back();
+    Lines lines{""};
+    std::istringstream text(table_of(callbacks, chains, columns).render(style_));
+    for (std::string line; std::getline(text, line);)
+      lines.push_back(line);
+    std::string more;
+    if (const auto left = callbacks_.size() - callbacks; left > 0)
+      more += counted(left, "more callback");
+    if (const auto left = chains_.size() - chains; left > 0)
+      more += (more.empty() ? "" : ", ") + counted(left, "more chain");
+    if (!more.empty()) lines.push_back(fmt::format("  {} {}", gap_, more));
+    return lines;
+  }
+
+  std::uint64_t missed_releases() const {
+    std::uint64_t missed = 0;
+    for (const auto* callback : callbacks_)
+      missed += callback->missed_releases.value_or(0);
+    return missed;
+  }
+
+  // What the table's rows do not say.
+  Lines notes() const {
+    Lines lines;
+    const auto* worst = callbacks_.empty() ? nullptr : worst_run_of(judged_, *callbacks_.front());
+    if (const auto why = worst == nullptr ? std::string() : where_time_went(judged_, *worst);
+        !why.empty()) {
+      append(lines,
+             paragraph("  worst: ", judged_.names.of(*callbacks_.front()) + ", " + why, 2, style_));
+    }
+    std::string missing;
+    for (const auto* callback : callbacks_) {
+      if (callback->missed_releases.value_or(0) == 0) continue;
+      missing += fmt::format("{}{} of {}", missing.empty() ? "" : ", ", *callback->missed_releases,
+                             judged_.names.of(*callback));
+    }
+    if (!missing.empty()) append(lines, paragraph("  releases missed: ", missing, 1, style_));
+    std::string idle;
+    std::size_t never_ran = 0;
+    for (const auto& callback : report_.callbacks) {
+      if (has_run(callback)) continue;
+      idle += (idle.empty() ? "" : ", ") + judged_.names.of(callback);
+      ++never_ran;
+    }
+    if (never_ran > 0) {
+      append(lines, paragraph(fmt::format("  never ran: {}: ", counted(never_ran, "callback")),
+                              idle, 1, style_));
+    }
+    return lines;
+  }
+
+  Lines commands() const {
+    const auto report =
+        "cie report " + context_.verify.verify_arguments + (style_.ids ? " --ids" : "");
+    std::vector<std::pair<std::string_view, std::string>> all{{"all", report + " --all"},
+                                                              {"threads", report + " --threads"}};
+    if (!report_.chains.empty()) all.emplace_back("chains", report + " --chains");
+    all.emplace_back("rules", "cie verify " + context_.verify.verify_arguments);
+    all.emplace_back("look", "cie view " + context_.verify.view_arguments);
+    constexpr std::size_t kMost = 4;
+    auto lines = commands_to_paste(all, style_);
+    if (lines.size() <= kMost) return lines;
+    // Long ones: what differs in one word is told by the word.
+    std::erase_if(
+        all, [](const auto& item) { return item.first == "threads" || item.first == "chains"; });
+    lines = commands_to_paste(all, style_);
+    if (lines.size() > kMost) {
+      all.pop_back();
+      lines = commands_to_paste(all, style_);
+    }
+    lines.emplace_back(report_.chains.empty() ? "  in place of --all: --threads"
+                                              : "  in place of --all: --threads, --chains");
+    return lines;
+  }
+
+  const Judged& judged_;
+  const Report& report_;
+  const ReportContext& context_;
+  const TextStyle& style_;
+  std::string_view gap_;
+  std::vector<Finding> findings_;
+  Headline head_;
+  std::vector<const CallbackReport*> callbacks_;  // that ran, the worst first
+  std::vector<const ChainReport*> chains_;        // likewise
+  bool has_durations_alone_ = false;              // no release is known
+};
+
+}  // namespace
+
+void write_report_screen(std::ostream& out, const Report& report,
+                         const analysis::VerdictReport& verdicts, const ReportContext& context,
+                         const TextStyle& style) {
+  const Judged judged(verdicts, report, context.verify, style);
+  for (const auto& line : Screen(judged, context, style).lines())
+    out << line << '\n';
+}
+
+void write_report_threads(std::ostream& out, const Report& report, const TextStyle& style) {
+  out << thread_tables(report, style);
+}
+
+void write_report_chains(std::ostream& out, const Report& report, const TextStyle& style) {
+  out << chain_tables(report, style);
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,32 @@
+// What screens of text are made of.
+#pragma once
+
+#include <cie/viewer_export/text_style.hpp>
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace cie::viewer_export {
+
+constexpr std::size_t kScreenLines = 24;
+
+using Lines = std::vector<std::string>;
+
+// What stands for what is left out.
+std::string_view gap(const TextStyle& style);
+
+void append(Lines& lines, Lines more);
+
+// Wrapped, at most `most` lines; those after the first begin as far in as the text of the first.
+Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,
+                const TextStyle& style);
+
+// "evidence: cie verify run1 --all    look: cie view run1": side by side where there is room. What
+// is wider than a line is broken as a shell reads on, between arguments.
+Lines commands_to_paste(const std::vector<std::pair<std::string_view, std::string>>& commands,
+                        const TextStyle& style);
+
+}  // namespace cie::viewer_export

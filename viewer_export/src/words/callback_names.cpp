@@ -1,0 +1,275 @@
+#include "callback_names.hpp"
+
+#include <cie/analysis/report_rows.hpp>
+
+#include "text_layout.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <set>
+#include <system_error>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::CallbackReport;
+using analysis::ChainReport;
+using analysis::Report;
+
+// "/node@Timer(100000000)#2"; see cie/tracepoints/logical_id.hpp.
+struct Parts {
+  std::string_view node;
+  std::string_view kind;
+  std::string_view what;
+  std::string_view number;  // "#2"; empty for the first of its name
+};
+
+bool is_number(std::string_view text) {
+  return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
+}
+
+std::optional<Parts> parts_of(std::string_view id) {
+  const auto at = id.find('@');
+  const auto open = id.find('(', at == std::string_view::npos ? id.size() : at);
+  const auto close = id.rfind(')');
+  if (at == 0 || open == std::string_view::npos || close == std::string_view::npos || close < open)
+    return std::nullopt;
+  const auto number = id.substr(close + 1);
+  if (!number.empty() && (number[0] != '#' || !is_number(number.substr(1)))) return std::nullopt;
+  return Parts{.node = id.substr(0, at),
+               .kind = id.substr(at + 1, open - at - 1),
+               .what = id.substr(open + 1, close - open - 1),
+               .number = number};
+}
+
+// "100 ms", "33.33 ms"; a timer's own name stays.
+std::string period_words(std::string_view what) {
+  struct Unit {
+    double ns;
+    std::string_view name;
+  };
+  constexpr std::array<Unit, 4> kUnits{{{1e9, "s"}, {1e6, "ms"}, {1e3, "us"}, {1, "ns"}}};
+  double ns = 0;
+  const auto [end, error] = std::from_chars(what.data(), what.data() + what.size(), ns);
+  constexpr double kTooLong = 9.999e12;
+  if (!is_number(what) || error != std::errc{} || ns >= kTooLong) return printable(what);
+  const auto* const unit =
+      std::ranges::find_if(kUnits, [ns](const Unit& u) { return ns >= u.ns || u.ns == 1; });
+  return fmt::format("{:.4g} {}", ns / unit->ns, unit->name);
+}
+
+// "~/get" of "/plan/get" for the node "/plan".
+std::string source_words(const Parts& parts) {
+  const bool is_below = parts.what.size() > parts.node.size() + 1 &&
+                        parts.what.starts_with(parts.node) && parts.what[parts.node.size()] == '/';
+  return is_below ? "~" + printable(parts.what.substr(parts.node.size())) : printable(parts.what);
+}
+
+std::string words_of(const Parts& parts, const std::string& node, const TextStyle& style) {
+  const auto said = [&]() -> std::string {
+    if (parts.kind == "Timer") return " timer " + period_words(parts.what);
+    if (parts.kind == "Subscription") return (style.unicode ? " ← " : " <- ") + source_words(parts);
+    if (parts.kind == "Service") return (style.unicode ? " ⇐ " : " <= ") + source_words(parts);
+    if (parts.kind == "Client") return " client " + source_words(parts);
+    return ' ' + printable(parts.kind) + ' ' + source_words(parts);
+  };
+  const auto number = parts.number.empty() ? std::string() : ' ' + std::string(parts.number);
+  return node + said() + number;
+}
+
+// What is left of a name without its first parts; empty at its end.
+std::string_view without_first_part(std::string_view name) {
+  const auto slash = name.find('/', 1);
+  return slash == std::string_view::npos ? std::string_view() : name.substr(slash);
+}
+
+// Each node's name from the part on from which no other node ends likewise; all of it if there is
+// no such part.
+std::map<std::string_view, std::string> short_nodes(const std::set<std::string_view>& nodes) {
+  std::map<std::string_view, std::size_t> ends;  // "/b" of "/a/b": how many nodes end so
+  for (const auto node : nodes) {
+    for (auto end = node; !end.empty(); end = without_first_part(end))
+      ++ends[end];
+  }
+  std::map<std::string_view, std::string> names;
+  for (const auto node : nodes) {
+    auto shortest = node;
+    for (auto end = node; !end.empty() && ends[end] == 1; end = without_first_part(end))
+      shortest = end;
+    const bool is_all = ends[shortest] > 1;
+    if (!is_all && shortest.starts_with('/')) shortest.remove_prefix(1);
+    names.emplace(node, printable(shortest));
+  }
+  return names;
+}
+
+// " (pid 4001)", as much as tells the processes apart.
+std::string place_of(const analysis::ProcessReport& process,
+                     const std::vector<const analysis::ProcessReport*>& among) {
+  std::set<std::int64_t> pids;
+  std::set<std::string_view> hosts;
+  for (const auto* other : among) {
+    pids.insert(other->pid);
+    hosts.insert(other->host);
+  }
+  if (pids.size() == 1 && hosts.size() == 1) return {};
+  if (hosts.size() == among.size()) return " on " + printable(process.host);
+  const auto host = hosts.size() > 1 ? " on " + printable(process.host) : std::string();
+  return fmt::format(" (pid {}{})", process.pid, host);
+}
+
+// With what tells rows of one name apart: the processes that they are of.
+template <typename Named, typename Keep>
+void place(const std::map<std::string, std::vector<Named>>& by_name,
+           const analysis::ReportRows& rows, const Keep& keep) {
+  for (const auto& [name, named] : by_name) {
+    std::vector<const analysis::ProcessReport*> processes;
+    for (const auto& [row, process] : named)
+      processes.push_back(process ? &rows.process(*process) : nullptr);
+    std::erase(processes, nullptr);
+    for (const auto& [row, process] : named) {
+      keep(row, named.size() == 1 || !process ? name
+                                              : name + place_of(rows.process(*process), processes));
+    }
+  }
+}
+
+bool is_named_by_hops(const ChainReport& chain) {
+  return !chain.is_specified && chain.name.find(" -> ") != std::string::npos && !chain.hops.empty();
+}
+
+}  // namespace
+
+CallbackNames::CallbackNames(const Report& report, const TextStyle& style) {
+  std::vector<std::string> ids;
+  for (const auto& callback : report.callbacks)
+    ids.push_back(callback.logical_id);
+  name_ids(std::move(ids), style);
+  name_callbacks(report);
+  name_chains(report, style);
+}
+
+CallbackNames::CallbackNames(const std::vector<std::string>& ids, const TextStyle& style) {
+  name_ids(ids, style);
+}
+
+void CallbackNames::name_ids(std::vector<std::string> ids, const TextStyle& style) {
+  std::ranges::sort(ids);
+  const auto repeated = std::ranges::unique(ids);
+  ids.erase(repeated.begin(), repeated.end());
+  std::set<std::string_view> nodes;
+  for (const auto& id : ids) {
+    if (const auto parts = parts_of(id)) nodes.insert(parts->node);
+  }
+  const auto short_of = short_nodes(nodes);
+  std::map<std::string, std::size_t> times;
+  for (const auto& id : ids) {
+    Name name{.node = {}, .all = printable(id)};
+    if (const auto parts = parts_of(id); parts && !style.ids) {
+      name.node = short_of.at(parts->node);
+      name.all = words_of(*parts, name.node, style);
+    }
+    ++times[name.all];
+    of_id_.emplace(id, std::move(name));
+  }
+  for (auto& [id, name] : of_id_) {  // periods that differ behind the fourth digit
+    if (times.at(name.all) > 1) name.all = printable(id);
+  }
+}
+
+void CallbackNames::name_callbacks(const Report& report) {
+  using Named = std::pair<analysis::CallbackIndex, std::optional<analysis::ProcessIndex>>;
+  std::map<std::string, std::vector<Named>> by_name;
+  for (const auto& callback : report.callbacks)
+    by_name[of_id(callback.logical_id)].emplace_back(callback.index, callback.process);
+  place(by_name, analysis::ReportRows(report), [this](auto index, const std::string& name) {
+    of_callback_.insert_or_assign(index, name);
+  });
+}
+
+void CallbackNames::name_chains(const Report& report, const TextStyle& style) {
+  const std::string_view arrow = style.unicode ? " → " : " -> ";
+  const auto node_of = [this](const std::string& id) {
+    const auto found = of_id_.find(id);
+    return found == of_id_.end() || found->second.node.empty() ? of_id(id) : found->second.node;
+  };
+  const auto ends = [&](const ChainReport& chain, const auto& name_of) {
+    return fmt::format("{}{}{}", name_of(chain.hops.front()), arrow, name_of(chain.hops.back()));
+  };
+  // What several chains have between the same nodes is told by the callbacks, then by numbers.
+  std::map<std::string, std::set<std::string_view>> between_nodes;
+  std::map<std::string, std::vector<std::string_view>> between_callbacks;
+  const auto full = [this](const std::string& id) { return of_id(id); };
+  for (const auto& chain : report.chains) {
+    if (!is_named_by_hops(chain)) continue;
+    between_nodes[ends(chain, node_of)].insert(chain.name);
+    auto& alike = between_callbacks[ends(chain, full)];
+    if (std::ranges::find(alike, chain.name) == alike.end()) alike.push_back(chain.name);
+  }
+  const auto name_of = [&](const ChainReport& chain) -> std::string {
+    if (!is_named_by_hops(chain)) return printable(chain.name);
+    auto name = ends(chain, node_of);
+    if (between_nodes.at(name).size() == 1) return name;
+    name = ends(chain, full);
+    const auto& alike = between_callbacks.at(name);
+    const auto number = std::ranges::find(alike, chain.name) - alike.begin() + 1;
+    return number == 1 ? name : fmt::format("{} #{}", name, number);
+  };
+  using Named = std::pair<ChainKey, std::optional<analysis::ProcessIndex>>;
+  std::map<std::string, std::vector<Named>> by_name;
+  for (const auto& chain : report.chains)
+    by_name[name_of(chain)].emplace_back(ChainKey{chain.name, chain.process}, chain.process);
+  place(by_name, analysis::ReportRows(report), [this](const auto& key, const std::string& name) {
+    of_chain_.insert_or_assign(key, name);
+  });
+}
+
+std::string CallbackNames::of(const CallbackReport& callback) const {
+  const auto found = of_callback_.find(callback.index);
+  return found == of_callback_.end() ? of_id(callback.logical_id) : found->second;
+}
+
+std::string CallbackNames::of(const ChainReport& chain) const {
+  const auto found = of_chain_.find(ChainKey{chain.name, chain.process});
+  return found == of_chain_.end() ? printable(chain.name) : found->second;
+}
+
+std::string CallbackNames::of_id(std::string_view id) const {
+  const auto found = of_id_.find(id);
+  return found == of_id_.end() ? printable(id) : found->second.all;
+}
+
+std::string CallbackNames::in_words(std::string_view sentence) const {
+  std::string text;
+  std::size_t told = 0;
+  for (std::size_t i = 0; i < sentence.size(); ++i) {
+    const auto end = end_of_id(sentence, i);
+    if (end == i) continue;
+    text += printable(sentence.substr(told, i - told)) + of_id(sentence.substr(i, end - i));
+    told = end;
+    i = end - 1;
+  }
+  return text + printable(sentence.substr(told));
+}
+
+std::size_t end_of_id(std::string_view sentence, std::size_t at) {
+  const char before = at == 0 ? ' ' : sentence[at - 1];
+  const bool is_begin = std::isalnum(static_cast<unsigned char>(before)) == 0 && before != '_';
+  if (sentence[at] != '/' || !is_begin) return at;
+  const auto mark = sentence.find('@', at);
+  if (mark == std::string_view::npos || mark > sentence.find(' ', at)) return at;
+  auto end = sentence.find(')', mark);
+  if (end == std::string_view::npos) return at;
+  ++end;
+  if (end + 1 < sentence.size() && sentence[end] == '#') {
+    const auto digits = sentence.find_first_not_of("0123456789", end + 1);
+    if (digits != end + 1) end = std::min(digits, sentence.size());
+  }
+  return end;
+}
+
+}  // namespace cie::viewer_export
