@@ -58,12 +58,14 @@ int diff_command(const Arguments& arguments) {
   std::string tolerance = "5";
   std::string format = "text";
   std::string target = "-";
+  bool has_ids = false;
   CommandLine line({"cie diff BEFORE AFTER [OPTIONS]", kDescription, kFooter});
   line.argument("BEFORE", before, "A recording, or a report in JSON");
   line.argument("AFTER", after, "The one to hold against it");
   line.option("--tolerance", "PERCENT", tolerance, "Growth that does not count (5)");
   line.option("-f,--format", "FORMAT", format, "text (default) or json");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  line.flag("--ids", has_ids, "Text: logical ids in place of short names");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
     return ok;
@@ -72,13 +74,18 @@ int diff_command(const Arguments& arguments) {
   if (before.empty() || after.empty()) {
     throw UsageError("two recordings or reports are compared: name both");
   }
-  const viewer_export::DiffContext context{
+  viewer_export::DiffContext context{
       .before = before, .after = after, .tolerance = tolerance_of(tolerance)};
   auto output = open_output(target);
-  const auto changes =
-      analysis::compare(samples_of(before, reader), samples_of(after, reader), context.tolerance);
+  const auto samples_before = samples_of(before, reader);
+  const auto samples_after = samples_of(after, reader);
+  const auto changes = analysis::compare(samples_before, samples_after, context.tolerance);
   if (format == "text") {
-    viewer_export::write_diff_text(output.stream(), changes, context, text_style(output));
+    context.isolation_before = viewer_export::isolation_count(samples_before);
+    context.isolation_after = viewer_export::isolation_count(samples_after);
+    auto style = screen_style(output);
+    style.ids = has_ids;
+    viewer_export::write_diff_text(output.stream(), changes, context, style);
     output.commit();
   } else {
     write_data(output,

@@ -4,20 +4,32 @@
 #include <cie/analysis/comparison.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
+#include <cstddef>
 #include <ostream>
 #include <string>
 #include <vector>
 
 namespace cie::viewer_export {
 
+// How many of the callbacks that ran had a thread of their own.
+struct IsolationCount {
+  std::size_t own_thread = 0;
+  std::size_t ran = 0;
+  friend bool operator==(const IsolationCount&, const IsolationCount&) = default;
+};
+IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samples);
+
 struct DiffContext {
   std::string before;  // what is compared, as the user named it
   std::string after;
   double tolerance = 0;
+  IsolationCount isolation_before{};
+  IsolationCount isolation_after{};
 };
 
-// For people: the outcome first, then every change that is certain and what is no longer there,
-// then how many comparisons were undecided for want of instances.
+// For people: first how many callbacks became worse and better, how isolation changed, and the worst
+// and the best change; then every change that is certain, in that order, and how many comparisons
+// were undecided for want of instances.
 void write_diff_text(std::ostream& out, const std::vector<analysis::CallbackChange>& changes,
                      const DiffContext& context, const TextStyle& style);
 
