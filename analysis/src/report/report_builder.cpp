@@ -89,14 +89,16 @@ std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   return source;
 }
 
-// Empty: some run's thread is unknown, and the others show no sharing.
-std::optional<Isolation> isolation_of(const Model& model, const CallbackFacts& facts) {
+// Empty: some run's thread is unknown, or its thread may have served what nobody can see; and what
+// is seen shows no sharing.
+std::optional<Isolation> isolation_of(const Model& model, const HiddenCallbacks& hidden,
+                                      const CallbackFacts& facts) {
   const bool is_shared = facts.ran_on.size() > 1 ||
                          std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread& pair) {
                            return model.threads[at(pair.thread)].ran.size() > 1;
                          });
   if (is_shared) return Isolation::not_isolated;
-  if (facts.starts_without_tid > 0) return std::nullopt;
+  if (facts.starts_without_tid > 0 || hidden.on_thread_of(facts)) return std::nullopt;
   return facts.ran_on.empty() ? Isolation::never_ran : Isolation::isolated;
 }
 
@@ -111,8 +113,8 @@ std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proo
   return facts.longest_queue;
 }
 
-CallbackReport report_of(const Model& model, const Proof& proof, CallbackIndex index,
-                         bool keep_buckets) {
+CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool keep_buckets) {
+  const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
   CallbackReport report;
   report.index = index;
@@ -136,11 +138,11 @@ CallbackReport report_of(const Model& model, const Proof& proof, CallbackIndex i
   }
   std::stable_sort(report.threads.begin(), report.threads.end(),
                    [](const auto& a, const auto& b) { return a.tid < b.tid; });
-  report.isolation = isolation_of(model, facts);
+  report.isolation = isolation_of(model, context.hidden, facts);
   report.instances = facts.instances;
   report.incomplete = facts.open_count;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
-  report.longest_queue = longest_queue(model, proof, index);
+  report.longest_queue = longest_queue(model, context.proof, index);
   if (facts.kind == CallbackKind::timer && facts.is_accounted)
     report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
@@ -350,7 +352,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
 
   report.callbacks.reserve(context.callbacks.size());
   for (const auto index : context.callbacks) {
-    report.callbacks.push_back(report_of(model, context.proof, index, keep_buckets));
+    report.callbacks.push_back(report_of(context, index, keep_buckets));
   }
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
