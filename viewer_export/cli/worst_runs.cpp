@@ -21,6 +21,7 @@ void WorstRuns::on_instance(const Instance& instance) {
                    .seq = instance.seq,
                    .start = instance.start,
                    .response_time = *response,
+                   .blocked = instance.blocked,
                    .preempted = instance.preempted};
   if (instance.release_source == analysis::ReleaseSource::exact)
     worst->start_latency = analysis::start_latency(instance);

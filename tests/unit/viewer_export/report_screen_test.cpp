@@ -204,6 +204,18 @@ TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {
   EXPECT_THAT(of(700'000), HasSubstr("1.008ms   1.008ms   700.0us     6       -\n"));
 }
 
+TEST(ReportScreen, SaysWhereTheTimeOfTheWorstRunWent) {
+  auto blocked = context();
+  auto& worst = blocked.verify.worst_runs[0];  // of 2.5 ms
+  worst.preempted.reset();
+  worst.start_latency = analysis::Duration{100'000};
+  worst.blocked = analysis::Duration{50'000};
+  EXPECT_THAT(
+      screen_of(shared_report(), {}, {.columns = 200}, blocked),
+      HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 50.00 us blocked, 2.350 ms in "
+                "the callback itself (of 2.500 ms)\n"));
+}
+
 TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 120, .ids = true}),
               AllOf(HasSubstr("\n  /a/plan@Timer(20000000)  "), HasSubstr(" --ids --all")));

@@ -309,9 +309,11 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
     const auto& by = worst.preempted_by;
     add(*worst.preempted, "preempted" + (by.empty() ? "" : " by " + printable(by)));
   }
-  // Most of it, where it neither waited nor was preempted for as long.
+  if (worst.blocked) add(*worst.blocked, "blocked");
+  // Most of it, where it neither waited, nor was preempted or blocked, for as long.
   const auto none = analysis::Duration{0};
-  const auto waited = worst.start_latency.value_or(none) + worst.preempted.value_or(none);
+  const auto waited = worst.start_latency.value_or(none) + worst.preempted.value_or(none) +
+                      worst.blocked.value_or(none);
   const auto rest = worst.response_time - waited;
   if (!parts.empty() && worst.start_latency && rest > waited) add(rest, "in the callback itself");
   if (parts.empty()) return {};

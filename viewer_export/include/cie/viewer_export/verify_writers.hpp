@@ -42,8 +42,9 @@ struct WorstRun {
   analysis::Timestamp start;
   analysis::Duration response_time;
   std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
-  std::optional<analysis::Duration> preempted{};      // these two with the kernel's events
-  std::string preempted_by{};                         // who ran instead for the most of it
+  std::optional<analysis::Duration> blocked{};        // these three with the kernel's events
+  std::optional<analysis::Duration> preempted{};
+  std::string preempted_by{};  // who ran instead for the most of it
 };
 
 // What the text says besides the verdicts.
