@@ -128,6 +128,8 @@ struct Analyzer::Pipeline {
               if (is_kernel_evidence(head)) {
                 timeline.add_hole(registry.host_of(head),
                                   {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
+              } else {
+                instances.lose();
               }
             },
             [&](const DamagedPacket& e) {
@@ -136,6 +138,8 @@ struct Analyzer::Pipeline {
                 timeline.add_hole(registry.host_of(head), {.begin = e.begin.value_or(head.time),
                                                            .end = e.end.value_or(head.time),
                                                            .cpu = head.cpu.value_or(-1)});
+              } else {
+                instances.lose();
               }
             },
             [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},

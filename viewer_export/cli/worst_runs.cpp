@@ -23,7 +23,7 @@ void WorstRuns::on_instance(const Instance& instance) {
                    .response_time = *response,
                    .blocked = instance.blocked,
                    .preempted = instance.preempted};
-  if (instance.release_source == analysis::ReleaseSource::exact)
+  if (is_known(instance.release_source))
     worst->start_latency = analysis::start_latency(instance);
   if (!instance.preempted_by.empty()) worst->preempted_by = instance.preempted_by.front().name;
 }

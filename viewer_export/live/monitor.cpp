@@ -66,7 +66,7 @@ void Monitor::on_instance(const Instance& instance) {
     look_up_deadline(callback, std::string(instance.logical_id), instance.declared_deadline_ns);
   }
   const auto response = *analysis::least_response_time(instance);
-  const bool is_exact = instance.release_source == analysis::ReleaseSource::exact;
+  const bool is_exact = is_known(instance.release_source);
   const bool is_late = callback.deadline_ns && response.ns > *callback.deadline_ns;
   callback.rolling.add(*instance.end, response, is_late, instance.missed);
   ++callback.counts[class_of(response.ns)];

@@ -4,7 +4,7 @@ SELECT logical_id, pid, missed_releases, deadline_ns, count(response_ns) AS judg
   sum(CASE WHEN response_ns > deadline_ns THEN 1 WHEN response_ns <= deadline_ns THEN 0 END) AS late, host
 FROM callbacks
 JOIN (
-  SELECT callback_index, CASE WHEN release_source = 'exact' THEN end_ns - release_ns END AS response_ns
+  SELECT callback_index, CASE WHEN release_source IN ('exact', 'timer_grid') THEN end_ns - release_ns END AS response_ns
   FROM instances
   WHERE end_ns IS NOT NULL) AS responses USING (callback_index)
 GROUP BY callback_index, host, logical_id, pid, missed_releases, deadline_ns

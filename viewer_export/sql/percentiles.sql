@@ -11,6 +11,6 @@ FROM (
     row_number() OVER (PARTITION BY callback_index ORDER BY end_ns - release_ns) AS place,
     count(*) OVER (PARTITION BY callback_index) AS n
   FROM instances
-  WHERE release_source = 'exact' AND end_ns IS NOT NULL) AS ranked
+  WHERE release_source IN ('exact', 'timer_grid') AND end_ns IS NOT NULL) AS ranked
 GROUP BY callback_index, host, logical_id, pid
 ORDER BY logical_id, pid, host

@@ -7,6 +7,6 @@ SELECT logical_id, pid, count(*) AS instances, sorted[1] AS min_ns,
   sorted[instances] AS max_ns, host,
   arraySort(groupArray(end_ns - release_ns)) AS sorted
 FROM instances
-WHERE release_source = 'exact' AND end_ns IS NOT NULL
+WHERE release_source IN ('exact', 'timer_grid') AND end_ns IS NOT NULL
 GROUP BY callback_index, host, logical_id, pid
 ORDER BY logical_id, pid, host

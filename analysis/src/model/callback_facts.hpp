@@ -77,7 +77,8 @@ struct CallbackFacts {
   std::uint32_t queue_depth = 0;
   std::uint64_t deadline_ns = 0;  // declared; 0: none
   std::optional<Duration>
-      response_deadline{};  // to be kept: that of the spec, else the declared one
+      response_deadline{};                  // to be kept: that of the spec, else the declared one
+  std::optional<Timestamp> first_expiry{};  // of a timer whose others follow from it
   std::optional<CallbackTotals> fini{};
 
   SequenceFacts starts{};
@@ -111,15 +112,16 @@ struct CallbackFacts {
 
   // Complete instances in the window, by what their release is known from.
   std::uint64_t instances = 0;
-  std::uint64_t exact_instances = 0;
-  std::uint64_t late = 0;        // certainly beyond response_deadline
-  std::uint64_t exceptions = 0;  // that an exception ended
+  std::uint64_t exact_instances = 0;   // their release is known
+  std::uint64_t late = 0;              // certainly beyond response_deadline
+  std::uint64_t late_by_duration = 0;  // of these, those whose duration alone is
+  std::uint64_t exceptions = 0;        // that an exception ended
   std::optional<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
   std::uint64_t without_status = 0;                                     // whose end does not tell
   std::uint64_t cut_instances = 0;
   std::vector<OpenInstance> open{};  // capped at 64
   std::uint64_t open_count = 0;
-  std::array<std::uint64_t, 4> by_release_source{};  // indexed by ReleaseSource exact..start
+  std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
 
   Statistics response_time{};
   Statistics response_time_lower{};
@@ -136,8 +138,8 @@ struct CallbackFacts {
   std::uint64_t identity_failures = 0;
 
   // Witnesses of the extremes, over complete instances in the window.
-  std::optional<Extreme<Duration>> max_response{};        // exact ones
-  std::optional<Extreme<Duration>> max_response_lower{};  // exact value or lower bound
+  std::optional<Extreme<Duration>> max_response{};        // known ones
+  std::optional<Extreme<Duration>> max_response_lower{};  // what is certain of it
   std::optional<Extreme<Duration>> max_response_upper{};  // exact value or upper bound
   std::uint64_t without_upper_bound = 0;                  // inexact, no upper bound
   std::optional<Extreme<Duration>> max_duration{};
@@ -158,6 +160,14 @@ struct CallbackFacts {
 
   std::uint64_t missed = 0;  // skipped periods, those before open instances included
   std::optional<Extreme<std::uint32_t>> first_missed{};
+  // Instances before which periods of a timer with `first_expiry` may have been skipped, uncounted.
+  std::uint64_t unresolved_periods = 0;
+  bool is_grid_refuted = false;  // the timer's expiries do not follow from `first_expiry`
+  bool has_grid_releases() const noexcept {
+    return by_release_source[static_cast<std::size_t>(ReleaseSource::timer_grid)] != 0;
+  }
+  // By how much releases may lie later than they are known to.
+  Duration release_error() const noexcept { return has_grid_releases() ? kTimerError : Duration{}; }
   std::uint64_t overwritten = 0;  // last running total of callback_release
   std::uint64_t lost = 0;         // last running total of sample_lost
   // Samples that were released and not overwritten, and whose instance had not started: the most.

@@ -89,6 +89,11 @@ std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   return source;
 }
 
+bool are_periods_known(const CallbackFacts& facts) {
+  return facts.kind == CallbackKind::timer &&
+         (facts.is_accounted || (facts.has_grid_releases() && facts.unresolved_periods == 0));
+}
+
 // Empty: some run's thread is unknown, or its thread may have served what nobody can see; and what
 // is seen shows no sharing.
 std::optional<Isolation> isolation_of(const Model& model, const HiddenCallbacks& hidden,
@@ -143,9 +148,9 @@ CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool k
   report.incomplete = facts.open_count;
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);
-  if (facts.kind == CallbackKind::timer && facts.is_accounted)
-    report.missed_releases = facts.missed;
+  if (are_periods_known(facts)) report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
+  report.has_calculated_releases = facts.has_grid_releases();
   report.response_time = facts.response_time.summary(keep_buckets);
   report.response_time_lower = facts.response_time_lower.summary(keep_buckets);
   report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
@@ -309,6 +314,8 @@ std::string_view label(ReleaseSource source) noexcept {
   switch (source) {
     case ReleaseSource::exact:
       return "exact";
+    case ReleaseSource::timer_grid:
+      return "timer_grid";
     case ReleaseSource::wakeup:
       return "wakeup";
     case ReleaseSource::source_timestamp:

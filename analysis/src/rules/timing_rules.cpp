@@ -43,6 +43,13 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
                       std::to_string(callback.instances) + " instances is not known exactly");
 }
 
+std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
+  if (callback.unresolved_periods == 0) return std::nullopt;
+  return evidence("release", callback.starts.first_at,
+                  "whether periods were skipped before " +
+                      counted(callback.unresolved_periods, "instance") + " is not known");
+}
+
 // Where more ended than started, an instance ended twice. If an end was lost it may have been the
 // first one, and an instance that seems too long was not.
 std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
@@ -81,12 +88,18 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
                                   std::to_string(witness.next_release.ns) +
                                   ", not after the end of " + seq));
     } else if (callback.min_inter_arrival && callback.max_response &&
-               callback.min_inter_arrival->value <= callback.max_response->value) {
+               callback.min_inter_arrival->value <=
+                   callback.max_response->value - callback.release_error()) {
       fail_with(*callback.max_response,
                 "longest response time: " + nanoseconds(callback.max_response->value), judgement);
       judgement.fail(start_of(*callback.min_inter_arrival,
                               " was released " + nanoseconds(callback.min_inter_arrival->value) +
                                   " after the one before it: shortest inter-arrival time"));
+    } else if (callback.min_inter_arrival && callback.max_response &&
+               callback.min_inter_arrival->value <= callback.max_response->value) {
+      judgement.doubt(start_of(*callback.min_inter_arrival,
+                               ": the shortest inter-arrival time and the longest response time "
+                               "differ by less than is known of a release"));
     }
   });
 }
@@ -112,7 +125,8 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
                                   counted(callback.missed, "period") + " skipped in all, " +
                                       std::to_string(allowed) + " allowed"));
         }
-        judgement.doubt(inexact_releases(callback));
+        judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
+                                                     : inexact_releases(callback));
       });
 }
 
@@ -257,7 +271,8 @@ const Rule kNoMissedRelease{
     "those before an instance that was still open included.\n"
     "Why it matters: Every skipped period is an activation that the design counts on and that "
     "never happened.\n"
-    "Inconclusive when expiries are not recorded, or instances were lost.\n"
+    "Inconclusive when expiries are neither recorded nor, with ROS 2's timers, follow from when "
+    "the timer was made, or instances were lost.\n"
     "Remedy: find what kept the thread from running or the instance from ending (cie report: "
     "preempted, blocked, wake delay); allow in the spec what the design can bear.",
     judge_missed,

@@ -187,7 +187,7 @@ void SampleCollector::on_instance(const Instance& instance) {
   auto& measured = measured_[number];
   if (measured.logical_id.empty()) measured.logical_id = instance.logical_id;
   measured.duration.add(*instance.end - instance.start);
-  if (instance.release_source == ReleaseSource::exact && instance.release) {
+  if (is_known(instance.release_source) && instance.release) {
     measured.response_time.add(*response_time(instance));
     measured.start_latency.add(*start_latency(instance));
   }
@@ -195,10 +195,16 @@ void SampleCollector::on_instance(const Instance& instance) {
 
 std::vector<CallbackSample> SampleCollector::samples(const Report& report) const {
   std::map<std::string_view, Measured> by_id;
-  for (const auto& measured : measured_) {
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const auto& measured = measured_[i];
     auto& sum = by_id[measured.logical_id];
-    sum.response_time.merge(measured.response_time);
-    sum.start_latency.merge(measured.start_latency);
+    const auto index = static_cast<CallbackIndex>(i);
+    const auto shown = std::ranges::find(report.callbacks, index, &CallbackReport::index);
+    // A timer's calculated releases may have been taken back.
+    if (shown != report.callbacks.end() && shown->response_time) {
+      sum.response_time.merge(measured.response_time);
+      sum.start_latency.merge(measured.start_latency);
+    }
     sum.duration.merge(measured.duration);
   }
   std::vector<CallbackSample> samples;

@@ -48,7 +48,9 @@ bool InstanceBuilder::is_open(CallbackIndex callback, std::uint64_t seq) {
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
                             const ThreadWakeup& /*event*/) {
   if (!who.thread) return;
-  of_thread(who.thread).wakeup = head.time;
+  auto& on_thread = of_thread(who.thread);
+  on_thread.wakeup = head.time;
+  on_thread.has_waited = true;
   // A start follows soon, but other threads' events come between.
   if (who.known != nullptr && who.known->callback_facts != nullptr) {
     prefetch_to_write(&who.known->callback_facts->starts);
@@ -96,15 +98,9 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   auto& facts = *live->callback_facts;
   if (head.is_derived) facts.is_accounted = false;
   registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
+  if (facts.first_expiry) follow_grid(*live);
   if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
-    facts.missed += live->missed;
-    if (live->missed > 0 && !facts.first_missed) {
-      facts.first_missed = Extreme<std::uint32_t>{.value = live->missed,
-                                                  .seq = live->seq,
-                                                  .start = live->start,
-                                                  .end = std::nullopt,
-                                                  .release = std::nullopt};
-    }
+    note_missed(*live);
   }
   if (live->thread) {
     live->wakeup = on_thread.wakeup;
@@ -147,8 +143,58 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     on_thread.open.erase(on_thread.open.begin());
     abandon(std::move(oldest));
   }
+  const bool is_pause =
+      !on_thread.last_activity ||
+      (on_thread.open.empty() && head.time - *on_thread.last_activity > TimerGrid::kPrompt);
+  if (is_pause) on_thread.busy_since = head.time;
+  on_thread.last_activity = head.time;
   callback.open.push_back(live.get());
   on_thread.open.push_back(std::move(live));
+}
+
+void InstanceBuilder::note_missed(const LiveInstance& live) {
+  auto& facts = *live.callback_facts;
+  facts.missed += live.missed;
+  if (live.missed == 0 || facts.first_missed) return;
+  facts.first_missed = Extreme<std::uint32_t>{.value = live.missed,
+                                              .seq = live.seq,
+                                              .start = live.start,
+                                              .end = std::nullopt,
+                                              .release = std::nullopt};
+}
+
+void InstanceBuilder::follow_grid(LiveInstance& live) {
+  auto& facts = *live.callback_facts;
+  if (facts.is_grid_refuted || !TimerGrid::is_possible(facts.period_ns)) return;
+  auto& callback = callbacks_[live.callback];
+  auto& grid = callback.grid;
+  if (!grid) {
+    const Duration period{static_cast<std::int64_t>(facts.period_ns)};
+    grid = std::make_unique<TimerGrid>(*facts.first_expiry, period);
+    callback.losses = losses_;
+  }
+  if (callback.losses != losses_) grid->lose();
+  callback.losses = losses_;
+  const auto now = live.start.time;
+  TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
+  const auto follows = [now](Timestamp end) { return now - end <= TimerGrid::kPrompt; };
+  if (live.thread) {
+    const auto& thread = of_thread(live.thread);
+    // Whatever the thread did last, the timer was called afterwards.
+    if (thread.has_waited) start.called_after = std::max(thread.last_activity, thread.wakeup);
+    const bool is_busy =
+        !thread.open.empty() || (thread.last_activity && follows(*thread.last_activity));
+    if (is_busy) start.busy_since = thread.busy_since;
+  }
+  // Its last instance began no later than this one's release.
+  const auto& ended = callback.recent;
+  if (ended.size() > 0 && follows(ended.newest(0).end.time)) start.busy_since = Timestamp{};
+  if (const auto release = grid->on_start(start)) {
+    live.expiry = release->expiry;
+    live.missed = release->missed;
+  }
+  facts.unresolved_periods = grid->unresolved();
+  if (grid->is_refuted()) measurer_.forget_releases(live.callback);
 }
 
 bool InstanceBuilder::is_confined(const LiveInstance& live) const {
@@ -198,6 +244,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (!who.process) return;
   const auto index = registry_.callback(who, event.callback);
   const auto& thread = who.thread;
+  of_thread(thread).last_activity = head.time;
   auto& facts = model_.callbacks[at(index)];
   registry_.ends(index).observe(event.seq, ref(head), facts.ended);
   auto& on_thread = of_thread(thread);
@@ -416,6 +463,11 @@ void InstanceBuilder::finish() {
   });
   for (auto& live : open)
     abandon(std::move(live));
+  for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
+    const auto index = static_cast<CallbackIndex>(i);
+    const auto& grid = callbacks_[index].grid;
+    if (grid && !grid->holds()) measurer_.forget_releases(index);
+  }
 }
 
 }  // namespace cie::analysis

@@ -14,6 +14,7 @@
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
+#include "timer_grid.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -44,6 +45,8 @@ class InstanceBuilder {
   void apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event);
   void apply(const EventHead& head, const Emitter& who, const Publish& event);
   void thread_began(HostIndex host, ThreadIndex thread);
+  // Events of applications were lost.
+  void lose() noexcept { ++losses_; }
   // An instance that is not looked at, because it began before the window, begins and ends.
   void begin_outside(const std::optional<ThreadIndex>& thread);
   void end_outside(const std::optional<ThreadIndex>& thread);
@@ -68,6 +71,9 @@ class InstanceBuilder {
     Duration inside;  // on-CPU time inside outermost instances that ended
     bool is_inside_known = true;
     std::uint32_t unseen = 0;  // instances that began before the window and have not ended
+    std::optional<Timestamp> last_activity;  // the latest start or end
+    Timestamp busy_since;     // until then: that instances followed each other at once
+    bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
   };
   struct Ended {  // recently ended instances of a callback
     std::uint64_t seq = 0;
@@ -76,6 +82,8 @@ class InstanceBuilder {
   struct OfCallback {
     std::vector<LiveInstance*> open;
     Recent<Ended, kRecentEnds> recent;  // for second ends
+    std::unique_ptr<TimerGrid> grid;
+    std::uint64_t losses = 0;  // that the grid knows of
   };
 
   OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
@@ -83,6 +91,9 @@ class InstanceBuilder {
   }
   std::unique_ptr<LiveInstance> new_instance();
   void note_on_thread(LiveInstance& live);
+  void note_missed(const LiveInstance& live);
+  // The release of a timer whose expiries are known.
+  void follow_grid(LiveInstance& live);
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
   bool is_confined(const LiveInstance& live) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
@@ -106,7 +117,8 @@ class InstanceBuilder {
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   std::deque<std::unique_ptr<LiveInstance>> pending_;  // ended, in order of their ends
-  std::vector<std::unique_ptr<LiveInstance>> spare_;   // measured, to be used again
+  std::uint64_t losses_ = 0;
+  std::vector<std::unique_ptr<LiveInstance>> spare_;  // measured, to be used again
 };
 
 }  // namespace cie::analysis

@@ -86,6 +86,9 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   if (live.node->release) {
     instance.release = live.node->release;
     instance.release_source = ReleaseSource::exact;
+  } else if (live.expiry && !facts.is_grid_refuted) {
+    instance.release = live.expiry;
+    instance.release_source = ReleaseSource::timer_grid;
   } else if (is_isolated_thread(live) && (instance.waking || live.wakeup)) {
     // Of a thread that waited again for something else the first sign is the nearer one.
     const bool is_woken_first =
@@ -175,12 +178,48 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
   if (observer_ != nullptr) observer_->on_instance(instance);
 }
 
+// Nothing else is known of such a timer's releases than that they were not after the starts.
+void InstanceMeasurer::forget_releases(CallbackIndex index) {
+  auto& facts = model_.callbacks[at(index)];
+  facts.is_grid_refuted = true;
+  facts.exact_instances = 0;
+  facts.by_release_source = {};
+  facts.by_release_source[static_cast<std::size_t>(ReleaseSource::start)] = facts.instances;
+  facts.late = facts.late_by_duration;
+  facts.response_time = {};
+  facts.response_time_lower = facts.duration;
+  facts.response_time_upper = {};
+  facts.without_upper_bound = facts.instances;
+  facts.start_latency = {};
+  facts.inter_arrival = {};
+  facts.max_response.reset();
+  facts.max_response_lower = facts.max_duration;
+  facts.max_response_upper.reset();
+  facts.min_inter_arrival.reset();
+  facts.max_inter_arrival.reset();
+  facts.release_before_end.reset();
+  facts.missed = 0;
+  facts.first_missed.reset();
+  auto& bounds = bounds_[index];
+  bounds = Bounds{.response = {},
+                  .response_lower = bounds.duration,
+                  .response_upper = {},
+                  .duration = bounds.duration,
+                  .execution = bounds.execution,
+                  .duration_without_execution = bounds.duration_without_execution,
+                  .min_inter_arrival = {},
+                  .max_inter_arrival = {}};
+  arrivals_[index] = {};
+}
+
 void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance) {
   auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
-  if (facts.response_deadline && least_response_time(instance) > facts.response_deadline)
+  if (facts.response_deadline && least_response_time(instance) > facts.response_deadline) {
     ++facts.late;
+    if (*instance.end - instance.start > *facts.response_deadline) ++facts.late_by_duration;
+  }
   if (!instance.status) ++facts.without_status;
   if (instance.status == CallbackStatus::exception) {
     ++facts.exceptions;
@@ -198,7 +237,11 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
 void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instance& instance) {
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
-  if (instance.release_source == ReleaseSource::exact) {
+  const auto lower = *least_response_time(instance);
+  if (bounds.response_lower.rise(lower)) {
+    facts.max_response_lower = extreme_of(live, instance, lower);
+  }
+  if (is_known(instance.release_source)) {
     ++facts.exact_instances;
     const auto response = *response_time(instance);
     facts.response_time.add(response);
@@ -206,18 +249,11 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
     if (bounds.response.rise(response)) {
       facts.max_response = extreme_of(live, instance, response);
     }
-    if (bounds.response_lower.rise(response)) {
-      facts.max_response_lower = extreme_of(live, instance, response);
-    }
     if (bounds.response_upper.rise(response)) {
       facts.max_response_upper = extreme_of(live, instance, response);
     }
   } else {
-    const auto lower = *least_response_time(instance);
     facts.response_time_lower.add(lower);
-    if (bounds.response_lower.rise(lower)) {
-      facts.max_response_lower = extreme_of(live, instance, lower);
-    }
     if (const auto written = source_time(live)) {
       const auto upper = *instance.end - *written;
       facts.response_time_upper.add(upper);
@@ -279,7 +315,8 @@ void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration g
 void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                                  const Arrival& later) {
   note_gap(facts, bounds, later.release - earlier.release, later);
-  if (later.release > earlier.end.time || facts.release_before_end) return;
+  const bool is_after_end = later.release + facts.release_error() > earlier.end.time;
+  if (is_after_end || facts.release_before_end) return;
   facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
                                                              .start = earlier.start,
                                                              .end = earlier.end,
@@ -288,7 +325,7 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
 }
 
 void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& instance) {
-  if (instance.release_source != ReleaseSource::exact) return;
+  if (!is_known(instance.release_source)) return;
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
   auto& arrivals = arrivals_[live.callback];

@@ -36,6 +36,7 @@ struct LiveInstance {
   ReleaseKind release_kind = ReleaseKind::none;
   std::int64_t release_ns = -1;
   std::uint32_t missed = 0;
+  std::optional<Timestamp> expiry;  // calculated
   std::int64_t source_timestamp = 0;
   std::uint64_t writer_gid = 0;
   std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
@@ -69,13 +70,15 @@ class InstanceMeasurer {
   void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
   void measure(const LiveInstance& live);
+  // A timer's expiries do not follow from the first one after all: its releases become bounds.
+  void forget_releases(CallbackIndex index);
 
  private:
   struct Arrival {
     std::uint64_t seq = 0;
     EventRef start;
     EventRef end;
-    Timestamp release;  // exact
+    Timestamp release;  // known
   };
   struct Arrivals {
     static constexpr std::size_t kRemembered = 64;

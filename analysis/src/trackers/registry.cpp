@@ -309,6 +309,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.deadline_ns = event.deadline_ns;
   facts.response_deadline = response_deadline(
       spec_ == nullptr ? nullptr : spec_->find_callback(facts.logical_id), event.deadline_ns);
+  facts.first_expiry = event.first_expiry;
   if (to_number(event.group) != kNoId) {
     facts.group = event.group;
     model_.groups[group(*process, event.group, head)].callbacks.push_back(index);

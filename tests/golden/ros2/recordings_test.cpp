@@ -278,6 +278,25 @@ TEST(Ros2Recordings, AMultiThreadedExecutorIsFoundToBeOne) {
   EXPECT_EQ(verdict(result, "M3"), Verdict::fail);
 }
 
+// By a script that takes rcl_timer_init - 10 us for the grid's begin and each start for the call. The
+// first start comes half a second late; one of the third timer's is 1 218 914 ns late, on an idle
+// thread.
+TEST(Ros2Recordings, TimersStartAsLateAsOthersComputed) {
+  const std::vector<fs::path> paths{kOwn / "isolated"};
+  const auto result = analyze(paths, {});
+  using Latency = std::tuple<std::uint64_t, std::int64_t, std::int64_t>;
+  std::set<Latency> latencies;  // count, min, sum
+  for (const auto& callback : result.report.callbacks) {
+    if (callback.kind != CallbackKind::timer) continue;
+    ASSERT_TRUE(callback.start_latency) << callback.logical_id;
+    const auto& latency = *callback.start_latency;
+    latencies.emplace(latency.count, latency.min, latency.sum);
+  }
+  EXPECT_EQ(latencies, (std::set<Latency>{{149, 92'454, 19'362'152},
+                                          {149, 67'178, 18'976'547},
+                                          {148, 100'259, 20'011'365 - 1'218'914}}));
+}
+
 TEST(Ros2Recordings, TimersAndWhatTheyPublishToAreChains) {
   const std::vector<fs::path> paths{kOwn / "isolated"};
   const auto result = analyze(paths, {});

@@ -23,7 +23,7 @@ class Rows final : public Observer {
     row.logical_id = instance.logical_id;
     row.start = instance.start.ns;
     if (instance.end) row.end = instance.end->ns;
-    if (instance.release_source == ReleaseSource::exact) row.release = instance.release->ns;
+    if (is_known(instance.release_source)) row.release = instance.release->ns;
     if (instance.wakeup) row.wakeup = instance.wakeup->ns;
     row.is_from_known_publisher = instance.writer_gid != 0;
     rows.push_back(row);

@@ -40,7 +40,7 @@ struct InstanceRow {
   std::string logical_id;
   std::int64_t start = 0;
   std::int64_t end = -1;      // open
-  std::int64_t release = -1;  // not exact
+  std::int64_t release = -1;  // not known
   std::int64_t wakeup = -1;
   bool is_from_known_publisher = false;
 };

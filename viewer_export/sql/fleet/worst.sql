@@ -4,6 +4,6 @@ SELECT software, coalesce(host, '') AS host_name, process, recording, logical_id
   end_ns - release_ns AS response_ns, start_ns - release_ns AS waited_ns,
   execution_ns, preempted_ns, blocked_ns, wake_delay_ns
 FROM instances
-WHERE release_source = 'exact' AND counted AND (SELECT missing FROM check_instances) = 0
+WHERE release_source IN ('exact', 'timer_grid') AND counted AND (SELECT missing FROM check_instances) = 0
 ORDER BY response_ns DESC, recording, logical_id, pid, seq
 LIMIT 20

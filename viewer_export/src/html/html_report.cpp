@@ -116,16 +116,15 @@ HtmlReport::HtmlReport(std::size_t max_timeline) : state_(std::make_unique<State
 HtmlReport::~HtmlReport() = default;
 
 void HtmlReport::on_instance(const analysis::Instance& instance) {
-  TimelineInstance row{
-      .start = instance.start.ns,
-      .execution = ns_of(instance.execution),
-      .preempted = ns_of(instance.preempted),
-      .blocked = ns_of(instance.blocked),
-      .wake_delay = ns_of(instance.wake_delay),
-      .tid = instance.tid,
-      .seq = instance.seq,
-      .missed = instance.missed,
-      .is_release_exact = instance.release_source == analysis::ReleaseSource::exact};
+  TimelineInstance row{.start = instance.start.ns,
+                       .execution = ns_of(instance.execution),
+                       .preempted = ns_of(instance.preempted),
+                       .blocked = ns_of(instance.blocked),
+                       .wake_delay = ns_of(instance.wake_delay),
+                       .tid = instance.tid,
+                       .seq = instance.seq,
+                       .missed = instance.missed,
+                       .is_release_exact = is_known(instance.release_source)};
   if (instance.release) row.release = instance.release->ns;
   if (instance.end) row.end = instance.end->ns;
   state_->choice.add(at(instance.callback), row);

@@ -8,7 +8,6 @@
 namespace cie::viewer_export::perfetto {
 
 using analysis::Instance;
-using analysis::ReleaseSource;
 
 void Counters::see(const Instance& instance) {
   const auto number = at(instance.callback);
@@ -18,7 +17,7 @@ void Counters::see(const Instance& instance) {
   if (!callback.first_thread) callback.first_thread = thread;
   if (*callback.first_thread != thread) callback.has_one_thread = false;
   if (instance.writer_gid == 0) return;  // it took no message
-  const bool is_exact = instance.release && instance.release_source == ReleaseSource::exact &&
+  const bool is_exact = instance.release && is_known(instance.release_source) &&
                         instance.release->ns >= 0 && *instance.release <= instance.start;
   if (!is_exact) {
     callback.is_queue_known = false;
@@ -55,7 +54,7 @@ std::optional<CounterValue> Counters::response(const Drawing& drawing,
                                                const RecordedInstance& record) {
   const auto& i = record.instance;
   const auto response = analysis::response_time(i);
-  if (!response || i.release_source != ReleaseSource::exact) return std::nullopt;
+  if (!response || !is_known(i.release_source)) return std::nullopt;
   auto& callback = callback_of(record);
   if (callback.response_track == 0) {
     callback.response_track = track(drawing, callback, "response time ", CounterUnit::time_ns);

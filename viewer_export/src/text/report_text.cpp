@@ -265,6 +265,12 @@ std::string notes(const Report& report, const TextStyle& style) {
         "A response time is \"-\" when no release is known exactly; \">\" marks a lower bound, the "
         "time from the first sign of the instance to its end.");
   }
+  if (any_callback(report, [](const auto& c) { return c.has_calculated_releases; })) {
+    lines.emplace_back(
+        "Releases of ROS 2's timers follow from when the timer was made: response times and "
+        "start latencies of these are up to 10 us too long. Skipped periods count from the first "
+        "instance on. A timer that looks reset, or kept by another clock, has bounds.");
+  }
   if (any_callback(report, [](const auto& c) { return !c.missed_releases; })) {
     lines.emplace_back("Missed releases exist for timers only.");
   }

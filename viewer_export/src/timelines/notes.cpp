@@ -82,6 +82,7 @@ std::string_view label(analysis::InstanceState state) noexcept {
 Note response_note(analysis::ReleaseSource source) noexcept {
   switch (source) {
     case analysis::ReleaseSource::exact:
+    case analysis::ReleaseSource::timer_grid:
       return Note::response_time_ns;
     case analysis::ReleaseSource::source_timestamp:
       return Note::response_time_upper_ns;

@@ -66,7 +66,7 @@ void visit_notes(const analysis::Instance& i, const Visit& visit) {
   visit(Note::seq, i.seq);
   visit(Note::release_source, i.release_source);
   visit_time(response_note(i.release_source), analysis::response_time(i));
-  if (i.release_source == analysis::ReleaseSource::exact) {
+  if (is_known(i.release_source)) {
     visit_time(Note::start_latency_ns, analysis::start_latency(i));
   }
   visit(Note::missed, std::uint64_t{i.missed});

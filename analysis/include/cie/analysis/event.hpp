@@ -151,6 +151,7 @@ struct CallbackInit {
   std::uint32_t queue_depth = 0;
   std::uint64_t deadline_ns = 0;
   std::uint64_t next_seq = 0;
+  std::optional<Timestamp> first_expiry{};  // of rcl's timers, from which their others follow
 };
 struct CallbackFini {
   static constexpr EventPhase kPhase = EventPhase::state;

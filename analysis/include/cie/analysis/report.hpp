@@ -68,8 +68,21 @@ struct TraceDefect {
   std::string advice;  // what to do about it
 };
 
-// Where the releases of a callback's instances come from.
-enum class ReleaseSource : std::uint8_t { exact, wakeup, source_timestamp, start, mixed };
+// Where the releases of a callback's instances come from. timer_grid: calculated from when a timer
+// of ROS 2 was made, at most kTimerError too early.
+enum class ReleaseSource : std::uint8_t {
+  exact,
+  timer_grid,
+  wakeup,
+  source_timestamp,
+  start,
+  mixed
+};
+// Whether such a release is known and not merely bounded.
+constexpr bool is_known(ReleaseSource source) noexcept {
+  return source == ReleaseSource::exact || source == ReleaseSource::timer_grid;
+}
+inline constexpr Duration kTimerError{10'000};
 std::string_view label(ReleaseSource source) noexcept;
 
 // Whether a callback had a thread of its own: every run of it on one thread, which ran nothing
@@ -147,6 +160,7 @@ struct CallbackReport {
   // instance to start.
   std::optional<std::uint64_t> longest_queue;
   std::optional<ReleaseSource> release_source;
+  bool has_calculated_releases = false;  // response times are up to kTimerError too long
   std::optional<Summary> response_time;
   std::optional<Summary> response_time_lower;
   std::optional<Summary> response_time_upper;

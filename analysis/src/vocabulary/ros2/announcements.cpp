@@ -46,7 +46,8 @@ void announce(CallbackNumber number, const EventHead& head, Process& process,
                     .source = callback.source,
                     .symbol = callback.symbol,
                     .period_ns = callback.period_ns,
-                    .queue_depth = callback.queue_depth},
+                    .queue_depth = callback.queue_depth,
+                    .first_expiry = callback.first_expiry},
        sink);
 }
 

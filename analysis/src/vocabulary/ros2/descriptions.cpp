@@ -1,6 +1,10 @@
 #include "descriptions.hpp"
 
+#include <cie/analysis/report.hpp>
+#include <cie/tracepoints/ros2_profile.hpp>
+
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace cie::analysis::ros2 {
@@ -23,7 +27,7 @@ void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
       process.agnocast_subscriptions[p.number<std::uint64_t>(6)] = handle;
       break;
     case Ros2Event::agnocast_timer:
-      directory.add_timer(handle, p.number<std::uint64_t>(4), false);
+      directory.add_timer(handle, p.number<std::uint64_t>(4), std::nullopt, false);
       directory.link_timer(handle, p.number<Address>(1));
       enter_callback(CallbackKind::timer);
       break;
@@ -40,6 +44,13 @@ void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
     default:
       break;
   }
+}
+
+// When the timer was made whose making a tracer tells now. rcl looks at the clock up to kTimerError
+// before it tells. Timers of this project's own executor begin to expire later.
+std::optional<Timestamp> made_at(bool repeats, Address timer, const Process& process) {
+  if (repeats || is_ros2_profile_handle(timer)) return std::nullopt;
+  return process.last.time - kTimerError;
 }
 
 void enter_publisher(bool repeats, const Payload& p, Directory& directory, MessageLinks& links) {
@@ -83,7 +94,8 @@ void enter_description(Ros2Event event, bool repeats, const Payload& p, Process&
       directory.add_client(first, second, p.text(2), p.number<Address>(3), repeats);
       break;
     case Ros2Event::timer_init:
-      directory.add_timer(first, p.number<std::uint64_t>(1), repeats);
+      directory.add_timer(first, p.number<std::uint64_t>(1), made_at(repeats, first, process),
+                          repeats);
       break;
     case Ros2Event::timer_callback:
       directory.add_handle_callback(CallbackKind::timer, first, second);

@@ -125,11 +125,13 @@ std::optional<std::uint32_t> Directory::hidden_of(Address rmw_client) const {
   return found == clients_.end() ? std::nullopt : std::optional(found->second);
 }
 
-void Directory::add_timer(Address handle, std::uint64_t period_ns, bool repeats) {
+void Directory::add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> made,
+                          bool repeats) {
   auto& known = entities_[handle];
   const bool is_same = repeats && known.is_announced && known.period_ns == period_ns;
   auto& entity = renew(handle, CallbackKind::timer, {}, is_same);
   entity.period_ns = period_ns;
+  if (made) entity.first_expiry = *made + Duration{static_cast<std::int64_t>(period_ns)};
   refresh(entity);
 }
 
@@ -235,6 +237,7 @@ void Directory::describe(Callback& callback, const Entity& entity) {
   callback.node = entity.node;
   callback.source = entity.source;
   callback.period_ns = entity.period_ns;
+  callback.first_expiry = entity.first_expiry;
   callback.queue_depth = entity.queue_depth;
   callback.group = entity.group;
 }

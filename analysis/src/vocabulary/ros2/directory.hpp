@@ -52,6 +52,7 @@ struct Callback {
   std::string source{};
   std::string symbol{};
   std::uint64_t period_ns = 0;
+  std::optional<Timestamp> first_expiry{};
   std::uint32_t queue_depth = 0;
   std::optional<Address> group{};
   std::uint64_t next_seq = 0;
@@ -71,7 +72,9 @@ class Directory {
   void add_service(Address handle, Address node, std::string_view service, bool repeats);
   void add_client(Address handle, Address node, std::string_view service, Address rmw_handle,
                   bool repeats);
-  void add_timer(Address handle, std::uint64_t period_ns, bool repeats);
+  // `made`: when; empty: that is not told.
+  void add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> made,
+                 bool repeats);
   void link_timer(Address handle, Address node);
   void add_object(Address subscription_handle, Address object);
   void add_object_callback(Address object, Address callback, bool repeats);
@@ -119,6 +122,7 @@ class Directory {
     std::optional<NodeId> node{};
     std::string source{};
     std::uint64_t period_ns = 0;
+    std::optional<Timestamp> first_expiry{};
     std::uint32_t queue_depth = 0;
     std::optional<Address> group{};
     bool is_announced = false;

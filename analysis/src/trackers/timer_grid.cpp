@@ -1,0 +1,94 @@
+#include "timer_grid.hpp"
+
+#include <cie/analysis/deadline.hpp>
+
+#include <algorithm>
+#include <limits>
+
+namespace cie::analysis {
+namespace {
+
+constexpr std::uint64_t kLeastPeriod = 100'000;
+constexpr std::uint64_t kEnoughLate = 8;
+
+}  // namespace
+
+bool TimerGrid::is_possible(std::uint64_t period_ns) noexcept {
+  return period_ns >= kLeastPeriod &&
+         period_ns <= static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+}
+
+std::int64_t TimerGrid::last_until(Timestamp time) const noexcept {
+  const auto since = (time - first_).ns;
+  return since / period_.ns - (since % period_.ns < 0 ? 1 : 0);
+}
+
+std::int64_t TimerGrid::first_from(Timestamp time) const noexcept {
+  const auto since = (time - first_).ns;
+  return since / period_.ns + (since % period_.ns > 0 ? 1 : 0);
+}
+
+std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
+  if (is_refuted_) return std::nullopt;
+  const auto until = last_until(start.time);
+  const auto release = std::min(latest_.value_or(until), until);
+  if (release < earliest_) {
+    is_refuted_ = true;
+    return std::nullopt;
+  }
+  const bool is_sole = release == earliest_;
+  earliest_ = std::max(earliest_ + 1,
+                       start.called_after ? first_from(*start.called_after - kTimerError) : 0);
+  latest_ = std::max(release + 1, first_from(start.time));
+  const auto expiry = first_ + Duration{release * period_.ns};
+  if (is_sole && !is_believed(expiry, start)) {
+    unresolved_ += since_anchor_ + (has_started_ ? 1 : 0);
+    since_anchor_ = 0;
+    has_started_ = true;
+    anchor_.reset();
+    return std::nullopt;
+  }
+  const auto missed = skipped_until(release, is_sole);
+  if (!is_sole) return std::nullopt;
+  return Release{.expiry = expiry, .missed = missed};
+}
+
+bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
+  if (start.time - expiry <= kPrompt) {
+    ++prompt_;
+    is_confirmed_ = true;
+    return true;
+  }
+  if (start.busy_since && *start.busy_since <= expiry + kPrompt) return is_confirmed_;
+  is_confirmed_ = false;
+  ++late_;
+  is_refuted_ = late_ >= kEnoughLate && is_mostly_late();
+  return false;
+}
+
+// What was skipped before the first instance is the application's start.
+std::uint32_t TimerGrid::skipped_until(std::int64_t release, bool is_known) {
+  if (!has_started_ || (is_known && !anchor_)) {
+    unresolved_ += since_anchor_ + (has_started_ ? 1 : 0);
+    since_anchor_ = 0;
+    has_started_ = true;
+    anchor_ = release;
+    return 0;
+  }
+  ++since_anchor_;
+  if (!is_known || !anchor_) return 0;
+  const auto skipped = release - *anchor_ - static_cast<std::int64_t>(since_anchor_);
+  anchor_ = release;
+  since_anchor_ = 0;
+  return static_cast<std::uint32_t>(
+      std::clamp<std::int64_t>(skipped, 0, std::numeric_limits<std::uint32_t>::max()));
+}
+
+void TimerGrid::lose() noexcept {
+  latest_.reset();
+  unresolved_ += since_anchor_;
+  since_anchor_ = 0;
+  anchor_.reset();
+}
+
+}  // namespace cie::analysis

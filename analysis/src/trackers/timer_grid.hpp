@@ -1,0 +1,71 @@
+// When a timer of rcl expired. Its expiries lie on a grid that begins as the timer is made: each
+// call of the timer leaves the first of them that is yet to come as the next one, and skips the
+// others. No event tells of calls; an executor calls a timer shortly before the callback's start.
+//
+// Nor does any event tell of a reset, or of the timer's clock. So an expiry is believed only if it
+// is the one that can be meant and the start follows at once, or as soon as what ran before it
+// lets it; and a grid before whose expiry an instance starts, or that too many instances are late
+// for without a reason, is refuted.
+#pragma once
+
+#include <cie/analysis/time.hpp>
+
+#include <cstdint>
+#include <optional>
+
+namespace cie::analysis {
+
+class TimerGrid {
+ public:
+  // Expiries are this one and those that follow; all may be up to kTimerError later.
+  TimerGrid(Timestamp first_expiry, Duration period) : first_(first_expiry), period_(period) {}
+  // Whether expiries so near to each other can be told apart.
+  static bool is_possible(std::uint64_t period_ns) noexcept;
+
+  struct Start {
+    Timestamp time;
+    std::optional<Timestamp> called_after;  // the timer was called since then
+    std::optional<Timestamp> busy_since;    // what let it start only now; empty: nothing did
+  };
+  struct Release {
+    Timestamp expiry;
+    std::uint32_t missed = 0;  // periods skipped since the last instance whose release is known
+  };
+  // The release of the next instance. Empty: unknown.
+  std::optional<Release> on_start(const Start& start);
+  // Instances may have gone unseen.
+  void lose() noexcept;
+
+  bool is_refuted() const noexcept { return is_refuted_; }
+  // Whether, all instances seen, it is believed.
+  bool holds() const noexcept { return !is_refuted_ && !is_mostly_late(); }
+  // Instances, none of them the first, before which periods may have been skipped unnoticed.
+  std::uint64_t unresolved() const noexcept { return unresolved_ + since_anchor_; }
+
+  // So soon after its release an instance starts that waits for nothing.
+  static constexpr Duration kPrompt{1'000'000};
+
+ private:
+  std::int64_t last_until(Timestamp time) const noexcept;
+  std::int64_t first_from(Timestamp time) const noexcept;
+  bool is_believed(Timestamp expiry, const Start& start);
+  bool is_mostly_late() const noexcept { return late_ > prompt_ / 4; }
+  std::uint32_t skipped_until(std::int64_t release, bool is_known);
+
+  Timestamp first_;
+  Duration period_;
+  // The next release, by number of expiry.
+  std::int64_t earliest_ = 0;
+  std::optional<std::int64_t> latest_;
+  // From which on skipped periods are counted, and how many instances ago that was.
+  std::optional<std::int64_t> anchor_;
+  std::uint64_t since_anchor_ = 0;
+  std::uint64_t unresolved_ = 0;
+  bool has_started_ = false;
+  bool is_confirmed_ = false;  // by a prompt start since the last late one
+  std::uint64_t prompt_ = 0;
+  std::uint64_t late_ = 0;  // without a reason
+  bool is_refuted_ = false;
+};
+
+}  // namespace cie::analysis

@@ -1,0 +1,254 @@
+// Releases of rcl's timers, which no event tells: on a grid that begins when the timer is made.
+#include "ros2_text.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using analysis::ReleaseSource;
+using analysis::Verdict;
+using testing::HasSubstr;
+
+constexpr std::int64_t kUs = 1'000;
+constexpr std::int64_t kMs = 1'000'000;
+constexpr std::int64_t kPeriod = 10 * kMs;
+constexpr std::int64_t kMade = 5 * kMs;
+constexpr auto kId = "/n@Timer(10000000)";
+
+// The earliest that expiry k, of 1, 2, …, can be at: rcl has read the clock up to 10 us before it
+// tells that the timer is made.
+constexpr std::int64_t expiry(std::int64_t k) { return kMade - 10 * kUs + k * kPeriod; }
+
+class Text {
+ public:
+  explicit Text(bool does_wait = true) : does_wait_(does_wait) {
+    add(0, "rcl_node_init node_handle=0x10 node_name=n namespace=/");
+    add(kMade, "rcl_timer_init timer_handle=0x20 period=" + std::to_string(kPeriod));
+    add(kMade, "rclcpp_timer_callback_added timer_handle=0x20 callback=0x30");
+    add(kMade, "rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10");
+  }
+  Text& add(std::int64_t time, const std::string& event) {
+    text_ += std::to_string(time) + ' ' + event + '\n';
+    return *this;
+  }
+  // An instance that the executor has waited for.
+  Text& run(std::int64_t start, std::int64_t duration = kMs) {
+    if (does_wait_) {
+      add(start - 2, "rclcpp_executor_wait_for_work timeout=1");
+      add(start - 1, "rclcpp_executor_get_next_ready");
+    }
+    return run_next(start, duration);
+  }
+  Text& run_next(std::int64_t start, std::int64_t duration = kMs) {
+    add(start, "callback_start callback=0x30");
+    return add(start + duration, "callback_end callback=0x30");
+  }
+  Ros2Result analyze(std::int64_t lost_at = -1, std::string_view spec = {}) const {
+    return analyze_ros2(text_, lost_at, spec);
+  }
+
+ private:
+  bool does_wait_;
+  std::string text_;
+};
+
+std::vector<std::int64_t> releases(const Ros2Result& result) {
+  std::vector<std::int64_t> times;
+  for (const auto& row : result.instances)
+    times.push_back(row.release);
+  return times;
+}
+
+TEST(Ros2Timers, ReleasesFollowFromWhenTheTimerWasMade) {
+  Text text;
+  for (std::int64_t k = 1; k <= 4; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  const auto result = text.analyze();
+  EXPECT_EQ(releases(result), (std::vector{expiry(1), expiry(2), expiry(3), expiry(4)}));
+  const auto& timer = result.callback(kId);
+  EXPECT_EQ(timer.release_source, ReleaseSource::timer_grid);
+  EXPECT_EQ(timer.start_latency->max, 100 * kUs);
+  EXPECT_EQ(timer.response_time->min, 1'100 * kUs);
+  EXPECT_EQ(timer.inter_arrival->min, kPeriod);
+  EXPECT_EQ(timer.inter_arrival->max, kPeriod);
+  EXPECT_EQ(timer.missed_releases, 0U);
+  EXPECT_FALSE(timer.response_time_lower);
+  EXPECT_EQ(result.verdict("R1"), Verdict::pass);
+  EXPECT_EQ(result.verdict("R2"), Verdict::pass);
+}
+
+TEST(Ros2Timers, PeriodsThatAnInstanceOverrunsAreSkipped) {
+  // The first call leaves expiry 2 as the next, the second call, at 38 ms, expiry 4.
+  const auto result = Text()
+                          .run(expiry(1) + 100 * kUs, 23 * kMs)
+                          .run_next(expiry(1) + 23'120 * kUs)
+                          .run(expiry(4) + 100 * kUs)
+                          .analyze();
+  EXPECT_EQ(releases(result), (std::vector{expiry(1), expiry(2), expiry(4)}));
+  EXPECT_EQ(result.callback(kId).missed_releases, 1U);
+  EXPECT_EQ(result.verdict("R2"), Verdict::fail);
+  EXPECT_THAT(result.evidence("R2"), HasSubstr("seq 2: 1 period was skipped before this release"));
+  EXPECT_EQ(result.verdict("R1"), Verdict::fail);
+}
+
+TEST(Ros2Timers, WhatAnExecutorSkipsBeforeItRunsIsNotMissed) {
+  const auto result = Text()
+                          .run(expiry(50) + 3 * kMs)
+                          .run(expiry(51) + 100 * kUs)
+                          .run(expiry(52) + 100 * kUs)
+                          .analyze();
+  EXPECT_EQ(releases(result), (std::vector<std::int64_t>{-1, expiry(51), expiry(52)}));
+  EXPECT_EQ(result.callback(kId).release_source, ReleaseSource::mixed);
+  EXPECT_EQ(result.callback(kId).missed_releases, 0U);
+  EXPECT_EQ(result.verdict("R2"), Verdict::pass);
+}
+
+TEST(Ros2Timers, AnExpiryWhileTheTimerMayHaveBeenCalledLeavesTheNextReleaseOpen) {
+  // Called before or after expiry 3: the next release is that or the one after it.
+  const auto result = Text()
+                          .run(expiry(1) + 100 * kUs)
+                          .run(expiry(2) + 100 * kUs, 9'850 * kUs)
+                          .run_next(expiry(3) + 40 * kUs, 10 * kMs)
+                          .run_next(expiry(4) + 60 * kUs)
+                          .run(expiry(5) + 100 * kUs)
+                          .analyze();
+  EXPECT_EQ(releases(result), (std::vector{expiry(1), expiry(2), expiry(3), expiry(4), expiry(5)}));
+  const auto open = Text()
+                        .run(expiry(1) + 100 * kUs, 19'850 * kUs)
+                        .run_next(expiry(3) + 40 * kUs, 10 * kMs)
+                        .run_next(expiry(4) + 60 * kUs)
+                        .run(expiry(5) + 100 * kUs)
+                        .analyze();
+  EXPECT_EQ(releases(open), (std::vector<std::int64_t>{expiry(1), expiry(2), -1, expiry(5)}));
+  // Expiry 3 or 4 was skipped.
+  EXPECT_EQ(open.callback(kId).missed_releases, 1U);
+}
+
+TEST(Ros2Timers, AnExecutorThatCallsTimersAheadSkipsNothing) {
+  // One that does not look for work in the order it does it, and catches up.
+  Text text(false);
+  text.run(expiry(1) + 100 * kUs, 35 * kMs);
+  for (int i = 0; i < 3; ++i)
+    text.run(expiry(4) + 5'120 * kUs + i * kMs, 980 * kUs);
+  text.run(expiry(6) + 100 * kUs).run(expiry(7) + 100 * kUs);
+  const auto result = text.analyze();
+  EXPECT_NE(result.verdict("R2"), Verdict::fail);
+  EXPECT_EQ(releases(result)[0], expiry(1));
+  EXPECT_EQ(releases(result)[1], expiry(2));
+}
+
+TEST(Ros2Timers, AStartBeforeItsReleaseRefutesTheGrid) {
+  // The clock of the timer is faster than that of the trace, or its period was exchanged.
+  Text text;
+  for (std::int64_t k = 1; k <= 8; ++k)
+    text.run(expiry(k) + (400 - 60 * k) * kUs);
+  const auto result = text.analyze();
+  const auto& timer = result.callback(kId);
+  EXPECT_EQ(timer.release_source, ReleaseSource::start);
+  EXPECT_FALSE(timer.response_time);
+  EXPECT_FALSE(timer.start_latency);
+  EXPECT_FALSE(timer.inter_arrival);
+  EXPECT_FALSE(timer.missed_releases);
+  EXPECT_EQ(timer.response_time_lower->count, 8U);
+  EXPECT_EQ(timer.response_time_lower->sum, 8 * kMs);
+  EXPECT_EQ(result.verdict("R1"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Timers, ADriftRefutesTheGrid) {
+  // Each instance resets the timer, or its clock is slower than that of the trace.
+  Text text;
+  std::int64_t start = expiry(1);
+  for (int i = 0; i < 60; ++i, start += kPeriod + 300 * kUs)
+    text.run(start + 100 * kUs);
+  const auto result = text.analyze();
+  EXPECT_EQ(result.callback(kId).release_source, ReleaseSource::start);
+  EXPECT_EQ(result.callback(kId).response_time_lower->count, 60U);
+  EXPECT_EQ(result.verdict("R1"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Timers, AResetLeavesBounds) {
+  // The grid moves by 4 ms after a pause of 20 periods.
+  Text text;
+  for (std::int64_t k = 1; k <= 40; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  for (std::int64_t k = 60; k <= 66; ++k)
+    text.run(expiry(k) + 4'100 * kUs);
+  const auto result = text.analyze();
+  const auto times = releases(result);
+  EXPECT_EQ(times[39], expiry(40));
+  for (std::size_t i = 40; i < times.size(); ++i)
+    EXPECT_EQ(times[i], -1);
+  const auto& timer = result.callback(kId);
+  EXPECT_EQ(timer.response_time->max, 1'100 * kUs);
+  EXPECT_EQ(timer.response_time_lower->count, 7U);
+  EXPECT_FALSE(timer.missed_releases);
+  EXPECT_EQ(result.verdict("R1"), Verdict::inconclusive);
+  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Timers, AWatchdogThatIsResetAllTheTimeSkipsNothing) {
+  Text text;
+  for (std::int64_t k = 1; k <= 12; ++k)
+    text.run(expiry(17 * k) + (k * 7 % 10) * kMs + 500 * kUs);
+  const auto result = text.analyze();
+  EXPECT_NE(result.verdict("R2"), Verdict::fail);
+  EXPECT_NE(result.verdict("R1"), Verdict::fail);
+}
+
+TEST(Ros2Timers, AfterALossTheGridGoesOn) {
+  Text text;
+  for (std::int64_t k = 1; k <= 2; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  for (std::int64_t k = 7; k <= 9; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  const auto result = text.analyze(expiry(5));
+  EXPECT_EQ(releases(result),
+            (std::vector<std::int64_t>{expiry(1), expiry(2), -1, expiry(8), expiry(9)}));
+  EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
+}
+
+TEST(Ros2Timers, ADeadlineIsJudgedByTheErrorOfReleases) {
+  const auto verdict_of = [](std::int64_t deadline_us) {
+    Text text;
+    for (std::int64_t k = 1; k <= 3; ++k)
+      text.run(expiry(k) + 100 * kUs);  // response time: 1090 to 1100 us
+    const auto spec = "callback_groups:\n  - {id: \"/n@Timer(10000000)\", response_deadline: " +
+                      std::to_string(deadline_us * kUs) + "}\n";
+    return text.analyze(-1, spec).verdict("R3");
+  };
+  EXPECT_EQ(verdict_of(1'100), Verdict::pass);
+  EXPECT_EQ(verdict_of(1'095), Verdict::inconclusive);
+  EXPECT_EQ(verdict_of(1'090), Verdict::inconclusive);
+  EXPECT_EQ(verdict_of(1'089), Verdict::fail);
+}
+
+TEST(Ros2Timers, ArrivalsAreJudgedByTheErrorOfReleases) {
+  const auto verdict_of = [](std::int64_t response) {
+    Text text;
+    text.run(expiry(1) + 100 * kUs, response - 100 * kUs);
+    text.run_next(expiry(2) + 200 * kUs).run(expiry(3) + 100 * kUs);
+    return text.analyze().verdict("R1");
+  };
+  EXPECT_EQ(verdict_of(kPeriod - 1), Verdict::pass);
+  EXPECT_EQ(verdict_of(kPeriod), Verdict::inconclusive);
+  EXPECT_EQ(verdict_of(kPeriod + 9 * kUs), Verdict::inconclusive);
+  EXPECT_EQ(verdict_of(kPeriod + 10 * kUs), Verdict::fail);
+}
+
+TEST(Ros2Timers, WhatIsToldASecondTimeSaysNotWhenATimerWasMade) {
+  // A tracer of CARET says when it begins to record what was made before.
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    1 ros2_caret:rcl_timer_init timer_handle=0x20 period=10000000
+    1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    10000100 callback_start callback=0x30
+    10000200 callback_end callback=0x30)");
+  EXPECT_EQ(result.analysis.report.callbacks.at(0).release_source, ReleaseSource::start);
+}
+
+}  // namespace
+}  // namespace cie::test
