@@ -160,14 +160,21 @@ struct CallbackFacts {
 
   std::uint64_t missed = 0;  // skipped periods, those before open instances included
   std::optional<Extreme<std::uint32_t>> first_missed{};
-  // Instances before which periods of a timer with `first_expiry` may have been skipped, uncounted.
-  std::uint64_t unresolved_periods = 0;
-  bool is_grid_refuted = false;  // the timer's expiries do not follow from `first_expiry`
+  // Of a timer with `first_expiry`.
+  struct Grid {
+    std::uint64_t unresolved =
+        0;                    // instances before which periods may have been skipped, uncounted
+    bool is_refuted = false;  // its expiries do not follow from `first_expiry`
+    bool is_steady = false;   // no reset moved it by more than `error`
+    Duration error = kTimerError;
+  };
+  Grid grid{};
   bool has_grid_releases() const noexcept {
     return by_release_source[static_cast<std::size_t>(ReleaseSource::timer_grid)] != 0;
   }
-  // By how much releases may lie later than they are known to.
-  Duration release_error() const noexcept { return has_grid_releases() ? kTimerError : Duration{}; }
+  // What evidence of these releases is good to, either way; zero where they were recorded.
+  Duration release_error() const noexcept { return has_grid_releases() ? grid.error : Duration{}; }
+  bool are_releases_certain() const noexcept { return !has_grid_releases() || grid.is_steady; }
   std::uint64_t overwritten = 0;  // last running total of callback_release
   std::uint64_t lost = 0;         // last running total of sample_lost
   // Samples that were released and not overwritten, and whose instance had not started: the most.

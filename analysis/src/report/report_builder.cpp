@@ -91,7 +91,7 @@ std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
 
 bool are_periods_known(const CallbackFacts& facts) {
   return facts.kind == CallbackKind::timer &&
-         (facts.is_accounted || (facts.has_grid_releases() && facts.unresolved_periods == 0));
+         (facts.is_accounted || (facts.has_grid_releases() && facts.grid.unresolved == 0));
 }
 
 // Empty: some run's thread is unknown, or its thread may have served what nobody can see; and what

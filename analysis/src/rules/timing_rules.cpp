@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -44,10 +45,22 @@ std::optional<Evidence> inexact_releases(const CallbackFacts& callback) {
 }
 
 std::optional<Evidence> unresolved_periods(const CallbackFacts& callback) {
-  if (callback.unresolved_periods == 0) return std::nullopt;
+  if (callback.grid.unresolved == 0) return std::nullopt;
   return evidence("release", callback.starts.first_at,
                   "whether periods were skipped before " +
-                      counted(callback.unresolved_periods, "instance") + " is not known");
+                      counted(callback.grid.unresolved, "instance") + " is not known");
+}
+
+// Whether a timer was reset nobody tells.
+std::optional<Evidence> calculated_releases(const CallbackFacts& callback) {
+  if (callback.are_releases_certain()) return std::nullopt;
+  return evidence("release", callback.starts.last_at,
+                  "releases are calculated from when the timer was made; it may have been reset");
+}
+
+std::string error_of(const CallbackFacts& callback) {
+  if (!callback.has_grid_releases()) return {};
+  return " (calculated, to " + nanoseconds(callback.release_error()) + ')';
 }
 
 // Where more ended than started, an instance ended twice. If an end was lost it may have been the
@@ -78,6 +91,7 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
     if (callback.instances < 2 && !loss) return;
     judgement.overrule(loss);
     judgement.doubt(inexact_releases(callback));
+    judgement.doubt(calculated_releases(callback));
     if (callback.inter_arrival.count() != 0) judgement.check(callback.instances);
     if (callback.release_before_end) {
       const auto& witness = *callback.release_before_end;
@@ -87,47 +101,58 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
                               "the next instance was released at " +
                                   std::to_string(witness.next_release.ns) +
                                   ", not after the end of " + seq));
-    } else if (callback.min_inter_arrival && callback.max_response &&
-               callback.min_inter_arrival->value <=
-                   callback.max_response->value - callback.release_error()) {
-      fail_with(*callback.max_response,
-                "longest response time: " + nanoseconds(callback.max_response->value), judgement);
-      judgement.fail(start_of(*callback.min_inter_arrival,
-                              " was released " + nanoseconds(callback.min_inter_arrival->value) +
-                                  " after the one before it: shortest inter-arrival time"));
-    } else if (callback.min_inter_arrival && callback.max_response &&
-               callback.min_inter_arrival->value <= callback.max_response->value) {
-      judgement.doubt(start_of(*callback.min_inter_arrival,
-                               ": the shortest inter-arrival time and the longest response time "
-                               "differ by less than is known of a release"));
+      return;
+    }
+    if (!callback.min_inter_arrival || !callback.max_response) return;
+    const auto& shortest = *callback.min_inter_arrival;
+    const auto& longest = *callback.max_response;
+    const Duration error{3 * callback.release_error().ns};  // of three releases
+    if (callback.are_releases_certain() && shortest.value + error <= longest.value) {
+      fail_with(longest,
+                "longest response time: " + nanoseconds(longest.value) + error_of(callback),
+                judgement);
+      judgement.fail(
+          start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                                 " after the one before it: shortest inter-arrival time"));
+    } else if (shortest.value <= longest.value + error) {
+      judgement.doubt(
+          start_of(shortest, " was released " + nanoseconds(shortest.value) +
+                                 " after the one before it; the longest response time is " +
+                                 nanoseconds(longest.value) + error_of(callback)));
     }
   });
 }
 
 std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
-  return for_each_callback(
-      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
-                          Judgement& judgement) {
-        judgement.doubt(unknown_identity(callback));
-        if (callback.kind != CallbackKind::timer) return;
-        const auto* entry = spec_entry(context, callback);
-        const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
-        judgement.check(callback.starts.count);
-        judgement.doubt(loss);
-        if (callback.missed > allowed) {
-          if (callback.first_missed) {
-            judgement.fail(start_of(*callback.first_missed,
-                                    ": " + counted(callback.first_missed->value, "period") +
-                                        (callback.first_missed->value == 1 ? " was" : " were") +
-                                        " skipped before this release"));
-          }
-          judgement.fail(evidence("callback_start", callback.starts.last_at,
-                                  counted(callback.missed, "period") + " skipped in all, " +
-                                      std::to_string(allowed) + " allowed"));
-        }
-        judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
-                                                     : inexact_releases(callback));
-      });
+  return for_each_callback(context, [&context](const CallbackFacts& callback,
+                                               const std::optional<Evidence>& loss,
+                                               Judgement& judgement) {
+    judgement.doubt(unknown_identity(callback));
+    if (callback.kind != CallbackKind::timer) return;
+    const auto* entry = spec_entry(context, callback);
+    const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
+    judgement.check(callback.starts.count);
+    judgement.doubt(loss);
+    judgement.doubt(calculated_releases(callback));
+    if (callback.missed > allowed && !callback.are_releases_certain()) {
+      judgement.doubt(evidence("callback_start", callback.starts.last_at,
+                               counted(callback.missed, "period") +
+                                   " skipped in all, if the timer was not reset; " +
+                                   std::to_string(allowed) + " allowed"));
+    } else if (callback.missed > allowed) {
+      if (callback.first_missed) {
+        judgement.fail(start_of(*callback.first_missed,
+                                ": " + counted(callback.first_missed->value, "period") +
+                                    (callback.first_missed->value == 1 ? " was" : " were") +
+                                    " skipped before this release"));
+      }
+      judgement.fail(evidence("callback_start", callback.starts.last_at,
+                              counted(callback.missed, "period") + " skipped in all, " +
+                                  std::to_string(allowed) + " allowed"));
+    }
+    judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
+                                                 : inexact_releases(callback));
+  });
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
@@ -155,6 +180,12 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
   }
 }
 
+// A calculated response time that is beyond the deadline for certain.
+bool is_beyond(const CallbackFacts& callback, std::int64_t deadline) {
+  return callback.has_grid_releases() && callback.are_releases_certain() && callback.max_response &&
+         (callback.max_response->value - callback.release_error()).ns > deadline;
+}
+
 std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
   return for_each_callback(context, [&context](const CallbackFacts& callback,
                                                const std::optional<Evidence>& loss,
@@ -174,17 +205,24 @@ std::vector<SubjectVerdict> judge_deadline(const RuleContext& context) {
                 "ends; response time at least " + nanoseconds(callback.max_response_lower->value) +
                     ", the deadline of " + origin + " is " + nanoseconds(deadline),
                 judgement);
+    } else if (is_beyond(callback, deadline)) {
+      fail_with(*callback.max_response,
+                "ends; response time " + nanoseconds(callback.max_response->value) +
+                    error_of(callback) + ", the deadline of " + origin + " is " +
+                    nanoseconds(deadline),
+                judgement);
     }
+    judgement.doubt(calculated_releases(callback));
     if (callback.without_upper_bound != 0) {
       judgement.doubt(evidence("release", callback.starts.first_at,
                                std::to_string(callback.without_upper_bound) +
                                    " instances have no upper bound of their response time"));
     }
-    if (callback.max_response_upper && callback.max_response_upper->value.ns > deadline) {
-      judgement.doubt(start_of(*callback.max_response_upper,
-                               " may have taken up to " +
-                                   nanoseconds(callback.max_response_upper->value) +
-                                   "; the deadline is " + nanoseconds(deadline)));
+    const auto& upper = callback.max_response_upper;
+    if (upper && (upper->value + callback.release_error()).ns > deadline) {
+      judgement.doubt(start_of(*upper, " may have taken up to " + nanoseconds(upper->value) +
+                                           error_of(callback) + "; the deadline is " +
+                                           nanoseconds(deadline)));
     }
   });
 }
@@ -232,19 +270,31 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     if (!min && !max) return;
     judgement.check(callback.inter_arrival.count());
     judgement.overrule(loss);
-    if (callback.instances >= 2) judgement.doubt(inexact_releases(callback));
+    if (callback.instances >= 2) {
+      judgement.doubt(inexact_releases(callback));
+      judgement.doubt(calculated_releases(callback));
+    }
+    const auto error = 2 * callback.release_error().ns;  // of two releases
     const auto outside = [&](const Extreme<Duration>& extreme, const char* bound,
-                             std::int64_t value) {
-      judgement.fail(start_of(extreme, " was released " + nanoseconds(extreme.value) +
+                             std::int64_t value, std::int64_t excess) {
+      if (excess + error <= 0) return;
+      auto witness = start_of(extreme, " was released " + nanoseconds(extreme.value) +
                                            " after the one before it; " +
                                            place(context, entry->line) + " declares " + bound +
-                                           ' ' + nanoseconds(value)));
+                                           ' ' + nanoseconds(value) + error_of(callback));
+      if (callback.are_releases_certain() && excess > error) {
+        judgement.fail(std::move(witness));
+      } else {
+        judgement.doubt(std::move(witness));
+      }
     };
-    if (min && callback.min_inter_arrival && callback.min_inter_arrival->value.ns < *min) {
-      outside(*callback.min_inter_arrival, "at least", *min);
+    if (min && callback.min_inter_arrival) {
+      const auto& shortest = *callback.min_inter_arrival;
+      outside(shortest, "at least", *min, *min - shortest.value.ns);
     }
-    if (max && callback.max_inter_arrival && callback.max_inter_arrival->value.ns > *max) {
-      outside(*callback.max_inter_arrival, "at most", *max);
+    if (max && callback.max_inter_arrival) {
+      const auto& longest = *callback.max_inter_arrival;
+      outside(longest, "at most", *max, longest.value.ns - *max);
     }
   });
 }

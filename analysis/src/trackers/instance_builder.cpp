@@ -165,7 +165,7 @@ void InstanceBuilder::note_missed(const LiveInstance& live) {
 
 void InstanceBuilder::follow_grid(LiveInstance& live) {
   auto& facts = *live.callback_facts;
-  if (facts.is_grid_refuted || !TimerGrid::is_possible(facts.period_ns)) return;
+  if (facts.grid.is_refuted || !TimerGrid::is_possible(facts.period_ns)) return;
   auto& callback = callbacks_[live.callback];
   auto& grid = callback.grid;
   if (!grid) {
@@ -193,7 +193,9 @@ void InstanceBuilder::follow_grid(LiveInstance& live) {
     live.expiry = release->expiry;
     live.missed = release->missed;
   }
-  facts.unresolved_periods = grid->unresolved();
+  facts.grid.unresolved = grid->unresolved();
+  facts.grid.is_steady = grid->is_steady();
+  facts.grid.error = grid->error();
   if (grid->is_refuted()) measurer_.forget_releases(live.callback);
 }
 

@@ -86,7 +86,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   if (live.node->release) {
     instance.release = live.node->release;
     instance.release_source = ReleaseSource::exact;
-  } else if (live.expiry && !facts.is_grid_refuted) {
+  } else if (live.expiry && !facts.grid.is_refuted) {
     instance.release = live.expiry;
     instance.release_source = ReleaseSource::timer_grid;
   } else if (is_isolated_thread(live) && (instance.waking || live.wakeup)) {
@@ -181,7 +181,7 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
 // Nothing else is known of such a timer's releases than that they were not after the starts.
 void InstanceMeasurer::forget_releases(CallbackIndex index) {
   auto& facts = model_.callbacks[at(index)];
-  facts.is_grid_refuted = true;
+  facts.grid.is_refuted = true;
   facts.exact_instances = 0;
   facts.by_release_source = {};
   facts.by_release_source[static_cast<std::size_t>(ReleaseSource::start)] = facts.instances;
@@ -193,7 +193,6 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   facts.start_latency = {};
   facts.inter_arrival = {};
   facts.max_response.reset();
-  facts.max_response_lower = facts.max_duration;
   facts.max_response_upper.reset();
   facts.min_inter_arrival.reset();
   facts.max_inter_arrival.reset();
@@ -202,7 +201,7 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   facts.first_missed.reset();
   auto& bounds = bounds_[index];
   bounds = Bounds{.response = {},
-                  .response_lower = bounds.duration,
+                  .response_lower = bounds.response_lower,
                   .response_upper = {},
                   .duration = bounds.duration,
                   .execution = bounds.execution,
@@ -237,7 +236,9 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
 void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instance& instance) {
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
-  const auto lower = *least_response_time(instance);
+  const bool is_calculated = instance.release_source == ReleaseSource::timer_grid;
+  const auto lower =
+      is_calculated ? *instance.end - instance.start : *least_response_time(instance);
   if (bounds.response_lower.rise(lower)) {
     facts.max_response_lower = extreme_of(live, instance, lower);
   }
@@ -315,8 +316,8 @@ void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration g
 void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                                  const Arrival& later) {
   note_gap(facts, bounds, later.release - earlier.release, later);
-  const bool is_after_end = later.release + facts.release_error() > earlier.end.time;
-  if (is_after_end || facts.release_before_end) return;
+  const bool is_after_end = later.release > earlier.end.time;
+  if (is_after_end || facts.release_before_end || facts.has_grid_releases()) return;
   facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
                                                              .start = earlier.start,
                                                              .end = earlier.end,

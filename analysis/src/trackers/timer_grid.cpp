@@ -10,6 +10,7 @@ namespace {
 
 constexpr std::uint64_t kLeastPeriod = 100'000;
 constexpr std::uint64_t kEnoughLate = 8;
+constexpr std::uint64_t kEnoughPrompt = 8;
 
 }  // namespace
 
@@ -53,12 +54,25 @@ std::optional<TimerGrid::Release> TimerGrid::on_start(const Start& start) {
   return Release{.expiry = expiry, .missed = missed};
 }
 
+Duration TimerGrid::error() const noexcept {
+  return std::max({kTimerError, highest_floor_, last_prompt_});
+}
+
 bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
-  if (start.time - expiry <= kPrompt) {
+  const auto latency = start.time - expiry;
+  if (latency <= kPrompt) {
     ++prompt_;
     is_confirmed_ = true;
+    is_steady_ = true;
+    last_prompt_ = latency;
+    floor_ = std::min(floor_, latency);
+    if (prompt_ % kEnoughPrompt == 0) {
+      highest_floor_ = std::max(highest_floor_, floor_);
+      floor_ = kPrompt;
+    }
     return true;
   }
+  is_steady_ = false;
   if (start.busy_since && *start.busy_since <= expiry + kPrompt) return is_confirmed_;
   is_confirmed_ = false;
   ++late_;

@@ -39,6 +39,12 @@ class TimerGrid {
   bool is_refuted() const noexcept { return is_refuted_; }
   // Whether, all instances seen, it is believed.
   bool holds() const noexcept { return !is_refuted_ && !is_mostly_late(); }
+  // Whether the latest start was prompt: had the timer been reset it was not, unless that moved the
+  // grid by no more than error().
+  bool is_steady() const noexcept { return is_steady_; }
+  // A reset moves the grid for all that follow, and none starts before its release: the grid is
+  // off by at most what all of some consecutive starts lie behind it.
+  Duration error() const noexcept;
   // Instances, none of them the first, before which periods may have been skipped unnoticed.
   std::uint64_t unresolved() const noexcept { return unresolved_ + since_anchor_; }
 
@@ -64,6 +70,10 @@ class TimerGrid {
   bool has_started_ = false;
   bool is_confirmed_ = false;  // by a prompt start since the last late one
   std::uint64_t prompt_ = 0;
+  Duration floor_ = kPrompt;  // of the latest prompt starts, up to kEnoughPrompt of them
+  Duration highest_floor_;
+  Duration last_prompt_;
+  bool is_steady_ = false;
   std::uint64_t late_ = 0;  // without a reason
   bool is_refuted_ = false;
 };
