@@ -1,4 +1,5 @@
 #include <cie/analysis/analyzer.hpp>
+#include <cie/analysis/recorded_events.hpp>
 
 #include "ctf/native_reader.hpp"
 #include "ctf/read_ahead.hpp"
@@ -15,16 +16,75 @@
 namespace cie::analysis {
 namespace {
 
+void read_files(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
+                const ctf::ReadOptions& options) {
+  const bool has_two_cores = std::thread::hardware_concurrency() > 1;
+  const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
+  read(traces, sink, options);
+}
+
 // `translator` may be null: whoever looks at packets alone does not need it.
 void read_events(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
                  const AnalysisOptions& options, EventTranslator* translator) {
-  const bool has_two_cores = std::thread::hardware_concurrency() > 1;
-  const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
-  read(traces, sink,
-       {.metadata_from = options.metadata_from,
-        .progress = options.progress,
-        .translator = translator});
+  read_files(traces, sink,
+             {.metadata_from = options.metadata_from,
+              .progress = options.progress,
+              .translator = translator});
 }
+
+bool is_in(const std::optional<TimeWindow>& window, Timestamp begin, Timestamp end) {
+  return !window || (begin <= window->to && end >= window->from);
+}
+
+// Passes on what was asked for, and counts what is missing.
+class RecordedEvents {
+ public:
+  RecordedEvents(const ctf::EventChoice& choice, const std::optional<TimeWindow>& window,
+                 const RecordedEventSink& sink)
+      : choice_(choice), window_(window), sink_(sink) {}
+
+  void consume(const Event& event) {
+    std::visit(Overloaded{[&](const OtherEvent& e) { pass_on(event.head, e); },
+                          [&](const StreamBegin& e) {
+                            const auto stream = static_cast<std::size_t>(event.head.stream);
+                            if (hosts_.size() <= stream) hosts_.resize(stream + 1);
+                            hosts_[stream] = e.host;
+                          },
+                          [&](const Discarded& e) {
+                            if (!is_in(window_, e.begin, e.end)) return;
+                            (e.packets ? missing_.packets : missing_.events) += e.count.value_or(1);
+                          },
+                          [&](const DamagedPacket& e) {
+                            const auto time = event.head.time;
+                            if (!is_in(window_, e.begin.value_or(time), e.end.value_or(time)))
+                              return;
+                            ++(e.has_foreign_metadata ? missing_.foreign : missing_.damaged);
+                          },
+                          [](const auto&) {}},
+               event.body);
+  }
+  const MissingEvents& missing() const noexcept { return missing_; }
+
+ private:
+  void pass_on(const EventHead& head, const OtherEvent& event) {
+    if (event.event_class == OtherEvent::kNoClass || !is_in(window_, head.time, head.time)) return;
+    sink_({.time = head.time,
+           .host = hosts_[static_cast<std::size_t>(head.stream)],
+           .cpu = head.cpu,
+           .pid = head.pid,
+           .tid = head.tid,
+           .event_class = event.event_class,
+           .name = choice_.names()[event.event_class],
+           .context = event.fields.first(event.context),
+           .fields = event.fields.subspan(event.context)});
+  }
+
+  const ctf::EventChoice& choice_;
+  const std::optional<TimeWindow>& window_;
+  const RecordedEventSink& sink_;
+  std::vector<std::string> hosts_;  // by stream
+  MissingEvents missing_;
+};
 
 // Evidence names files below the trace, as the user named it where there are several: what is said
 // of a recording does not depend on where it lies.
@@ -67,6 +127,17 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
     result.report.trace.paths.push_back(trace.string());
   shorten_files(traces, result);
   return result;
+}
+
+MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces,
+                                   const RecordedEventOptions& options,
+                                   const RecordedEventSink& sink) {
+  ctf::EventChoice choice(options.wants, options.has_fields);
+  RecordedEvents events(choice, options.window, sink);
+  read_files(
+      traces, [&events](const Event& event) { events.consume(event); },
+      {.metadata_from = options.metadata_from, .progress = options.progress, .choice = &choice});
+  return events.missing();
 }
 
 std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path> traces,

@@ -12,6 +12,7 @@ namespace cie::cli {
 using Arguments = std::vector<std::string>;
 
 int report_command(const Arguments& arguments);
+int events_command(const Arguments& arguments);
 int instances_command(const Arguments& arguments);
 int verify_command(const Arguments& arguments);
 int export_command(const Arguments& arguments);

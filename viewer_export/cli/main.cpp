@@ -27,13 +27,14 @@
 namespace cie::cli {
 
 std::span<const Command> commands() {
-  static constexpr std::array<Command, 13> kCommands{{
+  static constexpr std::array<Command, 14> kCommands{{
       {"run", "run an application with every callback on its own thread", nullptr},
       {"record", "record an application with LTTng", nullptr},
       {"collect", "receive what several machines record", nullptr},
       {"report", "response times and more, per callback", report_command},
       {"instances", "one row per run of a callback, for spreadsheets and programs",
        instances_command},
+      {"events", "the events themselves, or how many of which", events_command},
       {"verify", "does every callback have its own thread? Rules, evidence, exit code",
        verify_command},
       {"analyze", "longest response times by scheduling theory, against those observed",

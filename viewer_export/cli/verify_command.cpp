@@ -182,8 +182,7 @@ int verify_command(const Arguments& arguments) {
   suppressions.apply(result.verdicts);
   if (format == "text") {
     viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
-                                         .spec_sha256 = spec ? spec->sha256() : std::string{},
-                                         .clock_offset_ns = result.report.trace.clock_offset_ns};
+                                         .spec_sha256 = spec ? spec->sha256() : std::string{}};
     auto write = &viewer_export::write_verify_text;
     if (is_screen) {
       context.spec = options.spec;

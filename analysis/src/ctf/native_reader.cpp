@@ -94,7 +94,8 @@ class Reader {
   Reader(std::span<const fs::path> traces, const ReadOptions& options)
       : metadata_from_(options.metadata_from),
         progress_(options.progress),
-        translator_(options.translator) {
+        translator_(options.translator),
+        choice_(options.choice) {
     std::set<fs::path> seen;
     for (const auto& path : traces) {
       for (const auto& directory : find_traces(path)) {
@@ -144,7 +145,7 @@ class Reader {
         perfs_.emplace_back(directory, std::move(metadata));
         return;
       }
-      add_files(directory, std::make_shared<const TracePlan>(metadata));
+      add_files(directory, std::make_shared<const TracePlan>(metadata, choice_));
       if (metadata.clocks.empty()) return;
       if (!clock_) clock_ = metadata.clocks.front();
       clocks_.try_emplace(host_of(metadata), metadata.clocks.front());
@@ -164,7 +165,7 @@ class Reader {
       clock.offset_s = other->second.offset_s;
       clock.offset = other->second.offset;
     }
-    add_files(directory, std::make_shared<const TracePlan>(metadata));
+    add_files(directory, std::make_shared<const TracePlan>(metadata, choice_));
   }
 
   // Reads a directory without its own metadata. The clock is that of the sound traces beside it.
@@ -178,7 +179,7 @@ class Reader {
       clock.offset = clock_->offset;
     }
     try {
-      add_files(directory, std::make_shared<const TracePlan>(metadata));
+      add_files(directory, std::make_shared<const TracePlan>(metadata, choice_));
     } catch (const MetadataError& error) {
       throw UnreadableTrace("cannot read metadata " + metadata_from_.string() + ": " +
                             error.what());
@@ -404,6 +405,7 @@ class Reader {
   fs::path metadata_from_;
   Progress* progress_;
   EventTranslator* translator_;
+  EventChoice* choice_;
   std::optional<Clock> clock_;                                // of the first sound trace
   std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
   std::map<std::string, Clock> clocks_;                       // by host, the first one seen

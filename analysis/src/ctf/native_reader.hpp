@@ -3,6 +3,7 @@
 
 #include <cie/analysis/progress.hpp>
 
+#include "ctf/program/event_choice.hpp"
 #include "ctf/stream/event_writer.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
 
@@ -22,6 +23,9 @@ struct ReadOptions {
   // Says what follows from events whose meaning depends on earlier ones. Borrowed, null: they are
   // OtherEvents alone.
   EventTranslator* translator = nullptr;
+  // Wants events themselves: those that it does not want are OtherEvents of no class. Borrowed,
+  // null: what vocabularies make of events is told.
+  EventChoice* choice = nullptr;
 };
 
 // Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces

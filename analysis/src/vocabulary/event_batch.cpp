@@ -27,7 +27,18 @@ class Keeper {
   void keep(SchedSwitch& event) { keep(event.prev_comm, event.next_comm); }
   void keep(SchedProcessFork& event) { keep(event.child_comm); }
   void keep(ProcessName& event) { keep(event.name); }
-  void keep(OtherEvent& event) { keep(event.name); }
+  void keep(OtherEvent& event) {
+    keep(event.name);
+    if (event.fields.empty()) return;
+    const std::span fields(
+        static_cast<FieldValue*>(
+            copy(event.fields.data(), event.fields.size_bytes(), alignof(FieldValue))),
+        event.fields.size());
+    for (auto& field : fields) {
+      if (field.kind == FieldValue::Kind::text) keep(field.text);
+    }
+    event.fields = fields;
+  }
   void keep(Field& field) {
     if (field.kind == Field::Kind::text) {
       field.characters = static_cast<const char*>(copy(field.characters, field.length, 1));
@@ -47,7 +58,7 @@ class Keeper {
   }
   template <typename... Views>
   requires(sizeof...(Views) > 1) void keep(Views&... views) { (keep(views), ...); }
-  const void* copy(const void* from, std::size_t size, std::size_t alignment) {
+  void* copy(const void* from, std::size_t size, std::size_t alignment) {
     if (size == 0) return nullptr;
     auto* to = memory_.allocate(size, alignment);
     std::memcpy(to, from, size);

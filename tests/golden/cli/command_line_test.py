@@ -62,7 +62,7 @@ class Usage(Folder):
         self.assert_usage_error(("--verison",), 'there is no command "--verison"; did you mean "--version"?')
 
     def test_missing(self):
-        for command in ("report", "instances", "verify"):
+        for command in ("report", "instances", "events", "verify"):
             self.assert_usage_error((command,), "no TRACE was given: name the directory that a recording is in")
         self.assert_usage_error(("export", TRACE), "--to is missing: name the viewer, for instance --to perfetto")
         self.assert_usage_error(("spec", "check"), "no FILE was given: name the spec to check")

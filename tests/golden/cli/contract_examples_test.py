@@ -95,12 +95,12 @@ class Example:
     def test_the_suggested_command_shows_the_evidence(self):
         verdicts = json.loads(self.with_spec("verify", "--format", "json").stdout)
         text = self.with_spec("verify", "--all").stdout.decode()
-        commands = [line.strip() for line in text.splitlines() if line.startswith("    babeltrace2 ")]
+        commands = [line.strip() for line in text.splitlines() if line.startswith("    cie events ")]
         witnesses = [subject["evidence"] for rule in verdicts["rules"] for subject in rule["subjects"]
                      if subject["verdict"] == "FAIL"]
         self.assertEqual(len(commands), len(witnesses))
         for command, evidence in zip(commands, witnesses):
-            shown = subprocess.run(shlex.split(command), stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=True,
+            shown = subprocess.run([CIE, *shlex.split(command)[1:]], stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=True,
                                    timeout=200).stdout.decode()
             for item in evidence:
                 self.assertRegex(shown, rf"cie:{item['event']}: .*vpid = {item['pid']}, vtid = {item['tid']} ")

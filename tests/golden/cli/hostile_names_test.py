@@ -55,6 +55,17 @@ class HostileNames(unittest.TestCase):
             self.assertIn(rb'\x1b[2J\x1b]0;x\x07",\x0a\x0d\x09\x9b', text)
             self.assertIn(rb"\u{202e}", text)
 
+    def test_events_show_it_and_obey_nothing_in_it(self):
+        text = self.cie("events")
+        for control in (b"\x1b", b"\x07", b"\r", b"\t", b"\xc2\x9b", b"\xff", b"\xe2\x80\xae"):
+            self.assertNotIn(control, text)
+        self.assertIn(rb'logical_id = "\x1b[2J\x1b]0;x\x07\",\x0a\x0d\x09\x9b', text)
+        lines = self.cie("events", "-f", "json").decode().splitlines()
+        self.assertEqual(len(lines), text.count(b"\n"))
+        self.assertIn(SEEN, [json.loads(line)["fields"].get("logical_id") for line in lines])
+        rows = csv.DictReader(io.StringIO(self.cie("events", "-f", "csv").decode(), newline=""))
+        self.assertIn(SEEN, [json.loads(row["fields"]).get("logical_id") for row in rows])
+
     def test_json_gives_it_back(self):
         report = json.loads(self.cie("report", "-f", "json"))
         self.assertIn(SEEN, [callback["logical_id"] for callback in report["callbacks"]])

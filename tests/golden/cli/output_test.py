@@ -19,7 +19,7 @@ RECORDINGS = [os.path.join(EXAMPLES, name, "trace") for name in ("multi_threaded
 
 class Unreadable(Folder):
     def assert_unreadable(self, path):
-        for arguments in (("report", path), ("instances", path), ("verify", path),
+        for arguments in (("report", path), ("instances", path), ("events", path), ("events", path, "-f", "csv"), ("verify", path),
                           ("export", path, "--to", "perfetto", "-o", self.path("out"))):
             result = cie(*arguments)
             self.assertEqual(result.returncode, 4, (arguments, result))
@@ -52,7 +52,7 @@ class Unreadable(Folder):
 class Output(Folder):
     def test_a_file_is_what_standard_output_would_be(self):
         for arguments in (("report", TRACE), ("report", TRACE, "-f", "json"), ("report", TRACE, "-f", "csv"),
-                          ("instances", TRACE), ("instances", TRACE, "-f", "jsonl"), ("verify", TRACE),
+                          ("instances", TRACE), ("instances", TRACE, "-f", "jsonl"), ("events", TRACE), ("verify", TRACE),
                           ("verify", TRACE, "-f", "json"), ("export", TRACE, "--to", "perfetto")):
             expected = cie(*arguments)
             self.assertEqual(expected.returncode, 0, expected)
@@ -81,7 +81,7 @@ class Output(Folder):
         self.assertEqual(stat.S_IMODE(os.stat(self.path("out")).st_mode), 0o640)
 
     def test_a_full_disk(self):
-        for arguments in (("report",), ("instances",), ("verify", "-f", "json"), ("export", "--to", "perfetto")):
+        for arguments in (("report",), ("instances",), ("events",), ("verify", "-f", "json"), ("export", "--to", "perfetto")):
             result = cie(*arguments, TRACE, "-o", "/dev/full")
             self.assertEqual(result.returncode, 4)
             self.assertEqual(result.stderr, b'cie: cannot write "/dev/full": No space left on device\n')
@@ -99,7 +99,7 @@ class Output(Folder):
 
     def test_too_little_memory(self):
         """Wherever it ends: an error of ours, not a signal."""
-        commands = [("report", TRACE), ("instances", TRACE), ("verify", TRACE), ("diff", TRACE, TRACE),
+        commands = [("report", TRACE), ("instances", TRACE), ("events", TRACE), ("verify", TRACE), ("diff", TRACE, TRACE),
                     ("analyze", "schedulability", TRACE), ("spec", "template", TRACE), ("export", TRACE, "--to", "chrome")]
         lack = set()
         for command in commands:
@@ -116,7 +116,7 @@ class Output(Folder):
 
     def test_head(self):
         """As a shell runs it: the last one's status counts, and nothing is said."""
-        for command in ("instances", "report", "verify", "export --to jsonl"):
+        for command in ("instances", "events", "report", "verify", "export --to jsonl"):
             done = subprocess.run(["bash", "-c", f"'{CIE}' {command} '{TRACE}' | head -c 1"], capture_output=True, check=False)
             self.assertEqual((done.returncode, len(done.stdout), done.stderr), (0, 1, b""), command)
 

@@ -14,7 +14,7 @@ CIE = os.path.abspath(sys.argv[1])
 EXAMPLES = os.path.abspath(sys.argv[2])
 TRACE = os.path.join(EXAMPLES, "isolated_ok", "trace")
 SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
-COMMANDS = ("report", "instances", "verify", "analyze", "export", "spec", "diff", "live", "doctor")
+COMMANDS = ("report", "events", "instances", "verify", "analyze", "export", "spec", "diff", "live", "doctor")
 
 
 def cie(*arguments, **options):

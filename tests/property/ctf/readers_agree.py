@@ -2,7 +2,7 @@
 """cie's reader and libbabeltrace2 on recordings of random layout: integers of any width, alignment and byte order, reals,
 strings, nested structures, arrays, sequences and variants between the fields that count, any event
 header, any split into packets. The report of `cie` and that of `sink.cie.report` in babeltrace2
-must be the same, and the instances those that were written.
+must be the same, and the instances those that were written; and so must be what `cie events` and babeltrace2 print.
 
 Usage: readers_agree.py CIE --plugins DIR [--traces N] [--seed S] [--keep DIR]"""
 import argparse
@@ -19,6 +19,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
 from ctf2_of_tsdl import convert  # noqa: E402
+from events_by_babeltrace2 import differences  # noqa: E402
 
 EVENTS = {  # name: fields with their least width; None: a string; a list: labels
     "cie:node_init": [("node_id", 8), ("name", None)],
@@ -400,10 +401,11 @@ def main():
                 (trace / f"s{number}").write_bytes(stream)
             problems = []
             natives = {command: output(options.cie, command, trace)
-                       for command in ("instances", "report --format json", "verify --format json")}
+                       for command in ("instances", "report --format json", "verify --format json", "events -f json")}
             native, other = report(natives["report --format json"]), report_by_babeltrace2(options.plugins, trace)
             if native != other:
                 problems.append(f"report: {native}\n  by babeltrace2: {other}")
+            problems += differences(options.cie, trace)[0]
             rows = csv.DictReader(natives["instances"][1].decode().splitlines())
             seen = sorted((r["logical_id"], int(r["seq"]), int(r["start_ns"]), int(r["end_ns"])) for r in rows)
             if seen != sorted(instances):

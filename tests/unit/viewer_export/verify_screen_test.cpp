@@ -19,7 +19,6 @@ using testing::StartsWith;
 
 const VerifyContext kContext{.spec_name = {},
                              .spec_sha256 = {},
-                             .clock_offset_ns = {},
                              .worst_runs = {},
                              .verify_arguments = "'recordings/run 1' --only M2",
                              .view_arguments = "'recordings/run 1'"};

@@ -39,32 +39,19 @@ Look look_of(Verdict verdict) {
   return Look::faint;
 }
 
-// "1700000983.004000000", as babeltrace2 reads it. Empty when that is not known.
-std::optional<std::string> on_wall_clock(analysis::Timestamp time, std::int64_t margin_ns,
-                                         const VerifyContext& context) {
-  std::int64_t ns = 0;
-  if (!context.clock_offset_ns || __builtin_add_overflow(time.ns, *context.clock_offset_ns, &ns) ||
-      __builtin_add_overflow(ns, margin_ns, &ns) || ns < 0) {
-    return std::nullopt;
-  }
-  return fmt::format("{}.{:09}", ns / 1'000'000'000, ns % 1'000'000'000);
-}
-
-// Shows the events around the evidence. Times are CLOCK_REALTIME there.
-std::string babeltrace2_command(const std::vector<Evidence>& evidence,
-                                const analysis::Report& report, const VerifyContext& context) {
-  std::string command = "babeltrace2";
+// Shows the events around the evidence.
+std::string events_command(const std::vector<Evidence>& evidence, const analysis::Report& report) {
   const auto [first, last] =
       std::minmax_element(evidence.begin(), evidence.end(),
                           [](const auto& a, const auto& b) { return a.time < b.time; });
-  const auto begin = on_wall_clock(first->time, -kMarginNs, context);
-  const auto end = on_wall_clock(last->time, kMarginNs, context);
-  if (begin && end) {
-    command += fmt::format(" --clock-seconds --begin {} --end {}", *begin, *end);
-  }
-  for (const auto& path : report.trace.paths) {
+  std::string command = "cie events";
+  for (const auto& path : report.trace.paths)
     command += " " + printable(shell_quoted(path));
-  }
+  std::int64_t from = 0;
+  std::int64_t to = 0;
+  const bool is_window = !__builtin_sub_overflow(first->time.ns, kMarginNs, &from) &&
+                         !__builtin_add_overflow(last->time.ns, kMarginNs, &to) && to >= 0;
+  if (is_window) command += fmt::format(" --window {}..{}", std::max<std::int64_t>(from, 0), to);
   return command;
 }
 
@@ -91,8 +78,7 @@ std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const Text
 }
 
 std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
-                    const analysis::Report& report, const VerifyContext& context,
-                    const TextStyle& style) {
+                    const analysis::Report& report, const TextStyle& style) {
   std::string text = subject.is_suppressed() ? paint("SUPPRESSED ", Look::faint, style) : "";
   text += paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
   text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
@@ -102,9 +88,7 @@ std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVe
     text += "    " + evidence_line(evidence, report) + "\n";
   }
   if (!subject.evidence.empty()) {
-    text += "    " +
-            paint(babeltrace2_command(subject.evidence, report, context), Look::faint, style) +
-            "\n";
+    text += "    " + paint(events_command(subject.evidence, report), Look::faint, style) + "\n";
   }
   return text;
 }
@@ -238,7 +222,7 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
         if (subject.verdict != verdict || subject.is_suppressed() != is_suppressed) continue;
         const auto same = rules_that_say(verdicts, subject);
         if (!same.empty() && same.front() != rule.id) continue;
-        out << finding(rule, subject, report, context, style);
+        out << finding(rule, subject, report, style);
         if (same.size() > 1) out << also(same, style);
         if (!is_told) out << about(rule, verdict, style);
         is_told = true;

@@ -228,7 +228,10 @@ Type FieldClassParser::bit_array(const Json& field_class, const std::string& kin
   }
   type.is_reversed = bit_order != usual;
   type.is_signed = kind == "fixed-length-signed-integer";
-  if (type.kind == Type::Kind::integer) read_mappings(field_class, type);
+  if (type.kind == Type::Kind::integer) {
+    read_mappings(field_class, type);
+    type.is_hexadecimal = unsigned_property(field_class, "preferred-display-base", 10) == 16;
+  }
   // What is longer than any number is skipped.
   if (length > kMaxIntegerBits) type.kind = Type::Kind::real;
   type.roles = roles_of(field_class);

@@ -3,6 +3,8 @@
 #include "type_limits.hpp"
 
 #include <algorithm>
+#include <array>
+#include <string_view>
 #include <utility>
 
 namespace cie::analysis::ctf {
@@ -20,6 +22,12 @@ std::string clock_of(std::string_view path) {
   if (!path.starts_with(kPrefix)) return {};
   path.remove_prefix(kPrefix.size());
   return std::string(path.substr(0, path.find('.')));
+}
+
+bool is_hexadecimal(const AttributeValue& base) {
+  constexpr std::array<std::string_view, 5> kNames{"hexadecimal", "hex", "x", "X", "p"};
+  return base.is_number ? base.number == 16
+                        : std::find(kNames.begin(), kNames.end(), base.text) != kNames.end();
 }
 
 std::uint32_t default_align(std::uint32_t size) { return size % 8 == 0 ? 8 : 1; }
@@ -114,6 +122,8 @@ TypeRef TypeParser::integer() {
       type.byte_order = byte_order(value);
     } else if (name == "encoding") {
       type.is_text = !value.text.empty() && value.text != "none";
+    } else if (name == "base") {
+      type.is_hexadecimal = is_hexadecimal(value);
     } else if (name == "map") {
       type.clock = clock_of(value.text);
     }

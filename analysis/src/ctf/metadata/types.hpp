@@ -82,8 +82,9 @@ struct Type {
   // integer, real; an enumeration repeats its container's
   std::uint32_t size = 0;  // bits
   bool is_signed = false;
-  bool is_text = false;      // a character: arrays of them are texts
-  bool is_reversed = false;  // its first bit is the one that its byte order makes the last
+  bool is_text = false;         // a character: arrays of them are texts
+  bool is_hexadecimal = false;  // as it wants to be shown
+  bool is_reversed = false;     // its first bit is the one that its byte order makes the last
   ByteOrder byte_order = ByteOrder::native;
   std::string clock{};  // it is a time of this clock; empty: of none
 

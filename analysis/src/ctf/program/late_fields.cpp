@@ -3,9 +3,22 @@
 namespace cie::analysis::ctf {
 
 void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
+               EventBatch& batch, const ShownFields& shown) {
+  if (plan.is_shown) {
+    auto other = plan.other;
+    other.context = shown.context();
+    other.fields = shown.values();
+    event.body = other;
+    batch.keep(event);
+  } else {
+    translate(plan, payload, state, event, batch);
+  }
+}
+
+void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
                EventBatch& batch) {
   if (plan.translation == nullptr) {
-    event.body = OtherEvent{.name = plan.name};
+    event.body = plan.other;
     batch.keep(event);
   } else {
     batch.translate(event, *plan.translation, payload, state);

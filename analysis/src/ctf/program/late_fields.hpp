@@ -73,5 +73,8 @@ class LateFields {
 // Completes an event of the batch with what a reader found of it.
 void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
                EventBatch& batch);
+// The same with all fields, if the event is one that is shown.
+void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
+               EventBatch& batch, const ShownFields& shown);
 
 }  // namespace cie::analysis::ctf

@@ -53,6 +53,7 @@ class Walker {
 
  private:
   bool walk(const Op& op) {
+    if (op.shown != nullptr) return false;
     switch (op.code) {
       case Op::Code::align:
         bits_ = (bits_ + op.size - 1) & ~(op.size - 1);

@@ -1,5 +1,7 @@
 #include "program.hpp"
 
+#include "shown_fields.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cassert>
@@ -135,6 +137,7 @@ Outcome run_block(const Op& op, Bits& bits, Frame& frame) noexcept {
 void keep(const Op& op, std::uint64_t value, std::uint64_t size, Frame& frame) noexcept {
   if (op.reg >= 0) frame.registers[static_cast<std::size_t>(op.reg)] = value;
   if (op.slot >= 0) store(frame.fields[op.slot], value, size, op.labels);
+  if (op.shown != nullptr && frame.shown != nullptr) frame.shown->number(*op.shown, value);
   for (const auto& more : op.extracts) {
     if (more.reg >= 0) frame.registers[static_cast<std::size_t>(more.reg)] = value;
     if (more.slot >= 0) store(frame.fields[more.slot], value, size, more.labels);
@@ -151,7 +154,7 @@ bool changes_order(const Op& op, const Bits& bits, Frame& frame) noexcept {
 Outcome run_integer(const Op& op, Bits& bits, Frame& frame) noexcept {
   if (bits.end < bits.at || bits.end - bits.at < op.size) return Outcome::cut;
   if (changes_order(op, bits, frame)) return Outcome::mixed_order;
-  if (op.slot >= 0 || op.reg >= 0) {
+  if (op.slot >= 0 || op.reg >= 0 || op.shown != nullptr) {
     keep(op, load_number(op, bits.data, bits.at), op.size, frame);
   }
   bits.at += op.size;
@@ -231,6 +234,9 @@ Outcome run_text(const Op& op, Bits& bits, Frame& frame) noexcept {
     field.characters = reinterpret_cast<const char*>(begin);
     field.length = static_cast<std::uint32_t>(nul - begin);
   }
+  if (op.shown != nullptr && frame.shown != nullptr) {
+    frame.shown->text(*op.shown, begin, static_cast<std::size_t>(nul - begin));
+  }
   bits.at += static_cast<std::uint64_t>(nul - begin + 1) * 8;
   return Outcome::ok;
 }
@@ -262,6 +268,9 @@ Outcome run_packed(const Op& op, std::uint64_t count, Bits& bits, Frame& frame) 
   if (bits.end < bits.at || bits.end - bits.at < size) return Outcome::cut;
   if (count > 0 && changes_order(op, bits, frame)) return Outcome::mixed_order;
   if (op.slot >= 0) store_packed(op, count, bits, frame);
+  if (op.shown != nullptr && frame.shown != nullptr) {
+    frame.shown->packed(*op.shown, bits.data + bits.at / 8, op.is_text ? count : 0);
+  }
   bits.at += size;
   return Outcome::ok;
 }
@@ -319,6 +328,12 @@ Outcome run(const Sequence& sequence, Bits& bits, Frame& frame) noexcept {
         break;
       case Op::Code::variant:
         outcome = run_variant(op, bits, frame);
+        break;
+      case Op::Code::open:
+        if (frame.shown != nullptr) frame.shown->open(*op.shown);
+        break;
+      case Op::Code::close:
+        if (frame.shown != nullptr) frame.shown->close();
         break;
     }
     if (outcome != Outcome::ok) return outcome;

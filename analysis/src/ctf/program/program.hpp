@@ -51,6 +51,8 @@ struct Extract {
 };
 
 struct Sequence;
+struct ShownField;
+class ShownFields;
 
 // Option of a variant, for tags from low to high (biased like LabelTable's).
 struct Choice {
@@ -74,7 +76,9 @@ struct Op {
     text,     // up to its NUL, of characters of `size` bits
     packed,   // integers of `size` bits: `count` of them, or as many as `length` says
     loop,     // `body` that often
-    variant   // one of `choices`, by `length`
+    variant,  // one of `choices`, by `length`
+    open,     // of a structure or list that is shown
+    close
   };
   Code code = Code::block;
   bool is_signed = false;
@@ -96,6 +100,7 @@ struct Op {
   std::vector<Choice> choices{};
   std::vector<Forgotten> forgets{};  // variant: registers that only some options fill
   std::shared_ptr<const Sequence> body{};
+  const ShownField* shown = nullptr;  // what to call its value; null: nobody wants to see it
 };
 
 struct Sequence {
@@ -123,6 +128,7 @@ struct Frame {
   std::vector<std::uint32_t>* elements = nullptr;  // backs Field::elements
   std::array<std::uint64_t, kRegisters> registers{};
   std::uint64_t steps = 0;             // left to do
+  ShownFields* shown = nullptr;        // where programs show values; null: nowhere
   BitOrder order = BitOrder::unknown;  // of the integer read last that may end within a byte
 };
 

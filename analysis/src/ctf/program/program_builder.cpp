@@ -3,6 +3,7 @@
 #include "choices.hpp"
 #include "ctf/metadata/tokens.hpp"
 #include "ctf/metadata/type_limits.hpp"
+#include "event_choice.hpp"
 #include "program_writer.hpp"
 #include "references.hpp"
 #include "scope_names.hpp"
@@ -29,9 +30,12 @@ std::string_view plain(std::string_view name) {
 
 class ScopeBuilder {
  public:
-  ScopeBuilder(Scope& scope, bool is_header, std::span<const Role> roles)
+  // `choice` keeps what programs that show their fields call them; null: they do not.
+  ScopeBuilder(Scope& scope, bool is_header, std::span<const Role> roles,
+               EventChoice* choice = nullptr)
       : scope_(scope),
         is_header_(is_header),
+        choice_(choice),
         references_(scope),
         out_(scope.context_, *scope.program_) {
     if (scope.context_.has_roles) roles_ = roles;
@@ -151,6 +155,40 @@ class ScopeBuilder {
       op.extracts.push_back({.slot = want.slots[i], .labels = op.labels});
   }
 
+  // Null if nobody looks.
+  const ShownField* shown(const Type& type) {
+    using Kind = FieldValue::Kind;
+    if (choice_ == nullptr) return nullptr;
+    ShownField field{.kind = Kind::opaque,
+                     .name = shown_name_,
+                     .size = type.size,
+                     .is_hexadecimal = type.is_hexadecimal};
+    switch (type.kind) {
+      case Type::Kind::boolean:
+        field.kind = Kind::boolean;
+        break;
+      case Type::Kind::real:
+        if (type.size == 32 || type.size == 64) field.kind = Kind::real;
+        break;
+      case Type::Kind::string:
+        if (!type.is_wide_text) field.kind = Kind::text;
+        break;
+      case Type::Kind::structure:
+        field.kind = Kind::structure;
+        break;
+      case Type::Kind::array:
+      case Type::Kind::sequence:
+        field.kind = Kind::list;
+        break;
+      default:
+        field.kind = type.is_signed ? Kind::integer : Kind::natural;
+        if (type.kind != Type::Kind::enumeration && type.ranges.empty()) break;
+        field.kind = Kind::label;
+        field.type = &type;
+    }
+    return choice_->keep(std::move(field));
+  }
+
   void number(ScopeNames& names, const Type& type, const Want& want) {
     out_.align(type.align);
     note_slots(want, type);
@@ -158,7 +196,7 @@ class ScopeBuilder {
     const bool is_loadable =
         (type.size == 8 || type.size == 16 || type.size == 32 || type.size == 64) &&
         !type.is_reversed && type.kind != Type::Kind::boolean;
-    if (out_.is_whole_byte() && is_loadable) {
+    if (out_.is_whole_byte() && is_loadable && choice_ == nullptr) {
       auto& block = out_.block();
       out_.note(names);
       names.offset = static_cast<std::uint32_t>(block.size);
@@ -178,7 +216,8 @@ class ScopeBuilder {
                             .is_reversed = type.is_reversed,
                             .slot = want.first(),
                             .size = type.size,
-                            .labels = labels});
+                            .labels = labels,
+                            .shown = shown(type)});
       add_slots(op, want);
       out_.note(names);
     }
@@ -196,7 +235,8 @@ class ScopeBuilder {
                           .slot = want.first(),
                           .size = is_header_ ? 0U : 64U,
                           .count = 1,
-                          .labels = labels});
+                          .labels = labels,
+                          .shown = shown(type)});
     add_slots(op, want);
     out_.note(names);
     out_.stand_at({.align = 8, .phase = 0});
@@ -204,14 +244,21 @@ class ScopeBuilder {
 
   void real(const Type& type) {
     out_.align(type.align);
-    if (out_.is_whole_byte() && type.size % 8 == 0) {
+    const auto* seen = shown(type);
+    if (seen != nullptr && seen->kind == FieldValue::Kind::real) {
+      out_.emit({.code = Op::Code::integer,
+                 .is_big_endian = is_big(type),
+                 .size = type.size,
+                 .shown = seen});
+    } else if (out_.is_whole_byte() && type.size % 8 == 0 && seen == nullptr) {
       out_.block().size += type.size / 8;
     } else {
       out_.emit({.code = Op::Code::packed,
                  .is_big_endian = is_big(type),
                  .size = type.size,
                  .stride = type.size,
-                 .count = 1});
+                 .count = 1,
+                 .shown = seen});
     }
     out_.advance(type.size);
   }
@@ -219,16 +266,27 @@ class ScopeBuilder {
   void string(const Type& type, const Want& want) {
     out_.align(8);
     note_slots(want, type);
-    out_.emit({.code = Op::Code::text, .slot = want.first(), .size = type.size});
+    out_.emit(
+        {.code = Op::Code::text, .slot = want.first(), .size = type.size, .shown = shown(type)});
     out_.stand_at({.align = 8, .phase = 0});
   }
 
   void structure(ScopeNames& names, const Type& type) {
     out_.align(type.align);
     references_.enter(names);
+    open(type);
     for (const auto& member : type.members)
       field(names, member.name, *member.type, {});
+    close();
     references_.leave();
+  }
+
+  // What is shown from here on belongs to a field of that type.
+  void open(const Type& type) {
+    if (const auto* seen = shown(type)) out_.emit({.code = Op::Code::open, .shown = seen});
+  }
+  void close() {
+    if (choice_ != nullptr) out_.emit({.code = Op::Code::close});
   }
 
   // Elements of known size and distance, so that they can be skipped at once.
@@ -254,7 +312,9 @@ class ScopeBuilder {
     Op op{.count = type.length};
     if (type.kind == Type::Kind::sequence) op.length = kept_length(names, type);
     out_.align(std::max(type.align, element.align));
-    if (element.kind == Type::Kind::leb128) {
+    if (choice_ != nullptr) {
+      shown_array(names, type, element, std::move(op));
+    } else if (element.kind == Type::Kind::leb128) {
       note_slots(want, element);
       op.code = Op::Code::leb128;
       op.is_signed = element.is_signed;
@@ -270,14 +330,29 @@ class ScopeBuilder {
     }
   }
 
+  // The same where everybody looks: element by element, but for characters.
+  void shown_array(ScopeNames& names, const Type& type, const Type& element, Op op) {
+    if (element.is_text && is_plain(element) && element.size == 8 && out_.is_whole_byte()) {
+      op.shown = choice_->keep(
+          {.kind = type.is_wide_text ? FieldValue::Kind::opaque : FieldValue::Kind::text,
+           .name = shown_name_});
+      packed(element, std::move(op), {});
+      return;
+    }
+    open(type);
+    loop(names, element, std::move(op));
+    close();
+  }
+
   void packed(const Type& element, Op op, const Want& want) {
     op.stride = std::uint64_t{(element.size + element.align - 1) / element.align} * element.align;
     const bool is_text = element.is_text && element.size == 8 && out_.is_whole_byte();
     note_slots(want, element);
     std::uint64_t size = 0;
-    if ((want.slots.empty() || is_text) && op.length < 0 && out_.is_whole_byte() &&
-        op.stride == element.size && !__builtin_mul_overflow(op.count, element.size, &size) &&
-        size % 8 == 0 && size / 8 < kMaxBlock) {
+    if ((want.slots.empty() || is_text) && op.shown == nullptr && op.length < 0 &&
+        out_.is_whole_byte() && op.stride == element.size &&
+        !__builtin_mul_overflow(op.count, element.size, &size) && size % 8 == 0 &&
+        size / 8 < kMaxBlock) {
       if (size == 0) return;
       auto& block = out_.block();
       for (const auto slot : want.slots) {
@@ -306,7 +381,7 @@ class ScopeBuilder {
 
   void loop(ScopeNames& names, const Type& element, Op op) {
     // Names inside an element are known inside it only.
-    op.body = out_.body({}, [&] { field(names, "[]", element, {}); });
+    op.body = out_.body({}, [&] { field(names, "[]", element, {}, {}); });
     out_.stand_at({});
     if (op.body->ops.empty()) return;
     op.code = Op::Code::loop;
@@ -315,8 +390,8 @@ class ScopeBuilder {
 
   // One of several bodies that follow each other in no way.
   std::shared_ptr<const Sequence> option(ScopeNames& names, const NamedType& option,
-                                         const Position& before) {
-    auto body = out_.body(before, [&] { field(names, option.name, *option.type, {}); });
+                                         const Position& before, const std::string& called) {
+    auto body = out_.body(before, [&] { field(names, option.name, *option.type, {}, called); });
     // What another option holds is not there when this one is: nobody may name it alone.
     names.members.back()->name.clear();
     return body;
@@ -332,12 +407,13 @@ class ScopeBuilder {
     }
     check_selectors(tags);
     Op op{.code = Op::Code::variant, .length = references_.keep(tags), .bias = bias_of(tag)};
+    const auto called = shown_name_;
     const auto before = out_.place();
     std::optional<Position> after;
     references_.enter(names);
     std::vector<std::shared_ptr<const Sequence>> bodies;
     for (const auto& member : type.members) {
-      bodies.push_back(option(names, member, before));
+      bodies.push_back(option(names, member, before, called));
       after = after ? common(*after, out_.place()) : out_.place();
       if (type.location) continue;
       for (const auto& range : tag.ranges) {
@@ -369,7 +445,7 @@ class ScopeBuilder {
           .bias = bias_of(tag)};
     const auto before = out_.place();
     references_.enter(names);
-    const auto body = option(names, {.name = {}, .type = type.element}, before);
+    const auto body = option(names, {.name = {}, .type = type.element}, before, shown_name_);
     references_.leave();
     if (type.selections.empty()) op.choices.push_back({.low = 1, .high = 1, .body = body});
     out_.count(type.selections.size());
@@ -381,9 +457,15 @@ class ScopeBuilder {
   }
 
   void field(ScopeNames& parent, const std::string& name, const Type& type, const Want& want) {
+    field(parent, name, type, want, std::string(requested_name(name)));
+  }
+  // Options are called as what they are options of, elements not at all.
+  void field(ScopeNames& parent, const std::string& name, const Type& type, const Want& want,
+             const std::string& shown_name) {
     out_.count(1);
     auto& names = parent.add(name, &type);
     names.is_open = true;
+    shown_name_ = shown_name;
     value(names, type, with_roles(names, type, want));
     names.is_open = false;
   }
@@ -418,6 +500,8 @@ class ScopeBuilder {
 
   Scope& scope_;
   bool is_header_;
+  EventChoice* choice_;     // null: nothing is shown
+  std::string shown_name_;  // of the field that is laid out
   std::span<const Role> roles_;
   References references_;
   ProgramWriter out_;
@@ -438,6 +522,14 @@ void Scope::build(const TypeRef& type, std::span<const FieldRequest> requests,
                   std::span<const Role> roles) {
   if (slots_.size() < requests.size()) slots_.resize(requests.size());
   if (type) ScopeBuilder(*this, false, roles).build(type, requests);
+}
+
+void Scope::build_shown(const TypeRef& type, std::span<const FieldRequest> requests,
+                        EventChoice& choice) {
+  slots_.resize(std::max(slots_.size(), requests.size()));
+  if (!type) return;
+  choice.keep(type);
+  ScopeBuilder(*this, false, {}, &choice).build(type, requests);
 }
 
 void Scope::build_header(const TypeRef& type) {

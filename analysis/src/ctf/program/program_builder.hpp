@@ -15,6 +15,8 @@
 
 namespace cie::analysis::ctf {
 
+class EventChoice;
+
 // Registers of one life time: those of the packet header, of a stream, of an event.
 struct RegisterRange {
   std::int16_t next = 0;
@@ -50,6 +52,9 @@ class Scope {
   // that have it, wherever they stand. Throws MetadataError.
   void build(const TypeRef& type, std::span<const FieldRequest> requests,
              std::span<const Role> roles = {});
+  // The same, with a program that shows all fields, too, which `choice` keeps.
+  void build_shown(const TypeRef& type, std::span<const FieldRequest> requests,
+                   EventChoice& choice);
   // The same for an event header: slot 0 is the id, slot 1 the time, wherever they stand.
   void build_header(const TypeRef& type);
 

@@ -85,8 +85,8 @@ std::string host_of(const Metadata& metadata) {
   return name.empty() ? value_of(metadata, "host") : name;
 }
 
-TracePlan::TracePlan(const Metadata& metadata)
-    : byte_order(metadata.byte_order), trace_registers_(kTraceRegisters) {
+TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
+    : byte_order(metadata.byte_order), choice_(choice), trace_registers_(kTraceRegisters) {
   context_.byte_order = metadata.byte_order;
   context_.has_roles = metadata.has_roles;
   uuid = parse_uuid(metadata.uuid);
@@ -135,12 +135,20 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
   earlier.push_back(&header);
   auto& context = new_scope("stream.event.context", registers, earlier);
   context.build(stream.event_context, context_requests());
+  auto before_shown = earlier;
   earlier.push_back(&context);
+  Scope* shown_context = nullptr;
+  if (choice_ != nullptr && choice_->has_fields()) {
+    shown_context = &new_scope("stream.event.context", registers, before_shown);
+    shown_context->build_shown(stream.event_context, context_requests(), *choice_);
+    before_shown.push_back(shown_context);
+  }
 
   const auto first_event = events_.size();
   for (const auto* event : events) {
     try {
-      add_event(plan, *event, earlier);
+      const bool is_shown = shown_context != nullptr && choice_->number(event->name);
+      add_event(plan, *event, is_shown ? before_shown : earlier);
     } catch (const MetadataError& error) {
       throw MetadataError("event \"" + event->name.substr(0, 100) + "\": " + error.what());
     }
@@ -168,6 +176,7 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
   plan.packet_context = program_or_null(packet);
   plan.event_header = program_or_null(header);
   plan.event_context = program_or_null(context);
+  if (shown_context != nullptr) plan.shown_context = program_or_null(*shown_context);
   // Now that every reference is known.
   plan.header_layout = header_layout_of(plan.event_header);
   for (auto i = first_event; i < events_.size(); ++i)
@@ -185,7 +194,7 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
 }
 
 void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
-  const auto common = layout_of(stream.event_context);
+  const auto common = layout_of(event.is_shown ? stream.shown_context : stream.event_context);
   const auto own = layout_of(event.context);
   const auto fields = layout_of(event.fields);
   if (!common || !own || !fields) return;
@@ -209,6 +218,15 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
   if (body.bytes > 0 || stream.header_layout) event.fixed = body;
 }
 
+// What an event is without a vocabulary.
+void TracePlan::choose(EventPlan& plan) const {
+  const auto number = choice_->number(plan.name);
+  plan.is_shown = number && choice_->has_fields();
+  plan.other = {.name = {}, .event_class = number.value_or(OtherEvent::kNoClass)};
+  plan.translation = nullptr;
+  plan.is_ordered = false;
+}
+
 void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
                           const std::vector<Scope*>& earlier) {
   auto result = std::make_unique<EventPlan>();
@@ -216,11 +234,16 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   result->name = event.name;
   result->translation = find_translation(event.name);
   result->is_ordered = domain == Domain::kernel || is_kernel_event(event.name);
+  result->other.name = result->name;
+  if (choice_ != nullptr) choose(*result);
   registers_.push_back(std::make_unique<RegisterRange>(kEventRegisters));
   auto& registers = *registers_.back();
   auto& context = new_scope("event.context", registers, earlier);
+  const auto build = [&](Scope& scope, const TypeRef& type, std::span<const FieldRequest> wanted) {
+    return result->is_shown ? scope.build_shown(type, wanted, *choice_) : scope.build(type, wanted);
+  };
   // Only what the common context does not have is taken from here.
-  context.build(event.context, context_requests());
+  build(context, event.context, context_requests());
   const auto* common = earlier.back();
   result->has_own_pid =
       context.has_slot(slot(ContextSlot::pid)) && !common->has_slot(slot(ContextSlot::pid));
@@ -230,8 +253,8 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   with_context.push_back(&context);
   auto& fields = new_scope("event.fields", registers, with_context);
   static const std::vector<FieldRequest> nothing;
-  fields.build(event.fields,
-               result->translation != nullptr ? result->translation->fields : nothing);
+  build(fields, event.fields,
+        result->translation != nullptr ? result->translation->fields : nothing);
   result->context = program_or_null(context);
   result->fields = program_or_null(fields);
   // Streams that share their small ids' tables evenly do not grow them without bound.

@@ -5,6 +5,7 @@
 
 #include "ctf/metadata/types.hpp"
 #include "ctf/metadata/uuid.hpp"
+#include "event_choice.hpp"
 #include "layout.hpp"
 #include "program_builder.hpp"
 #include "vocabulary/vocabulary.hpp"
@@ -70,6 +71,8 @@ struct EventPlan {
   const Sequence* fields = nullptr;
   bool has_own_pid = false;  // the tracer wrote it into this context, not the common one
   bool has_own_tid = false;
+  bool is_shown = false;  // all of its fields are
+  OtherEvent other{};     // what it becomes without a translation, but for its fields
 
   // What the programs read, if all of it has fixed places: contexts and fields one after the other.
   struct FixedBody {
@@ -87,7 +90,8 @@ class StreamPlan {
   const Sequence* packet_context = nullptr;
   const Sequence* event_header = nullptr;
   const Sequence* event_context = nullptr;
-  bool has_event_id = false;  // otherwise there is one class of events
+  const Sequence* shown_context = nullptr;  // the same for events that are shown
+  bool has_event_id = false;                // otherwise there is one class of events
   bool has_event_time = false;
   bool has_packet_times = false;  // begin and end
   ClockPlan clock;
@@ -120,8 +124,9 @@ class StreamPlan {
 // Immutable once built; readers of all its streams share it.
 class TracePlan {
  public:
-  // Throws MetadataError.
-  explicit TracePlan(const Metadata& metadata);
+  // With a `choice` events have no vocabulary: they are what it wants of them. Borrowed, it outlives
+  // the plan. Throws MetadataError.
+  explicit TracePlan(const Metadata& metadata, EventChoice* choice = nullptr);
   TracePlan(const TracePlan&) = delete;
   TracePlan& operator=(const TracePlan&) = delete;
 
@@ -148,9 +153,11 @@ class TracePlan {
                   std::span<const EventClass* const> events);
   static void find_layouts(const StreamPlan& stream, EventPlan& event);
   void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
+  void choose(EventPlan& plan) const;
   Scope& new_scope(std::string_view root, RegisterRange& registers,
                    const std::vector<Scope*>& earlier);
 
+  EventChoice* choice_;
   BuildContext context_;
   RegisterRange trace_registers_;
   std::vector<std::unique_ptr<RegisterRange>> registers_;

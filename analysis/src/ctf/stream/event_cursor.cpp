@@ -1,5 +1,7 @@
 #include "event_cursor.hpp"
 
+#include "ctf/program/shown_fields.hpp"
+
 #include <algorithm>
 
 namespace cie::analysis::ctf {
@@ -46,8 +48,10 @@ bool EventCursor::extend(std::uint64_t at) {
 
 Outcome EventCursor::run_here(const Sequence& program, Field* fields) {
   const auto order = frame_->order;
+  const auto shown = frame_->shown != nullptr ? frame_->shown->size() : 0;
   for (;;) {
     const auto at = bits_.at;
+    if (frame_->shown != nullptr) frame_->shown->take_back(shown);
     frame_->fields = fields;
     frame_->order = order;
     const auto outcome = run(program, bits_, *frame_);
@@ -131,20 +135,27 @@ EventCursor::Step EventCursor::next() {
   return plan_ != nullptr ? Step::event : fail("an event's id is not in the metadata");
 }
 
+bool EventCursor::read_body(ShownFields& shown) {
+  shown.clear();
+  frame_->shown = &shown;
+  const bool is_good = read_body();
+  frame_->shown = nullptr;
+  return is_good;
+}
+
 bool EventCursor::read_body() {
   const auto& stream = *packet_->stream;
   for (auto& field : context_)
     field = {};
-  if (stream.event_context != nullptr &&
-      !is_good(run_here(*stream.event_context, context_.data()))) {
-    return false;
-  }
+  const auto* common = plan_->is_shown ? stream.shown_context : stream.event_context;
+  if (common != nullptr && !is_good(run_here(*common, context_.data()))) return false;
   if (plan_->context != nullptr) {
     std::array<Field, 2> own{};
     if (!is_good(run_here(*plan_->context, own.data()))) return false;
     if (plan_->has_own_pid) context_[slot(ContextSlot::pid)] = own[slot(ContextSlot::pid)];
     if (plan_->has_own_tid) context_[slot(ContextSlot::tid)] = own[slot(ContextSlot::tid)];
   }
+  if (frame_->shown != nullptr) frame_->shown->end_context();
   if (plan_->translation != nullptr) {
     const auto count = plan_->translation->fields.size();
     for (std::size_t i = 0; i < count; ++i)

@@ -58,6 +58,8 @@ class EventCursor {
   Step next();
   // Finds the context's values and those that the event's translation asks for. False: damaged.
   bool read_body();
+  // The same, and what the event shows of itself.
+  bool read_body(ShownFields& shown);
 
   const EventPlan& plan() const noexcept { return *plan_; }
   std::uint64_t clock() const noexcept { return clock_; }  // cycles, of the event read last

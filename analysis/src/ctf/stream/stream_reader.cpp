@@ -233,7 +233,7 @@ void StreamReader::find_event() {
 
 void StreamReader::emit_event(EventWriter& writer) {
   const auto time = has_times_ ? time_of(cursor_->clock()) : Timestamp{};
-  if (!cursor_->read_body()) {
+  if (!cursor_->read_body(shown_)) {
     emit(writer, time, DamagedPacket{.reason = cursor_->reason(), .begin = time, .end = kForever});
     step_ = Step::packet_end;
     return;
@@ -247,7 +247,7 @@ void StreamReader::emit_event(EventWriter& writer) {
   event.head.cpu = packet_->cpu;
   event.head.pid = cursor_->context(ContextSlot::pid);
   event.head.tid = cursor_->context(ContextSlot::tid);
-  translate(cursor_->plan(), cursor_->payload(), trace_->state(), event, writer.batch());
+  translate(cursor_->plan(), cursor_->payload(), trace_->state(), event, writer.batch(), shown_);
   find_event();
 }
 

@@ -6,6 +6,7 @@
 
 #include "ctf/metadata/file.hpp"
 #include "ctf/program/late_fields.hpp"
+#include "ctf/program/shown_fields.hpp"
 #include "ctf/program/trace_plan.hpp"
 #include "event_cursor.hpp"
 #include "event_writer.hpp"
@@ -154,6 +155,7 @@ class StreamReader {
   std::size_t next_ahead_ = 0;
   std::size_t end_ahead_ = 0;
   LateFields::OfTrace* trace_ = nullptr;  // of the packet's file
+  ShownFields shown_;                     // of the event that is read
 
   std::optional<Timestamp> last_end_;   // of the last packet
   std::optional<Timestamp> last_time_;  // of the last event or packet bound

@@ -49,11 +49,8 @@ struct WorstRun {
 
 // What the text says besides the verdicts.
 struct VerifyContext {
-  std::string spec_name{};    // empty: no spec was given
-  std::string spec_sha256{};  // of its bytes, lower-case hex
-  // CLOCK_REALTIME - CLOCK_MONOTONIC of the trace, to name times as babeltrace2 does. Empty:
-  // unknown; the commands then lack their time range.
-  std::optional<std::int64_t> clock_offset_ns{};
+  std::string spec_name{};               // empty: no spec was given
+  std::string spec_sha256{};             // of its bytes, lower-case hex
   const SchedulingSpec* spec = nullptr;  // borrowed: where a deadline stands
   std::vector<WorstRun> worst_runs{};
   // What follows `cie verify` and `cie view` to look at the same, printable.
