@@ -23,6 +23,7 @@ constexpr const char* kFooter =
     "Examples:\n"
     "  cie live -- cie run app.yaml                   start it and watch it\n"
     "  cie live                                       watch what runs already on this machine\n"
+    "  cie live --ros2 -- ros2 launch demo app.py     applications of ROS 2\n"
     "  cie live net://robot:5344/host/robot/drive     a live session of LTTng\n"
     "  cie live net://localhost:5344                  all machines that cie collect receives\n"
     "  cie live --batch -n 1 -- cie run app.yaml      one snapshot as text, for a log\n"
@@ -123,6 +124,9 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
                 "A live session of LTTng (default: CMD, or what runs already)");
   line.option("--spec", "FILE", options.spec_file,
               "Scheduling spec (YAML) with deadlines, chains and what rules judge by");
+  line.flag("--ros2", options.is_ros2,
+            "Applications of ROS 2: CMD, or what runs already, is traced by the\n"
+            "events of their tracers, as cie record --ros2 does");
   line.option("--interval", "SECONDS", interval, "Time between two snapshots (default: 1)");
   line.flag("--batch", is_batch, "Text, one snapshot after the other");
   line.flag("--json", is_json, "One JSON object per line (schema cie.live/1)");
@@ -145,6 +149,10 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   if (!options.target.empty() && !options.command.empty()) {
     throw UsageError("a session or a command, not both");
   }
+  if (!options.target.empty() && options.is_ros2) {
+    throw UsageError(
+        "--ros2 goes with a command, or with what runs already: a session has its events");
+  }
   const auto seconds = number_of("--interval", interval, kShortest, kLongest);
   options.interval = std::chrono::milliseconds(std::lround(seconds * 1000));
   if (!count.empty()) {
@@ -162,6 +170,7 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
 
 Arguments recorder_arguments(const LiveOptions& options, int socket) {
   Arguments arguments{"--live-socket=" + std::to_string(socket), "--kernel=no"};
+  if (options.is_ros2) arguments.emplace_back("--ros2");
   if (options.command.empty()) {
     arguments.emplace_back("--attach");
   } else {

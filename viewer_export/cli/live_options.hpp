@@ -17,6 +17,7 @@ struct LiveOptions {
 
   std::string target;  // URL or name of a session; empty: trace `command`, or what runs already
   Arguments command;
+  bool is_ros2 = false;  // of applications of ROS 2: see cie-record's --ros2
   std::string spec_file;
   std::chrono::milliseconds interval{1000};
   View view = View::text;

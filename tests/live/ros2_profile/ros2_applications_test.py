@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`cie record --ros2`: applications of ROS 2, which emit no event of `cie`."""
+"""`cie record --ros2` and `cie live --ros2`: applications of ROS 2, which emit no event of `cie`."""
 import json
 import os
 import subprocess
@@ -28,6 +28,11 @@ def record(name, *arguments):
 def callbacks(name):
     done = run(PROGRAMS / "cie", "report", scratch / name, "-f", "json")
     return {row["logical_id"]: row["instances"] for row in json.loads(done.stdout)["callbacks"]}
+
+
+def live_callbacks(lines):
+    """Of the last snapshot of several."""
+    return {row["logical_id"]: row["total"]["instances"] for row in json.loads(lines.splitlines()[-1])["callbacks"]}
 
 
 def verdict(name, rule):
@@ -73,6 +78,34 @@ class Ros2(unittest.TestCase):
                          [(app.pid, "live_ros2_app")])
         self.assertGreaterEqual(manifest["end"]["monotonic_ns"] - manifest["begin"]["monotonic_ns"], 8_000_000_000)
         self.assertEqual(callbacks("attached"), {"/robot/leg@Timer(20000000)": 5})
+
+    def test_live_shows_a_command(self):
+        done = run(PROGRAMS / "cie", "live", "--ros2", "--json", "--interval", "0.2", "--", ROS2_APP)
+        self.assertEqual(done.returncode, 0, done)
+        self.assertEqual(live_callbacks(done.stdout), {"/robot/leg@Timer(20000000)": 5})
+
+    def test_live_attaches(self):
+        isolated_main.session_daemon(self)
+        ready = scratch / "ready-live"
+        with subprocess.Popen([ROS2_APP, ready], env=os.environ | {"LTTNG_UST_REGISTER_TIMEOUT": "-1"}) as app:
+            self.addCleanup(app.kill)
+            isolated_main.wait_for(ready.exists, "the application")
+            # It runs when it is watched; the snapshots after its last run show all of them.
+            live = subprocess.Popen([PROGRAMS / "cie", "live", "--ros2", "--json", "--interval", "0.2"],
+                                    stdout=subprocess.PIPE, text=True)
+            self.addCleanup(live.kill)
+            for line in live.stdout:
+                if live_callbacks(line) == {"/robot/leg@Timer(20000000)": 5}:
+                    break
+            else:
+                self.fail("cie live ended before it saw the five runs")
+            live.terminate()
+            live.communicate(timeout=200)
+            app.wait(timeout=200)
+
+    def test_live_goes_without_a_session(self):
+        done = run(PROGRAMS / "cie", "live", "--ros2", "net://localhost")
+        self.assertEqual((done.returncode, "--ros2" in done.stderr), (2, True), done)
 
     def test_goes_without_the_profile(self):
         done = run(PROGRAMS / "cie", "record", "--ros2", "--profile", "ros2", "--", "true")
