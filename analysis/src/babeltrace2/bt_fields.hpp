@@ -26,6 +26,8 @@ class FieldTable {
   const bt_field* get(const bt_field* structure, std::size_t slot) const noexcept;
   // Reads them all; views are valid until the next call.
   const Field* read(const bt_field* structure);
+  // Has a slot hold something else until then.
+  void put(std::size_t slot, const Field& field) { fields_[slot] = field; }
 
  private:
   Field read_one(const bt_field* field, const FieldRequest& request);

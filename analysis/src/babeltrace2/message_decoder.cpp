@@ -181,6 +181,10 @@ void MessageDecoder::event(const bt_message* message) {
     return;
   }
   const auto* fields = plan.payload.read(bt_event_borrow_payload_field_const(event));
+  if (plan.translation->has_thread_name) {
+    constexpr std::size_t kName = 2;
+    plan.payload.put(plan.translation->fields.size() - 1, plan.common_context.read(common)[kName]);
+  }
   input_.push(head, *plan.translation, Payload{fields}, stream.trace->state);
 }
 

@@ -427,7 +427,15 @@ void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
 
 void Registry::apply(const EventHead& head, const ProcessName& event) {
   const auto process = process_of(head);
-  if (process) model_.processes[at(*process)].name = event.name;
+  if (!process) return;
+  auto& name = model_.processes[at(*process)].name;
+  if (!head.is_derived || name.empty()) name = event.name;
+  if (!head.is_derived) return;
+  // What follows from an event's context is what its thread is called.
+  const auto thread = emitter_of(head).thread;
+  if (thread && model_.threads[at(*thread)].name.empty()) {
+    model_.threads[at(*thread)].name = event.name;
+  }
 }
 
 void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {

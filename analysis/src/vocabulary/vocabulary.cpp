@@ -20,7 +20,8 @@ const Translation* find_translation(std::string_view event) {
 }
 
 const std::vector<FieldRequest>& context_requests() {
-  static const std::vector<FieldRequest> requests{"vpid|perf_pid|pid", "vtid|perf_tid|tid"};
+  static const std::vector<FieldRequest> requests{"vpid|perf_pid|pid", "vtid|perf_tid|tid",
+                                                  "procname"};
   return requests;
 }
 

@@ -27,6 +27,8 @@ struct Translation {
   // say what follows from it (ros2/event_translator).
   Translate translate;
   std::uint32_t kind = 0;  // then: what that translator calls it
+  // The last field is no field of the event, but what the common context calls its thread.
+  bool has_thread_name = false;
 };
 
 // The translations that know an event name; null if none does.
@@ -41,7 +43,7 @@ const std::vector<Translation>& ros2_vocabulary();  // ROS 2's tracers: see ../r
 const std::vector<Translation>& kernel_vocabulary();
 const std::vector<Translation>& lttng_vocabulary();  // what LTTng itself says of a process
 
-// Where every tracer writes who emitted an event: process, thread.
+// Where every tracer writes who emitted an event: process, thread, and what that is called.
 const std::vector<FieldRequest>& context_requests();
 
 }  // namespace cie::analysis

@@ -336,6 +336,18 @@ TEST(Ros2Recordings, AClientsThreadIsNotFoundToBeIsolated) {
   }
 }
 
+// babeltrace2 shows one procname in the context of every event. Nothing else in it names anybody.
+TEST(Ros2Recordings, ContextsNameProcessesAndThreads) {
+  const std::vector<fs::path> paths{kOwn / "isolated"};
+  const auto result = analyze(paths, {});
+  EXPECT_EQ(result.report.processes.size(), 2U);
+  EXPECT_GT(result.report.threads.size(), 2U);
+  for (const auto& process : result.report.processes)
+    EXPECT_EQ(process.name, "cie_bench");
+  for (const auto& thread : result.report.threads)
+    EXPECT_EQ(thread.name, "cie_bench") << thread.tid;
+}
+
 // An executor inside rclcpp told of each instance in this project's events, and rclcpp in its own.
 // Numbers of cie:callback_start by callback_id, as babeltrace2 counts them.
 TEST(Ros2Recordings, WhatTwoProvidersTellCountsOnce) {

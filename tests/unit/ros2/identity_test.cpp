@@ -45,6 +45,34 @@ TEST(Ros2Identity, WhatATraceDoesNotTellIsNotMeasured) {
   EXPECT_FALSE(callback.inter_arrival);
 }
 
+TEST(Ros2Identity, ContextsNameProcessesAndThreads) {
+  const auto result = analyze_ros2(std::string(kTimer) + R"(
+    5 rcl_init context_handle=0x1 procname=talker
+    10 callback_start tid=1 callback=0x30 procname=talker
+    15 callback_end tid=1 callback=0x30
+    20 callback_start tid=2 callback=0x30 procname=worker
+    27 callback_end tid=2 callback=0x30
+    30 callback_start tid=2 callback=0x30 procname=renamed
+    32 callback_end tid=2 callback=0x30
+    40 callback_start tid=3 callback=0x30
+    42 callback_end tid=3 callback=0x30)");
+  const auto& report = result.analysis.report;
+  ASSERT_EQ(report.processes.size(), 1U);
+  EXPECT_EQ(report.processes[0].name, "talker");
+  std::vector<std::string> names;
+  for (const auto& thread : report.threads)
+    names.push_back(thread.name);
+  EXPECT_THAT(names, ElementsAre("talker", "worker", ""));
+}
+
+TEST(Ros2Identity, WhatLttngCallsAProcessIsItsName) {
+  const auto result =
+      analyze_ros2("0 lttng_ust_statedump:procname tid=9 procname=container\n" +
+                   std::string(kTimer) + "5 rcl_init context_handle=0x1 procname=worker");
+  ASSERT_EQ(result.analysis.report.processes.size(), 1U);
+  EXPECT_EQ(result.analysis.report.processes[0].name, "container");
+}
+
 TEST(Ros2Identity, DerivedEventsAreNotCountedAsTheTraces) {
   const auto result = analyze_ros2(std::string(kTimer) + R"(
     10 callback_start callback=0x30

@@ -112,13 +112,17 @@ std::string runs_of_callbacks(const Judged& judged, const ThreadReport& thread) 
   return text;
 }
 
+// By name if that tells it from the callback's others.
 std::string runs_on_threads(const CallbackReport& callback) {
   auto threads = callback.threads;
   std::ranges::stable_sort(threads, std::ranges::greater{}, &analysis::CallbackThread::instances);
   std::string text = counted(threads.size(), "thread");
   for (std::size_t i = 0; i < threads.size(); ++i) {
     const auto& thread = threads[i];
-    const auto name = thread.name.empty() ? fmt::format("{}", thread.tid) : printable(thread.name);
+    const bool is_told =
+        !thread.name.empty() &&
+        std::ranges::count(threads, thread.name, &analysis::CallbackThread::name) == 1;
+    const auto name = is_told ? printable(thread.name) : fmt::format("{}", thread.tid);
     text +=
         i == 0 ? ": " + counted(thread.instances, "run") : fmt::format(", {}", thread.instances);
     text += " on " + name;

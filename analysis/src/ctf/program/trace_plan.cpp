@@ -207,13 +207,19 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
     take(field, body.context);
   body.bytes = common->bytes;
   for (const auto& field : own->fields) {
-    const bool is_pid = static_cast<std::size_t>(field.slot) == slot(ContextSlot::pid);
-    if (is_pid ? event.has_own_pid : event.has_own_tid) take(field, body.context);
+    const auto wanted = static_cast<std::size_t>(field.slot);
+    if ((event.has_own_pid && wanted == slot(ContextSlot::pid)) ||
+        (event.has_own_tid && wanted == slot(ContextSlot::tid))) {
+      take(field, body.context);
+    }
   }
   body.bytes += own->bytes;
   for (const auto& field : fields->fields)
     take(field, body.fields);
   body.bytes += fields->bytes;
+  if (event.translation != nullptr && event.translation->has_thread_name) {
+    body.fields[event.translation->fields.size() - 1] = body.context[slot(ContextSlot::name)];
+  }
   // Events of no size must be noticed: the programs do.
   if (body.bytes > 0 || stream.header_layout) event.fixed = body;
 }

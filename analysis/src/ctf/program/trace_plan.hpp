@@ -35,7 +35,7 @@ enum class PacketContextSlot : std::uint8_t {
   cpu_id
 };
 // Slots of event contexts and headers.
-enum class ContextSlot : std::uint8_t { pid, tid };
+enum class ContextSlot : std::uint8_t { pid, tid, name };
 enum class EventHeaderSlot : std::uint8_t { id, time };
 
 template <typename Slot>
@@ -77,7 +77,7 @@ struct EventPlan {
   // What the programs read, if all of it has fixed places: contexts and fields one after the other.
   struct FixedBody {
     std::uint64_t bytes = 0;
-    std::array<FixedField, 2> context{};         // by ContextSlot
+    std::array<FixedField, 3> context{};         // by ContextSlot
     std::array<FixedField, kMaxSlots> fields{};  // by slot of the translation
   };
   std::optional<FixedBody> fixed;

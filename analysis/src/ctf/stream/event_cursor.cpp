@@ -135,6 +135,23 @@ EventCursor::Step EventCursor::next() {
   return plan_ != nullptr ? Step::event : fail("an event's id is not in the metadata");
 }
 
+bool EventCursor::read_fields() {
+  const auto* translation = plan_->translation;
+  const auto count = translation != nullptr ? translation->fields.size() : 0;
+  for (std::size_t i = 0; i < count; ++i)
+    fields_[i] = {};
+  auto name = context_[slot(ContextSlot::name)];
+  const bool is_named = count > 0 && translation->has_thread_name && name.kind == Field::Kind::text;
+  if (is_named) {  // what it views may move
+    name.length = std::min(name.length, static_cast<std::uint32_t>(name_.size()));
+    std::copy_n(name.characters, name.length, name_.data());
+    name.characters = name_.data();
+  }
+  if (plan_->fields != nullptr && !is_good(run_here(*plan_->fields, fields_.data()))) return false;
+  if (is_named) fields_[count - 1] = name;
+  return true;
+}
+
 bool EventCursor::read_body(ShownFields& shown) {
   shown.clear();
   frame_->shown = &shown;
@@ -150,18 +167,13 @@ bool EventCursor::read_body() {
   const auto* common = plan_->is_shown ? stream.shown_context : stream.event_context;
   if (common != nullptr && !is_good(run_here(*common, context_.data()))) return false;
   if (plan_->context != nullptr) {
-    std::array<Field, 2> own{};
+    std::array<Field, 3> own{};
     if (!is_good(run_here(*plan_->context, own.data()))) return false;
     if (plan_->has_own_pid) context_[slot(ContextSlot::pid)] = own[slot(ContextSlot::pid)];
     if (plan_->has_own_tid) context_[slot(ContextSlot::tid)] = own[slot(ContextSlot::tid)];
   }
   if (frame_->shown != nullptr) frame_->shown->end_context();
-  if (plan_->translation != nullptr) {
-    const auto count = plan_->translation->fields.size();
-    for (std::size_t i = 0; i < count; ++i)
-      fields_[i] = {};
-  }
-  if (plan_->fields != nullptr && !is_good(run_here(*plan_->fields, fields_.data()))) return false;
+  if (!read_fields()) return false;
   if (position() == event_begin_) {
     reason_ = "events have no size";
     return false;

@@ -78,6 +78,7 @@ class EventCursor {
   Outcome run_here(const Sequence& program, Field* fields);
   bool extend(std::uint64_t at);
   bool is_good(Outcome outcome);
+  bool read_fields();
   Step fail(const char* reason);
 
   Window* window_;
@@ -90,8 +91,9 @@ class EventCursor {
   std::uint64_t event_begin_ = 0;
   const char* reason_ = "";
   std::array<Field, 2> header_{};
-  std::array<Field, 2> context_{};
+  std::array<Field, 3> context_{};
   std::array<Field, kMaxSlots> fields_{};
+  std::array<char, 32> name_{};  // of the thread, where it is asked for
 };
 
 // What changes stays in registers, and what is usual of a header as well.

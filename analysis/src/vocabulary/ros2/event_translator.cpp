@@ -68,6 +68,12 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
   }
 }
 
+// Tells what the tracer calls the thread.
+void tell_name(const EventHead& head, const Payload& p, const ros2::EventSink& sink) {
+  constexpr std::size_t kName = 1;
+  if (const auto name = p.text(kName); !name.empty()) emit(head, ProcessName{.name = name}, sink);
+}
+
 }  // namespace
 
 void EventTranslator::translate(EventBatch& batch) {
@@ -169,12 +175,16 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
   const bool repeats = (raw.kind & ros2::kRepeats) != 0;
   switch (event) {
-    case Ros2Event::begin:
+    case Ros2Event::begin: {
+      auto of_process = head;  // its thread need not run any callback
+      of_process.tid.reset();
+      tell_name(of_process, p, sink);
       // What tells it again when a recording begins tells everything that was made since.
       if (!has_spoken || repeats || is_ros2_profile_handle(p.number<Address>(0))) {
         emit(head, Ros2Begin{}, sink);
       }
       break;
+    }
     case Ros2Event::take_response:
       if (const auto hidden = process.directory.hidden_of(p.number<Address>(0));
           hidden && p.number<int>(1, 1) != 0) {
@@ -182,6 +192,7 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
       }
       break;
     case Ros2Event::callback_start:
+      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p, sink);
       start(p.number<Address>(0), context);
       break;
     case Ros2Event::callback_end:

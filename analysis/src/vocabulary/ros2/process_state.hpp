@@ -55,6 +55,7 @@ struct Thread {
   std::optional<std::int64_t> taken{};
   std::optional<QueuedMessage> dequeued{};
   bool is_waiting = false;
+  bool is_named = false;  // it was told what the tracer calls it
 };
 
 struct Process {

@@ -7,9 +7,9 @@
 
 namespace cie::analysis::ros2 {
 
-// Behind each: the fields in the order of their slots. Handles are addresses in the process.
+// Behind each: the fields in the order of their slots; procname is the context's. Handles are addresses in the process.
 enum class Ros2Event : std::uint32_t {
-  begin,                   // context_handle
+  begin,                   // context_handle, procname
   node_init,               // node_handle, node_name, namespace
   publisher_init,          // publisher_handle, node_handle, topic_name
   subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth
@@ -22,7 +22,7 @@ enum class Ros2Event : std::uint32_t {
   timer_callback,          // timer_handle, callback
   timer_node,              // timer_handle, node_handle
   callback_symbol,         // callback, symbol
-  callback_start,          // callback
+  callback_start,          // callback, procname
   callback_end,            // callback
   publish,                 // message: the call of the user's code
   intra_publish,           // publisher_handle, message

@@ -10,15 +10,24 @@ namespace {
 using ros2::Ros2Event;
 
 void add(std::vector<Translation>& table, Ros2Event event,
-         std::initializer_list<std::string_view> names, const std::vector<FieldRequest>& fields) {
+         std::initializer_list<std::string_view> names, const std::vector<FieldRequest>& fields,
+         bool has_thread_name = false) {
   for (const auto name : names) {
     const auto flags = name.starts_with("ros2_caret:") ? ros2::kRepeats : 0;
-    table.push_back({name, fields, nullptr, static_cast<std::uint32_t>(event) | flags});
+    table.push_back(
+        {name, fields, nullptr, static_cast<std::uint32_t>(event) | flags, has_thread_name});
   }
 }
 
+// The same with what the tracer calls the thread, in the last slot.
+void add_named(std::vector<Translation>& table, Ros2Event event,
+               std::initializer_list<std::string_view> names, std::vector<FieldRequest> fields) {
+  fields.emplace_back("procname");
+  add(table, event, names, fields, true);
+}
+
 void add_entities(std::vector<Translation>& table) {
-  add(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"}, {"context_handle"});
+  add_named(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"}, {"context_handle"});
   add(table, Ros2Event::node_init,
       {"ros2:rcl_node_init", "ros2_caret:rcl_node_init", "agnocast:agnocast_node_init",
        "ros2_caret:agnocast_node_init"},
@@ -66,8 +75,8 @@ void add_entities(std::vector<Translation>& table) {
 }
 
 void add_running(std::vector<Translation>& table) {
-  add(table, Ros2Event::callback_start, {"ros2:callback_start", "agnocast:agnocast_callable_start"},
-      {"callback|callable"});
+  add_named(table, Ros2Event::callback_start,
+            {"ros2:callback_start", "agnocast:agnocast_callable_start"}, {"callback|callable"});
   add(table, Ros2Event::callback_end, {"ros2:callback_end", "agnocast:agnocast_callable_end"},
       {"callback|callable"});
   add(table, Ros2Event::publish, {"ros2:rclcpp_publish"}, {"message"});
