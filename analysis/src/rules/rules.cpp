@@ -235,6 +235,7 @@ VerdictReport verify(const RuleContext& context) {
   const auto missing = missing_user_part(context.model);
   const auto shared = shared_pids(context.model);
   for (const auto& rule : rules()) {
+    if (!context.options.is_judged && !rule.needs.is_of_report) continue;
     report.rules.push_back(judge(rule, context, shared, missing));
   }
   report.verdict = overall_verdict(report);
