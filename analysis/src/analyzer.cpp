@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <optional>
 #include <utility>
 
 namespace cie::analysis {
@@ -26,11 +27,11 @@ struct Analyzer::Pipeline {
         registry(model, analysis_options.spec),
         recording(model, registry, analysis_options.window, analysis_options.is_live),
         clocks(model),
-        chains(model, registry, clocks, options.spec),
-        instances(model, registry, recording, timeline, clocks, chains, observer),
-        enforcement(model, registry, recording, timeline, instances) {
+        chains(std::in_place, model, registry, clocks, options.spec),
+        instances(std::in_place, model, registry, recording, timeline, clocks, *chains, observer),
+        enforcement(model, registry, recording, timeline, *instances) {
     if (!options.window) return;
-    cut.emplace(*options.window, model, registry, instances);
+    cut.emplace(*options.window, model, registry, *instances);
     if (options.window->from != TimeWindow{}.from) enforcement.await_window();
   }
 
@@ -116,7 +117,7 @@ struct Analyzer::Pipeline {
               if (e.domain == Domain::user) clocks.apply(registry.host_of(head), e);
               if (!e.is_snapshot) return;
               if (!cut) {
-                cut.emplace(options.window.value_or(TimeWindow{}), model, registry, instances);
+                cut.emplace(options.window.value_or(TimeWindow{}), model, registry, *instances);
               }
               cut->await_begin();
             },
@@ -129,7 +130,7 @@ struct Analyzer::Pipeline {
                 timeline.add_hole(registry.host_of(head),
                                   {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
               } else {
-                instances.lose();
+                instances->lose();
               }
             },
             [&](const DamagedPacket& e) {
@@ -139,7 +140,7 @@ struct Analyzer::Pipeline {
                                                            .end = e.end.value_or(head.time),
                                                            .cpu = head.cpu.value_or(-1)});
               } else {
-                instances.lose();
+                instances->lose();
               }
             },
             [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
@@ -185,20 +186,20 @@ struct Analyzer::Pipeline {
     callback.lost_at = ref(head);
   }
   void on(const EventHead& head, const Emitter& who, const ThreadWakeup& e) {
-    instances.apply(head, who, e);
+    instances->apply(head, who, e);
   }
   void on(const EventHead& head, const Emitter& who, const CallbackStart& e) {
     const auto runner = registry.runner_of(head, who);
     if (runner.thread != who.thread) {
       enforcement.on_thread_began(registry.host_of(head), *runner.thread);
     }
-    instances.apply(head, runner, e);
+    instances->apply(head, runner, e);
   }
   void on(const EventHead& head, const Emitter& who, const CallbackEnd& e) {
-    instances.apply(head, who, e);
+    instances->apply(head, who, e);
   }
   void on(const EventHead& head, const Emitter& who, const Publish& e) {
-    instances.apply(head, who, e);
+    instances->apply(head, who, e);
   }
   void on(const EventHead& /*head*/, const Emitter& who, const HiddenRun& e) {
     registry.apply(who, e);
@@ -299,7 +300,7 @@ struct Analyzer::Pipeline {
     if (!is_new) return;
     const auto host = registry.host_of(head);
     enforcement.on_thread_began(host, *thread);
-    if (facts.ran.empty()) instances.thread_began(host, *thread);
+    if (facts.ran.empty()) instances->thread_began(host, *thread);
   }
   void on_state(const EventHead& head, const ThreadFini& e) {
     enforcement.on_thread_fini(head, registry.host_of(head), e.tid);
@@ -351,8 +352,8 @@ struct Analyzer::Pipeline {
   RecordingTracker recording;
   ThreadTimeline timeline;
   HostClocks clocks;
-  ChainTracker chains;
-  InstanceBuilder instances;
+  std::optional<ChainTracker> chains;  // these two until all instances are counted
+  std::optional<InstanceBuilder> instances;
   EnforcementTracker enforcement;
   enum class Phase : std::uint8_t { before, inside, after };
   std::optional<WindowCut> cut;
@@ -400,7 +401,7 @@ void Analyzer::consume(const Event& event) {
       pipeline.hot(event, who);
     }
   }
-  pipeline.instances.advance(event.head);
+  pipeline.instances->advance(event.head);
 }
 
 void Analyzer::add(std::vector<Recording> recordings) {
@@ -412,7 +413,7 @@ AnalysisResult Analyzer::look() {
   pipeline.name_events();
   pipeline.registry.finish();
   pipeline.recording.finish();
-  pipeline.chains.finish();
+  pipeline.chains->finish();
   pipeline.enforcement.look(pipeline.now);
   return pipeline.judge();
 }
@@ -423,9 +424,12 @@ AnalysisResult Analyzer::finish() {
   if (pipeline.cut) pipeline.cut->finish();
   pipeline.registry.finish();
   pipeline.recording.finish();
-  pipeline.instances.finish();
-  pipeline.chains.finish();
+  pipeline.instances->finish();
+  pipeline.chains->finish();
   pipeline.enforcement.finish();
+  // What they remember of the last instances is as large as the facts.
+  pipeline.instances.reset();
+  pipeline.chains.reset();
   return pipeline.judge();
 }
 

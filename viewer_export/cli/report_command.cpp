@@ -66,8 +66,10 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
+  const bool shows_verdicts = format == "text" || format == "html";
   analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
                                     .metadata_from = reader.metadata(),
+                                    .is_judged = shows_verdicts,
                                     .keep_buckets = format == "html"};
   window.resolve(traces, options);
   viewer_export::HtmlReport page;

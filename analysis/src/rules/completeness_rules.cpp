@@ -301,7 +301,7 @@ const Rule kSeqContiguous{
     "instance of that subject is INCONCLUSIVE as well.\n"
     "Remedy: see T2; after a copy, compare the files with the recording's manifest.",
     judge_seq_contiguous,
-    {.is_about_trace = true}};
+    {.is_about_trace = true, .is_of_report = true}};
 
 const Rule kRunComplete{
     "T4",
@@ -317,7 +317,7 @@ const Rule kRunComplete{
     "Remedy: start the recording before the application and end the application before the "
     "recording; find out why it crashed.",
     judge_run_complete,
-    {.is_about_trace = true}};
+    {.is_about_trace = true, .is_of_report = true}};
 
 const Rule kSpecifiedCallbackSeen{
     "M1",

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <tuple>
 #include <utility>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -79,6 +80,11 @@ void judge_threads_of(const RuleContext& context, const CallbackFacts& callback,
   const auto& model = context.model;
   const auto& lives = context.lives;
   const auto pairs = in_order(model, callback.ran_on);
+  std::vector<bool> is_told(pairs.size());
+  const auto tell = [&](std::size_t place) {
+    if (!is_told[place]) judgement.fail([&] { return started_here(model, pairs[place]); });
+    is_told[place] = true;
+  };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     for (std::size_t k = i + 1; k < pairs.size() && !judgement.is_full(); ++k) {
       auto earlier = pairs[i].thread;
@@ -86,8 +92,8 @@ void judge_threads_of(const RuleContext& context, const CallbackFacts& callback,
       if (lives.of(later).begin < lives.of(earlier).begin) std::swap(earlier, later);
       switch (succession(context, earlier, later)) {
         case Succession::together:
-          judgement.fail([&] { return started_here(model, pairs[i]); });
-          judgement.fail([&] { return started_here(model, pairs[k]); });
+          tell(i);
+          tell(k);
           break;
         case Succession::unknown:
           judgement.doubt([&] {

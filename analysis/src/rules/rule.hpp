@@ -17,6 +17,7 @@ struct RuleNeeds {
   bool instances = false;       // of callbacks: without any start it has no subject
   bool spec = false;
   bool whole_recording = false;  // it fails for what was never seen, which a missing part may hold
+  bool is_of_report = false;     // the report rests on its verdict
 };
 
 struct Rule {
@@ -30,7 +31,7 @@ struct Rule {
 // Every rule, in the contract's order.
 const std::vector<Rule>& rules();
 
-// Judges the facts by every rule, sorts subjects, takes the worst.
+// Judges the facts by the rules that the options ask for, sorts subjects, takes the worst.
 VerdictReport verify(const RuleContext& context);
 
 }  // namespace cie::analysis

@@ -30,6 +30,12 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 // Orders texts as readers expect, numbers in them by value: "thread 9" before "thread 10".
 std::weak_ordering natural_order(std::string_view a, std::string_view b) {
+  // What they begin with alike, up to a number that goes on.
+  auto alike = static_cast<std::size_t>(std::ranges::mismatch(a, b).in1 - a.begin());
+  while (alike > 0 && is_digit(a[alike - 1]))
+    --alike;
+  a.remove_prefix(alike);
+  b.remove_prefix(alike);
   while (!a.empty() && !b.empty()) {
     if (!is_digit(a.front()) || !is_digit(b.front())) {
       if (a.front() != b.front()) return a.front() <=> b.front();
@@ -229,6 +235,7 @@ VerdictReport verify(const RuleContext& context) {
   const auto missing = missing_user_part(context.model);
   const auto shared = shared_pids(context.model);
   for (const auto& rule : rules()) {
+    if (!context.options.is_judged && !rule.needs.is_of_report) continue;
     report.rules.push_back(judge(rule, context, shared, missing));
   }
   report.verdict = overall_verdict(report);

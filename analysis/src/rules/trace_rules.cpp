@@ -211,7 +211,7 @@ const Rule kNoLoss{
     "Remedy: larger or more sub-buffers (cie record --subbuf-size, --num-subbuf), or fewer "
     "enabled events.",
     judge_no_loss,
-    {.is_about_trace = true}};
+    {.is_about_trace = true, .is_of_report = true}};
 
 const Rule kRequiredEvents{
     "T5",

@@ -108,7 +108,10 @@ std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
 }
 
 ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
-  forget_emitters();
+  EventHead of_thread;
+  of_thread.pid = model_.processes[at(process)].pid;
+  of_thread.tid = tid;
+  forget(emitters_[emitter_place(of_thread)]);
   const auto index = ThreadIndex{static_cast<std::uint32_t>(model_.threads.size())};
   auto& thread = model_.threads.emplace_back();
   thread.process = process;

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,11 +29,63 @@ void print(const char* what, const Cost& cost, std::uint64_t events, const Cost&
   std::printf("\n");
 }
 
+std::uint64_t count_events(const std::string& directory) {
+  std::uint64_t seen = 0;
+  const std::vector<fs::path> paths{directory};
+  cie::analysis::ctf::read_traces(paths, [&seen](const cie::analysis::Event& event) {
+    seen += phase_of(event.body) != cie::analysis::EventPhase::structure;
+  });
+  return seen;
+}
+
+// By a child, because what is resident here would count as its children's.
+std::uint64_t count_apart(const std::string& directory) {
+  const cie::test::TemporaryDirectory scratch;
+  const auto file = scratch.path() / "events";
+  measure([&] {
+    std::ofstream(file) << count_events(directory);
+    ::_exit(0);
+  });
+  std::uint64_t events = 0;
+  std::ifstream(file) >> events;
+  return events;
+}
+
+void compare(const std::string& directory, std::uint64_t events, bool without_babeltrace2) {
+  const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();
+  std::printf("%-34s %8s %8s %9s %7s %8s %7s\n", "", "MiB", "CPU s", "ns/event",
+              without_babeltrace2 ? "" : "times", "wall s", without_babeltrace2 ? "" : "times");
+  std::fflush(stdout);
+  Cost reference;
+  if (!without_babeltrace2) {
+    reference = measure_program({"babeltrace2", "-c", "sink.utils.dummy", directory});
+    print("babeltrace2 -c sink.utils.dummy", reference, events, reference);
+  }
+  const auto decode =
+      measure([&directory, events] { ::_exit(count_events(directory) == events ? 0 : 1); });
+  print("cie: decode and merge", decode, events, reference);
+  print("cie instances", measure_program({cie, "instances", directory}), events, reference);
+  print("cie report", measure_program({cie, "report", "--format", "json", directory}), events,
+        reference);
+}
+
+void compare(const TraceSize& size, const std::string& keep, bool without_babeltrace2) {
+  std::optional<cie::test::TemporaryDirectory> scratch;
+  const std::string directory = keep.empty() ? scratch.emplace().path().string() : keep;
+  const auto events = write_trace(directory, size);
+  std::printf("%ju events, %u callbacks, %u streams, packets of %u bytes\n\n",
+              static_cast<std::uintmax_t>(events), 2 * size.streams * size.applications,
+              size.streams, size.packet_bytes);
+  compare(directory, events, without_babeltrace2);
+}
+
 int run(int argc, char** argv) {
   TraceSize size;
+  std::vector<std::string> recordings;
   std::string directory;
   bool without_babeltrace2 = false;
   CLI::App app("Processor and elapsed time of reading one trace, by reader");
+  app.add_option("recordings", recordings, "Read these in place of synthetic ones");
   app.add_option("--events", size.events, "About how many events (20000000)");
   app.add_option("--streams", size.streams, "Streams, one per CPU (64)")
       ->check(CLI::Range(1, 4096));
@@ -43,32 +96,16 @@ int run(int argc, char** argv) {
   app.add_flag("--only-cie", without_babeltrace2, "Do not run babeltrace2");
   CLI11_PARSE(app, argc, argv);
 
-  std::optional<cie::test::TemporaryDirectory> scratch;
-  if (directory.empty()) directory = scratch.emplace().path();
-  const auto events = write_trace(directory, size);
-  const auto cie = (fs::read_symlink("/proc/self/exe").parent_path() / "cie").string();
-  std::printf("%ju events, %u streams, packets of %u bytes\n\n",
-              static_cast<std::uintmax_t>(events), size.streams, size.packet_bytes);
-  std::printf("%-34s %8s %8s %9s %7s %8s %7s\n", "", "MiB", "CPU s", "ns/event",
-              without_babeltrace2 ? "" : "times", "wall s", without_babeltrace2 ? "" : "times");
-  std::fflush(stdout);
-  Cost reference;
-  if (!without_babeltrace2) {
-    reference = measure_program({"babeltrace2", "-c", "sink.utils.dummy", directory});
-    print("babeltrace2 -c sink.utils.dummy", reference, events, reference);
+  for (const auto& recording : recordings) {
+    const auto events = count_apart(recording);
+    std::printf("%s: %ju events\n\n", recording.c_str(), static_cast<std::uintmax_t>(events));
+    compare(recording, events, without_babeltrace2);
   }
-  const auto decode = measure([&directory, events] {
-    std::uint64_t seen = 0;
-    const std::vector<fs::path> paths{directory};
-    cie::analysis::ctf::read_traces(paths, [&seen](const cie::analysis::Event& event) {
-      seen += event.body.index() >= cie::analysis::EventBody(cie::analysis::RunBegin{}).index();
-    });
-    ::_exit(seen == events ? 0 : 1);
-  });
-  print("cie: decode and merge", decode, events, reference);
-  print("cie instances", measure_program({cie, "instances", directory}), events, reference);
-  print("cie report", measure_program({cie, "report", "--format", "json", directory}), events,
-        reference);
+  if (!recordings.empty()) return 0;
+  compare(size, directory, without_babeltrace2);
+  if (argc > 1) return 0;
+  std::printf("\n");
+  compare(TraceSize{.events = 1'000'000, .streams = 4, .applications = 1250}, {}, false);
   return 0;
 }
 

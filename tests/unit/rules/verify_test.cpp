@@ -39,6 +39,18 @@ TEST(Verify, ASoundTracePassesEveryRuleThatApplies) {
   EXPECT_EQ(verified.result.verdicts.verdict, Verdict::pass);
 }
 
+TEST(Verify, JudgesForAReportAloneWhatItRestsOn) {
+  const Verified all(kTwoTimers);
+  const Verified few(trace_of(kTwoTimers), {}, {.is_judged = false});
+  std::vector<std::string> judged;
+  for (const auto& rule : few.result.verdicts.rules)
+    judged.push_back(rule.id);
+  EXPECT_THAT(judged, ElementsAre("T2", "T3", "T4"));
+  EXPECT_TRUE(all.result.report.trace.complete);
+  EXPECT_TRUE(few.result.report.trace.complete);
+  EXPECT_TRUE(few.result.report.processes.at(0).complete);
+}
+
 // Another process of the same pid begins while the first one runs: as the change of the first one's
 // run_begin says.
 template <typename Change>

@@ -2,6 +2,7 @@
 
 #include "html_files.hpp"
 #include "json/documents.hpp"
+#include "json/json.hpp"
 #include "output/base64.hpp"
 #include "output/gzip_stream.hpp"
 #include "timelines/timeline_choice.hpp"
@@ -168,12 +169,23 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
   gzip.stream() << columns;
   gzip.finish();
   timeline["columns"] = base64(compressed.str());
-  const Json document{{"report", report_json(result.report)},
-                      {"verdicts", verify_json(result.verdicts, {})},
-                      {"input", input},
-                      {"spec", spec == nullptr ? Json(nullptr) : Json(spec->name())},
-                      {"histograms", histograms_json(result.report)},
-                      {"timeline", std::move(timeline)}};
+  std::ostringstream text;
+  JsonText json(text, JsonText::kOneLine);
+  const auto add = [&json](std::string_view name, const Json& value) {
+    json.key(name);
+    json.verbatim(value.dump(-1, ' ', false, Json::error_handler_t::replace));
+  };
+  json.object([&] {
+    json.key("report");
+    write_report(json, result.report);
+    json.key("verdicts");
+    write_verdicts(json, result.verdicts, {});
+    add("input", input);
+    add("spec", spec == nullptr ? Json(nullptr) : Json(spec->name()));
+    add("histograms", histograms_json(result.report));
+    add("timeline", timeline);
+  });
+  json.flush();
   out << "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src '"
@@ -184,8 +196,7 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
       << "</style>\n</head>\n<body>\n<noscript>This page draws its contents with a script of its "
          "own, "
          "which this browser does not run.</noscript>\n<main id=\"page\"></main>\n";
-  out << "<script type=\"application/json\" id=\"document\">"
-      << script_data(document.dump(-1, ' ', false, Json::error_handler_t::replace))
+  out << "<script type=\"application/json\" id=\"document\">" << script_data(text.str())
       << "</script>\n<script>" << kReportJs << "</script>\n</body>\n</html>\n";
 }
 

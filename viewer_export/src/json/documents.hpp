@@ -4,11 +4,12 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 
-#include "json.hpp"
+#include "json_text.hpp"
 
 namespace cie::viewer_export {
 
-Json report_json(const analysis::Report& report);
-Json verify_json(const analysis::VerdictReport& verdicts, const analysis::Report& report);
+void write_report(JsonText& json, const analysis::Report& report);
+void write_verdicts(JsonText& json, const analysis::VerdictReport& verdicts,
+                    const analysis::Report& report);
 
 }  // namespace cie::viewer_export

@@ -1,7 +1,5 @@
 #include "recording_json.hpp"
 
-#include "row_json.hpp"
-
 #include <algorithm>
 
 namespace cie::viewer_export {
@@ -14,9 +12,9 @@ bool has_something_to_tell(const analysis::RecordingReport& recording) {
 
 }  // namespace
 
-void add_recordings(Json& document, const std::vector<analysis::RecordingReport>& recordings) {
-  if (std::ranges::none_of(recordings, has_something_to_tell)) return;
-  document["recordings"] = row_json(recordings, {});
+void write_recordings(RowWriter& document,
+                      const std::vector<analysis::RecordingReport>& recordings) {
+  if (std::ranges::any_of(recordings, has_something_to_tell)) document("recordings", recordings);
 }
 
 }  // namespace cie::viewer_export

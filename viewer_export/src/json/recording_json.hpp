@@ -1,14 +1,13 @@
 // What recordings say of themselves, as the reports and verdicts in JSON have it.
 #pragma once
 
-#include <cie/analysis/report.hpp>
-
-#include "json.hpp"
+#include "row_json.hpp"
 
 namespace cie::viewer_export {
 
-// Adds the key `recordings` where there is something to tell: a command that did not end with
+// Writes the key `recordings` where there is something to tell: a command that did not end with
 // status 0, problems, or chunks that are gone. Each recording is in it then.
-void add_recordings(Json& document, const std::vector<analysis::RecordingReport>& recordings);
+void write_recordings(RowWriter& document,
+                      const std::vector<analysis::RecordingReport>& recordings);
 
 }  // namespace cie::viewer_export

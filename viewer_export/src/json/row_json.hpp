@@ -6,8 +6,11 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include "json.hpp"
+#include "json_text.hpp"
 
 #include <cstdint>
+#include <functional>
+#include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -26,11 +29,12 @@ struct RowContext {
 
 class RowWriter {
  public:
-  RowWriter(Json& json, const RowContext& context) : json_(json), context_(context) {}
+  RowWriter(JsonText& json, const RowContext& context) : json_(json), context_(context) {}
 
   template <typename T>
   void operator()(const char* name, const T& value) {
-    json_[name] = json_of(value);
+    json_.key(name);
+    write(value);
   }
   template <typename T>
   void added(const char* name, const T& value) {
@@ -46,86 +50,83 @@ class RowWriter {
   }
   template <typename Enum>
   void word(const char* name, std::optional<Enum> value) {
-    json_[name] = value ? label(*value) : std::string_view();
+    (*this)(name, value ? label(*value) : std::string_view());
   }
   // Null if empty.
   void text(const char* name, const std::string& value) {
-    json_[name] = value.empty() ? Json(nullptr) : Json(value);
+    (*this)(name, value.empty() ? std::nullopt : std::optional<std::string_view>(value));
   }
   template <typename Index>
   void number(const char* name, const Index& index) {
-    json_[name] = number_of(index);
+    json_.key(name);
+    write_number(index);
   }
   template <typename T>
   void pair(const char* name, const T& first, const T& second) {
-    json_[name] = Json::array({json_of(first), json_of(second)});
+    json_.key(name);
+    write_array(std::initializer_list<std::reference_wrapper<const T>>{first, second},
+                [this](const T& value) { write(value); });
   }
   void pid(const char* name, std::optional<analysis::ProcessIndex> process) {
-    json_[name] = process ? Json(context_.rows->process(*process).pid) : Json(nullptr);
+    json_.key(name);
+    process ? write(context_.rows->process(*process).pid) : json_.null();
   }
   // Pids of several hosts may be the same.
   void host(const char* name, analysis::ProcessIndex process) {
-    if (context_.has_several_hosts) json_[name] = context_.rows->process(process).host;
-  }
-
-  template <typename T>
-  Json json_of(const T& value) const {
-    if constexpr (requires(RowWriter & visit) { fields(visit, value); }) {
-      Json json;
-      RowWriter inner(json, context_);
-      fields(inner, value);
-      return json;
-    } else if constexpr (std::is_enum_v<T>) {
-      return label(value);
-    } else if constexpr (requires { value.ns; }) {
-      return value.ns;  // a point in time, or a duration
-    } else {
-      return value;
-    }
-  }
-  template <typename T>
-  Json json_of(const std::optional<T>& value) const {
-    return value ? json_of(*value) : Json(nullptr);
-  }
-  // Said so: braces around two texts would make an object of them.
-  template <typename T>
-  Json json_of(const std::vector<T>& values) const {
-    Json array = Json::array();
-    for (const auto& value : values)
-      array.push_back(json_of(value));
-    return array;
-  }
-  static Json json_of(const std::optional<RecordedExit>& exit) {
-    if (!exit) return nullptr;
-    return exit->code ? Json{{"status", *exit->code}} : Json{{"signal", exit->signal.value_or(0)}};
+    if (context_.has_several_hosts) (*this)(name, context_.rows->process(process).host);
   }
 
  private:
-  template <typename Index>
-  static Json number_of(Index index) {
-    return static_cast<std::uint32_t>(index);
+  template <typename T>
+  void write(const T& value) {
+    if constexpr (requires(RowWriter & visit) { fields(visit, value); }) {
+      json_.object([&] { fields(*this, value); });
+    } else if constexpr (std::is_enum_v<T>) {
+      json_.value(label(value));
+    } else if constexpr (requires { value.ns; }) {
+      json_.value(value.ns);  // a point in time, or a duration
+    } else {
+      json_.value(value);
+    }
+  }
+  template <typename T>
+  void write(const std::optional<T>& value) {
+    value ? write(*value) : json_.null();
+  }
+  template <typename T>
+  void write(const std::vector<T>& values) {
+    write_array(values, [this](const T& value) { write(value); });
+  }
+  void write(const RecordedExit& exit) {
+    json_.object([&] {
+      exit.code ? (*this)("status", *exit.code) : (*this)("signal", exit.signal.value_or(0));
+    });
   }
   template <typename Index>
-  static Json number_of(const std::optional<Index>& index) {
-    return index ? number_of(*index) : Json(nullptr);
+  void write_number(Index index) {
+    json_.value(static_cast<std::uint32_t>(index));
   }
   template <typename Index>
-  static Json number_of(const std::vector<Index>& indices) {
-    Json array = Json::array();
-    for (const auto index : indices)
-      array.push_back(number_of(index));
-    return array;
+  void write_number(const std::optional<Index>& index) {
+    index ? write_number(*index) : json_.null();
+  }
+  template <typename Index>
+  void write_number(const std::vector<Index>& indices) {
+    write_array(indices, [this](Index index) { write_number(index); });
+  }
+  template <typename Values, typename Write>
+  void write_array(const Values& values, const Write& write_one) {
+    json_.array([&] {
+      for (const auto& value : values) {
+        json_.element();
+        write_one(value);
+      }
+    });
   }
 
-  Json& json_;
+  JsonText& json_;
   const RowContext& context_;
 };
-
-template <typename Row>
-Json row_json(const Row& row, const RowContext& context) {
-  Json json;
-  return RowWriter(json, context).json_of(row);
-}
 
 // Reads rows of documents of any version: fields of later ones may be absent. Throws
 // Json::exception for fields that are absent or of another type, std::runtime_error for labels that

@@ -1,7 +1,7 @@
 #include <cie/analysis/verdict_fields.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 
-#include "json.hpp"
+#include "documents.hpp"
 #include "recording_json.hpp"
 #include "row_json.hpp"
 
@@ -16,21 +16,26 @@ analysis::Verdict overall(analysis::Verdict verdict) {
 
 }  // namespace
 
-Json verify_json(const analysis::VerdictReport& verdicts, const analysis::Report& report) {
-  Json json{{"schema", "cie.verify/2"}};
+void write_verdicts(JsonText& json, const analysis::VerdictReport& verdicts,
+                    const analysis::Report& report) {
   const RowContext context;
   RowWriter document(json, context);
-  document("verdict", overall(verdicts.verdict));
-  document("rules", verdicts.rules);
-  document.present("window", verdicts.window);
-  document.present("suppressions", verdicts.suppressions);
-  add_recordings(json, report.recordings);
-  return json;
+  json.object([&] {
+    document("schema", std::string_view("cie.verify/2"));
+    document("verdict", overall(verdicts.verdict));
+    document("rules", verdicts.rules);
+    document.present("window", verdicts.window);
+    document.present("suppressions", verdicts.suppressions);
+    write_recordings(document, report.recordings);
+  });
 }
 
 void write_verify_json(std::ostream& out, const analysis::VerdictReport& verdicts,
                        const analysis::Report& report) {
-  write_json(out, verify_json(verdicts, report));
+  JsonText json(out);
+  write_verdicts(json, verdicts, report);
+  json.flush();
+  out << '\n';
 }
 
 }  // namespace cie::viewer_export

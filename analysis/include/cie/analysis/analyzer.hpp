@@ -34,6 +34,8 @@ struct AnalysisOptions {
   // The events come from a system that runs: no stream's silence or end holds others up or cuts
   // them off, a running process is not an interrupted one, and losses are kept in bounded memory.
   bool is_live = false;
+  // False: of all rules only those judge that the report rests on.
+  bool is_judged = true;
   // Summaries of callbacks have their histograms (Summary::buckets).
   bool keep_buckets = false;
   // For analyze(): bytes of the traces read. Borrowed; null: nobody looks.

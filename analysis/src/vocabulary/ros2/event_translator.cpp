@@ -149,23 +149,33 @@ EventTranslator::Stream& EventTranslator::stream_of(const EventHead& head) {
   return stream;
 }
 
+void EventTranslator::find_speaker(Stream& stream, const EventHead& head) {
+  const auto tid = head.tid.value_or(-1);
+  if (stream.process != nullptr && stream.pid == *head.pid && stream.tid == tid) return;
+  stream.pid = *head.pid;
+  stream.tid = tid;
+  stream.process = &stream.host->processes[stream.pid];
+  stream.thread = &stream.process->threads[tid];
+}
+
 void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
                                 const ros2::EventSink& sink) {
   if (!head.pid) return;
-  const auto& stream = stream_of(head);
+  auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
   if (!host.has_clock) {
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
   }
-  auto& process = host.processes[*head.pid];
+  find_speaker(stream, head);
+  auto& process = *stream.process;
   process.last = head;
   const bool has_spoken = std::exchange(process.has_spoken, true);
   Context context{.head = head,
                   .realtime = realtime,
                   .process = process,
-                  .thread = process.threads[head.tid.value_or(-1)],
+                  .thread = *stream.thread,
                   .sink = sink};
   const auto event = static_cast<Ros2Event>(raw.kind & ~ros2::kRepeats);
   const auto& p = raw.fields;

@@ -40,6 +40,11 @@ class EventTranslator {
     Host* host = nullptr;  // of hosts_
     std::int64_t offset_ns = 0;
     bool is_kernel = false;
+    // Whose its last event was: most often the next one's, too.
+    std::int64_t pid = 0;
+    std::int64_t tid = 0;
+    ros2::Process* process = nullptr;  // null: there was none
+    ros2::Thread* thread = nullptr;
   };
 
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
@@ -61,6 +66,8 @@ class EventTranslator {
   ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
                                ros2::Context& context);
   Stream& stream_of(const EventHead& head);
+  // The process and the thread of an event that has a pid are those of its stream then.
+  static void find_speaker(Stream& stream, const EventHead& head);
 
   std::vector<Stream> streams_;
   std::map<std::string, Host> hosts_;

@@ -1,0 +1,98 @@
+#include "json/json_text.hpp"
+
+#include "json/json.hpp"
+
+#include <cstdint>
+#include <limits>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::viewer_export {
+namespace {
+
+std::string written(const auto& write, int indentation = 2) {
+  std::ostringstream out;
+  JsonText json(out, indentation);
+  write(json);
+  json.flush();
+  return out.str();
+}
+
+TEST(JsonText, BreaksLinesAsDocumentsDo) {
+  const auto write = [](JsonText& json) {
+    json.object([&] {
+      json.key("empty");
+      json.object([] {});
+      json.key("none");
+      json.array([] {});
+      json.key("rows");
+      json.array([&] {
+        json.element();
+        json.object([&] {
+          json.key("known");
+          json.value(true);
+          json.key("ns");
+          json.null();
+        });
+        json.element();
+        json.value(-1);
+      });
+      json.key("more");
+      json.verbatim("[1]");
+    });
+  };
+  EXPECT_EQ(written(write), R"({
+  "empty": {},
+  "none": [],
+  "rows": [
+    {
+      "known": true,
+      "ns": null
+    },
+    -1
+  ],
+  "more": [1]
+})");
+  EXPECT_EQ(written(write, JsonText::kOneLine),
+            R"({"empty":{},"none":[],"rows":[{"known":true,"ns":null},-1],"more":[1]})");
+}
+
+TEST(JsonText, WritesValuesAsDocumentsDo) {
+  const auto expect_same = [](const auto& value) {
+    EXPECT_EQ(written([&value](JsonText& json) { json.value(value); }),
+              Json(value).dump(-1, ' ', false, Json::error_handler_t::replace));
+  };
+  for (const double value :
+       {0.0, -0.0, 1.0, 0.1, 1234.5, 1e15, 1e16, 1e-5, 2.0 / 3, 1e300,
+        std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+    expect_same(value);
+  }
+  expect_same(std::numeric_limits<std::int64_t>::min());
+  expect_same(std::numeric_limits<std::uint64_t>::max());
+  for (const std::string_view text : {"", "plain /text~\x7f", "\"quoted\"", "back\\slash",
+                                      "line\n\x01", "na\xc3\xafve", "\xff"}) {
+    expect_same(text);
+  }
+}
+
+TEST(JsonText, HandsOverWhatIsLong) {
+  const auto text = written([](JsonText& json) {
+    json.array([&] {
+      for (int i = 0; i < 100'000; ++i) {
+        json.element();
+        json.value(i);
+      }
+    });
+  });
+  std::vector<int> expected(100'000);
+  for (int i = 0; i < 100'000; ++i)
+    expected[static_cast<std::size_t>(i)] = i;
+  EXPECT_EQ(Json::parse(text).get<std::vector<int>>(), expected);
+}
+
+}  // namespace
+}  // namespace cie::viewer_export
