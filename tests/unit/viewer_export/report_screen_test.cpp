@@ -22,7 +22,6 @@ using testing::StartsWith;
 ReportContext context() {
   return {.verify = {.spec_name = {},
                      .spec_sha256 = {},
-                     .clock_offset_ns = {},
                      .worst_runs = {{.callback = analysis::CallbackIndex{1},
                                      .seq = 3,
                                      .start = {983'001'500'000},
