@@ -70,7 +70,7 @@ class NameChoice {
   bool has_any_ = false;
 };
 
-// "3 events were lost; 1 place is damaged": nothing if all is there.
+// "3 events lost by the tracer, 1 place that cannot be read"; nothing if all is there.
 std::string told(const analysis::MissingEvents& missing) {
   std::string text;
   const auto add = [&text](std::uint64_t count, std::string_view noun, std::string_view what) {

@@ -34,7 +34,7 @@ std::span<const Command> commands() {
       {"report", "response times and more, per callback", report_command},
       {"instances", "one row per run of a callback, for spreadsheets and programs",
        instances_command},
-      {"events", "the events themselves, or how many of which", events_command},
+      {"events", "the events themselves, or a count of each class", events_command},
       {"verify", "does every callback have its own thread? Rules, evidence, exit code",
        verify_command},
       {"analyze", "longest response times by scheduling theory, against those observed",

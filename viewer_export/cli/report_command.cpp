@@ -66,15 +66,16 @@ int report_command(const Arguments& arguments) {
 
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const bool shows_verdicts = format == "text" || format == "html";
-  analysis::AnalysisOptions options{.spec = spec ? &*spec : nullptr,
-                                    .metadata_from = reader.metadata(),
-                                    .is_judged = shows_verdicts,
-                                    .keep_buckets = format == "html"};
+  const bool is_tables = format == "text" && !is_all && (has_threads || has_chains);
+  analysis::AnalysisOptions options{
+      .spec = spec ? &*spec : nullptr,
+      .metadata_from = reader.metadata(),
+      .is_judged = format == "html" || (format == "text" && !is_tables),
+      .keep_buckets = format == "html"};
   window.resolve(traces, options);
   viewer_export::HtmlReport page;
   WorstRuns worst_runs;
-  const bool is_screen = format == "text" && !is_all && !has_threads && !has_chains;
+  const bool is_screen = format == "text" && !is_all && !is_tables;
   analysis::Observer* const observer = format == "html" ? &page : nullptr;
   ProgressBar bar(reader.is_progress_wanted());
   const auto result =

@@ -183,6 +183,7 @@ int verify_command(const Arguments& arguments) {
   if (format == "text") {
     viewer_export::VerifyContext context{.spec_name = spec ? spec->name() : std::string{},
                                          .spec_sha256 = spec ? spec->sha256() : std::string{}};
+    context.reader_arguments = printable(shell_words(reader.arguments()));
     auto write = &viewer_export::write_verify_text;
     if (is_screen) {
       context.spec = options.spec;

@@ -11,7 +11,8 @@ using viewer_export::WorstRun;
 
 void WorstRuns::on_instance(const Instance& instance) {
   if (instance.state != analysis::InstanceState::complete) return;
-  const auto response = analysis::least_response_time(instance);
+  const auto response = is_known(instance.release_source) ? analysis::response_time(instance)
+                                                          : analysis::least_response_time(instance);
   if (!response) return;
   const auto place = analysis::at(instance.callback);
   if (place >= runs_.size()) runs_.resize(place + 1);
@@ -23,8 +24,7 @@ void WorstRuns::on_instance(const Instance& instance) {
                    .response_time = *response,
                    .blocked = instance.blocked,
                    .preempted = instance.preempted};
-  if (is_known(instance.release_source))
-    worst->start_latency = analysis::start_latency(instance);
+  if (is_known(instance.release_source)) worst->start_latency = analysis::start_latency(instance);
   if (!instance.preempted_by.empty()) worst->preempted_by = instance.preempted_by.front().name;
 }
 

@@ -65,9 +65,10 @@ void Monitor::on_instance(const Instance& instance) {
   if (!callback.has_deadline && !instance.logical_id.empty()) {
     look_up_deadline(callback, std::string(instance.logical_id), instance.declared_deadline_ns);
   }
-  const auto response = *analysis::least_response_time(instance);
+  const auto least = *analysis::least_response_time(instance);
   const bool is_exact = is_known(instance.release_source);
-  const bool is_late = callback.deadline_ns && response.ns > *callback.deadline_ns;
+  const auto response = is_exact ? *analysis::response_time(instance) : least;
+  const bool is_late = callback.deadline_ns && least.ns > *callback.deadline_ns;
   callback.rolling.add(*instance.end, response, is_late, instance.missed);
   ++callback.counts[class_of(response.ns)];
   callback.response_sum_ns += static_cast<double>(response.ns);

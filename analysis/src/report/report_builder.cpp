@@ -132,7 +132,8 @@ CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool k
   if (facts.period_ns > 0) report.period_ns = facts.period_ns;
   if (facts.deadline_ns > 0) report.deadline_ns = facts.deadline_ns;
   report.response_deadline = facts.response_deadline;
-  if (facts.response_deadline) report.late = facts.late;
+  if (facts.response_deadline)
+    report.late = facts.are_releases_certain() ? facts.late : facts.late_by_duration;
   if (facts.group) report.group = to_number(*facts.group);
   for (const auto& pair : facts.ran_on) {
     const auto& thread = model.threads[at(pair.thread)];

@@ -194,14 +194,17 @@ void SampleCollector::on_instance(const Instance& instance) {
 }
 
 std::vector<CallbackSample> SampleCollector::samples(const Report& report) const {
+  // A timer's calculated releases may have been taken back.
+  std::vector<bool> has_releases(measured_.size());
+  for (const auto& callback : report.callbacks) {
+    if (at(callback.index) < has_releases.size())
+      has_releases[at(callback.index)] = callback.response_time.has_value();
+  }
   std::map<std::string_view, Measured> by_id;
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const auto& measured = measured_[i];
     auto& sum = by_id[measured.logical_id];
-    const auto index = static_cast<CallbackIndex>(i);
-    const auto shown = std::ranges::find(report.callbacks, index, &CallbackReport::index);
-    // A timer's calculated releases may have been taken back.
-    if (shown != report.callbacks.end() && shown->response_time) {
+    if (has_releases[i]) {
       sum.response_time.merge(measured.response_time);
       sum.start_latency.merge(measured.start_latency);
     }

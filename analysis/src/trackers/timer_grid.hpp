@@ -8,6 +8,7 @@
 // for without a reason, is refuted.
 #pragma once
 
+#include <cie/analysis/report.hpp>
 #include <cie/analysis/time.hpp>
 
 #include <cstdint>
@@ -49,7 +50,7 @@ class TimerGrid {
   std::uint64_t unresolved() const noexcept { return unresolved_ + since_anchor_; }
 
   // So soon after its release an instance starts that waits for nothing.
-  static constexpr Duration kPrompt{1'000'000};
+  static constexpr Duration kPrompt = kMostTimerError;
 
  private:
   std::int64_t last_until(Timestamp time) const noexcept;

@@ -73,7 +73,15 @@ class Keeper {
 EventBatch::EventBatch(std::size_t capacity)
     : events_(std::make_unique<Event[]>(capacity)),  // NOLINT(modernize-avoid-c-arrays)
       next_(events_.get()),
+      capacity_(capacity),
       end_(events_.get() + capacity) {}
+
+void EventBatch::keep_shown(const OtherEvent& event) noexcept {
+  shown_ += event.fields.size_bytes();
+  for (const auto& field : event.fields)
+    shown_ += field.text.size();
+  if (shown_ > kMostShown) end_ = next_;
+}
 
 void EventBatch::keep_views(EventBody& body) {
   std::visit(
@@ -81,6 +89,7 @@ void EventBatch::keep_views(EventBody& body) {
         using Body = std::remove_cvref_t<decltype(event)>;
         if constexpr ((kWithViews & kinds<Body>()) != 0) {
           Keeper(memory_).keep(event);
+          if constexpr (std::is_same_v<Body, OtherEvent>) keep_shown(event);
         } else {
           static_assert(sizeof(Body) <= sizeof(CallbackStart), "large enough to hide views");
         }
@@ -89,7 +98,7 @@ void EventBatch::keep_views(EventBody& body) {
 }
 
 void EventBatch::keep_raw(Event& event, const Translation& translation, const Payload& payload) {
-  if (!has_raw_) raw_.assign(static_cast<std::size_t>(end_ - events_.get()), Raw{});
+  if (!has_raw_) raw_.assign(capacity_, Raw{});
   has_raw_ = true;
   raw_[static_cast<std::size_t>(&event - events_.get())] = {.translation = &translation,
                                                             .first_field = fields_.size()};
@@ -102,6 +111,8 @@ void EventBatch::keep_raw(Event& event, const Translation& translation, const Pa
 
 void EventBatch::clear() noexcept {
   next_ = events_.get();
+  end_ = next_ + capacity_;
+  shown_ = 0;
   kinds_ = 0;
   has_raw_ = false;
   fields_.clear();

@@ -35,10 +35,12 @@ struct RawEvent {
   Payload fields;  // those that were asked for; borrowed from the batch
 };
 
-// Keeps a bounded number of events with copies of what they view. Used again after clear(), so that
+// Keeps a bounded number of events with copies of what they view, and of shown fields no more than
+// one event above kMostShown bytes. Used again after clear(), so that
 // it allocates little after its first round.
 class EventBatch {
  public:
+  static constexpr std::size_t kMostShown = std::size_t{1} << 20U;
   explicit EventBatch(std::size_t capacity);
   EventBatch(const EventBatch&) = delete;
   EventBatch& operator=(const EventBatch&) = delete;
@@ -121,11 +123,14 @@ class EventBatch {
   };
 
   void keep_views(EventBody& body);
+  void keep_shown(const OtherEvent& event) noexcept;
   void keep_raw(Event& event, const Translation& translation, const Payload& payload);
 
   std::unique_ptr<Event[]> events_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
   Event* next_;
-  Event* end_;
+  std::size_t capacity_;
+  Event* end_;             // where it is full
+  std::size_t shown_ = 0;  // bytes
   std::uint64_t kinds_ = 0;
   bool has_raw_ = false;
   std::vector<Raw> raw_;  // by place of the event

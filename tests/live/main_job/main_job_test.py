@@ -129,7 +129,7 @@ class Demo(unittest.TestCase):
         self.assertRegex(text, r"FAIL +M2 one-callback-per-thread: thread \d+")
         self.assertRegex(text, r"FAIL +M3 one-thread-per-callback: callback /\w+")
         self.assertRegex(text, r"at \d+ ns .*tid \d+")
-        self.assertIn("babeltrace2", text)
+        self.assertIn("cie events", text)
 
     def test_every_stream_file_is_missed(self):
         for number, stream in enumerate(self.streams(self.isolated)):

@@ -153,5 +153,21 @@ TEST(EventBatch, GivesWhatFollowsRightAfterItsCause) {
               testing::ElementsAre("1", "node 10", "2", "3", "node 30", "node 31", "node 40"));
 }
 
+// As many values as a trace says, and a batch of such events would take gigabytes.
+TEST(EventBatch, IsFullOfFewEventsThatAreLarge) {
+  const std::vector<analysis::FieldValue> fields(analysis::EventBatch::kMostShown /
+                                                 sizeof(analysis::FieldValue) / 2);
+  analysis::EventBatch batch(8);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_FALSE(batch.is_full());
+    auto& event = batch.add();
+    event.body = analysis::OtherEvent{.name = "large", .fields = fields};
+    batch.keep(event);
+  }
+  EXPECT_TRUE(batch.is_full());
+  batch.clear();
+  EXPECT_FALSE(batch.is_full());
+}
+
 }  // namespace
 }  // namespace cie::test

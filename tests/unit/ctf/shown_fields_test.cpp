@@ -9,6 +9,7 @@
 #include <ctf/program/event_choice.hpp>
 #include <ctf/program/program_builder.hpp>
 #include <gtest/gtest.h>
+#include <vocabulary/field.hpp>
 
 namespace cie::analysis::ctf {
 namespace {
@@ -155,6 +156,35 @@ TEST(ShownFields, AScopeReadAgainTakesBackWhatItShowed) {
   fields.number(field, 2);
   fields.take_back(before);
   EXPECT_EQ(fields.values().size(), 1U);
+}
+
+TEST(ShownFields, AScopeThatIsReadAgainIsShownWhole) {
+  const ShownField number{.kind = Kind::natural, .name = "n"};
+  const ShownField scope{.kind = Kind::structure, .name = "s"};
+  ShownFields fields;
+  for (std::size_t i = 0; i < kMaxElements; ++i)
+    fields.number(number, i);
+  fields.open(scope);  // for which there is no room; then the bytes are at their end
+  fields.take_back(0);
+  fields.open(scope);
+  fields.number(number, 1);
+  fields.close();
+  ASSERT_EQ(fields.values().size(), 3U);
+  EXPECT_EQ(fields.values()[0].kind, Kind::structure);
+  EXPECT_EQ(fields.values()[2].kind, Kind::end);
+}
+
+TEST(ShownFields, MoreIsToldBehindAValueThatCannotBeRead) {
+  const ShownField number{.kind = Kind::natural, .name = "n"};
+  const ShownField opaque{.kind = Kind::opaque, .name = "wide"};
+  ShownFields fields;
+  for (std::size_t i = 1; i < kMaxElements; ++i)
+    fields.number(number, i);
+  fields.text(opaque, nullptr, 0);
+  fields.number(number, 0);
+  fields.number(number, 0);
+  ASSERT_EQ(fields.values().size(), kMaxElements + 1);
+  EXPECT_EQ(fields.values().back().name, "more");
 }
 
 }  // namespace

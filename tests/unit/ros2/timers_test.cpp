@@ -275,6 +275,7 @@ TEST(Ros2Timers, AResetThatNearlyKeepsTheGridAccusesNobody) {
   EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive);
   EXPECT_EQ(result.verdict("R3"), Verdict::inconclusive);
   EXPECT_EQ(result.verdict("R1"), Verdict::inconclusive);
+  EXPECT_EQ(result.callback(kId).late, 0U);
 }
 
 TEST(Ros2Timers, WhatMayHaveBeenAResetAccusesNobody) {

@@ -101,7 +101,7 @@ TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {
   samples[1].isolation = Isolation::not_isolated;
   samples[2].isolation = Isolation::never_ran;
   samples[3].isolation.reset();
-  EXPECT_EQ(isolation_count(samples), (IsolationCount{.own_thread = 1, .ran = 3}));
+  EXPECT_EQ(isolation_count(samples), (IsolationCount{.own_thread = 1, .ran = 3, .unknown = 1}));
 }
 
 }  // namespace

@@ -43,6 +43,12 @@ TextCell response_cell(const CallbackReport& c, std::int64_t Summary::*part) {
   return {">" + format_duration((*c.response_time_lower).*part), Look::doubtful};
 }
 
+// Where only bounds are known, the upper one.
+TextCell at_most_cell(const CallbackReport& c) {
+  if (c.response_time || !c.response_time_upper) return not_measured();
+  return {"<" + format_duration(c.response_time_upper->max), Look::doubtful};
+}
+
 // Where no response time is known exactly, what else says how long and how often it runs.
 std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alone) {
   const auto late =
@@ -64,6 +70,7 @@ std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alon
       response_cell(c, &Summary::p50),
       response_cell(c, &Summary::p99),
       response_cell(c, &Summary::max),
+      at_most_cell(c),
       c.response_deadline ? TextCell{format_duration(c.response_deadline->ns)} : not_measured(),
       late,
       has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
@@ -296,6 +303,7 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
                           {"response", "time p50"},
                           {"response", "time p99"},
                           {"response", "time max"},
+                          {"at", "most"},
                           {"", "deadline"},
                           {"", "late"},
                           {"duration", "max"},

@@ -146,12 +146,16 @@ TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNam
 std::string isolation_words(const DiffContext& context) {
   const auto& before = context.isolation_before;
   const auto& after = context.isolation_after;
+  const auto unknown = [](const IsolationCount& count) {
+    return count.unknown == 0 ? std::string() : fmt::format(" ({} not known)", count.unknown);
+  };
   if (before == after) {
-    return fmt::format("{} of {} had a thread of their own, before and after", before.own_thread,
-                       counted(before.ran, "callback"));
+    return fmt::format("{} of {} had a thread of their own{}, before and after", before.own_thread,
+                       counted(before.ran, "callback"), unknown(before));
   }
-  return fmt::format("{} of {} had a thread of their own before, {} of {} after", before.own_thread,
-                     counted(before.ran, "callback"), after.own_thread, after.ran);
+  return fmt::format("{} of {} had a thread of their own{} before, {} of {}{} after",
+                     before.own_thread, counted(before.ran, "callback"), unknown(before),
+                     after.own_thread, after.ran, unknown(after));
 }
 
 std::string structural_changes(const std::vector<CallbackChange>& changes,
@@ -189,6 +193,7 @@ IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samp
   IsolationCount count;
   for (const auto& sample : samples) {
     count.own_thread += sample.isolation == analysis::Isolation::isolated ? 1U : 0U;
+    count.unknown += sample.isolation ? 0U : 1U;
     count.ran += sample.isolation == analysis::Isolation::never_ran ? 0U : 1U;
   }
   return count;

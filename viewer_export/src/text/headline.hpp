@@ -20,6 +20,8 @@ class Headline {
   analysis::Verdict verdict() const;
   // Rules with it, without those that would have another verdict if nothing were suppressed.
   std::vector<std::string> rules_with(analysis::Verdict verdict) const;
+  // "26 of 26 callbacks share threads".
+  std::string fact() const;
   // "FAIL  run1: 26 of 26 callbacks share threads".
   Lines lines() const;
   // The same on one line, whatever its length.
@@ -31,7 +33,6 @@ class Headline {
   Look look() const;
   std::string word() const;
   std::string title() const;
-  std::string fact() const;
 
   const Judged& judged_;
   const std::vector<Finding>& findings_;

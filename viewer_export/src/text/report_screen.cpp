@@ -58,6 +58,11 @@ const std::optional<Summary>& times_of(const CallbackReport& callback) {
   return callback.response_time_lower ? callback.response_time_lower : callback.duration;
 }
 
+// Whether what is not known exactly has a bound on the other side, too.
+bool at_most(const CallbackReport& callback) {
+  return !callback.response_time && callback.response_time_upper;
+}
+
 // What loads the components of a container is done when the application runs.
 bool is_start_up(const CallbackReport& callback) {
   return callback.kind == CallbackKind::service &&
@@ -182,8 +187,7 @@ class Screen {
                           : isolation_fact(report_);
     if (!is_isolation_claimed() && findings_.empty()) return head_.lines_of(fact);
     auto lines = head_.lines();
-    const auto is_told = std::ranges::any_of(
-        lines, [&fact](const auto& line) { return line.find(fact) != std::string::npos; });
+    const bool is_told = head_.fact().find(fact) != std::string::npos;
     if (!is_told) append(lines, paragraph("  ", fact, 1, style_));
     return lines;
   }
@@ -230,7 +234,7 @@ class Screen {
     return lines;
   }
 
-  enum class Extra : std::uint8_t { missed, own_thread, start_latency, execution };
+  enum class Extra : std::uint8_t { at_most, missed, own_thread, start_latency, execution };
 
   std::vector<TextTable::Column> columns(const std::vector<Extra>& extras) const {
     using Align = TextTable::Align;
@@ -244,7 +248,8 @@ class Screen {
                                            {"", "late"},
                                            {"", "busy"}};
     for (const auto extra : extras) {
-      columns.push_back(extra == Extra::missed          ? TextTable::Column{"", "missed"}
+      columns.push_back(extra == Extra::at_most         ? TextTable::Column{"at", "most"}
+                        : extra == Extra::missed        ? TextTable::Column{"", "missed"}
                         : extra == Extra::own_thread    ? TextTable::Column{"own", "thread"}
                         : extra == Extra::start_latency ? TextTable::Column{"start", "lat. max"}
                                                         : TextTable::Column{"exec.", "time max"});
@@ -264,6 +269,9 @@ class Screen {
   static TextCell extra_cell(const CallbackReport& callback, Extra extra) {
     const auto missed = callback.missed_releases;
     switch (extra) {
+      case Extra::at_most:
+        return at_most(callback) ? time_cell(callback.response_time_upper, &Summary::max, "<")
+                                 : not_measured();
       case Extra::missed:
         return missed ? TextCell{fmt::format("{}", *missed), *missed > 0 ? Look::bad : Look::plain}
                       : not_measured();
@@ -336,6 +344,8 @@ class Screen {
   // The columns that there may be room for, the most useful first.
   std::vector<Extra> extras() const {
     std::vector<Extra> extras;
+    if (std::ranges::any_of(callbacks_, [](const auto* callback) { return at_most(*callback); }))
+      extras.push_back(Extra::at_most);
     if (missed_releases() > 0) extras.push_back(Extra::missed);
     if (callbacks_with(report_, Isolation::not_isolated) > 0 &&
         callbacks_with(report_, Isolation::isolated) > 0)
@@ -349,6 +359,7 @@ class Screen {
     const auto chains =
         std::min(chains_.size(), std::max(room / 4, room - std::min(room, callbacks_.size())));
     const auto callbacks = std::min(callbacks_.size(), room - std::min(room, chains));
+    if (callbacks + chains == 0) return more_than(0, 0);
     auto columns = extras();
     while (!columns.empty() &&
            table_of(callbacks, chains, columns).natural_width() > style_.columns)
@@ -357,13 +368,18 @@ class Screen {
     std::istringstream text(table_of(callbacks, chains, columns).render(style_));
     for (std::string line; std::getline(text, line);)
       lines.push_back(line);
+    append(lines, more_than(callbacks, chains));
+    return lines;
+  }
+
+  Lines more_than(std::size_t callbacks, std::size_t chains) const {
     std::string more;
     if (const auto left = callbacks_.size() - callbacks; left > 0)
       more += counted(left, "more callback");
     if (const auto left = chains_.size() - chains; left > 0)
       more += (more.empty() ? "" : ", ") + counted(left, "more chain");
-    if (!more.empty()) lines.push_back(fmt::format("  {} {}", gap_, more));
-    return lines;
+    if (more.empty()) return {};
+    return {fmt::format("  {} {}", gap_, more)};
   }
 
   std::uint64_t missed_releases() const {

@@ -263,7 +263,8 @@ std::string notes(const Report& report, const TextStyle& style) {
   if (any_callback(report, [](const auto& c) { return !c.response_time; })) {
     lines.emplace_back(
         "A response time is \"-\" when no release is known exactly; \">\" marks a lower bound, the "
-        "time from the first sign of the instance to its end.");
+        "time from the first sign of the instance to its end; the upper one, at most, begins with "
+        "the source timestamp of its message.");
   }
   if (any_callback(report, [](const auto& c) { return c.has_calculated_releases; })) {
     lines.emplace_back(

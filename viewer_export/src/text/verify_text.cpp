@@ -40,13 +40,15 @@ Look look_of(Verdict verdict) {
 }
 
 // Shows the events around the evidence.
-std::string events_command(const std::vector<Evidence>& evidence, const analysis::Report& report) {
+std::string events_command(const std::vector<Evidence>& evidence, const analysis::Report& report,
+                           const std::string& reader_arguments) {
   const auto [first, last] =
       std::minmax_element(evidence.begin(), evidence.end(),
                           [](const auto& a, const auto& b) { return a.time < b.time; });
   std::string command = "cie events";
   for (const auto& path : report.trace.paths)
     command += " " + printable(shell_quoted(path));
+  if (!reader_arguments.empty()) command += " " + reader_arguments;
   std::int64_t from = 0;
   std::int64_t to = 0;
   const bool is_window = !__builtin_sub_overflow(first->time.ns, kMarginNs, &from) &&
@@ -78,7 +80,8 @@ std::string about(const analysis::RuleVerdict& rule, Verdict verdict, const Text
 }
 
 std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVerdict& subject,
-                    const analysis::Report& report, const TextStyle& style) {
+                    const analysis::Report& report, const std::string& reader_arguments,
+                    const TextStyle& style) {
   std::string text = subject.is_suppressed() ? paint("SUPPRESSED ", Look::faint, style) : "";
   text += paint(analysis::label(subject.verdict), look_of(subject.verdict), style);
   text += fmt::format("  {} {}: {}", rule.id, rule.name, printable(subject.subject));
@@ -88,7 +91,9 @@ std::string finding(const analysis::RuleVerdict& rule, const analysis::SubjectVe
     text += "    " + evidence_line(evidence, report) + "\n";
   }
   if (!subject.evidence.empty()) {
-    text += "    " + paint(events_command(subject.evidence, report), Look::faint, style) + "\n";
+    text += "    " +
+            paint(events_command(subject.evidence, report, reader_arguments), Look::faint, style) +
+            "\n";
   }
   return text;
 }
@@ -222,7 +227,7 @@ void write_verify_text(std::ostream& out, const analysis::VerdictReport& verdict
         if (subject.verdict != verdict || subject.is_suppressed() != is_suppressed) continue;
         const auto same = rules_that_say(verdicts, subject);
         if (!same.empty() && same.front() != rule.id) continue;
-        out << finding(rule, subject, report, style);
+        out << finding(rule, subject, report, context.reader_arguments, style);
         if (same.size() > 1) out << also(same, style);
         if (!is_told) out << about(rule, verdict, style);
         is_told = true;

@@ -260,11 +260,13 @@ std::size_t end_of_id(std::string_view sentence, std::size_t at) {
   const char before = at == 0 ? ' ' : sentence[at - 1];
   const bool is_begin = std::isalnum(static_cast<unsigned char>(before)) == 0 && before != '_';
   if (sentence[at] != '/' || !is_begin) return at;
-  const auto mark = sentence.find('@', at);
-  if (mark == std::string_view::npos || mark > sentence.find(' ', at)) return at;
-  auto end = sentence.find(')', mark);
+  constexpr std::size_t kLongest = 1024;  // names of a trace may hold nothing but slashes
+  const auto part = sentence.substr(at, kLongest);
+  const auto mark = part.find_first_of("@ ");
+  if (mark == std::string_view::npos || part[mark] != '@') return at;
+  auto end = part.find(')', mark);
   if (end == std::string_view::npos) return at;
-  ++end;
+  end += at + 1;
   if (end + 1 < sentence.size() && sentence[end] == '#') {
     const auto digits = sentence.find_first_not_of("0123456789", end + 1);
     if (digits != end + 1) end = std::min(digits, sentence.size());

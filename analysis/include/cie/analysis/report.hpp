@@ -83,6 +83,8 @@ constexpr bool is_known(ReleaseSource source) noexcept {
   return source == ReleaseSource::exact || source == ReleaseSource::timer_grid;
 }
 inline constexpr Duration kTimerError{10'000};
+// A timer that was reset unnoticed has releases that are off by no more than this.
+inline constexpr Duration kMostTimerError{1'000'000};
 std::string_view label(ReleaseSource source) noexcept;
 
 // Whether a callback had a thread of its own: every run of it on one thread, which ran nothing

@@ -223,7 +223,12 @@ Outcome skip_wide_text(const Op& op, Bits& bits) noexcept {
 
 Outcome run_text(const Op& op, Bits& bits, Frame& frame) noexcept {
   if (bits.end <= bits.at) return Outcome::cut;
-  if (op.size > 8) return skip_wide_text(op, bits);
+  if (op.size > 8) {
+    const auto outcome = skip_wide_text(op, bits);
+    const bool is_shown = op.shown != nullptr && frame.shown != nullptr;
+    if (outcome == Outcome::ok && is_shown) frame.shown->text(*op.shown, nullptr, 0);
+    return outcome;
+  }
   const auto* begin = bits.data + bits.at / 8;
   const auto available = (bits.end - bits.at) / 8;
   const auto* nul = static_cast<const std::uint8_t*>(std::memchr(begin, 0, available));

@@ -248,6 +248,7 @@ class ScopeBuilder {
     if (seen != nullptr && seen->kind == FieldValue::Kind::real) {
       out_.emit({.code = Op::Code::integer,
                  .is_big_endian = is_big(type),
+                 .is_reversed = type.is_reversed,
                  .size = type.size,
                  .shown = seen});
     } else if (out_.is_whole_byte() && type.size % 8 == 0 && seen == nullptr) {

@@ -30,9 +30,10 @@ void ShownFields::clear() noexcept {
 
 bool ShownFields::has_room() {
   if (values_.size() < kMaxElements) return true;
-  const bool is_told = values_.back().kind == FieldValue::Kind::opaque;
+  constexpr std::string_view kMore = "more";
+  const bool is_told = values_.back().name.data() == kMore.data();
   if (!is_told && unshown_ == 0) {
-    values_.push_back({.kind = FieldValue::Kind::opaque, .name = "more"});
+    values_.push_back({.kind = FieldValue::Kind::opaque, .name = kMore});
   }
   return false;
 }

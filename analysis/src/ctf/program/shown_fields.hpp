@@ -42,7 +42,10 @@ class ShownFields {
 
   // A scope that is read again from its begin takes back what it has shown.
   std::size_t size() const noexcept { return values_.size(); }
-  void take_back(std::size_t size) { values_.resize(size); }
+  void take_back(std::size_t size) {
+    values_.resize(size);
+    unshown_ = 0;
+  }
 
   std::span<const FieldValue> values() const noexcept { return values_; }
   std::uint32_t context() const noexcept { return static_cast<std::uint32_t>(context_); }

@@ -153,6 +153,7 @@ bool EventCursor::read_fields() {
 }
 
 bool EventCursor::read_body(ShownFields& shown) {
+  if (!plan_->is_shown) return read_body();
   shown.clear();
   frame_->shown = &shown;
   const bool is_good = read_body();

@@ -136,7 +136,7 @@ void EventTranslator::lose(const EventHead& head) {
   if (stream.is_kernel) return;
   for (auto& [pid, process] : stream.host->processes) {
     for (auto& [tid, thread] : process.threads)
-      thread = {};
+      thread = {.is_named = thread.is_named};
     process.queues.clear();
   }
 }

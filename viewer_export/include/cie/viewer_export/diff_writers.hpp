@@ -15,6 +15,7 @@ namespace cie::viewer_export {
 struct IsolationCount {
   std::size_t own_thread = 0;
   std::size_t ran = 0;
+  std::size_t unknown = 0;  // of those that ran
   friend bool operator==(const IsolationCount&, const IsolationCount&) = default;
 };
 IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samples);

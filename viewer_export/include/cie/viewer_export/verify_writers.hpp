@@ -56,6 +56,7 @@ struct VerifyContext {
   // What follows `cie verify` and `cie view` to look at the same, printable.
   std::string verify_arguments{};
   std::string view_arguments{};
+  std::string reader_arguments{};  // of these, those that say how to read
 };
 
 // For people, one screen of at most 24 lines: the gravest fact, a block per violated rule with the
