@@ -124,35 +124,35 @@ std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
 }
 
 std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
-  return for_each_callback(context, [&context](const CallbackFacts& callback,
-                                               const std::optional<Evidence>& loss,
-                                               Judgement& judgement) {
-    judgement.doubt(unknown_identity(callback));
-    if (callback.kind != CallbackKind::timer) return;
-    const auto* entry = spec_entry(context, callback);
-    const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
-    judgement.check(callback.starts.count);
-    judgement.doubt(loss);
-    judgement.doubt(calculated_releases(callback));
-    if (callback.missed > allowed && !callback.are_releases_certain()) {
-      judgement.doubt(evidence("callback_start", callback.starts.last_at,
-                               counted(callback.missed, "period") +
-                                   " skipped in all, if the timer was not reset; " +
-                                   std::to_string(allowed) + " allowed"));
-    } else if (callback.missed > allowed) {
-      if (callback.first_missed) {
-        judgement.fail(start_of(*callback.first_missed,
-                                ": " + counted(callback.first_missed->value, "period") +
-                                    (callback.first_missed->value == 1 ? " was" : " were") +
-                                    " skipped before this release"));
-      }
-      judgement.fail(evidence("callback_start", callback.starts.last_at,
-                              counted(callback.missed, "period") + " skipped in all, " +
-                                  std::to_string(allowed) + " allowed"));
-    }
-    judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
-                                                 : inexact_releases(callback));
-  });
+  return for_each_callback(
+      context, [&context](const CallbackFacts& callback, const std::optional<Evidence>& loss,
+                          Judgement& judgement) {
+        judgement.doubt(unknown_identity(callback));
+        if (callback.kind != CallbackKind::timer) return;
+        const auto* entry = spec_entry(context, callback);
+        const auto allowed = entry != nullptr ? entry->missed_releases_allowed.value_or(0) : 0;
+        judgement.check(callback.starts.count);
+        judgement.doubt(loss);
+        judgement.doubt(calculated_releases(callback));
+        if (callback.missed > allowed && !callback.are_releases_certain()) {
+          judgement.doubt(evidence("callback_start", callback.starts.last_at,
+                                   counted(callback.missed, "period") +
+                                       " skipped in all, if the timer was not reset; " +
+                                       std::to_string(allowed) + " allowed"));
+        } else if (callback.missed > allowed) {
+          if (callback.first_missed) {
+            judgement.fail(start_of(*callback.first_missed,
+                                    ": " + counted(callback.first_missed->value, "period") +
+                                        (callback.first_missed->value == 1 ? " was" : " were") +
+                                        " skipped before this release"));
+          }
+          judgement.fail(evidence("callback_start", callback.starts.last_at,
+                                  counted(callback.missed, "period") + " skipped in all, " +
+                                      std::to_string(allowed) + " allowed"));
+        }
+        judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
+                                                     : inexact_releases(callback));
+      });
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
