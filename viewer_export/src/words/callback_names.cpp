@@ -159,8 +159,7 @@ CallbackNames::CallbackNames(const std::vector<std::string>& ids, const TextStyl
 
 void CallbackNames::name_ids(std::vector<std::string> ids, const TextStyle& style) {
   std::ranges::sort(ids);
-  const auto repeated = std::ranges::unique(ids);
-  ids.erase(repeated.begin(), repeated.end());
+  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   std::set<std::string_view> nodes;
   for (const auto& id : ids) {
     if (const auto parts = parts_of(id)) nodes.insert(parts->node);
