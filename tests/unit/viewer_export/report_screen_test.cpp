@@ -19,7 +19,7 @@ using testing::Not;
 using testing::StartsWith;
 
 // Of the callback that took longest.
-ReportContext context() {
+ReportContext usual_context() {
   return {.verify = {.spec_name = {},
                      .spec_sha256 = {},
                      .worst_runs = {{.callback = analysis::CallbackIndex{1},
@@ -33,7 +33,7 @@ ReportContext context() {
 }
 
 std::string screen_of(const analysis::Report& report, const analysis::VerdictReport& verdicts,
-                      const TextStyle& style = {}, const ReportContext& context = context()) {
+                      const TextStyle& style = {}, const ReportContext& context = usual_context()) {
   std::ostringstream out;
   write_report_screen(out, report, verdicts, context, style);
   return out.str();
@@ -114,11 +114,11 @@ TEST(ReportScreen, IsNoFailWhereNobodyClaimedThatThreadsAreNotShared) {
               StartsWith("run 1: callbacks share threads: 1 of 2\n"
                          "  130.0 ms on robot: 1 process, multi_threaded executor; "));
   const auto fail = StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n");
-  auto expecting = context();
+  auto expecting = usual_context();
   expecting.is_isolation_expected = true;
   EXPECT_THAT(screen_of(unclaimed_report(), test::sample_verdicts(), {}, expecting), fail);
   const auto spec = SchedulingSpec::parse("callback_groups: []\n", "app.yaml");
-  auto specified = context();
+  auto specified = usual_context();
   specified.verify.spec = &spec;
   EXPECT_THAT(screen_of(unclaimed_report(), test::sample_verdicts(), {}, specified), fail);
 }
@@ -194,7 +194,7 @@ TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {
         "'/perception/lidar@Subscription(/sensing/lidar/top/points_raw)']\n    path_latency: " +
             std::to_string(bound) + "\n",
         "app.yaml");
-    auto specified = context();
+    auto specified = usual_context();
     specified.verify.spec = &spec;
     return screen_of(report, {}, {}, specified);
   };
@@ -204,7 +204,7 @@ TEST(ReportScreen, OfAChainOfTheSpecSaysWhetherItWasLate) {
 }
 
 TEST(ReportScreen, SaysWhereTheTimeOfTheWorstRunWent) {
-  auto blocked = context();
+  auto blocked = usual_context();
   auto& worst = blocked.verify.worst_runs[0];  // of 2.5 ms
   worst.preempted.reset();
   worst.start_latency = analysis::Duration{100'000};
@@ -242,7 +242,7 @@ TEST(ReportScreen, NeverTakesMoreThan24LinesNorMoreColumnsThanThereAre) {
                               .advice = std::string(300, 'a')});
     report.trace.hosts.push_back(std::string(60, 'h'));
   }
-  auto long_arguments = context();
+  auto long_arguments = usual_context();
   for (const auto& arguments :
        {std::string("run"), std::string(35, 'x') + " --spec " + std::string(30, 'y')}) {
     long_arguments.verify.verify_arguments = arguments;
@@ -269,7 +269,7 @@ TEST(ReportScreen, LetsNoNameControlTheTerminal) {
   hostile.trace.hosts = {evil};
   hostile.defects[0].severity = analysis::Severity::error;
   hostile.defects[0].advice = evil;
-  auto judged = context();
+  auto judged = usual_context();
   judged.verify.worst_runs[0].preempted_by = evil;
   const auto text = screen_of(hostile, test::sample_verdicts(), {}, judged);
   for (const char* control : {"\x1b", "\x07", "\r", "\xC2\x9B"})
