@@ -10,7 +10,7 @@
 #include "words/text_layout.hpp"
 
 #include <algorithm>
-#include <optional>
+#include <filesystem>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -11,8 +11,7 @@ using viewer_export::WorstRun;
 
 void WorstRuns::on_instance(const Instance& instance) {
   if (instance.state != analysis::InstanceState::complete) return;
-  const auto response = is_known(instance.release_source) ? analysis::response_time(instance)
-                                                          : analysis::least_response_time(instance);
+  const auto response = analysis::response_time_or_bound(instance);
   if (!response) return;
   const auto place = analysis::at(instance.callback);
   if (place >= runs_.size()) runs_.resize(place + 1);

@@ -9,7 +9,7 @@
 
 namespace cie::cli {
 
-// By what is certain of response times, as rule R3 judges.
+// By response times, or what is certain of them where they are not known.
 class WorstRuns final : public analysis::Observer {
  public:
   void on_instance(const analysis::Instance& instance) override;

@@ -67,7 +67,7 @@ void Monitor::on_instance(const Instance& instance) {
   }
   const auto least = *analysis::least_response_time(instance);
   const bool is_exact = is_known(instance.release_source);
-  const auto response = is_exact ? *analysis::response_time(instance) : least;
+  const auto response = *analysis::response_time_or_bound(instance);
   const bool is_late = callback.deadline_ns && least.ns > *callback.deadline_ns;
   callback.rolling.add(*instance.end, response, is_late, instance.missed);
   ++callback.counts[class_of(response.ns)];

@@ -26,4 +26,9 @@ std::optional<Duration> least_response_time(const Instance& instance) noexcept {
   return *instance.end - (is_bound_known && instance.release ? *instance.release : instance.start);
 }
 
+std::optional<Duration> response_time_or_bound(const Instance& instance) noexcept {
+  return is_known(instance.release_source) ? response_time(instance)
+                                           : least_response_time(instance);
+}
+
 }  // namespace cie::analysis

@@ -76,7 +76,7 @@ void put_lane(std::string& out, const std::vector<TimelineInstance>& instances, 
 }
 
 // JSON within a script element: nothing in it may look like the element's end.
-std::string script_data(const std::string& json) {
+std::string script_data(std::string_view json) {
   std::string text;
   text.reserve(json.size());
   for (const char c : json) {
@@ -180,8 +180,14 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
     write_report(json, result.report);
     json.key("verdicts");
     write_verdicts(json, result.verdicts, {});
-    add("input", input);
-    add("spec", spec == nullptr ? Json(nullptr) : Json(spec->name()));
+    json.key("input");
+    json.value(input);
+    json.key("spec");
+    if (spec == nullptr) {
+      json.null();
+    } else {
+      json.value(std::string_view(spec->name()));
+    }
     add("histograms", histograms_json(result.report));
     add("timeline", timeline);
   });
@@ -196,7 +202,7 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
       << "</style>\n</head>\n<body>\n<noscript>This page draws its contents with a script of its "
          "own, "
          "which this browser does not run.</noscript>\n<main id=\"page\"></main>\n";
-  out << "<script type=\"application/json\" id=\"document\">" << script_data(text.str())
+  out << "<script type=\"application/json\" id=\"document\">" << script_data(text.view())
       << "</script>\n<script>" << kReportJs << "</script>\n</body>\n</html>\n";
 }
 

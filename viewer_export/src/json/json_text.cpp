@@ -2,17 +2,12 @@
 
 #include "json.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 namespace cie::viewer_export {
 namespace {
 
 constexpr std::size_t kBuffer = std::size_t{64} << 10U;
-
-bool is_plain(char c) {
-  return static_cast<unsigned char>(c) - 0x20U < 0x60U && c != '"' && c != '\\';
-}
 
 }  // namespace
 
@@ -41,15 +36,7 @@ void JsonText::key(std::string_view name) {
   text_ += indentation_ == kOneLine ? "\":" : "\": ";
 }
 
-void JsonText::value(std::string_view value) {
-  if (!std::ranges::all_of(value, is_plain)) {
-    text_ += json_string(value);
-    return;
-  }
-  text_ += '"';
-  text_ += value;
-  text_ += '"';
-}
+void JsonText::value(std::string_view value) { append_json_string(text_, value); }
 
 // As Json does, whose digits are not always the shortest.
 void JsonText::value(double value) {

@@ -278,6 +278,10 @@ std::string callback_title(const Report& report, const CallbackReport& callback)
   return printable(callback.logical_id) + place_of(report, callback);
 }
 
+bool has_run(const CallbackReport& callback) noexcept {
+  return callback.instances + callback.incomplete > 0;
+}
+
 std::ptrdiff_t callbacks_with(const Report& report, analysis::Isolation isolation) {
   return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
 }
@@ -286,7 +290,7 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
   std::vector<CallbackReport> that_ran;
   std::vector<std::string> others;
   for (const auto& callback : report.callbacks) {
-    if (callback.instances + callback.incomplete > 0) {
+    if (has_run(callback)) {
       that_ran.push_back(callback);
     } else {
       others.push_back(callback_title(report, callback));

@@ -16,6 +16,8 @@ std::string callback_title(const analysis::Report& report,
                            const analysis::CallbackReport& callback);
 
 // How many callbacks are isolated, not isolated, or never ran.
+// Whether any instance of it began.
+bool has_run(const analysis::CallbackReport& callback) noexcept;
 std::ptrdiff_t callbacks_with(const analysis::Report& report, analysis::Isolation isolation);
 
 // Each with its title and a blank line at the end; empty when there is nothing to show.

@@ -49,16 +49,6 @@ void append_quoted(std::string& to, std::string_view text) {
   to += '"';
 }
 
-void append_json(std::string& to, std::string_view text) {
-  if (is_plain(text)) {
-    to += '"';
-    to += text;
-    to += '"';
-  } else {
-    to += json_string(text);
-  }
-}
-
 void append_number(std::string& to, const FieldValue& value) {
   if (value.kind == Kind::natural) {
     append(to, "{}", static_cast<std::uint64_t>(value.number));
@@ -144,7 +134,7 @@ struct JsonFields {
   }
   static void between(std::string& to) { to += ','; }
   static void name(std::string& to, std::string_view name) {
-    append_json(to, name);
+    append_json_string(to, name);
     to += ':';
   }
   static void value(std::string& to, const FieldValue& value) {
@@ -155,7 +145,7 @@ struct JsonFields {
       case Kind::label:
         // By its number where it has no name.
         if (!value.text.empty()) {
-          append_json(to, value.text);
+          append_json_string(to, value.text);
         } else {
           append_number(to, value);
         }
@@ -169,7 +159,7 @@ struct JsonFields {
         }
         break;
       case Kind::text:
-        append_json(to, value.text);
+        append_json_string(to, value.text);
         break;
       case Kind::opaque:
         to += "null";
@@ -213,10 +203,10 @@ void RecordedEventWriter::add_text(const analysis::RecordedEvent& event) {
 
 void RecordedEventWriter::add_json(const analysis::RecordedEvent& event) {
   append(line_, R"({{"time_ns":{},"host":)", event.time.ns);
-  append_json(line_, event.host);
+  append_json_string(line_, event.host);
   append(line_, R"(,"cpu":{},"pid":{},"tid":{},"name":)", or_empty(event.cpu, "null"),
          or_empty(event.pid, "null"), or_empty(event.tid, "null"));
-  append_json(line_, event.name);
+  append_json_string(line_, event.name);
   line_ += R"(,"context":)";
   append_values(line_, event.context, JsonFields{});
   line_ += R"(,"fields":)";

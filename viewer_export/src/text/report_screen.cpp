@@ -1,4 +1,3 @@
-#include <cie/analysis/deadline.hpp>
 #include <cie/analysis/rule_pages.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 
@@ -46,10 +45,6 @@ TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*p
                    std::string_view mark = {}) {
   if (!times) return not_measured();
   return {std::string(mark) + compact((*times).*part), mark.empty() ? Look::plain : Look::doubtful};
-}
-
-bool has_run(const CallbackReport& callback) {
-  return callback.instances + callback.incomplete > 0;
 }
 
 // Response times, as bounds where none is known exactly.
@@ -361,11 +356,13 @@ class Screen {
     const auto callbacks = std::min(callbacks_.size(), room - std::min(room, chains));
     if (callbacks + chains == 0) return more_than(0, 0);
     auto columns = extras();
-    while (!columns.empty() &&
-           table_of(callbacks, chains, columns).natural_width() > style_.columns)
+    auto shown = table_of(callbacks, chains, columns);
+    while (!columns.empty() && shown.natural_width() > style_.columns) {
       columns.pop_back();
+      shown = table_of(callbacks, chains, columns);
+    }
     Lines lines{""};
-    std::istringstream text(table_of(callbacks, chains, columns).render(style_));
+    std::istringstream text(shown.render(style_));
     for (std::string line; std::getline(text, line);)
       lines.push_back(line);
     append(lines, more_than(callbacks, chains));

@@ -50,8 +50,6 @@ Lines broken(std::string_view label, std::string_view command, const TextStyle& 
 
 }  // namespace
 
-std::string_view gap(const TextStyle& style) { return style.unicode ? "…" : "..."; }
-
 void append(Lines& lines, Lines more) { std::ranges::move(more, std::back_inserter(lines)); }
 
 Lines paragraph(std::string_view begin, std::string_view text, std::size_t most,

@@ -3,6 +3,8 @@
 
 #include <cie/viewer_export/text_style.hpp>
 
+#include "words/text_layout.hpp"
+
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -14,9 +16,6 @@ namespace cie::viewer_export {
 constexpr std::size_t kScreenLines = 24;
 
 using Lines = std::vector<std::string>;
-
-// What stands for what is left out.
-std::string_view gap(const TextStyle& style);
 
 void append(Lines& lines, Lines more);
 

@@ -11,7 +11,7 @@
 namespace cie::viewer_export {
 namespace {
 
-// Text that stands for itself in CSV and, between quotes, in JSON: most names.
+// Text that stands for itself in CSV: most names.
 bool is_plain(std::string_view text) {
   return std::ranges::all_of(
       text, [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != ',' && c != '\\'; });
@@ -99,13 +99,7 @@ class JsonLinesTable final : public TableWriter {
     for (std::size_t i = 0; i < cells.size(); ++i) {
       out += keys_[i];
       if (const auto* text = std::get_if<std::string_view>(&cells[i])) {
-        if (is_plain(*text)) {
-          out += '"';
-          out += *text;
-          out += '"';
-        } else {
-          out += json_string(*text);
-        }
+        append_json_string(out, *text);
       } else if (std::holds_alternative<std::monostate>(cells[i])) {
         out += "null";
       } else {

@@ -254,9 +254,10 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
   return result;
 }
 
+std::string_view gap(const TextStyle& style) { return style.unicode ? "…" : "..."; }
+
 std::string TextTable::render(const TextStyle& style) const {
   const auto width = widths(style.columns);
-  const std::string_view gap = style.unicode ? "…" : "...";
   const auto line = [&](const auto& text_of) {
     std::string result = " ";
     for (std::size_t i = 0; i < columns_.size(); ++i) {
@@ -283,8 +284,8 @@ std::string TextTable::render(const TextStyle& style) const {
     }
     text += line([&](std::size_t i) {
       const auto shown = i == 0 && is_split ? std::string_view{} : std::string_view(row[i].text);
-      return paint(pad(elide(shown, width[i], gap), width[i], columns_[i].align), row[i].look,
-                   style);
+      return paint(pad(elide(shown, width[i], gap(style)), width[i], columns_[i].align),
+                   row[i].look, style);
     });
   }
   return text;

@@ -22,6 +22,9 @@ std::string elide(std::string_view text, std::size_t columns, std::string_view g
 // The same with `gap` in place of the end.
 std::string cut(std::string_view text, std::size_t columns, std::string_view gap);
 
+// What stands for what is left out.
+std::string_view gap(const TextStyle& style);
+
 // Breaks between words, and within those that are wider than `columns`.
 std::vector<std::string> wrap(std::string_view text, std::size_t columns);
 

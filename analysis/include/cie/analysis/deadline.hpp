@@ -27,7 +27,9 @@ inline std::optional<Duration> start_latency(const Instance& instance) noexcept 
 }
 
 // What is certain of an instance's response time: all of it where its release is known exactly, a
-// lower bound elsewhere. Empty while it is open.
+// lower bound elsewhere (of a calculated one, as if the timer had been reset unnoticed). Empty while it is open.
 std::optional<Duration> least_response_time(const Instance& instance) noexcept;
+// The response time where its release is known, calculated ones included; else that bound.
+std::optional<Duration> response_time_or_bound(const Instance& instance) noexcept;
 
 }  // namespace cie::analysis

@@ -37,9 +37,9 @@ void write_report_threads(std::ostream& out, const analysis::Report& report,
 // For people, each chain with its hops.
 void write_report_chains(std::ostream& out, const analysis::Report& report, const TextStyle& style);
 
-// For people, all there is, by logical ids: verdict (when given; borrowed, may be null), what to look at first, the recording and
-// its defects, callbacks, threads, chains, and what the dashes mean. Names from traces cannot move
-// the cursor. `input` follows commands that are to be pasted: traces and the options that they were
+// For people, all there is, by logical ids: verdict (when given; borrowed, may be null), what to
+// look at first, the recording and its defects, callbacks, threads, chains, and what the dashes
+// mean. Names from traces cannot move the cursor. `input` follows commands that are to be pasted: traces and the options that they were
 // read by, for a shell.
 void write_report_text(std::ostream& out, const analysis::Report& report,
                        const analysis::VerdictReport* verdicts, const TextStyle& style,
