@@ -21,6 +21,8 @@ cie_library(cie_tracepoints ALIAS tracepoints SHARED SOURCES
   provider/registry.cpp
   provider/ros2_profile.cpp)
 target_link_libraries(cie_tracepoints PUBLIC cie_schema PRIVATE Threads::Threads)
+# LTTng's macros define the provider in one source and declare it in the others.
+set_target_properties(cie_tracepoints PROPERTIES UNITY_BUILD OFF)
 target_include_directories(cie_tracepoints PRIVATE "${CMAKE_CURRENT_SOURCE_DIR}"
   "${CMAKE_CURRENT_BINARY_DIR}/generated")
 # Never unloaded: LTTng and threads of the process may call into it until the very end.

@@ -19,9 +19,9 @@ namespace cie::record {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::chrono::milliseconds kTick{200};
+constexpr std::chrono::milliseconds kPollInterval{200};
 
-std::set<fs::path> directories_in(const fs::path& directory) {
+std::set<fs::path> folders_of_hosts(const fs::path& directory) {
   std::set<fs::path> found;
   std::error_code error;
   for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) {
@@ -70,8 +70,8 @@ Collection::Collection(const CollectOptions& options) : options_(options) {
 // HOST/SESSION-DATE.
 std::set<fs::path> Collection::sessions() const {
   std::set<fs::path> found;
-  for (const fs::path& host : directories_in(options_.directory)) {
-    found.merge(directories_in(host));
+  for (const fs::path& host : folders_of_hosts(options_.directory)) {
+    found.merge(folders_of_hosts(host));
   }
   return found;
 }
@@ -90,7 +90,7 @@ void Collection::run() {
                options_.directory.c_str(), relay_->control().text().c_str(),
                relay_->live_url().c_str());
   while (relay_->is_alive()) {
-    const auto signal = signals_.wait(kTick);
+    const auto signal = signals_.wait(kPollInterval);
     tell_of_new_sessions();
     if (signal && signal->number != SIGCHLD && signal->number != SIGUSR1) {
       relay_->stop();

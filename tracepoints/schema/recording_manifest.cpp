@@ -92,13 +92,13 @@ Json in_json(const std::optional<std::uint64_t>& number) {
 }
 
 // A value of the document and how it is called in messages: "files[3].size".
-class Value {
+class Member {
  public:
-  Value(const Parsed* json, std::string name) : json_(json), name_(std::move(name)) {}
+  Member(const Parsed* json, std::string name) : json_(json), name_(std::move(name)) {}
 
   bool is_there() const { return json_ != nullptr && !json_->is_null(); }
   // A member of an object, which need not be there.
-  Value operator[](const char* key) const {
+  Member operator[](const char* key) const {
     if (!is_there()) return {nullptr, name_};
     require(json_->is_object(), "an object");
     const auto found = json_->find(key);
@@ -140,7 +140,7 @@ class Value {
     require(json_->is_array(), "a list");
     std::size_t index = 0;
     for (const Parsed& element : *json_) {
-      const Value value(&element, name_ + '[' + std::to_string(index++) + ']');
+      const Member value(&element, name_ + '[' + std::to_string(index++) + ']');
       value.require(value.is_there(), "null");
       Item item{};
       value.read(item);
@@ -225,7 +225,7 @@ class Value {
   std::string name_;
 };
 
-RecordingManifest manifest_of(const Value& document) {
+RecordingManifest manifest_of(const Member& document) {
   RecordingManifest manifest;
   document["tool"]["version"].read(manifest.tool_version);
   document["mode"].read(manifest.mode);
@@ -313,7 +313,7 @@ std::optional<RecordingManifest> parse_recording_manifest(std::string_view text)
     throw ManifestError("it is of a kind that this program does not know, " +
                         Parsed(name).dump(-1, ' ', true, Parsed::error_handler_t::replace));
   }
-  return manifest_of(Value(&json, {}));
+  return manifest_of(Member(&json, {}));
 }
 
 std::optional<RecordingManifest> load_recording_manifest(const fs::path& directory) {

@@ -12,13 +12,13 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kAnalyzeDescription =
     R"(What scheduling theory says of a recording's callbacks. Takes from the recording each callback's
 longest execution time, shortest inter-arrival time, priority and CPU, computes the longest
 response time that these can lead to (response-time analysis per CPU; SCHED_DEADLINE by
 admission and EDF tests), and holds what was observed against it.)";
 
-constexpr const char* kFooter =
+constexpr const char* kAnalyzeFooter =
     "Examples:\n"
     "  cie analyze schedulability run1                    bounds from what was measured\n"
     "  cie analyze schedulability run1 --spec app.yaml    wcet, min_inter_arrival and\n"
@@ -38,7 +38,8 @@ int analyze_command(const Arguments& arguments) {
   std::string spec_file;
   std::string target = "-";
   std::string format = "text";
-  CommandLine line({"cie analyze schedulability TRACE... [OPTIONS]", kDescription, kFooter});
+  CommandLine line(
+      {"cie analyze schedulability TRACE... [OPTIONS]", kAnalyzeDescription, kAnalyzeFooter});
   line.argument("WHAT", subject, "schedulability");
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML); what it declares counts");

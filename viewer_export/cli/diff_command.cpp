@@ -15,12 +15,12 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kDiffDescription =
     "Compares two recordings, or reports written by `cie report --format json`: which callbacks\n"
     "became slower by more than a tolerance, and more than chance explains? Callbacks are matched\n"
     "by logical id. Reports keep few quantiles, so comparing recordings decides more.";
 
-constexpr const char* kFooter =
+constexpr const char* kDiffFooter =
     R"(Examples:
   cie diff before after                              what became worse
   cie diff before after --tolerance 2                more than 2 % counts
@@ -59,7 +59,7 @@ int diff_command(const Arguments& arguments) {
   std::string format = "text";
   std::string target = "-";
   bool has_ids = false;
-  CommandLine line({"cie diff BEFORE AFTER [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie diff BEFORE AFTER [OPTIONS]", kDiffDescription, kDiffFooter});
   line.argument("BEFORE", before, "A recording, or a report in JSON");
   line.argument("AFTER", after, "The one to hold against it");
   line.option("--tolerance", "PERCENT", tolerance, "Growth that does not count (5)");

@@ -22,12 +22,12 @@ namespace {
 
 using viewer_export::Json;
 
-constexpr const char* kDescription =
+constexpr const char* kDoctorDescription =
     R"(Says whether this machine is fit to run callbacks under real-time policies, to trace and to
 record them, and what to change where it is not. Nothing is changed; the scheduler is recorded
 for a second, and thrown away. Rights and limits are those of the user who asks.)";
 
-constexpr const char* kFooter =
+constexpr const char* kDoctorFooter =
     "Examples:\n"
     "  cie doctor                                         before the first recording\n"
     "  cie doctor --trace run1                            were the buffers large enough?\n"
@@ -106,7 +106,7 @@ int doctor_command(const Arguments& arguments) {
   std::string root = "/";
   std::string format = "text";
   std::string target = "-";
-  CommandLine line({"cie doctor [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie doctor [OPTIONS]", kDoctorDescription, kDoctorFooter});
   line.option("--trace", "DIR", recording,
               "Also hold the buffers of this recording against what it recorded");
   line.option("--root", "DIR", root, "Read the files below DIR in place of this machine's");

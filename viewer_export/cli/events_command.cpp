@@ -23,11 +23,11 @@ namespace {
 
 using viewer_export::EventFormat;
 
-constexpr const char* kDescription =
+constexpr const char* kEventsDescription =
     "Prints the events of recordings themselves, of every class, in order of time; with --count how\n"
     "many there are of each class. Times are CLOCK_MONOTONIC in nanoseconds.";
 
-constexpr const char* kFooter =
+constexpr const char* kEventsFooter =
     "Examples:\n"
     "  cie events run1 --count                        what was recorded, and how much of it\n"
     "  cie events run1 --name 'ros2:*_init'           who there is\n"
@@ -96,7 +96,7 @@ int events_command(const Arguments& arguments) {
   std::string target = "-";
   std::string format = "text";
   bool is_count = false;
-  CommandLine line({"cie events TRACE... [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie events TRACE... [OPTIONS]", kEventsDescription, kEventsFooter});
   line.traces(traces);
   line.flag("--count", is_count, "How many events there are of each class");
   line.option("--name", "GLOB", globs, "Only classes of that name, as 'ros2:*'; repeatable");

@@ -20,7 +20,7 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kExportDescription =
     R"(Converts a trace for a viewer. Perfetto shows every thread with its callbacks, the waits from
 release to start, arrows from each publish to the callbacks it caused, and what the kernel's
 scheduler did, when that was recorded. The callback graph shows who takes whose messages,
@@ -30,7 +30,7 @@ one (csv, jsonl, parquet); those of many machines' recordings go into one ClickH
 (clickhouse), or into Parquet files by day, host and process (--partition). Chrome JSON,
 speedscope, OTLP (OpenTelemetry's JSON lines) and MCAP serve other people's tools.)";
 
-constexpr const char* kFooter =
+constexpr const char* kExportFooter =
     R"(Examples:
   cie export recordings/latest --to perfetto -o run.pftrace
   cie export run1 --to perfetto --gzip -o run1.pftrace.gz      a fifth of the size
@@ -126,7 +126,8 @@ void check(const Wishes& wishes) {
 
 int export_command(const Arguments& arguments) {
   Wishes wishes;
-  CommandLine line({"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kDescription, kFooter});
+  CommandLine line(
+      {"cie export TRACE... --to VIEWER -o FILE [OPTIONS]", kExportDescription, kExportFooter});
   declare(line, wishes);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {

@@ -9,11 +9,11 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kInstancesDescription =
     "Prints one row per instance (one run of a callback), ordered by start, then thread.\n"
     "Times are CLOCK_MONOTONIC in nanoseconds; an empty field is unknown, never zero.";
 
-constexpr const char* kFooter =
+constexpr const char* kInstancesFooter =
     "Examples:\n"
     "  cie instances recordings/latest -o instances.csv   for a spreadsheet or a database\n"
     "  cie instances run1 --format jsonl | jq .start_ns   one JSON object per line\n"
@@ -27,7 +27,7 @@ int instances_command(const Arguments& arguments) {
   std::vector<std::filesystem::path> traces;
   std::string target = "-";
   std::string format = "csv";
-  CommandLine line({"cie instances TRACE... [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie instances TRACE... [OPTIONS]", kInstancesDescription, kInstancesFooter});
   line.traces(traces);
   line.option("-f,--format", "FORMAT", format, "csv (default), jsonl (JSON Lines) or parquet");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");

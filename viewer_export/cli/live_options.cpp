@@ -12,14 +12,14 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kLiveDescription =
     "Watches a running system: callbacks by response time, deadline misses, missed releases,\n"
     "violated rules as they happen, lost events, CPU per thread. The numbers are those of\n"
     "cie report and cie verify, of the last 10 seconds and since the start.\n"
     "A session is net://RELAY[:PORT]/host/HOST/SESSION, or a name at net://localhost;\n"
     "net://RELAY[:PORT] is all of them there, of as many machines as stream to it.";
 
-constexpr const char* kFooter =
+constexpr const char* kLiveFooter =
     "Examples:\n"
     "  cie live -- cie run app.yaml                   start it and watch it\n"
     "  cie live                                       watch what runs already on this machine\n"
@@ -119,7 +119,8 @@ std::optional<LiveOptions> parse_live_options(const Arguments& arguments) {
   std::string least_interval;
   bool is_batch = false;
   bool is_json = false;
-  CommandLine line({"cie live [URL | SESSION] [OPTIONS] [-- CMD [ARG...]]", kDescription, kFooter});
+  CommandLine line(
+      {"cie live [URL | SESSION] [OPTIONS] [-- CMD [ARG...]]", kLiveDescription, kLiveFooter});
   line.argument("SESSION", options.target,
                 "A live session of LTTng (default: CMD, or what runs already)");
   line.option("--spec", "FILE", options.spec_file,

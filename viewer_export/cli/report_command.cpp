@@ -14,12 +14,12 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kReportDescription =
     "Prints what callbacks did, the worst first, in one screen: response times, deadlines, chains.\n"
     "With --all: also start latencies, execution times, missed releases, which thread ran what, and\n"
     "the hops of the chains that messages make of callbacks.";
 
-constexpr const char* kFooter =
+constexpr const char* kReportFooter =
     R"(Examples:
   cie report recordings/latest                       what is worst, in one screen
   cie report recordings/latest --all                 every callback, thread and chain
@@ -44,7 +44,7 @@ int report_command(const Arguments& arguments) {
   bool has_threads = false;
   bool has_chains = false;
   bool has_ids = false;
-  CommandLine line({"cie report TRACE... [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie report TRACE... [OPTIONS]", kReportDescription, kReportFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) that names the chains");
   line.option("-f,--format", "FORMAT", format,

@@ -12,13 +12,13 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kSpecDescription =
     "Works on scheduling specs: what each callback's thread is meant to run as.\n"
     "ACTION is check: reads the spec FILE as cie run and cie verify do, and says what it holds or\n"
     "where it is wrong; or template: writes a spec from what the trace FILE shows, with what was\n"
     "observed of each callback as comments.";
 
-constexpr const char* kFooter =
+constexpr const char* kSpecFooter =
     "Examples:\n"
     "  cie spec check app.yaml\n"
     "  cie spec template recordings/latest -o app.yaml\n"
@@ -55,7 +55,8 @@ int spec_command(const Arguments& arguments) {
   std::string action;
   std::string file;
   std::string target = "-";
-  CommandLine line({"cie spec check FILE | template TRACE [-o FILE]", kDescription, kFooter});
+  CommandLine line(
+      {"cie spec check FILE | template TRACE [-o FILE]", kSpecDescription, kSpecFooter});
   line.argument("ACTION", action, "check or template");
   line.argument("FILE", file, "Scheduling spec (YAML) to check, or trace to write one from");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");

@@ -21,12 +21,12 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kVerifyDescription =
     R"(Judges a trace by rules: does every callback have a thread of its own, did instances overlap,
 do the threads run as the spec says? Each verdict is PASS, FAIL, INCONCLUSIVE (the trace does
 not show enough, for instance because events were lost) or NOT_APPLICABLE.)";
 
-constexpr const char* kFooter =
+constexpr const char* kVerifyFooter =
     "Examples:\n"
     "  cie verify recordings/latest                       what is wrong, in one screen\n"
     "  cie verify recordings/latest --all                 every subject, with its evidence\n"
@@ -130,7 +130,7 @@ int verify_command(const Arguments& arguments) {
   bool is_all = false;
   bool has_ids = false;
   analysis::AnalysisOptions options;
-  CommandLine line({"cie verify TRACE... [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie verify TRACE... [OPTIONS]", kVerifyDescription, kVerifyFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file, "Scheduling spec (YAML) to judge by");
   line.option("-f,--format", "FORMAT", format, "text (default), json, junit, sarif or tap");

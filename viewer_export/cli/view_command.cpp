@@ -21,11 +21,11 @@
 namespace cie::cli {
 namespace {
 
-constexpr const char* kDescription =
+constexpr const char* kViewDescription =
     "Shows a trace in the browser: the report as a page, and the timeline in Perfetto's viewer.\n"
     "Serves both on this machine's loopback address only, until Ctrl-C.";
 
-constexpr const char* kFooter =
+constexpr const char* kViewFooter =
     R"(Examples:
   cie view recordings/latest
   cie view run1 --spec app.yaml --port 0        any free port, for the report's page only
@@ -160,7 +160,7 @@ int view_command(const Arguments& arguments) {
   std::vector<std::filesystem::path> traces;
   std::string spec_file;
   std::string port_text = std::to_string(kPerfettoPort);
-  CommandLine line({"cie view TRACE... [OPTIONS]", kDescription, kFooter});
+  CommandLine line({"cie view TRACE... [OPTIONS]", kViewDescription, kViewFooter});
   line.traces(traces);
   line.option("--spec", "FILE", spec_file,
               "Scheduling spec (YAML) that names chains and deadlines");

@@ -17,7 +17,7 @@ using viewer_export::format_duration;
 using viewer_export::Look;
 
 constexpr std::size_t kMinName = 12;
-constexpr double kSecond = 1e9;
+constexpr double kNanosecondsPerSecond = 1e9;
 
 std::string right(std::string_view text, std::size_t width) {
   return fmt::format("{:>{}}", text, width);
@@ -69,7 +69,7 @@ Pages::Table Pages::callbacks(std::size_t columns) {
                 right(mark(SortKey::response, "p99"), 10) + right(mark(SortKey::max, "max"), 10) +
                 (is_wide ? right("last", 10) : "") + right(mark(SortKey::late, "late"), 7) +
                 right(mark(SortKey::missed, "missed"), 7));
-  const auto seconds = std::max(static_cast<double>(latest.window_ns) / kSecond, 0.1);
+  const auto seconds = std::max(static_cast<double>(latest.window_ns) / kNanosecondsPerSecond, 0.1);
   order_.clear();
   for (const auto* c : chosen) {
     order_.push_back(c->index);

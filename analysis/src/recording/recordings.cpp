@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxDepth = 16;
+constexpr int kMaxFolders = 16;
 constexpr std::size_t kMaxRecordings = 100'000;
 constexpr const char* kIndexDirectory = "index";  // of LTTng's, beside the streams
 
@@ -78,7 +78,7 @@ bool has_streams(const fs::path& directory) {
   fs::recursive_directory_iterator entry(directory, error);
   if (error) return false;
   for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
-    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    if (entry.depth() >= kMaxFolders) entry.disable_recursion_pending();
     std::error_code ignored;
     const auto& path = entry->path();
     const bool is_stream = path.filename() != kManifestName && path.filename() != "metadata" &&
@@ -127,7 +127,7 @@ std::vector<fs::path> directories_with_manifest(const fs::path& trace) {
   fs::recursive_directory_iterator entry(trace, error);
   if (error) return found;
   for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
-    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
+    if (entry.depth() >= kMaxFolders) entry.disable_recursion_pending();
     if (entry->path().filename() == kManifestName) found.push_back(entry->path().parent_path());
     if (found.size() > kMaxRecordings) break;
   }

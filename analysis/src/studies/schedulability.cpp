@@ -10,7 +10,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::int64_t kPpb = 1'000'000'000;
+constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
 constexpr std::int64_t kAdmissiblePpb = 950'000'000;  // sched_rt_runtime_us / sched_rt_period_us
 
 bool is_fixed_priority(const ThreadSchedReport& sched) {
@@ -379,7 +379,7 @@ class Analysis {
           break;
         }
         *demand.real_time_ppb += static_cast<std::int64_t>(static_cast<Int128>(rival->execution) *
-                                                           kPpb / *rival->period);
+                                                           kWholeProcessorPpb / *rival->period);
       }
       demands.push_back(demand);
     }

@@ -4,7 +4,7 @@
 
 namespace cie::analysis {
 namespace {
-constexpr std::size_t kMaxHoles = 256;
+constexpr std::size_t kMaxKeptHoles = 256;
 }
 
 void SequenceTracker::observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
@@ -25,7 +25,7 @@ void SequenceTracker::observe(std::uint64_t number, const EventRef& where, Seque
   const auto last = *facts.last;
   if (number > last) {
     if (number - last > 1) {
-      if (holes_.size() < kMaxHoles) {
+      if (holes_.size() < kMaxKeptHoles) {
         holes_.push_back(
             Hole{.begin = last + 1, .end = number, .before = facts.last_at, .after = where});
       } else {
@@ -37,7 +37,7 @@ void SequenceTracker::observe(std::uint64_t number, const EventRef& where, Seque
     return;
   }
   if (number < *facts.first) {
-    if (*facts.first - number > 1 && holes_.size() < kMaxHoles) {
+    if (*facts.first - number > 1 && holes_.size() < kMaxKeptHoles) {
       holes_.insert(
           holes_.begin(),
           Hole{.begin = number + 1, .end = *facts.first, .before = where, .after = facts.first_at});

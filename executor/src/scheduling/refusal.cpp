@@ -1,5 +1,7 @@
 #include <cie/scheduling/refusal.hpp>
 
+#include "sched_parameters.hpp"
+
 #include <cerrno>
 #include <optional>
 #include <system_error>
@@ -11,10 +13,6 @@ namespace {
 
 constexpr const char* kGiveSysNice =
     "run as root, or with `setpriv --inh-caps +sys_nice --ambient-caps +sys_nice`";
-
-bool has_priority(Policy policy) noexcept {
-  return policy == Policy::fifo || policy == Policy::round_robin;
-}
 
 // 0.1 %, without floating point.
 std::string percent(std::uint64_t part, std::uint64_t whole) {

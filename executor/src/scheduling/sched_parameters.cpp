@@ -9,14 +9,15 @@
 #include <fmt/format.h>
 
 namespace cie::scheduling {
+
+bool has_priority(Policy policy) noexcept {
+  return policy == Policy::fifo || policy == Policy::round_robin;
+}
+
 namespace {
 
 bool is_real_time(Policy policy) noexcept {
   return policy == Policy::fifo || policy == Policy::round_robin || policy == Policy::deadline;
-}
-
-bool has_priority(Policy policy) noexcept {
-  return policy == Policy::fifo || policy == Policy::round_robin;
 }
 
 bool has_nice(Policy policy) noexcept { return policy == Policy::other || policy == Policy::batch; }

@@ -18,7 +18,7 @@ using ::testing::StartsWith;
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 constexpr HostIndex kRobot{0};
-constexpr HostIndex kDesk{1};
+constexpr HostIndex kDeskHost{1};
 
 // Times are seconds of the desk's clock; the robot's shows 1000 s more.
 struct Facts {
@@ -86,10 +86,10 @@ TEST(HostGaps, LastToTheEndOfWhatOtherMachinesRecorded) {
   facts.add_stream(kRobot, 0, 1, 10);
   facts.add_process(kRobot, 1, 10, false);
   EXPECT_THAT(facts.gaps(), IsEmpty()) << "there is nobody to compare with";
-  facts.add_stream(kDesk, 1, 1, 12);
-  facts.add_process(kDesk, 1, 12, true);
+  facts.add_stream(kDeskHost, 1, 1, 12);
+  facts.add_process(kDeskHost, 1, 12, true);
   EXPECT_THAT(facts.gaps(), IsEmpty()) << "packets take their time";
-  facts.add_stream(kDesk, 1, 1, 30);
+  facts.add_stream(kDeskHost, 1, 1, 30);
   EXPECT_THAT(facts.gaps(), ElementsAre("nothing is known of robot from 10.000 s to 30.000 s"));
   facts.add_stream(kRobot, 2, 1, 40, Domain::kernel);  // tells nothing of applications
   EXPECT_THAT(facts.gaps(), ElementsAre(StartsWith("nothing is known of robot from 10.000 s")));

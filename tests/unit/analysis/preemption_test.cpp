@@ -12,7 +12,7 @@ namespace cie::analysis {
 namespace {
 
 // The preempted times of all measured instances, and what is said of who ran instead.
-struct Told : Observer {
+struct PreemptedTimes : Observer {
   void on_instance(const Instance& instance) override {
     if (!instance.preempted) return;
     Duration sum;
@@ -44,7 +44,7 @@ TEST(Preemption, IsToldWithWhoRanInstead) {
     42 resume fusion
     50 end    fusion
     60 switch 0 fusion idle)");
-  Told told;
+  PreemptedTimes told;
   const auto report = test::analyze(trace, {}, &told).report;
   EXPECT_EQ(told.preempted, (Times{3, 7 + 1}));
   EXPECT_EQ(told.told, told.preempted);

@@ -15,7 +15,7 @@ namespace cie::analysis::ctf {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-using Kind = FieldValue::Kind;
+using ValueKind = FieldValue::Kind;
 
 // The first event of that metadata; bytes of one.
 class Shown {
@@ -46,25 +46,25 @@ class Shown {
     for (const auto& value : values()) {
       text += value.name;
       switch (value.kind) {
-        case Kind::structure:
+        case ValueKind::structure:
           text += '{';
           continue;
-        case Kind::list:
+        case ValueKind::list:
           text += '[';
           continue;
-        case Kind::end:
+        case ValueKind::end:
           text += "end ";
           continue;
-        case Kind::text:
+        case ValueKind::text:
           text += "=\"" + std::string(value.text) + "\" ";
           continue;
-        case Kind::real:
+        case ValueKind::real:
           text += '=' + std::to_string(std::bit_cast<double>(value.number)) + ' ';
           continue;
-        case Kind::opaque:
+        case ValueKind::opaque:
           text += "=? ";
           continue;
-        case Kind::label:
+        case ValueKind::label:
           text += '=' + std::string(value.text) + ':';
           break;
         default:
@@ -91,8 +91,8 @@ TEST(ShownFields, NumbersByTheirSignsAndBases) {
       "integer { size = 3; } d; integer { size = 5; signed = 1; base = hex; } e;");
   // d = 5, e = -1: 0b11111'101
   EXPECT_EQ(shown.text({200, 0xfe, 0x34, 0x12, 0xfd}), "a=200 b=-2 c=4660x d=5 e=-1x ");
-  EXPECT_EQ(shown.values()[0].kind, Kind::natural);
-  EXPECT_EQ(shown.values()[1].kind, Kind::integer);
+  EXPECT_EQ(shown.values()[0].kind, ValueKind::natural);
+  EXPECT_EQ(shown.values()[1].kind, ValueKind::integer);
 }
 
 TEST(ShownFields, Reals) {
@@ -139,8 +139,8 @@ TEST(ShownFields, MoreValuesThanAnybodyLooksAtAreOne) {
   EXPECT_GE(shown.values().size(), kMaxElements);
   int depth = 0;
   for (const auto& value : shown.values()) {
-    depth += value.kind == Kind::structure || value.kind == Kind::list ? 1 : 0;
-    depth -= value.kind == Kind::end ? 1 : 0;
+    depth += value.kind == ValueKind::structure || value.kind == ValueKind::list ? 1 : 0;
+    depth -= value.kind == ValueKind::end ? 1 : 0;
     EXPECT_GE(depth, 0);
   }
   EXPECT_EQ(depth, 0);
@@ -150,7 +150,7 @@ TEST(ShownFields, AScopeReadAgainTakesBackWhatItShowed) {
   Shown shown("u8 a; u8 b;");
   EXPECT_EQ(shown.decode({1}), Outcome::cut);
   ShownFields fields;
-  const ShownField field{.kind = Kind::natural, .name = "a"};
+  const ShownField field{.kind = ValueKind::natural, .name = "a"};
   fields.number(field, 1);
   const auto before = fields.size();
   fields.number(field, 2);
@@ -159,8 +159,8 @@ TEST(ShownFields, AScopeReadAgainTakesBackWhatItShowed) {
 }
 
 TEST(ShownFields, AScopeThatIsReadAgainIsShownWhole) {
-  const ShownField number{.kind = Kind::natural, .name = "n"};
-  const ShownField scope{.kind = Kind::structure, .name = "s"};
+  const ShownField number{.kind = ValueKind::natural, .name = "n"};
+  const ShownField scope{.kind = ValueKind::structure, .name = "s"};
   ShownFields fields;
   for (std::size_t i = 0; i < kMaxElements; ++i)
     fields.number(number, i);
@@ -170,13 +170,13 @@ TEST(ShownFields, AScopeThatIsReadAgainIsShownWhole) {
   fields.number(number, 1);
   fields.close();
   ASSERT_EQ(fields.values().size(), 3U);
-  EXPECT_EQ(fields.values()[0].kind, Kind::structure);
-  EXPECT_EQ(fields.values()[2].kind, Kind::end);
+  EXPECT_EQ(fields.values()[0].kind, ValueKind::structure);
+  EXPECT_EQ(fields.values()[2].kind, ValueKind::end);
 }
 
 TEST(ShownFields, MoreIsToldBehindAValueThatCannotBeRead) {
-  const ShownField number{.kind = Kind::natural, .name = "n"};
-  const ShownField opaque{.kind = Kind::opaque, .name = "wide"};
+  const ShownField number{.kind = ValueKind::natural, .name = "n"};
+  const ShownField opaque{.kind = ValueKind::opaque, .name = "wide"};
   ShownFields fields;
   for (std::size_t i = 1; i < kMaxElements; ++i)
     fields.number(number, i);

@@ -24,7 +24,7 @@ CallbackView callback(std::uint32_t index, const std::string& id, std::int64_t p
   return view;
 }
 
-Snapshot snapshot() {
+Snapshot first_snapshot() {
   Snapshot s;
   s.sequence = 1;
   s.state = SourceState::streaming;
@@ -52,7 +52,7 @@ Snapshot snapshot() {
 
 class PagesTest : public testing::Test {
  protected:
-  PagesTest() { history_.add(snapshot()); }
+  PagesTest() { history_.add(first_snapshot()); }
   std::string draw(Size size = {}) {
     std::string text;
     for (const auto& line : pages_.draw(size)) {
@@ -129,7 +129,7 @@ TEST_F(PagesTest, EnterShowsTheInstancesOfTheSelectedCallback) {
 
 TEST_F(PagesTest, APauseShowsOneMoment) {
   type("p");
-  auto next = snapshot();
+  auto next = first_snapshot();
   next.callbacks[0].logical_id = "/renamed";
   history_.add(next);
   EXPECT_NE(draw().find("PAUSED"), std::string::npos);
@@ -147,7 +147,7 @@ TEST_F(PagesTest, TheEndOfTheSourceIsTold) {
 }
 
 TEST_F(PagesTest, TheSelectionStaysInTheTableAndInSight) {
-  auto many = snapshot();
+  auto many = first_snapshot();
   for (std::uint32_t i = 3; i < 100; ++i)
     many.callbacks.push_back(callback(i, "/n" + std::to_string(i), 100 - i));
   history_.add(many);
@@ -161,12 +161,12 @@ TEST_F(PagesTest, TheSelectionStaysInTheTableAndInSight) {
   EXPECT_NE(draw().find("/slow"), std::string::npos);
   pages_.press(Key::end);
   draw();
-  history_.add(snapshot());  // the selected one is gone
+  history_.add(first_snapshot());  // the selected one is gone
   EXPECT_NE(draw().find("/slow"), std::string::npos);
 }
 
 TEST_F(PagesTest, TheSelectedNameIsShownWhole) {
-  auto long_name = snapshot();
+  auto long_name = first_snapshot();
   const std::string name = "/a/very/long/name/of/a/callback@Subscription(/that/fits/no/column)";
   long_name.callbacks = {callback(0, name, 5)};
   history_.add(long_name);

@@ -9,7 +9,7 @@ namespace {
 
 using testing::ElementsAre;
 
-constexpr const char* kTimer = R"(
+constexpr const char* kTimerAndNode = R"(
   0 rcl_node_init node_handle=0x10 node_name=talker namespace=/demo
   1 rcl_timer_init timer_handle=0x20 period=1000
   2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
@@ -18,7 +18,7 @@ constexpr const char* kTimer = R"(
 )";
 
 TEST(Ros2Identity, ATimerHasNodePeriodAndSymbol) {
-  const auto result = analyze_ros2(std::string(kTimer) + R"(
+  const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     10 callback_start callback=0x30
     15 callback_end callback=0x30
     20 callback_start callback=0x30
@@ -35,7 +35,7 @@ TEST(Ros2Identity, ATimerHasNodePeriodAndSymbol) {
 }
 
 TEST(Ros2Identity, WhatATraceDoesNotTellIsNotMeasured) {
-  const auto result = analyze_ros2(std::string(kTimer) + R"(
+  const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     10 callback_start callback=0x30
     15 callback_end callback=0x30)");
   const auto& callback = result.callback("/demo/talker@Timer(1000)");
@@ -46,7 +46,7 @@ TEST(Ros2Identity, WhatATraceDoesNotTellIsNotMeasured) {
 }
 
 TEST(Ros2Identity, ContextsNameProcessesAndThreads) {
-  const auto result = analyze_ros2(std::string(kTimer) + R"(
+  const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     5 rcl_init context_handle=0x1 procname=talker
     10 callback_start tid=1 callback=0x30 procname=talker
     15 callback_end tid=1 callback=0x30
@@ -68,20 +68,20 @@ TEST(Ros2Identity, ContextsNameProcessesAndThreads) {
 TEST(Ros2Identity, WhatLttngCallsAProcessIsItsName) {
   const auto result =
       analyze_ros2("0 lttng_ust_statedump:procname tid=9 procname=container\n" +
-                   std::string(kTimer) + "5 rcl_init context_handle=0x1 procname=worker");
+                   std::string(kTimerAndNode) + "5 rcl_init context_handle=0x1 procname=worker");
   ASSERT_EQ(result.analysis.report.processes.size(), 1U);
   EXPECT_EQ(result.analysis.report.processes[0].name, "container");
 }
 
 TEST(Ros2Identity, DerivedEventsAreNotCountedAsTheTraces) {
-  const auto result = analyze_ros2(std::string(kTimer) + R"(
+  const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     10 callback_start callback=0x30
     15 callback_end callback=0x30)");
   EXPECT_EQ(result.analysis.report.trace.events, 7U);
 }
 
 TEST(Ros2Identity, ACallbackThatNeverRanIsListed) {
-  EXPECT_THAT(analyze_ros2(kTimer).logical_ids(), ElementsAre("/demo/talker@Timer(1000)"));
+  EXPECT_THAT(analyze_ros2(kTimerAndNode).logical_ids(), ElementsAre("/demo/talker@Timer(1000)"));
 }
 
 TEST(Ros2Identity, TwoAddressesOfOneSubscriptionAreOneCallback) {
@@ -181,7 +181,7 @@ TEST(Ros2Identity, ProcessesHaveTheirOwnAddresses) {
 }
 
 TEST(Ros2Identity, CaretRepeatsWhatWasThereBeforeTheRecording) {
-  const auto result = analyze_ros2(std::string(kTimer) + R"(
+  const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     10 callback_start callback=0x30
     15 callback_end callback=0x30
     20 ros2_caret:rcl_node_init node_handle=0x10 node_name=talker namespace=/demo
@@ -194,7 +194,7 @@ TEST(Ros2Identity, CaretRepeatsWhatWasThereBeforeTheRecording) {
 }
 
 TEST(Ros2Identity, CaretTellsGroups) {
-  const auto result = analyze_ros2(std::string(kTimer) + R"(
+  const auto result = analyze_ros2(std::string(kTimerAndNode) + R"(
     5 ros2_caret:add_callback_group executor_addr=1 callback_group_addr=0x70 group_type_name=mutually_exclusive
     6 ros2_caret:callback_group_add_timer callback_group_addr=0x70 timer_handle=0x20
     10 callback_start callback=0x30

@@ -33,19 +33,19 @@ constexpr const char* kSpec =
     "    policy: SCHED_FIFO\n"
     "    priority: 20\n";
 
-Ros2Result judged(const std::string& events, const std::string& spec = kSpec) {
+Ros2Result judged_by(const std::string& events, const std::string& spec = kSpec) {
   return analyze_ros2(kTwoTimers + events, -1, spec);
 }
 
 TEST(SwitchedParameters, PassAsSampledWhenTheyAreAsSpecified) {
-  const auto result = judged(instance(10, 79) + instance(20, 79, 1));
+  const auto result = judged_by(instance(10, 79) + instance(20, 79, 1));
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
   EXPECT_THAT(result.evidence("S1"), HasSubstr("sampled"));
   EXPECT_EQ(result.verdict("S2"), Verdict::pass);
 }
 
 TEST(SwitchedParameters, FailWithTheLastPrioritySeen) {
-  const auto result = judged(instance(10, 79) + instance(20, 120));
+  const auto result = judged_by(instance(10, 79) + instance(20, 120));
   EXPECT_EQ(result.verdict("S1"), Verdict::fail);
   EXPECT_THAT(result.evidence("S1"),
               HasSubstr("spec.yaml:2 asks for SCHED_FIFO 20 on CPUs 0,1; the "
@@ -53,31 +53,31 @@ TEST(SwitchedParameters, FailWithTheLastPrioritySeen) {
 }
 
 TEST(SwitchedParameters, FailOnACpuThatIsNotSpecified) {
-  const auto result = judged(instance(10, 79) + instance(20, 79, 3));
+  const auto result = judged_by(instance(10, 79) + instance(20, 79, 3));
   EXPECT_EQ(result.verdict("S1"), Verdict::fail);
   EXPECT_THAT(result.evidence("S1"), HasSubstr("the thread ran on CPU 3"));
 }
 
 // A configurator reaches the thread after it began, on whatever CPU it was.
 TEST(SwitchedParameters, CountCpusFromTheLastPriorityOn) {
-  EXPECT_EQ(judged(instance(10, 120, 3) + instance(20, 79)).verdict("S1"), Verdict::pass);
+  EXPECT_EQ(judged_by(instance(10, 120, 3) + instance(20, 79)).verdict("S1"), Verdict::pass);
 }
 
 TEST(SwitchedParameters, AreInconclusiveWithoutKernelEvents) {
   const auto result =
-      judged("\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7");
+      judged_by("\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7");
   EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);
   EXPECT_THAT(result.evidence("S1"), HasSubstr("no switch of it was seen"));
 }
 
 TEST(SwitchedParameters, AreInconclusiveAboutWhatNoSwitchTells) {
-  const auto result = judged(instance(10, -1),
-                             "callback_groups:\n"
-                             "  - id: /n@Timer(1)\n"
-                             "    policy: SCHED_DEADLINE\n"
-                             "    runtime: 2000\n"
-                             "    deadline: 4000\n"
-                             "    period: 4000\n");
+  const auto result = judged_by(instance(10, -1),
+                                "callback_groups:\n"
+                                "  - id: /n@Timer(1)\n"
+                                "    policy: SCHED_DEADLINE\n"
+                                "    runtime: 2000\n"
+                                "    deadline: 4000\n"
+                                "    period: 4000\n");
   EXPECT_EQ(result.verdict("S1"), Verdict::inconclusive);
   EXPECT_THAT(result.evidence("S1"), HasSubstr("runtime, deadline and period"));
 }
@@ -85,13 +85,13 @@ TEST(SwitchedParameters, AreInconclusiveAboutWhatNoSwitchTells) {
 // An inherited priority is not the thread's own.
 TEST(SwitchedParameters, LeaveInheritedPrioritiesAside) {
   const auto result =
-      judged(instance(10, 79) + "\n20 sched:sched_pi_setprio tid=7 oldprio=79 newprio=9" +
-             instance(21, 9) + "\n30 sched:sched_pi_setprio tid=7 oldprio=9 newprio=79");
+      judged_by(instance(10, 79) + "\n20 sched:sched_pi_setprio tid=7 oldprio=79 newprio=9" +
+                instance(21, 9) + "\n30 sched:sched_pi_setprio tid=7 oldprio=9 newprio=79");
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
 }
 
 TEST(SwitchedParameters, FailWhenTheyComeAfterTheFirstInstance) {
-  const auto result = judged(instance(10, 120) + instance(20, 120) + instance(30, 79));
+  const auto result = judged_by(instance(10, 120) + instance(20, 120) + instance(30, 79));
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
   EXPECT_EQ(result.verdict("S2"), Verdict::fail);
   EXPECT_THAT(result.evidence("S2"), HasSubstr("started unconfigured; 2 instances did"));
@@ -99,7 +99,7 @@ TEST(SwitchedParameters, FailWhenTheyComeAfterTheFirstInstance) {
 
 // Between the switch-in with the old priority and the switch-out with the new one lies the start.
 TEST(SwitchedParameters, AreInconclusiveWhenTheyChangeAroundTheFirstStart) {
-  const auto result = judged(
+  const auto result = judged_by(
       "\n10 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120"
       "\n11 callback_start callback=0x30 tid=7\n12 callback_end callback=0x30 tid=7"
       "\n13 sched:sched_switch prev_tid=7 prev_prio=79 prev_state=1 next_tid=0 next_prio=120");

@@ -107,7 +107,7 @@ TEST(UnrelatedKernelTrace, MeasuresNothing) {
 }
 
 // FIFO 80 is kernel priority 19.
-constexpr auto kSound = R"(
+constexpr auto kSoundRun = R"(
   callback fusion
   -100 initial fusion policy=other
   -90 applied fusion policy=fifo priority=80
@@ -119,7 +119,7 @@ constexpr auto kSound = R"(
   30 audit fusion policy=fifo priority=80)";
 
 Verified with_hole(const std::string& hole, AnalysisOptions options = {}) {
-  return Verified(trace_of(std::string(kSound) + "\n" + hole), kBudget, options);
+  return Verified(trace_of(std::string(kSoundRun) + "\n" + hole), kBudget, options);
 }
 
 TEST(HolesInTheKernelsRecord, CostNothingThatTheUsersEventsDecide) {
@@ -146,7 +146,7 @@ TEST(HolesInTheKernelsRecord, AreNamedAndFailOnlyWhereNothingMayBeLost) {
 }
 
 TEST(HolesInTheKernelsRecord, TakeThePartsOfTheInstancesThatTheyTouch) {
-  const auto trace = std::string(kSound) +
+  const auto trace = std::string(kSoundRun) +
                      "\n40 switch 0 idle fusion next_prio=19\n42 start fusion\n50 end fusion\n"
                      "51 switch 0 fusion idle state=1 prio=19\n45 discard kernel until=46 count=1";
   const auto rows = rows_of(trace_of(trace));
@@ -161,7 +161,7 @@ TEST(HolesInTheKernelsRecord, TakeThePartsOfTheInstancesThatTheyTouch) {
 
 // While a thread does not leave its CPU, what happens on others does not concern it.
 TEST(HolesInTheKernelsRecord, OnOtherCpusDoNotTouchAThreadThatStays) {
-  const auto rows = rows_of(trace_of(std::string(kSound) + R"(
+  const auto rows = rows_of(trace_of(std::string(kSoundRun) + R"(
     thread other worker cpu=1
     2 switch 1 idle other
     13 switch 1 idle other)"));
@@ -170,7 +170,7 @@ TEST(HolesInTheKernelsRecord, OnOtherCpusDoNotTouchAThreadThatStays) {
 }
 
 TEST(HolesInTheKernelsRecord, LeaveAFailureThatTheUsersEventsShow) {
-  const auto trace = trace_of(std::string(kSound) +
+  const auto trace = trace_of(std::string(kSoundRun) +
                               "\n40 audit fusion policy=fifo priority=79\n"
                               "20 discard kernel until=28 count=3");
   EXPECT_EQ(Verified(trace)["S3"], Verdict::fail);
@@ -180,7 +180,7 @@ TEST(HolesInTheKernelsRecord, LeaveAFailureThatTheUsersEventsShow) {
 // The child was given its priority by somebody, on its first run or before it.
 TEST(HolesInTheKernelsRecord, LeaveNoChildAccusedWhoseFirstRunMayBeLost) {
   const auto judged = [](const std::string& hole) {
-    return Verified(std::string(kSound) + "\nthread child pool silent cpu=1\n" +
+    return Verified(std::string(kSoundRun) + "\nthread child pool silent cpu=1\n" +
                     "20 fork fusion child\n26 switch 1 idle child next_prio=19\n" + hole)["S5"];
   };
   EXPECT_EQ(judged(""), Verdict::fail);

@@ -160,7 +160,7 @@ TEST(ThreadKnown, IsInconclusiveWithoutProofAndSoAreTheRulesOfIsolatedThreads) {
   EXPECT_EQ(verified.of("M6", "thread 102"), Verdict::pass);
 }
 
-constexpr const char* kAfterFini = R"(
+constexpr const char* kPublishesAfterFini = R"(
   publisher out
   callback fusion
   10 start fusion
@@ -169,8 +169,9 @@ constexpr const char* kAfterFini = R"(
   16 publish out on=fusion)";
 
 TEST(ThreadKnown, FailsForACallbackThatStartsAfterTheEndOfItsThread) {
-  EXPECT_EQ(Verified(kAfterFini)["M9"], Verdict::pass) << "a thread may publish after its end";
-  const Verified verified(std::string(kAfterFini) + "\n30 start fusion\n32 end fusion");
+  EXPECT_EQ(Verified(kPublishesAfterFini)["M9"], Verdict::pass)
+      << "a thread may publish after its end";
+  const Verified verified(std::string(kPublishesAfterFini) + "\n30 start fusion\n32 end fusion");
   EXPECT_EQ(verified["M9"], Verdict::fail);
   const auto& subjects = verified.rule("M9").subjects;
   ASSERT_EQ(subjects.size(), 2U) << "the thread that ended, and one that is not known";
@@ -183,14 +184,14 @@ TEST(ThreadKnown, FailsForACallbackThatStartsAfterTheEndOfItsThread) {
 }
 
 TEST(ThreadKnown, AcceptsAThreadThatIsAnnouncedAnewAfterItsEnd) {
-  const Verified verified(std::string(kAfterFini) +
+  const Verified verified(std::string(kPublishesAfterFini) +
                           "\n-500 begin fusion"
                           "\n20 begin fusion\n30 start fusion\n32 end fusion\n40 finish fusion");
   EXPECT_EQ(verified["M9"], Verdict::pass);
 }
 
 TEST(ThreadKnown, DoubtsAStartAfterTheEndOfItsThreadWithoutProof) {
-  auto trace = trace_of(std::string(kAfterFini) + "\n30 start fusion\n32 end fusion");
+  auto trace = trace_of(std::string(kPublishesAfterFini) + "\n30 start fusion\n32 end fusion");
   trace.erase<RunEnd>();
   const Verified verified(trace);
   EXPECT_EQ(verified["M9"], Verdict::inconclusive);
@@ -199,7 +200,7 @@ TEST(ThreadKnown, DoubtsAStartAfterTheEndOfItsThreadWithoutProof) {
 
 TEST(ThreadKnown, DoubtsAThreadWhoseEndWasLost) {
   // What started after the thread's end then looks like what started before it.
-  auto trace = trace_of(std::string(kAfterFini) + "\n30 start fusion\n32 end fusion");
+  auto trace = trace_of(std::string(kPublishesAfterFini) + "\n30 start fusion\n32 end fusion");
   trace.erase<ThreadFini>();
   EXPECT_EQ(Verified(trace)["M9"], Verdict::inconclusive);
   trace.erase<RunEnd>();  // the recording ended before the process

@@ -10,20 +10,21 @@ using namespace analysis;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::string run_with(const std::string& lines) {
+std::string configured_run(const std::string& lines) {
   return "callback fusion\n-100 initial fusion\n-90 applied fusion policy=fifo priority=80\n" +
          lines + "\n10 start fusion\n12 end fusion\n20 start fusion\n22 end fusion";
 }
 
 TEST(ParametersUnchanged, ComparesAuditsWithWhatWasApplied) {
-  EXPECT_EQ(Verified(run_with("30 audit fusion policy=fifo priority=80"))["S3"], Verdict::pass);
-  const Verified changed(run_with("30 audit fusion policy=fifo priority=79"));
+  EXPECT_EQ(Verified(configured_run("30 audit fusion policy=fifo priority=80"))["S3"],
+            Verdict::pass);
+  const Verified changed(configured_run("30 audit fusion policy=fifo priority=79"));
   EXPECT_EQ(changed.of("S3", "thread 101"), Verdict::fail);
   EXPECT_THAT(changed.evidence("S3", "thread 101"),
               AllOf(HasSubstr("-90 thread_sched applied: SCHED_FIFO 80"),
                     HasSubstr("30 thread_sched later read back: SCHED_FIFO 79")));
-  EXPECT_EQ(Verified(run_with("25 applied fusion policy=fifo priority=79\n"
-                              "30 audit fusion policy=fifo priority=79"))["S3"],
+  EXPECT_EQ(Verified(configured_run("25 applied fusion policy=fifo priority=79\n"
+                                    "30 audit fusion policy=fifo priority=79"))["S3"],
             Verdict::pass)
       << "the last applied before the audit counts";
 }
@@ -42,19 +43,19 @@ TEST(ParametersUnchanged, ComparesSlicesThatWereAskedFor) {
 }
 
 TEST(ParametersUnchanged, IsNotJudgedWhileParametersChange) {
-  EXPECT_EQ(Verified(run_with("14 audit fusion policy=fifo priority=80 change=1\n"
-                              "15 switch 0 idle fusion next_prio=29\n"
-                              "16 audit fusion policy=fifo priority=70 change=1\n"
-                              "17 applied fusion policy=fifo priority=70 change=1\n"
-                              "18 switch 0 fusion idle prio=29"))["S3"],
+  EXPECT_EQ(Verified(configured_run("14 audit fusion policy=fifo priority=80 change=1\n"
+                                    "15 switch 0 idle fusion next_prio=29\n"
+                                    "16 audit fusion policy=fifo priority=70 change=1\n"
+                                    "17 applied fusion policy=fifo priority=70 change=1\n"
+                                    "18 switch 0 fusion idle prio=29"))["S3"],
             Verdict::pass);
-  EXPECT_EQ(Verified(run_with("14 audit fusion policy=fifo priority=79 change=1\n"
-                              "17 applied fusion policy=fifo priority=70 change=1"))["S3"],
+  EXPECT_EQ(Verified(configured_run("14 audit fusion policy=fifo priority=79 change=1\n"
+                                    "17 applied fusion policy=fifo priority=70 change=1"))["S3"],
             Verdict::fail)
       << "what it ran as before the change is judged";
-  EXPECT_EQ(Verified(run_with("14 audit fusion policy=fifo priority=80 change=1\n"
-                              "17 applied fusion policy=fifo priority=70 change=1\n"
-                              "18 switch 0 idle fusion next_prio=19"))["S3"],
+  EXPECT_EQ(Verified(configured_run("14 audit fusion policy=fifo priority=80 change=1\n"
+                                    "17 applied fusion policy=fifo priority=70 change=1\n"
+                                    "18 switch 0 idle fusion next_prio=19"))["S3"],
             Verdict::fail)
       << "and what it runs as after it";
 }
@@ -74,21 +75,22 @@ TEST(AllowedCpus, AreNotJudgedWhileTheyChange) {
 
 TEST(ParametersUnchanged, ComparesPrioritiesOfSwitches) {
   // FIFO 80 is kernel priority 19; FIFO 50 is 49.
-  EXPECT_EQ(Verified(run_with("5 switch 0 idle fusion next_prio=19"))["S3"], Verdict::pass);
-  const Verified changed(run_with("5 switch 0 idle fusion next_prio=49"));
+  EXPECT_EQ(Verified(configured_run("5 switch 0 idle fusion next_prio=19"))["S3"], Verdict::pass);
+  const Verified changed(configured_run("5 switch 0 idle fusion next_prio=49"));
   EXPECT_EQ(changed.of("S3", "thread 101"), Verdict::fail);
   EXPECT_THAT(changed.evidence("S3", "thread 101"),
               HasSubstr("5 sched_switch the kernel schedules it with real-time priority 50"));
 }
 
 TEST(ParametersUnchanged, ExcusesPriorityInheritance) {
-  EXPECT_EQ(Verified(run_with("5 boost fusion prio=9\n6 switch 0 idle fusion next_prio=9\n"
+  EXPECT_EQ(
+      Verified(configured_run("5 boost fusion prio=9\n6 switch 0 idle fusion next_prio=9\n"
                               "7 boost fusion prio=19\n8 switch 0 fusion idle prio=19"))["S3"],
-            Verdict::pass);
+      Verdict::pass);
 }
 
 TEST(ParametersUnchanged, IsInconclusiveWithoutAnythingToCompare) {
-  EXPECT_EQ(Verified(run_with("")).of("S3", "thread 101"), Verdict::inconclusive);
+  EXPECT_EQ(Verified(configured_run("")).of("S3", "thread 101"), Verdict::inconclusive);
 }
 
 TEST(ParametersUnchanged, AppliesNotToThreadsThatWereNeverConfigured) {
@@ -98,16 +100,16 @@ TEST(ParametersUnchanged, AppliesNotToThreadsThatWereNeverConfigured) {
 
 TEST(ParametersUnchanged, IsInconclusiveWhenWhatWasAppliedInBetweenWasLost) {
   auto trace =
-      trace_of(run_with("25 applied fusion policy=fifo priority=79\n"
-                        "30 audit fusion policy=fifo priority=79"));
+      trace_of(configured_run("25 applied fusion policy=fifo priority=79\n"
+                              "30 audit fusion policy=fifo priority=79"));
   trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 2; });
   EXPECT_EQ(Verified(trace)["S3"], Verdict::inconclusive) << "no false FAIL";
 }
 
 TEST(ParametersUnchanged, KeepsItsFailureWhenALaterReadBackWasLost) {
   auto trace =
-      trace_of(run_with("30 audit fusion policy=fifo priority=79\n"
-                        "40 audit fusion policy=fifo priority=79"));
+      trace_of(configured_run("30 audit fusion policy=fifo priority=79\n"
+                              "40 audit fusion policy=fifo priority=79"));
   trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 3; });
   EXPECT_EQ(Verified(trace)["S3"], Verdict::fail);
 }
@@ -130,17 +132,18 @@ TEST(ParametersUnchanged, DoesNotCompareTheFirstAuditOfAnAttachedProcessWithItse
 TEST(ParametersUnchanged, RestsOnReadBacksWhereKernelEventsWereLost) {
   constexpr auto kLoss = "14 discard kernel until=18 count=3";
   const Verified audited(
-      run_with(std::string("30 audit fusion policy=fifo priority=80\n") + kLoss));
+      configured_run(std::string("30 audit fusion policy=fifo priority=80\n") + kLoss));
   EXPECT_EQ(audited["S3"], Verdict::pass);
   EXPECT_THAT(audited.evidence("S3", "thread 101"), HasSubstr("by read-back"));
-  EXPECT_EQ(Verified(run_with(std::string("5 switch 0 idle fusion next_prio=19\n") + kLoss))["S3"],
-            Verdict::inconclusive);
+  EXPECT_EQ(
+      Verified(configured_run(std::string("5 switch 0 idle fusion next_prio=19\n") + kLoss))["S3"],
+      Verdict::inconclusive);
 }
 
 TEST(ParametersUnchanged, DoesNotTakeAnInheritedPriorityForAChangeWhereItsBoostMayBeLost) {
   const auto judged = [](const char* loss, int prio) {
-    return Verified(
-        run_with("6 switch 0 idle fusion next_prio=" + std::to_string(prio) + '\n' + loss))["S3"];
+    return Verified(configured_run("6 switch 0 idle fusion next_prio=" + std::to_string(prio) +
+                                   '\n' + loss))["S3"];
   };
   constexpr auto kBefore = "2 discard kernel until=5 count=3\n";
   constexpr auto kAfter = "7 discard kernel until=9 count=3\n";
@@ -150,26 +153,26 @@ TEST(ParametersUnchanged, DoesNotTakeAnInheritedPriorityForAChangeWhereItsBoostM
 }
 
 TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
-  const Verified verified(run_with("15 wakeup fusion cpu=2"));
+  const Verified verified(configured_run("15 wakeup fusion cpu=2"));
   EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::fail);
   EXPECT_THAT(verified.evidence("S4", "thread 101"),
               AllOf(HasSubstr("last read back: SCHED_FIFO 80 on CPUs 0,1"),
                     HasSubstr("15 cpu ran on CPU 2")));
-  EXPECT_EQ(Verified(run_with("14 applied fusion policy=fifo priority=80 cpus=2\n"
-                              "15 wakeup fusion cpu=2"))
+  EXPECT_EQ(Verified(configured_run("14 applied fusion policy=fifo priority=80 cpus=2\n"
+                                    "15 wakeup fusion cpu=2"))
                 .of("S4", "thread 101"),
             Verdict::fail)
       << "the starts on CPU 0 come after the mask changed";
 }
 
 TEST(AllowedCpusOnly, SaysSampledWithoutSwitches) {
-  const Verified sampled(run_with(""));
+  const Verified sampled(configured_run(""));
   EXPECT_EQ(sampled.of("S4", "thread 101"), Verdict::pass);
   EXPECT_THAT(sampled.evidence("S4", "thread 101"), HasSubstr("sampled"));
-  const Verified full(run_with("9 switch 0 idle fusion next_prio=19"));
+  const Verified full(configured_run("9 switch 0 idle fusion next_prio=19"));
   EXPECT_EQ(full.of("S4", "thread 101"), Verdict::pass);
   EXPECT_EQ(full.evidence("S4", "thread 101"), "");
-  EXPECT_EQ(Verified(run_with("9 switch 3 idle fusion next_prio=19")).of("S4", "thread 101"),
+  EXPECT_EQ(Verified(configured_run("9 switch 3 idle fusion next_prio=19")).of("S4", "thread 101"),
             Verdict::fail);
 }
 
@@ -181,8 +184,8 @@ TEST(AllowedCpusOnly, IsInconclusiveWithoutReadBack) {
 
 TEST(AllowedCpusOnly, IsInconclusiveWhenAReadBackInBetweenWasLost) {
   auto trace =
-      trace_of(run_with("14 applied fusion policy=fifo priority=80 cpus=0,1,2\n"
-                        "15 wakeup fusion cpu=2"));
+      trace_of(configured_run("14 applied fusion policy=fifo priority=80 cpus=0,1,2\n"
+                              "15 wakeup fusion cpu=2"));
   trace.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 2; });
   EXPECT_EQ(Verified(trace)["S4"], Verdict::inconclusive) << "no false FAIL";
 }

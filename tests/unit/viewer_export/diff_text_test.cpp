@@ -16,7 +16,7 @@ using analysis::Change;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string text_of(const std::vector<CallbackChange>& changes, const TextStyle& style = {}) {
+std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextStyle& style = {}) {
   std::ostringstream out;
   write_diff_text(out, changes,
                   {.before = "old",
@@ -58,7 +58,7 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
   auto worse = kWorse;
   worse.lost_isolation = true;
   EXPECT_EQ(
-      text_of({kBetter, kSame, worse}),
+      diff_text_of({kBetter, kSame, worse}),
       "Worse: 1 of 3 callbacks; better: 1, beyond a tolerance of 5 %\n"
       "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
       "  worst      plan timer 20 ms: response time p99 +200.0 %, 1.000 ms -> 3.000 ms\n"
@@ -79,9 +79,9 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
 }
 
 TEST(DiffText, OfNoRegressionSaysWhatIsBetter) {
-  EXPECT_THAT(text_of({kBetter, kSame}),
+  EXPECT_THAT(diff_text_of({kBetter, kSame}),
               StartsWith("No regression; better: 1 of 2 callbacks, beyond a tolerance of 5 %\n"));
-  EXPECT_THAT(text_of({kSame}), StartsWith("No regression, beyond a tolerance of 5 %\n"));
+  EXPECT_THAT(diff_text_of({kSame}), StartsWith("No regression, beyond a tolerance of 5 %\n"));
 }
 
 TEST(DiffText, NamesWhatIsGoneAndNew) {
@@ -89,7 +89,7 @@ TEST(DiffText, NamesWhatIsGoneAndNew) {
   gone.is_after = false;
   auto added = kBetter;
   added.is_before = false;
-  const auto text = text_of({gone, added}, {.ids = true});
+  const auto text = diff_text_of({gone, added}, {.ids = true});
   EXPECT_THAT(text, HasSubstr("  is gone: /a/map@Timer(1000)\n"));
   EXPECT_THAT(text, HasSubstr("  is new: /a/lidar@Subscription(/points)\n"));
 }

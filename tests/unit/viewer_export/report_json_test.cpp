@@ -18,12 +18,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Keys = std::vector<std::string>;
 
-std::string text_of(const analysis::Report& report) {
+std::string json_text_of(const analysis::Report& report) {
   std::ostringstream out;
   write_report_json(out, report);
   return out.str();
 }
-Json json_of(const analysis::Report& report) { return Json::parse(text_of(report)); }
+Json json_of(const analysis::Report& report) { return Json::parse(json_text_of(report)); }
 
 Keys keys(const Json& object) {
   Keys result;
@@ -159,7 +159,7 @@ TEST(ReportJson, KeepsIntegersOf64Bits) {
   sample.trace.events = std::numeric_limits<std::uint64_t>::max();
   sample.trace.begin->ns = std::numeric_limits<std::int64_t>::min();
   sample.callbacks[0].duration->sum = 9'007'199'254'740'993;  // 2^53 + 1
-  const auto text = text_of(sample);
+  const auto text = json_text_of(sample);
   EXPECT_NE(text.find("18446744073709551615"), std::string::npos);
   EXPECT_NE(text.find("-9223372036854775808"), std::string::npos);
   EXPECT_NE(text.find("\"sum\": 9007199254740993,"), std::string::npos);
@@ -171,7 +171,7 @@ TEST(ReportJson, SurvivesHostileNames) {
   sample.callbacks[0].threads = {{.tid = 1, .name = "a", .instances = 1},
                                  {.tid = 2, .name = "b", .instances = 1}};
   sample.trace.hosts = {"one", "two"};  // two strings are an array, not a pair
-  const auto text = text_of(sample);
+  const auto text = json_text_of(sample);
   EXPECT_EQ(text.find('\x1b'), std::string::npos);
   const auto report = Json::parse(text);
   EXPECT_EQ(report["callbacks"][0]["logical_id"],

@@ -19,9 +19,9 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-std::string text_of(const analysis::Report& report,
-                    const analysis::VerdictReport* verdicts = nullptr,
-                    const TextStyle& style = {}) {
+std::string report_text_of(const analysis::Report& report,
+                           const analysis::VerdictReport* verdicts = nullptr,
+                           const TextStyle& style = {}) {
   std::ostringstream out;
   write_report_text(out, report, verdicts, style);
   return out.str();
@@ -36,7 +36,7 @@ void expect_within(const std::string& text, std::size_t columns) {
 
 TEST(ReportText, SaysFirstWhatMatters) {
   const auto verdicts = test::sample_verdicts();
-  const auto text = text_of(test::sample_report(), &verdicts);
+  const auto text = report_text_of(test::sample_report(), &verdicts);
   const auto expect_order = [&](std::initializer_list<std::string_view> parts) {
     std::size_t at = 0;
     for (const auto part : parts) {
@@ -54,13 +54,13 @@ TEST(ReportText, SaysThatARecordingIsIncompleteOnlyWhereSomethingIsMissing) {
   auto report = test::sample_report();
   report.defects.clear();
   report.trace.complete = false;
-  EXPECT_THAT(text_of(report), HasSubstr("complete is not known"));
+  EXPECT_THAT(report_text_of(report), HasSubstr("complete is not known"));
   report.processes.front().complete = false;
-  EXPECT_THAT(text_of(report), HasSubstr("NOT complete"));
+  EXPECT_THAT(report_text_of(report), HasSubstr("NOT complete"));
 }
 
 TEST(ReportText, NamesTheWorstOffenders) {
-  const auto text = text_of(test::sample_report());
+  const auto text = report_text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("longest response time    289.4 us  /a/plan@Timer(20000000)\n"));
   EXPECT_THAT(text, HasSubstr("most missed releases            3  /a/plan@Timer(20000000)\n"));
   EXPECT_THAT(
@@ -71,12 +71,12 @@ TEST(ReportText, NamesTheWorstOffenders) {
 
 TEST(ReportText, NamesTheLongestQueueAndTheMostExceptions) {
   auto report = test::sample_report();
-  EXPECT_THAT(text_of(report), Not(HasSubstr("longest queue")));
+  EXPECT_THAT(report_text_of(report), Not(HasSubstr("longest queue")));
   report.callbacks[1].longest_queue = 1;
-  EXPECT_THAT(text_of(report), Not(HasSubstr("longest queue"))) << "nothing waits behind it";
+  EXPECT_THAT(report_text_of(report), Not(HasSubstr("longest queue"))) << "nothing waits behind it";
   report.callbacks[1].longest_queue = 12;
   report.callbacks[0].exceptions = 3;
-  const auto text = text_of(report);
+  const auto text = report_text_of(report);
   EXPECT_THAT(text,
               HasSubstr("longest queue          12 samples  " + report.callbacks[1].logical_id));
   EXPECT_THAT(text,
@@ -87,14 +87,14 @@ TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {
   auto report = test::sample_report();
   report.callbacks[0].preempted = test::summary(0, 2'500'000, 7);
   report.callbacks[0].preempted_by = {{.tid = 77, .name = "hog\x1b", .time = {2'500'000}}};
-  const auto text = text_of(report);
+  const auto text = report_text_of(report);
   EXPECT_THAT(text, HasSubstr("  most of it by          2.500 ms  hog"));
   EXPECT_THAT(text, HasSubstr("(thread 77), in all its instances\n"));
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
 }
 
 TEST(ReportText, NeverPrintsZeroForWhatWasNotMeasured) {
-  const auto text = text_of(test::sample_report());
+  const auto text = report_text_of(test::sample_report());
   EXPECT_THAT(
       text, HasSubstr("7+1  >1.750 ms  >2.500 ms  >2.500 ms         -         -       -     NO\n"));
   EXPECT_THAT(text, HasSubstr("\"-\" means not measured, never zero."));
@@ -108,7 +108,7 @@ TEST(ReportText, OfBoundsAloneHasTheColumnsThatHaveValues) {
   report.callbacks[0].inter_arrival = report.callbacks[0].duration;
   report.callbacks[0].inter_arrival->p50 = 20'000'000;
   report.threads = {report.threads[1]};
-  const auto text = text_of(report);
+  const auto text = report_text_of(report);
   EXPECT_THAT(text, HasSubstr("response  duration   iso-\n"));
   EXPECT_THAT(text, HasSubstr("7+1  20.00 ms  >1.750 ms  >2.500 ms  >2.500 ms  2.400 ms     NO\n"));
   EXPECT_THAT(text, HasSubstr("  thread      tid  runs\n"));
@@ -116,26 +116,26 @@ TEST(ReportText, OfBoundsAloneHasTheColumnsThatHaveValues) {
 
 TEST(ReportText, HasDeadlinesWithTheirLateInstances) {
   auto report = test::sample_report();
-  EXPECT_THAT(text_of(report), Not(HasSubstr("deadline")));
+  EXPECT_THAT(report_text_of(report), Not(HasSubstr("deadline")));
   report.callbacks[0].response_deadline = analysis::Duration{200'000};
   report.callbacks[0].late = 2;
-  EXPECT_THAT(text_of(report), HasSubstr("289.4 us  200.0 us     2  14.88 us"));
+  EXPECT_THAT(report_text_of(report), HasSubstr("289.4 us  200.0 us     2  14.88 us"));
 }
 
 TEST(ReportText, NamesAFewOfThoseThatNeverRan) {
   auto report = test::sample_report();
-  EXPECT_THAT(text_of(report),
+  EXPECT_THAT(report_text_of(report),
               HasSubstr("1 callback never ran\n  /a/plan@Service(/never called)\n\n"));
   const auto idle = report.callbacks[2];
   for (int i = 0; i < 9; ++i)
     report.callbacks.push_back(idle);
-  EXPECT_THAT(text_of(report),
+  EXPECT_THAT(report_text_of(report),
               HasSubstr("10 callbacks never ran\n  /a/plan@Service(/never called)\n"));
-  EXPECT_THAT(text_of(report), HasSubstr("  and 6 more; --format csv has all\n"));
+  EXPECT_THAT(report_text_of(report), HasSubstr("  and 6 more; --format csv has all\n"));
 }
 
 TEST(ReportText, SaysResponseTimeAndNeverLatencyForIt) {
-  const auto text = text_of(test::sample_report());
+  const auto text = report_text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("response time"));
   EXPECT_THAT(text, Not(HasSubstr("response latency")));
 }
@@ -150,7 +150,7 @@ TEST(ReportText, PrintsEveryRoleInFullWithinAHundredColumns) {
   for (const auto role :
        {ThreadRole::callback, ThreadRole::pool, ThreadRole::dispatcher, ThreadRole::worker}) {
     thread.role = role;
-    const auto text = text_of(report);
+    const auto text = report_text_of(report);
     EXPECT_THAT(text, HasSubstr("4005  " + std::string(label(role)) + "  "));
     EXPECT_THAT(text, HasSubstr(thread.name));
     expect_within(text, 100);
@@ -158,7 +158,7 @@ TEST(ReportText, PrintsEveryRoleInFullWithinAHundredColumns) {
 }
 
 TEST(ReportText, SaysByHowMuchTheClocksOfHostsMayDiffer) {
-  const auto text = text_of(test::sample_of_two_hosts());
+  const auto text = report_text_of(test::sample_of_two_hosts());
   EXPECT_THAT(text, HasSubstr("message to another host"));
   EXPECT_THAT(text, HasSubstr("between hosts: add -3.000 ms to +400.0 us for their clocks\n"));
   EXPECT_THAT(
@@ -171,13 +171,13 @@ TEST(ReportText, SaysByHowMuchTheClocksOfHostsMayDiffer) {
 )"));
   auto hostile = test::sample_of_two_hosts();
   hostile.clocks[0].first = "\x1b[2J" + std::string(1'000, 'x');
-  expect_within(text_of(hostile), 100);
-  EXPECT_EQ(text_of(hostile).find('\x1b'), std::string::npos);
-  EXPECT_EQ(text_of(test::sample_report()).find("Clocks"), std::string::npos);
+  expect_within(report_text_of(hostile), 100);
+  EXPECT_EQ(report_text_of(hostile).find('\x1b'), std::string::npos);
+  EXPECT_EQ(report_text_of(test::sample_report()).find("Clocks"), std::string::npos);
 }
 
 TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
-  expect_within(text_of(test::sample_report()), 100);
+  expect_within(report_text_of(test::sample_report()), 100);
   auto hostile = test::sample_report();
   const std::string huge(100'000, 'x');
   for (auto* name :
@@ -186,7 +186,7 @@ TEST(ReportText, FitsAHundredColumnsWhateverTheNames) {
         &hostile.threads[0].callbacks[0], &hostile.threads[0].sched->policy_name}) {
     *name = huge;
   }
-  const auto text = text_of(hostile);
+  const auto text = report_text_of(hostile);
   expect_within(text, 100);
   EXPECT_LT(text.size(), 20'000U);
 }
@@ -197,11 +197,11 @@ TEST(ReportText, SaysWhatAHopTableLeavesOpen) {
   chain.hop_table[0].communication.reset();
   chain.hop_table[1].processing.reset();
   chain.undivided = test::summary(9'000, 9'000, 6);
-  const auto text = text_of(report);
+  const auto text = report_text_of(report);
   EXPECT_THAT(text, HasSubstr("not divided"));
   EXPECT_THAT(text, HasSubstr("a release is not known on 6 of them"));
   chain.instances = 8;
-  EXPECT_THAT(text_of(report), HasSubstr("path latency of 6 of 8 instances"));
+  EXPECT_THAT(report_text_of(report), HasSubstr("path latency of 6 of 8 instances"));
 }
 
 TEST(ReportText, ListsEveryChainOfTheSpec) {
@@ -219,12 +219,12 @@ TEST(ReportText, ListsEveryChainOfTheSpec) {
     chain.name = "wanted" + std::to_string(i);
     report.chains.push_back(chain);
   }
-  const auto text = text_of(report);
+  const auto text = report_text_of(report);
   for (int i = 0; i < 30; ++i)
     EXPECT_THAT(text, HasSubstr("Chain wanted" + std::to_string(i) + ": 2 callbacks, 0 instances"));
   EXPECT_THAT(text, HasSubstr("no instance of it was seen"));
   report.callbacks.clear();
-  EXPECT_THAT(text_of(report), HasSubstr("Chain wanted29")) << "in a trace of nothing, too";
+  EXPECT_THAT(report_text_of(report), HasSubstr("Chain wanted29")) << "in a trace of nothing, too";
 }
 
 TEST(ReportText, FitsWithManyOfEverything) {
@@ -245,7 +245,7 @@ TEST(ReportText, FitsWithManyOfEverything) {
     report.processes.back().index = analysis::ProcessIndex{1 + static_cast<std::uint32_t>(i)};
   }
   const auto verdicts = test::sample_verdicts();
-  const auto text = text_of(report, &verdicts);
+  const auto text = report_text_of(report, &verdicts);
   expect_within(text, 100);
   // Who has many hosts still sees the verdict and the defects on the first screen.
   EXPECT_EQ(text.find("Verdict "), 0U);
@@ -264,14 +264,14 @@ TEST(ReportText, FitsWithNumbersBeyondAllMeasure) {
   for (auto* quantity :
        {&callback.response_time, &callback.start_latency, &callback.execution_time})
     *quantity = test::summary(kHuge, kHuge, 1);
-  expect_within(text_of(report), 100);
+  expect_within(report_text_of(report), 100);
 }
 
 TEST(ReportText, OfBoundsAloneNamesTheLongest) {
   auto report = test::sample_report();
   for (auto& callback : report.callbacks)
     callback.response_time.reset();
-  EXPECT_THAT(text_of(report), HasSubstr("longest response time   >2.500 ms  "));
+  EXPECT_THAT(report_text_of(report), HasSubstr("longest response time   >2.500 ms  "));
 }
 
 TEST(ReportText, LetsNoNameControlTheTerminal) {
@@ -290,7 +290,7 @@ TEST(ReportText, LetsNoNameControlTheTerminal) {
   hostile.trace.paths = {evil};
   hostile.trace.hosts = {evil};
   hostile.defects[0].advice = evil;
-  const auto text = text_of(hostile);
+  const auto text = report_text_of(hostile);
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
   EXPECT_THAT(text, Not(HasSubstr("\r")));
   EXPECT_THAT(text, Not(HasSubstr("\x07")));
@@ -300,12 +300,14 @@ TEST(ReportText, LetsNoNameControlTheTerminal) {
 
 TEST(ReportText, HasColoursOnlyWhenTheStyleHas) {
   const auto verdicts = test::sample_verdicts();
-  EXPECT_THAT(text_of(test::sample_report(), &verdicts, {.colour = true}), HasSubstr("\x1b[1;31m"));
-  EXPECT_THAT(text_of(test::sample_report(), &verdicts, {.colour = false}), Not(HasSubstr("\x1b")));
+  EXPECT_THAT(report_text_of(test::sample_report(), &verdicts, {.colour = true}),
+              HasSubstr("\x1b[1;31m"));
+  EXPECT_THAT(report_text_of(test::sample_report(), &verdicts, {.colour = false}),
+              Not(HasSubstr("\x1b")));
 }
 
 TEST(ReportText, TellsWhyThereIsNothing) {
-  EXPECT_THAT(text_of({}), HasSubstr("No callback was seen"));
+  EXPECT_THAT(report_text_of({}), HasSubstr("No callback was seen"));
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ std::string line_of(const analysis::VerdictReport& verdicts, const analysis::Rep
 }
 
 // Both callbacks ran on the second thread; of the first one's seven runs none did as it says.
-analysis::Report shared_report() {
+analysis::Report report_of_shared_threads() {
   auto report = test::sample_report();
   report.threads[1].ran = {analysis::CallbackIndex{0}, analysis::CallbackIndex{1}};
   return report;
@@ -47,7 +47,8 @@ const std::string kRow =
     "     4008  2 callbacks: lidar ← /sensing/lidar/top/points_raw, plan timer 20 ms\n";
 
 TEST(VerifyScreen, OfATerminalOf80Columns) {
-  EXPECT_EQ(screen_of(test::sample_verdicts(), shared_report(), {.columns = 80, .unicode = true}),
+  EXPECT_EQ(screen_of(test::sample_verdicts(), report_of_shared_threads(),
+                      {.columns = 80, .unicode = true}),
             "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
             "  M2 one-callback-per-thread     1 of 2 threads\n" +
                 kRow +
@@ -62,7 +63,8 @@ TEST(VerifyScreen, OfATerminalOf80Columns) {
 
 TEST(VerifyScreen, OfATerminalOf120Columns) {
   EXPECT_EQ(
-      screen_of(test::sample_verdicts(), shared_report(), {.columns = 120, .unicode = true}),
+      screen_of(test::sample_verdicts(), report_of_shared_threads(),
+                {.columns = 120, .unicode = true}),
       "✗ FAIL  run 1: 1 of 2 callbacks share threads\n"
       "  M2 one-callback-per-thread     1 of 2 threads\n" +
           kRow +
@@ -77,7 +79,7 @@ TEST(VerifyScreen, OfATerminalOf120Columns) {
 }
 
 TEST(VerifyScreen, OfAPipeIsAscii) {
-  const auto text = screen_of(test::sample_verdicts(), shared_report());
+  const auto text = screen_of(test::sample_verdicts(), report_of_shared_threads());
   EXPECT_THAT(text, StartsWith("FAIL  run 1: 1 of 2 callbacks share threads\n"));
   EXPECT_THAT(text,
               HasSubstr("2 callbacks: lidar <- /sensing/lidar/top/points_raw, plan timer 20 ms\n"));
@@ -169,27 +171,28 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
 TEST(VerifyScreen, BreaksACommandAsAShellReadsOn) {
   auto context = kContext;
   context.verify_arguments = "'a run' --spec " + std::string(30, 's') + " --only M2,M3";
-  EXPECT_THAT(screen_of(test::sample_verdicts(), shared_report(), {.columns = 60}, context),
-              HasSubstr("\n  evidence: cie verify 'a run' --spec \\\n      " +
-                        std::string(30, 's') + " --only M2,M3 --all\n"));
+  EXPECT_THAT(
+      screen_of(test::sample_verdicts(), report_of_shared_threads(), {.columns = 60}, context),
+      HasSubstr("\n  evidence: cie verify 'a run' --spec \\\n      " + std::string(30, 's') +
+                " --only M2,M3 --all\n"));
 }
 
 TEST(VerifyScreen, HasIdsWhereTheyAreAskedFor) {
   EXPECT_THAT(
-      screen_of(test::sample_verdicts(), shared_report(), {.columns = 200, .ids = true}),
+      screen_of(test::sample_verdicts(), report_of_shared_threads(), {.columns = 200, .ids = true}),
       HasSubstr("2 callbacks: /perception/lidar@Subscription(/sensing/lidar/top/points_raw), "
                 "/a/plan@Timer(20000000)\n"));
 }
 
 TEST(VerifyScreen, ToldInOneLine) {
-  EXPECT_EQ(line_of(test::sample_verdicts(), shared_report()),
+  EXPECT_EQ(line_of(test::sample_verdicts(), report_of_shared_threads()),
             "FAIL  run 1: 1 of 2 callbacks share threads; violated M2; undecided T4\n");
 }
 
 TEST(VerifyScreen, CountsWhatIsSuppressedAndNamesWhatIsNoLonger) {
-  EXPECT_THAT(screen_of(test::suppressed_verdicts(false), shared_report()),
+  EXPECT_THAT(screen_of(test::suppressed_verdicts(false), report_of_shared_threads()),
               HasSubstr("1 verdict suppressed"));
-  EXPECT_THAT(screen_of(test::suppressed_verdicts(true), shared_report()),
+  EXPECT_THAT(screen_of(test::suppressed_verdicts(true), report_of_shared_threads()),
               HasSubstr("suppression ok.yaml:2 (M2 thread *) expired after 2026-12-31"));
 }
 

@@ -18,8 +18,8 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-std::string text_of(const analysis::VerdictReport& verdicts, const analysis::Report& report,
-                    const VerifyContext& context = {}, const TextStyle& style = {}) {
+std::string verify_text_of(const analysis::VerdictReport& verdicts, const analysis::Report& report,
+                           const VerifyContext& context = {}, const TextStyle& style = {}) {
   std::ostringstream out;
   write_verify_text(out, verdicts, report, context, style);
   return out.str();
@@ -28,7 +28,7 @@ std::string text_of(const analysis::VerdictReport& verdicts, const analysis::Rep
 TEST(VerifyText, SaysVerdictFindingsEvidenceAndSummary) {
   const VerifyContext context{.spec_name = "app.yaml", .spec_sha256 = "abc123"};
   // The commands show the events from 1 ms before to 1 ms after the evidence.
-  EXPECT_EQ(text_of(test::sample_verdicts(), test::sample_report(), context),
+  EXPECT_EQ(verify_text_of(test::sample_verdicts(), test::sample_report(), context),
             "Verdict: FAIL\n"
             "  violated        M2\n"
             "  undecided       T4\n"
@@ -64,16 +64,16 @@ cie 0.1.0; cie verify --explain ID tells what a rule means
 }
 
 TEST(VerifyText, SaysThatThereWasNoSpec) {
-  EXPECT_THAT(text_of(test::sample_verdicts(), test::sample_report()),
+  EXPECT_THAT(verify_text_of(test::sample_verdicts(), test::sample_report()),
               HasSubstr("no --spec was given"));
 }
 
 TEST(VerifyText, NamesCallbacksThatAnExceptionEnded) {
   auto report = test::sample_report();
-  EXPECT_THAT(text_of(test::sample_verdicts(), report), Not(HasSubstr("exception")));
+  EXPECT_THAT(verify_text_of(test::sample_verdicts(), report), Not(HasSubstr("exception")));
   report.callbacks[0].exceptions = 1;
   report.callbacks[2].exceptions = 41;
-  const auto text = text_of(test::sample_verdicts(), report);
+  const auto text = verify_text_of(test::sample_verdicts(), report);
   EXPECT_THAT(
       text, HasSubstr("42 instances ended by an exception: 1 of " + report.callbacks[0].logical_id +
                       ", 41 of " + report.callbacks[2].logical_id + "\n"));
@@ -85,12 +85,12 @@ TEST(VerifyText, NamesWhatTaintsTheTrace) {
                      .severity = analysis::Severity::loss,
                      .count = 12,
                      .advice = "use larger buffers"}};
-  EXPECT_THAT(text_of(test::sample_verdicts(), report),
+  EXPECT_THAT(verify_text_of(test::sample_verdicts(), report),
               HasSubstr("tainted by discarded-events x 12: use larger buffers\n"));
 }
 
 TEST(VerifyText, ShowsASuppressedVerdictApartAndNamesUselessEntries) {
-  const auto text = text_of(test::suppressed_verdicts(false), test::sample_report());
+  const auto text = verify_text_of(test::suppressed_verdicts(false), test::sample_report());
   EXPECT_THAT(text, StartsWith("Verdict: INCONCLUSIVE\n"
                                "  undecided       T4\n"
                                "  suppressed      M2\n"
@@ -106,7 +106,7 @@ TEST(VerifyText, ShowsASuppressedVerdictApartAndNamesUselessEntries) {
 }
 
 TEST(VerifyText, SaysThatASuppressionHasExpired) {
-  const auto text = text_of(test::suppressed_verdicts(true), test::sample_report());
+  const auto text = verify_text_of(test::suppressed_verdicts(true), test::sample_report());
   EXPECT_THAT(text, StartsWith("Verdict: FAIL\n  violated        M2\n"));
   EXPECT_THAT(text, HasSubstr("FAIL  M2 one-callback-per-thread: thread 4008 (9 checked)\n"
                               "    suppression expired after 2026-12-31 (ok.yaml:2): known"));
@@ -117,7 +117,7 @@ TEST(VerifyText, SaysThatASuppressionHasExpired) {
 TEST(VerifyText, ExplainsARuleOnceHoweverManySubjectsViolateIt) {
   auto verdicts = test::sample_verdicts();
   verdicts.rules[2].subjects.push_back(verdicts.rules[2].subjects[1]);
-  const auto text = text_of(verdicts, test::sample_report());
+  const auto text = verify_text_of(verdicts, test::sample_report());
   const std::string remedy = "Remedy: use the isolated executor";
   EXPECT_NE(text.find(remedy), std::string::npos);
   EXPECT_EQ(text.find(remedy), text.rfind(remedy));
@@ -129,7 +129,7 @@ TEST(VerifyText, OfAPassIsShort) {
                                               .name = "one-callback-per-thread",
                                               .verdict = analysis::Verdict::pass,
                                               .subjects = {}}}};
-  EXPECT_THAT(text_of(verdicts, test::sample_report()),
+  EXPECT_THAT(verify_text_of(verdicts, test::sample_report()),
               StartsWith("Verdict: PASS\n  passed          M2\n\n14 instances"));
 }
 
@@ -139,7 +139,7 @@ TEST(VerifyText, LetsNoNameControlTheTerminalOrTheShell) {
   verdicts.rules[2].subjects[1].evidence[0].note = "\x1b]52;c;evil\x07";
   auto report = test::sample_report();
   report.trace.paths = {"it's; rm -rf $HOME"};
-  const auto text = text_of(verdicts, report);
+  const auto text = verify_text_of(verdicts, report);
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
   EXPECT_THAT(text, HasSubstr("callback \\x1b[2J\\x0a"));
   EXPECT_THAT(text, HasSubstr(R"(cie events 'it'\''s; rm -rf $HOME' --window)"));
@@ -150,7 +150,7 @@ TEST(VerifyText, SurvivesTimesAtTheEndsOfTheRange) {
   verdicts.rules[2].subjects[1].evidence[0].time.ns = std::numeric_limits<std::int64_t>::max();
   verdicts.rules[2].subjects[1].evidence[1].time.ns = std::numeric_limits<std::int64_t>::min();
   EXPECT_THAT(
-      text_of(verdicts, test::sample_report()),
+      verify_text_of(verdicts, test::sample_report()),
       AllOf(HasSubstr("at 9223372036854775807 ns"), HasSubstr("cie events 'recordings/run 1'\n")));
 }
 

@@ -21,8 +21,8 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 
-constexpr milliseconds kTick{100};
-constexpr seconds kStartPatience{30};
+constexpr milliseconds kListenInterval{100};
+constexpr seconds kConnectPatience{30};
 constexpr std::chrono::minutes kEndPatience{10};
 constexpr seconds kLookInterval{1};
 
@@ -57,9 +57,9 @@ bool LiveKeeping::begin() {
                                                                .data_url = relay_->data_url(),
                                                                .interval = options_.live_interval});
   tell(fmt::format("url {}/host/{}/{}", relay_->live_url(), host_name(), name));
-  const auto deadline = steady_clock::now() + kStartPatience;
+  const auto deadline = steady_clock::now() + kConnectPatience;
   while (received_.find('\n') == std::string::npos) {
-    if (!listen(kTick) || steady_clock::now() > deadline) return false;
+    if (!listen(kListenInterval) || steady_clock::now() > deadline) return false;
   }
   session_->start();
   return true;
@@ -105,7 +105,7 @@ Outcome LiveKeeping::finish(const std::optional<ExitStatus>& exit) {
   // The reader is told that the session ended once it has read all, and closes its end then.
   // However slow it is: without the relay daemon it would miss the rest.
   const auto deadline = steady_clock::now() + kEndPatience;
-  while (listen(kTick) && steady_clock::now() < deadline) {
+  while (listen(kListenInterval) && steady_clock::now() < deadline) {
   }
   return outcome;
 }

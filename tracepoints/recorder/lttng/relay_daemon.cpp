@@ -28,9 +28,9 @@ using std::chrono::steady_clock;
 
 constexpr int kAttempts = 5;
 constexpr std::uint16_t kPorts = 3;
-constexpr std::chrono::seconds kStartPatience{10};
-constexpr std::chrono::seconds kStopPatience{10};
-constexpr std::chrono::milliseconds kPollInterval{10};
+constexpr std::chrono::seconds kRelayStartPatience{10};
+constexpr std::chrono::seconds kRelayStopPatience{10};
+constexpr std::chrono::milliseconds kRelayPollInterval{10};
 
 struct FreeAddresses {
   void operator()(addrinfo* list) const noexcept { freeaddrinfo(list); }
@@ -161,14 +161,14 @@ bool RelayDaemon::start() {
                       " (the relay daemon of LTTng: install lttng-tools)");
   }
   directory_->note_daemon(process_->pid());
-  const auto deadline = steady_clock::now() + kStartPatience;
+  const auto deadline = steady_clock::now() + kRelayStartPatience;
   const auto is_listening = [this](std::uint16_t step) {
-    return connect_to(next(step), kPollInterval).socket.is_open();
+    return connect_to(next(step), kRelayPollInterval).socket.is_open();
   };
   while (steady_clock::now() < deadline) {
     if (process_->poll()) return false;
     if (is_listening(0) && is_listening(1) && is_listening(2)) return true;
-    std::this_thread::sleep_for(kPollInterval);
+    std::this_thread::sleep_for(kRelayPollInterval);
   }
   return false;
 }
@@ -176,9 +176,9 @@ bool RelayDaemon::start() {
 void RelayDaemon::stop() noexcept {
   if (process_) {
     process_->kill(SIGTERM);
-    const auto deadline = steady_clock::now() + kStopPatience;
+    const auto deadline = steady_clock::now() + kRelayStopPatience;
     while (!process_->poll() && steady_clock::now() < deadline)
-      std::this_thread::sleep_for(kPollInterval);
+      std::this_thread::sleep_for(kRelayPollInterval);
     process_->kill(SIGKILL);
     process_.reset();
   }

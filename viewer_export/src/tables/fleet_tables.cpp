@@ -20,8 +20,6 @@ namespace {
 
 using analysis::Report;
 
-constexpr ColumnType text = ColumnType::text;
-
 // Of the result tables' columns: not those that every row has anyway, nor the statistics of
 // callbacks, which are a table of their own (a hundred columns are many files for few rows).
 bool is_kept(std::string_view table, const Column& column) {
@@ -57,9 +55,9 @@ FleetTable instances_table() {
 
 FleetTable summaries_table() {
   return {.name = "summaries",
-          .columns = {{"logical_id", text},
+          .columns = {{"logical_id", ColumnType::text},
                       {"pid"},
-                      {"quantity", text},
+                      {"quantity", ColumnType::text},
                       {"count"},
                       {"min"},
                       {"max"},
@@ -75,9 +73,9 @@ FleetTable summaries_table() {
 
 FleetTable histograms_table() {
   return {.name = "histograms",
-          .columns = {{"logical_id", text},
+          .columns = {{"logical_id", ColumnType::text},
                       {"pid"},
-                      {"quantity", text},
+                      {"quantity", ColumnType::text},
                       {"value_ns"},
                       {"count"},
                       {"min_ns"},
@@ -96,8 +94,8 @@ FleetTable recordings_table() {
                       {"streams"},
                       {"lost_events"},
                       {"complete", ColumnType::boolean},
-                      {"hosts", text},
-                      {"tool_version", text}},
+                      {"hosts", ColumnType::text},
+                      {"tool_version", ColumnType::text}},
           .order = {},
           .required = {"events", "streams", "complete", "hosts", "tool_version"}};
 }
@@ -246,10 +244,10 @@ const std::vector<FleetTable>& fleet_tables() {
     }
     all.push_back(recordings_table());
     all.push_back({.name = "labels",
-                   .columns = {{"name", text}, {"value", text}},
+                   .columns = {{"name", ColumnType::text}, {"value", ColumnType::text}},
                    .order = {"name", "value"}});
     all.push_back({.name = "contents",
-                   .columns = {{"table_name", text}, {"row_count"}},
+                   .columns = {{"table_name", ColumnType::text}, {"row_count"}},
                    .order = {"table_name"},
                    .required = {"row_count"}});
     return all;

@@ -4,6 +4,7 @@
 #include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/version.hpp>
 
+#include "little_endian.hpp"
 #include "table.hpp"
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include <cstring>
 #include <optional>
 #include <string>
-#include <type_traits>
 #include <unordered_map>
 
 #include <snappy.h>
@@ -121,12 +121,6 @@ PhysicalType physical(ColumnType type) {
   return kByteArray;
 }
 
-template <typename Number>
-void put(std::string& out, Number value) {
-  static_assert(std::is_trivially_copyable_v<Number>);
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);  // little endian, as the format
-}
-
 // Bits, eight to a byte, the first one lowest.
 class Bits {
  public:
@@ -164,7 +158,7 @@ class Dictionary {
           numbers_.try_emplace(std::string(text), static_cast<std::uint32_t>(numbers_.size()));
       if (is_new) {
         const std::string valid = valid_utf8(text);
-        put(values_, static_cast<std::uint32_t>(valid.size()));
+        append_little_endian(values_, static_cast<std::uint32_t>(valid.size()));
         values_ += valid;
       }
       last_ = &at->first;
@@ -219,9 +213,11 @@ struct Chunk {
 
   void add(const Cell& cell) {
     is_known.add(!std::holds_alternative<std::monostate>(cell));
-    if (const auto* integer = std::get_if<std::int64_t>(&cell)) put(values, *integer);
-    if (const auto* natural = std::get_if<std::uint64_t>(&cell)) put(values, *natural);
-    if (const auto* real = std::get_if<double>(&cell)) put(values, *real);
+    if (const auto* integer = std::get_if<std::int64_t>(&cell))
+      append_little_endian(values, *integer);
+    if (const auto* natural = std::get_if<std::uint64_t>(&cell))
+      append_little_endian(values, *natural);
+    if (const auto* real = std::get_if<double>(&cell)) append_little_endian(values, *real);
     if (const auto* boolean = std::get_if<bool>(&cell)) booleans.add(*boolean);
     if (const auto* text = std::get_if<std::string_view>(&cell)) texts.add(*text);
   }
@@ -232,7 +228,7 @@ struct Chunk {
     put_varint(levels, static_cast<std::uint64_t>(is_known.bytes().size()) << 1U | 1U);
     levels += is_known.bytes();
     std::string page;
-    put(page, static_cast<std::uint32_t>(levels.size()));
+    append_little_endian(page, static_cast<std::uint32_t>(levels.size()));
     return page + levels + values + booleans.bytes() + (texts.size() > 0 ? texts.packed() : "");
   }
 
@@ -273,7 +269,7 @@ class ParquetTable final : public TableWriter {
     const std::string metadata = file_metadata();
     write(metadata);
     std::string size;
-    put(size, static_cast<std::uint32_t>(metadata.size()));
+    append_little_endian(size, static_cast<std::uint32_t>(metadata.size()));
     write(size);
     write(kMagic);
   }

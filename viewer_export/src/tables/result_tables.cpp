@@ -114,36 +114,35 @@ void add_clock_error(std::vector<Cell>& cells, const std::optional<analysis::Clo
   cells.push_back(bound(&analysis::ClockError::most));
 }
 
-// --- the tables
-// -----------------------------------------------------------------------------------
+// --- the tables -----------------------------------------------------------------------
 
-constexpr ColumnType text = ColumnType::text;
-constexpr ColumnType boolean = ColumnType::boolean;
+constexpr ColumnType kText = ColumnType::text;
+constexpr ColumnType kFlag = ColumnType::boolean;
 
 ResultTable callbacks() {
   ResultTable table{.name = "callbacks",
-                    .columns = {{"logical_id", text},
+                    .columns = {{"logical_id", kText},
                                 {"pid", ColumnType::integer},
-                                {"node", text},
-                                {"kind", text},
-                                {"source", text},
-                                {"symbol", text},
+                                {"node", kText},
+                                {"kind", kText},
+                                {"source", kText},
+                                {"symbol", kText},
                                 {"period_ns"},
                                 {"group"},
-                                {"tids", text},
-                                {"isolated", boolean},
+                                {"tids", kText},
+                                {"isolated", kFlag},
                                 {"instances"},
                                 {"incomplete"},
                                 {"missed_releases"},
-                                {"release_source", text}},
+                                {"release_source", kText}},
                     .rows = {}};
   for (const auto quantity : callback_quantities())
     add_summary_columns(table.columns, quantity);
   for (const std::string_view added :
        {"deadline_ns", "exceptions", "longest_queue", "response_deadline_ns", "late"})
     table.columns.push_back({added});
-  table.columns.push_back({"isolation", text});
-  table.columns.push_back({"host", text});
+  table.columns.push_back({"isolation", kText});
+  table.columns.push_back({"host", kText});
   table.columns.push_back({"callback_index"});
   table.columns.push_back({"process_index"});
   table.rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
@@ -187,12 +186,12 @@ ResultTable callbacks() {
 ResultTable callback_threads() {
   return {
       .name = "callback_threads",
-      .columns = {{"logical_id", text},
+      .columns = {{"logical_id", kText},
                   {"pid"},
                   {"tid"},
-                  {"thread", text},
+                  {"thread", kText},
                   {"instances"},
-                  {"host", text},
+                  {"host", kText},
                   {"callback_index"},
                   {"thread_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
@@ -211,11 +210,11 @@ ResultTable callback_threads() {
 ResultTable threads() {
   return {
       .name = "threads",
-      .columns = {{"pid"},          {"tid"},          {"name", text},   {"role", text},
-                  {"callbacks"},    {"busy_ns"},      {"moment", text}, {"policy", text},
-                  {"priority"},     {"nice"},         {"runtime_ns"},   {"deadline_ns"},
-                  {"period_ns"},    {"cpus", text},   {"flags"},        {"error"},
-                  {"slice_ns"},     {"util_min"},     {"util_max"},     {"host", text},
+      .columns = {{"pid"},          {"tid"},          {"name", kText},   {"role", kText},
+                  {"callbacks"},    {"busy_ns"},      {"moment", kText}, {"policy", kText},
+                  {"priority"},     {"nice"},         {"runtime_ns"},    {"deadline_ns"},
+                  {"period_ns"},    {"cpus", kText},  {"flags"},         {"error"},
+                  {"slice_ns"},     {"util_min"},     {"util_max"},      {"host", kText},
                   {"thread_index"}, {"process_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
@@ -252,11 +251,11 @@ ResultTable threads() {
 ResultTable processes() {
   return {
       .name = "processes",
-      .columns = {{"host", text},
+      .columns = {{"host", kText},
                   {"pid"},
-                  {"name", text},
-                  {"executor", text},
-                  {"complete", boolean},
+                  {"name", kText},
+                  {"executor", kText},
+                  {"complete", kFlag},
                   {"process_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& p : report.processes)
@@ -269,15 +268,17 @@ ResultTable processes() {
 ResultTable edges() {
   return {
       .name = "edges",
-      .columns = with(
-          {{"from_host", text}, {"to_host", text}, {"from_callback_index"}, {"to_callback_index"}},
-          with_clock_error(with_summaries({{"from_logical_id", text},
-                                           {"from_pid"},
-                                           {"to_logical_id", text},
-                                           {"to_pid"},
-                                           {"topic", text},
-                                           {"messages"}},
-                                          {"communication_ns"}))),
+      .columns = with({{"from_host", kText},
+                       {"to_host", kText},
+                       {"from_callback_index"},
+                       {"to_callback_index"}},
+                      with_clock_error(with_summaries({{"from_logical_id", kText},
+                                                       {"from_pid"},
+                                                       {"to_logical_id", kText},
+                                                       {"to_pid"},
+                                                       {"topic", kText},
+                                                       {"messages"}},
+                                                      {"communication_ns"}))),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& e : report.edges) {
@@ -299,9 +300,9 @@ ResultTable edges() {
 ResultTable chains() {
   return {
       .name = "chains",
-      .columns = with({{"host", text}, {"chain_index"}},
+      .columns = with({{"host", kText}, {"chain_index"}},
                       with_clock_error(with_summaries(
-                          {{"name", text}, {"pid"}, {"hops"}, {"instances"}},
+                          {{"name", kText}, {"pid"}, {"hops"}, {"instances"}},
                           {"path_latency_ns", "reaction_time_ns", "data_age_ns", "undivided_ns"}))),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
@@ -325,12 +326,12 @@ ResultTable chain_hops() {
   return {
       .name = "chain_hops",
       .columns =
-          with({{"host", text}, {"chain_index"}, {"from_callback_index"}, {"to_callback_index"}},
-               with_clock_error(with_summaries({{"chain", text},
+          with({{"host", kText}, {"chain_index"}, {"from_callback_index"}, {"to_callback_index"}},
+               with_clock_error(with_summaries({{"chain", kText},
                                                 {"pid"},
                                                 {"position"},
-                                                {"from_logical_id", text},
-                                                {"to_logical_id", text}},
+                                                {"from_logical_id", kText},
+                                                {"to_logical_id", kText}},
                                                {"processing_ns", "communication_ns"}))),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
@@ -355,16 +356,16 @@ ResultTable chain_hops() {
 ResultTable verdicts() {
   return {
       .name = "verdicts",
-      .columns = {{"rule", text},
-                  {"name", text},
-                  {"subject", text},
-                  {"verdict", text},
-                  {"suppressed", boolean},
+      .columns = {{"rule", kText},
+                  {"name", kText},
+                  {"subject", kText},
+                  {"verdict", kText},
+                  {"suppressed", kFlag},
                   {"checked"},
                   {"evidence"},
                   {"first_time_ns"},
-                  {"first_note", text},
-                  {"subject_kind", text},
+                  {"first_note", kText},
+                  {"subject_kind", kText},
                   {"subject_index"},
                   {"process_index"}},
       .rows = [](const Report& /*report*/, const VerdictReport& verdicts, const Consume& consume) {
@@ -386,7 +387,7 @@ ResultTable verdicts() {
 ResultTable losses() {
   return {
       .name = "losses",
-      .columns = {{"kind", text}, {"severity", text}, {"count"}, {"advice", text}},
+      .columns = {{"kind", kText}, {"severity", kText}, {"count"}, {"advice", kText}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         for (const auto& d : report.defects)
           consume(std::array<Cell, 4>{analysis::label(d.kind), analysis::label(d.severity),

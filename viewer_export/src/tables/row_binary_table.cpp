@@ -2,10 +2,11 @@
 
 #include <cie/tracepoints/utf8.hpp>
 
+#include "little_endian.hpp"
+
 #include <algorithm>
 #include <cstring>
 #include <string_view>
-#include <type_traits>
 
 namespace cie::viewer_export {
 namespace {
@@ -15,12 +16,6 @@ constexpr std::size_t kPiece = 1U << 16U;  // bytes to write at a time
 bool is_required(const FleetTable& table, const Column& column) {
   return std::ranges::find(table.order, column.name) != table.order.end() ||
          std::ranges::find(table.required, column.name) != table.required.end();
-}
-
-template <typename Number>
-void put(std::string& out, Number value) {
-  static_assert(std::is_trivially_copyable_v<Number>);
-  out.append(reinterpret_cast<const char*>(&value), sizeof value);  // little endian, as the format
 }
 
 void put_text(std::string& out, std::string_view text) {
@@ -66,11 +61,11 @@ void RowBinaryTable::add(const Part& part, const Cell& cell) {
   } else if (!is_known) {
     bytes_.append(part.type == ColumnType::boolean ? 1 : 8, '\0');
   } else if (const auto* integer = std::get_if<std::int64_t>(&cell)) {
-    put(bytes_, *integer);
+    append_little_endian(bytes_, *integer);
   } else if (const auto* natural = std::get_if<std::uint64_t>(&cell)) {
-    put(bytes_, *natural);
+    append_little_endian(bytes_, *natural);
   } else if (const auto* real = std::get_if<double>(&cell)) {
-    put(bytes_, *real);
+    append_little_endian(bytes_, *real);
   } else {
     bytes_ += std::get<bool>(cell) ? '\1' : '\0';
   }
@@ -80,7 +75,7 @@ void RowBinaryTable::row(const RowPlace& place, std::span<const Cell> cells) {
   if (head_.empty() || place != last_place_) {
     last_place_ = place;
     head_.clear();
-    put(head_, static_cast<std::uint16_t>(recording_.day.value_or(0)));
+    append_little_endian(head_, static_cast<std::uint16_t>(recording_.day.value_or(0)));
     for (const std::string_view part :
          {std::string_view(recording_.software), std::string_view(place.host),
           std::string_view(place.process), std::string_view(recording_.id)})

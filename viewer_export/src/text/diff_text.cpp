@@ -52,7 +52,7 @@ std::string range(const analysis::QuantileInterval& interval) {
 bool is_certain(Change change) { return change == Change::worse || change == Change::better; }
 
 // "response time p99".
-std::string words_of(const QuantityChange& change) {
+std::string in_words(const QuantityChange& change) {
   auto name = change.quantity;
   std::ranges::replace(name, '_', ' ');
   return name + ' ' + quantile_name(change.per_mille);
@@ -95,7 +95,7 @@ std::string extreme(std::string_view label, const CallbackChange& callback, Chan
   const auto* change = largest(callback, kind);
   if (change == nullptr) return {};
   const auto text =
-      fmt::format("{}: {} {}, {} {} {}", names.of_id(callback.logical_id), words_of(*change),
+      fmt::format("{}: {} {}, {} {} {}", names.of_id(callback.logical_id), in_words(*change),
                   percent(change->before->estimate, change->after->estimate),
                   format_duration(change->before->estimate), style.unicode ? "→" : "->",
                   format_duration(change->after->estimate));
@@ -109,7 +109,7 @@ void add_quantities(TextTable& table, const CallbackChange& change, const Callba
   for (const auto& quantity : change.quantities) {
     if (!is_certain(quantity.change)) continue;
     table.add({{std::exchange(name, {})},
-               {words_of(quantity)},
+               {in_words(quantity)},
                {format_duration(quantity.before->estimate)},
                {format_duration(quantity.after->estimate)},
                {percent(quantity.before->estimate, quantity.after->estimate)},

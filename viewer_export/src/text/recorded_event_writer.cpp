@@ -24,11 +24,11 @@ using analysis::FieldValue;
 using Kind = FieldValue::Kind;
 
 template <typename... Values>
-void append(std::string& to, fmt::format_string<Values...> format, Values&&... values) {
+void append_formatted(std::string& to, fmt::format_string<Values...> format, Values&&... values) {
   fmt::format_to(std::back_inserter(to), format, std::forward<Values>(values)...);
 }
 
-bool is_plain(std::string_view text) {
+bool is_printable(std::string_view text) {
   return std::ranges::all_of(text,
                              [](char c) { return c >= ' ' && c <= '~' && c != '"' && c != '\\'; });
 }
@@ -36,7 +36,7 @@ bool is_plain(std::string_view text) {
 // In quotes, on one line, nothing that moves a cursor.
 void append_quoted(std::string& to, std::string_view text) {
   to += '"';
-  if (is_plain(text)) {
+  if (is_printable(text)) {
     to += text;
   } else {
     std::string escaped;
@@ -51,9 +51,9 @@ void append_quoted(std::string& to, std::string_view text) {
 
 void append_number(std::string& to, const FieldValue& value) {
   if (value.kind == Kind::natural) {
-    append(to, "{}", static_cast<std::uint64_t>(value.number));
+    append_formatted(to, "{}", static_cast<std::uint64_t>(value.number));
   } else {
-    append(to, "{}", value.number);
+    append_formatted(to, "{}", value.number);
   }
 }
 
@@ -92,7 +92,7 @@ struct TextFields {
   }
   static void between(std::string& to) { to += ", "; }
   static void name(std::string& to, std::string_view name) {
-    to += is_plain(name) ? name : printable(name);
+    to += is_printable(name) ? name : printable(name);
     to += " = ";
   }
   static void value(std::string& to, const FieldValue& value) {
@@ -103,13 +103,13 @@ struct TextFields {
       case Kind::label:
         if (!value.text.empty()) {
           append_quoted(to, value.text);
-          append(to, " ({})", value.number);
+          append_formatted(to, " ({})", value.number);
           break;
         }
         append_number(to, value);
         break;
       case Kind::real:
-        append(to, "{}", real_of(value));
+        append_formatted(to, "{}", real_of(value));
         break;
       case Kind::text:
         append_quoted(to, value.text);
@@ -119,7 +119,7 @@ struct TextFields {
         break;
       default:
         if (value.is_hexadecimal) {
-          append(to, "{:#x}", static_cast<std::uint64_t>(value.number));
+          append_formatted(to, "{:#x}", static_cast<std::uint64_t>(value.number));
         } else {
           append_number(to, value);
         }
@@ -153,9 +153,9 @@ struct JsonFields {
       case Kind::real:
         // JSON has neither infinities nor what is no number.
         if (std::isfinite(real_of(value))) {
-          append(to, "{}", real_of(value));
+          append_formatted(to, "{}", real_of(value));
         } else {
-          append(to, "\"{}\"", real_of(value));
+          append_formatted(to, "\"{}\"", real_of(value));
         }
         break;
       case Kind::text:
@@ -189,11 +189,11 @@ RecordedEventWriter::RecordedEventWriter(std::ostream& out, EventFormat format)
 }
 
 void RecordedEventWriter::add_text(const analysis::RecordedEvent& event) {
-  append(line_, "{} ", event.time.ns);
+  append_formatted(line_, "{} ", event.time.ns);
   if (!event.host.empty()) line_ += printable(event.host) + ' ';
-  line_ += is_plain(event.name) ? event.name : printable(event.name);
+  line_ += is_printable(event.name) ? event.name : printable(event.name);
   line_ += ": ";
-  if (event.cpu) append(line_, "{{ cpu_id = {} }}, ", *event.cpu);
+  if (event.cpu) append_formatted(line_, "{{ cpu_id = {} }}, ", *event.cpu);
   if (!event.context.empty()) {
     append_values(line_, event.context, TextFields{});
     line_ += ", ";
@@ -202,10 +202,10 @@ void RecordedEventWriter::add_text(const analysis::RecordedEvent& event) {
 }
 
 void RecordedEventWriter::add_json(const analysis::RecordedEvent& event) {
-  append(line_, R"({{"time_ns":{},"host":)", event.time.ns);
+  append_formatted(line_, R"({{"time_ns":{},"host":)", event.time.ns);
   append_json_string(line_, event.host);
-  append(line_, R"(,"cpu":{},"pid":{},"tid":{},"name":)", or_empty(event.cpu, "null"),
-         or_empty(event.pid, "null"), or_empty(event.tid, "null"));
+  append_formatted(line_, R"(,"cpu":{},"pid":{},"tid":{},"name":)", or_empty(event.cpu, "null"),
+                   or_empty(event.pid, "null"), or_empty(event.tid, "null"));
   append_json_string(line_, event.name);
   line_ += R"(,"context":)";
   append_values(line_, event.context, JsonFields{});
@@ -215,9 +215,10 @@ void RecordedEventWriter::add_json(const analysis::RecordedEvent& event) {
 }
 
 void RecordedEventWriter::add_csv(const analysis::RecordedEvent& event) {
-  append(line_, "{},{},{},{},{},{},{},{}", event.time.ns, csv_field(event.host),
-         or_empty(event.cpu), or_empty(event.pid), or_empty(event.tid), csv_field(event.name),
-         csv_field(json_fields(event.context)), csv_field(json_fields(event.fields)));
+  append_formatted(line_, "{},{},{},{},{},{},{},{}", event.time.ns, csv_field(event.host),
+                   or_empty(event.cpu), or_empty(event.pid), or_empty(event.tid),
+                   csv_field(event.name), csv_field(json_fields(event.context)),
+                   csv_field(json_fields(event.fields)));
 }
 
 void RecordedEventWriter::write(const analysis::RecordedEvent& event) {

@@ -107,9 +107,9 @@ TextCell late_cell(const ChainTimes& chain) {
           Look::bad};
 }
 
-class Screen {
+class ReportScreen {
  public:
-  Screen(const Judged& judged, const ReportContext& context, const TextStyle& style)
+  ReportScreen(const Judged& judged, const ReportContext& context, const TextStyle& style)
       : judged_(judged),
         report_(judged.report),
         context_(context),
@@ -458,7 +458,7 @@ void write_report_screen(std::ostream& out, const Report& report,
                          const analysis::VerdictReport& verdicts, const ReportContext& context,
                          const TextStyle& style) {
   const Judged judged(verdicts, report, context.verify, style);
-  for (const auto& line : Screen(judged, context, style).lines())
+  for (const auto& line : ReportScreen(judged, context, style).lines())
     out << line << '\n';
 }
 

@@ -32,9 +32,9 @@ void append_number(std::string& out, const Cell& cell) {
 }
 
 // Collects lines; the stream gets them in pieces.
-class Lines {
+class LineWriter {
  public:
-  explicit Lines(std::ostream& out) : out_(out) {}
+  explicit LineWriter(std::ostream& out) : out_(out) {}
   std::string& text() noexcept { return text_; }
   void end_line() {
     constexpr std::size_t kPiece = 32768;
@@ -83,7 +83,7 @@ class CsvTable final : public TableWriter {
   void finish() override { lines_.flush(); }
 
  private:
-  Lines lines_;
+  LineWriter lines_;
 };
 
 class JsonLinesTable final : public TableWriter {
@@ -113,7 +113,7 @@ class JsonLinesTable final : public TableWriter {
   void finish() override { lines_.flush(); }
 
  private:
-  Lines lines_;
+  LineWriter lines_;
   std::vector<std::string> keys_;  // with what stands before them
 };
 

@@ -21,9 +21,9 @@ using analysis::Verdict;
 
 constexpr std::size_t kRowsOfARule = 3;
 
-class Screen {
+class VerifyScreen {
  public:
-  Screen(const Judged& judged, const TextStyle& style)
+  VerifyScreen(const Judged& judged, const TextStyle& style)
       : judged_(judged),
         style_(style),
         gap_(gap(style)),
@@ -253,7 +253,7 @@ void write_verify_screen(std::ostream& out, const analysis::VerdictReport& verdi
                          const analysis::Report& report, const VerifyContext& context,
                          const TextStyle& style) {
   const Judged judged(verdicts, report, context, style);
-  for (const auto& line : Screen(judged, style).lines())
+  for (const auto& line : VerifyScreen(judged, style).lines())
     out << line << '\n';
 }
 
@@ -261,7 +261,7 @@ void write_verify_line(std::ostream& out, const analysis::VerdictReport& verdict
                        const analysis::Report& report, const VerifyContext& context,
                        const TextStyle& style) {
   const Judged judged(verdicts, report, context, style);
-  out << Screen(judged, style).line() << '\n';
+  out << VerifyScreen(judged, style).line() << '\n';
 }
 
 }  // namespace cie::viewer_export

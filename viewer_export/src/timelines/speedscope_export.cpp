@@ -19,12 +19,12 @@
 namespace cie::viewer_export {
 namespace {
 
-constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
+constexpr std::int64_t kStillOpen = std::numeric_limits<std::int64_t>::max();
 
 struct Span {
   ThreadKey thread;
   std::int64_t start = 0;
-  std::int64_t end = 0;  // kNever: open
+  std::int64_t end = 0;  // kStillOpen: open
   std::uint32_t frame = 0;
 };
 
@@ -50,7 +50,7 @@ class SpeedscopeExport final : public ViewerExport {
     if (!instance.end) name += " (never ended)";
     spans_.add({.thread = thread_of(instance),
                 .start = instance.start.ns,
-                .end = instance.end ? instance.end->ns : kNever,
+                .end = instance.end ? instance.end->ns : kStillOpen,
                 .frame = frames_.number(name)});
     first_ = std::min(first_, instance.start.ns);
     last_ = std::max(last_, instance.end ? instance.end->ns : instance.start.ns);
@@ -100,7 +100,7 @@ class SpeedscopeExport final : public ViewerExport {
 
   void end_thread() {
     if (!thread_) return;
-    close_until(kNever);
+    close_until(kStillOpen);
     *out_ << "]}";
   }
 
@@ -134,7 +134,7 @@ class SpeedscopeExport final : public ViewerExport {
   analysis::Progress* progress_ = nullptr;
   NameTable frames_;
   ExternalSorter<Span, ByThread> spans_;
-  std::int64_t first_ = kNever;
+  std::int64_t first_ = kStillOpen;
   std::int64_t last_ = 0;
   std::ostream* out_ = nullptr;
   std::optional<ThreadKey> thread_;

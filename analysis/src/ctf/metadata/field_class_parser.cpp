@@ -12,7 +12,6 @@ namespace cie::analysis::ctf {
 namespace {
 
 constexpr std::uint64_t kMaxBits = 65'536;  // of what is no number
-constexpr std::size_t kShown = 100;
 
 constexpr std::array kRoles{
     std::pair("packet-magic-number", Role::magic),

@@ -10,8 +10,6 @@ constexpr char kSeparator = '\x1e';
 // A fragment takes some thirty times its size while it is looked at.
 constexpr std::size_t kMaxFragment = 4U << 20U;
 constexpr int kMaxDepth = 256;
-constexpr std::size_t kShown = 100;
-constexpr std::string_view kBlank = " \t\r\n";
 
 std::string quoted(const char* name) { return std::string("\"") + name + "\""; }
 

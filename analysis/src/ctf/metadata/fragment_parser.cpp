@@ -14,7 +14,6 @@ namespace cie::analysis::ctf {
 namespace {
 
 constexpr std::size_t kUuidBytes = 16;
-constexpr std::size_t kShown = 100;
 
 std::string uuid_text(const Json& bytes) {
   constexpr std::string_view kDigits = "0123456789abcdef";

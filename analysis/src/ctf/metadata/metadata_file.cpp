@@ -10,14 +10,13 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::uint32_t kMagic = 0x75D11D57;
+constexpr std::uint32_t kMetadataMagic = 0x75D11D57;
 constexpr std::size_t kHeaderBytes = 37;  // CTF 1.8, 7.1
 constexpr std::size_t kContentBitsAt = 24;
 constexpr std::size_t kPacketBitsAt = 28;
 constexpr std::size_t kCompressionAt = 32;
 constexpr std::size_t kEncryptionAt = 33;
 constexpr std::uint64_t kMaxBytes = 64U << 20U;
-constexpr std::string_view kBlank = " \t\r\n";
 
 std::uint32_t read_u32(std::string_view bytes, std::size_t at, bool is_swapped) {
   std::uint32_t value = 0;
@@ -26,7 +25,7 @@ std::uint32_t read_u32(std::string_view bytes, std::size_t at, bool is_swapped) 
 }
 
 bool is_packet(std::string_view bytes, bool is_swapped) {
-  return bytes.size() >= sizeof kMagic && read_u32(bytes, 0, is_swapped) == kMagic;
+  return bytes.size() >= sizeof kMetadataMagic && read_u32(bytes, 0, is_swapped) == kMetadataMagic;
 }
 
 }  // namespace

@@ -14,6 +14,12 @@ class MetadataError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// So much of a name of the metadata goes into a message, in characters.
+inline constexpr std::size_t kShown = 100;
+
+// CTF 2's fragments are separated by them, as JSON's tokens are.
+inline constexpr std::string_view kBlank = " \t\r\n";
+
 struct Token {
   enum class Kind : std::uint8_t { end, name, number, text, punctuation };
   Kind kind = Kind::end;

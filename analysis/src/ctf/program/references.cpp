@@ -11,7 +11,6 @@ namespace cie::analysis::ctf {
 namespace {
 
 constexpr std::size_t kMaxLookups = 20'000'000;  // names compared, in one trace
-constexpr std::size_t kShown = 100;
 constexpr std::array<std::string_view, 6> kRoots{"trace.packet.header", "stream.packet.context",
                                                  "stream.event.header", "stream.event.context",
                                                  "event.context",       "event.fields"};

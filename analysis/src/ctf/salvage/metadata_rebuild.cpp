@@ -2,6 +2,7 @@
 
 #include "ctf/metadata/file.hpp"
 #include "ctf/metadata/tokens.hpp"
+#include "ctf/metadata/types.hpp"
 #include "event_numbering.hpp"
 #include "provider_schema.hpp"
 
@@ -37,7 +38,6 @@ struct RawHeader {
 };
 static_assert(sizeof(RawHeader) == 80);
 constexpr std::uint64_t kEventsAt = 84;  // behind the number of the CPU
-constexpr std::uint32_t kMagic = 0xC1FC1FC1;
 constexpr std::uint64_t kMaxPacket = 256U << 20U;
 // Of a channel's packets so much is looked at: all of most recordings' channel "state".
 constexpr std::uint64_t kMaxState = 64U << 20U;
@@ -61,7 +61,7 @@ std::optional<RawHeader> header_at(const File& file, std::uint64_t offset) {
   if (file.read(offset, bytes) < bytes.size()) return std::nullopt;
   std::memcpy(&header, bytes.data(), sizeof header);
   const bool is_whole =
-      header.magic == kMagic && header.packet_bits % 8 == 0 && header.content_bits % 8 == 0 &&
+      header.magic == kPacketMagic && header.packet_bits % 8 == 0 && header.content_bits % 8 == 0 &&
       header.content_bits >= kEventsAt * 8 && header.content_bits <= header.packet_bits &&
       header.packet_bits / 8 <= kMaxPacket && header.packet_bits / 8 <= file.size() - offset;
   return is_whole ? std::optional(header) : std::nullopt;

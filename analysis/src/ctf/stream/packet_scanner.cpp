@@ -1,5 +1,7 @@
 #include "packet_scanner.hpp"
 
+#include "ctf/metadata/types.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -8,7 +10,6 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::uint64_t kMagic = 0xC1FC1FC1;
 constexpr std::uint64_t kHeaderPiece = 4096;
 constexpr std::uint64_t kMaxHeader = 1U << 20U;
 constexpr std::uint64_t kHeaderSteps = 100'000;
@@ -82,7 +83,7 @@ std::optional<Packet> PacketScanner::header_at(std::uint64_t offset, Place place
   std::array<Field, kMaxSlots> header{};
   Bits bits;
   if (!read_header(offset, trace_.packet_header, header.data(), bits, place)) return std::nullopt;
-  if (trace_.has_magic && number(at(header.data(), PacketHeaderSlot::magic)) != kMagic) {
+  if (trace_.has_magic && number(at(header.data(), PacketHeaderSlot::magic)) != kPacketMagic) {
     reason_ = "no packet begins here (wrong magic number)";
     return std::nullopt;
   }
