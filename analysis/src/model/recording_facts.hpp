@@ -4,6 +4,8 @@
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/identity.hpp>
 
+#include "context_number.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -21,11 +23,12 @@ inline constexpr StreamIndex kNoStream{0xffffffff};
 // Where and when an event happened: what evidence is made of.
 struct EventRef {
   Timestamp time{};
-  std::optional<std::int32_t> cpu{};
-  std::optional<std::int64_t> pid{};
-  std::optional<std::int64_t> tid{};
+  ContextNumber<std::int32_t> cpu{};
+  ContextNumber<std::int64_t> pid{};
+  ContextNumber<std::int64_t> tid{};
   StreamIndex stream = kNoStream;
 };
+static_assert(sizeof(EventRef) == 24, "facts hold dozens of them for each callback and thread");
 inline EventRef ref(const EventHead& head) noexcept {
   return {head.time, head.cpu, head.pid, head.tid, head.stream};
 }

@@ -110,56 +110,64 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
   return all;
 }
 
-void Statistics::settle() const {
-  if (waiting_count_ == 0) return;
-  if (histogram_.count() == 0) min_ = max_ = waiting_.front();
-  const std::span<const std::int64_t> values(waiting_.data(), waiting_count_);
-  auto min = min_;
-  auto max = max_;
-  auto sum = sum_;
+void Statistics::Values::settle() {
+  if (waiting_count == 0) return;
+  if (histogram.count() == 0) min = max = waiting.front();
+  const std::span<const std::int64_t> values(waiting.data(), waiting_count);
+  auto least = min;
+  auto most = max;
+  auto total = sum;
   for (const auto value : values) {
-    min = std::min(min, value);
-    max = std::max(max, value);
-    sum += value;
+    least = std::min(least, value);
+    most = std::max(most, value);
+    total += value;
   }
-  min_ = min;
-  max_ = max;
-  sum_ = sum;
-  histogram_.add(values);
-  waiting_count_ = 0;
+  min = least;
+  max = most;
+  sum = total;
+  histogram.add(values);
+  waiting_count = 0;
+}
+
+std::int64_t Statistics::Values::quantile(std::uint64_t numerator,
+                                          std::uint64_t denominator) const {
+  return std::clamp(histogram.quantile(numerator, denominator), min, max);
 }
 
 void Statistics::merge(const Statistics& other) {
-  settle();
-  other.settle();
-  if (other.count() == 0) return;
-  min_ = count() == 0 ? other.min_ : std::min(min_, other.min_);
-  max_ = count() == 0 ? other.max_ : std::max(max_, other.max_);
-  sum_ += other.sum_;
-  histogram_.merge(other.histogram_);
+  if (!other.values_) return;
+  other.values_->settle();
+  if (!values_) {
+    *this = other;
+    return;
+  }
+  values_->settle();
+  values_->min = std::min(values_->min, other.values_->min);
+  values_->max = std::max(values_->max, other.values_->max);
+  values_->sum += other.values_->sum;
+  values_->histogram.merge(other.values_->histogram);
 }
 
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
-  settle();
-  return std::clamp(histogram_.quantile(rank, count()), min_, max_);
+  values_->settle();
+  return values_->quantile(rank, count());
 }
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {
-  settle();
-  if (count() == 0) return std::nullopt;
-  const auto quantile = [this](std::uint64_t numerator, std::uint64_t denominator) {
-    return std::clamp(histogram_.quantile(numerator, denominator), min_, max_);
-  };
-  return Summary{.count = count(),
-                 .min = min_,
-                 .max = max_,
-                 .sum = clamped(sum_),
-                 .mean = static_cast<double>(sum_) / static_cast<double>(count()),
-                 .p50 = quantile(50, 100),
-                 .p90 = quantile(90, 100),
-                 .p99 = quantile(99, 100),
-                 .p99_9 = quantile(999, 1000),
-                 .buckets = with_buckets ? histogram_.buckets() : std::vector<HistogramBucket>{}};
+  if (!values_) return std::nullopt;
+  auto& values = *values_;
+  values.settle();
+  return Summary{
+      .count = count(),
+      .min = values.min,
+      .max = values.max,
+      .sum = clamped(values.sum),
+      .mean = static_cast<double>(values.sum) / static_cast<double>(count()),
+      .p50 = values.quantile(50, 100),
+      .p90 = values.quantile(90, 100),
+      .p99 = values.quantile(99, 100),
+      .p99_9 = values.quantile(999, 1000),
+      .buckets = with_buckets ? values.histogram.buckets() : std::vector<HistogramBucket>{}};
 }
 
 }  // namespace cie::analysis

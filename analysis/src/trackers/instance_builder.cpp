@@ -54,6 +54,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
   // A start follows soon, but other threads' events come between.
   if (who.known != nullptr && who.known->callback_facts != nullptr) {
     prefetch_to_write(&who.known->callback_facts->starts);
+    prefetch_head(&who.known->callback_facts->response_time);
   }
 }
 

@@ -142,7 +142,7 @@ void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
   prefetch_head(&facts.instances);
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
-    prefetch_head(quantity);
+    quantity->expect();
   }
   if (const auto* bounds = bounds_.find(live.callback)) prefetch_to_write(bounds);
   if (const auto* arrivals = arrivals_.find(live.callback)) prefetch_to_write(arrivals);
@@ -330,30 +330,29 @@ void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& in
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
   auto& arrivals = arrivals_[live.callback];
-  auto& recent = arrivals.recent;
-  const Arrival arrived{
+  Arrival arrived{
       .seq = live.seq, .start = live.start, .end = *live.end, .release = *instance.release};
-  const bool is_ascending = recent.size() > 0 && arrivals.seq < arrived.seq;
-  if (is_ascending && arrivals.ascending >= recent.size()) {  // no other one can be its neighbour
-    if (arrivals.seq + 1 == arrived.seq) {
-      if (arrived.release > arrivals.end) {
-        note_gap(facts, bounds, arrived.release - arrivals.release, arrived);
-      } else {
-        note_pair(facts, bounds, recent.newest(0), arrived);
-      }
-    }
-  } else {
-    for (auto age = recent.size(); age-- > 0;) {
-      const auto& other = recent.newest(age);
-      if (other.seq + 1 == arrived.seq) note_pair(facts, bounds, other, arrived);
-      if (arrived.seq + 1 == other.seq) note_pair(facts, bounds, arrived, other);
+  const auto pair = [&](Arrival& earlier, Arrival& later) {
+    note_pair(facts, bounds, earlier, later);
+    earlier.has_next = later.has_previous = true;
+  };
+  const auto pair_with = [&](Arrival& other) {
+    if (other.seq + 1 == arrived.seq) pair(other, arrived);
+    if (arrived.seq + 1 == other.seq) pair(arrived, other);
+  };
+  const bool may_fill_a_hole =
+      arrivals.lonely.size() > 0 &&
+      (arrived.seq <= arrivals.last_lonely || arrived.seq - 1 == arrivals.last_lonely);
+  if (may_fill_a_hole) arrivals.lonely.for_each(pair_with);
+  if (arrivals.has_latest) {
+    pair_with(arrivals.latest);
+    if (!arrivals.latest.has_previous || !arrivals.latest.has_next) {
+      arrivals.last_lonely = std::max(arrivals.last_lonely, arrivals.latest.seq);
+      arrivals.lonely.push(arrivals.latest);
     }
   }
-  arrivals.ascending = is_ascending ? arrivals.ascending + 1 : 1;
-  arrivals.seq = arrived.seq;
-  arrivals.release = arrived.release;
-  arrivals.end = arrived.end.time;
-  recent.push(arrived);
+  arrivals.latest = arrived;
+  arrivals.has_latest = true;
 }
 
 }  // namespace cie::analysis

@@ -78,16 +78,17 @@ class InstanceMeasurer {
     std::uint64_t seq = 0;
     EventRef start;
     EventRef end;
-    Timestamp release;  // known
+    Timestamp release;          // known
+    bool has_previous = false;  // the instance numbered one less has arrived, too
+    bool has_next = false;
   };
+  // Instances whose neighbours, by number, are to come. Most come in order: then it is the latest.
   struct Arrivals {
     static constexpr std::size_t kRemembered = 64;
-    Recent<Arrival, kRemembered> recent;
-    std::size_t ascending = 0;  // so many of the latest have numbers each above the one before
-    // Of the latest: what of it is asked for every time, without the way to where it was put.
-    std::uint64_t seq = 0;
-    Timestamp release;
-    Timestamp end;
+    Arrival latest;
+    bool has_latest = false;
+    Recent<Arrival, kRemembered> lonely;  // earlier ones that lack a neighbour
+    std::uint64_t last_lonely = 0;        // the largest number that was among them
   };
   // The value of an Extreme, beside those of the callback's others: the witnesses are written now
   // and then, the values are looked at for every instance.

@@ -37,6 +37,12 @@ class Recent {
   const T& newest(std::size_t age) const noexcept {
     return values_[(next_ - 1 - age) & (kCapacity - 1)];
   }
+  // Oldest first.
+  template <typename Visit>
+  void for_each(Visit visit) {
+    for (auto age = size(); age-- > 0;)
+      visit(values_[(next_ - 1 - age) & (kCapacity - 1)]);
+  }
   // The latest one of which `is_wanted` holds; null if it holds of none.
   template <typename Predicate>
   const T* find_newest(Predicate is_wanted) const {

@@ -1,5 +1,6 @@
 // The containers of the analyzer's hot path.
 #include <cstdint>
+#include <optional>
 #include <random>
 #include <string>
 #include <unordered_map>
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 #include <model/by_index.hpp>
+#include <model/context_number.hpp>
 #include <trackers/flat_map.hpp>
 #include <trackers/recent.hpp>
 
@@ -76,6 +78,22 @@ TEST(ByIndex, GrowsToWhatIsAskedFor) {
   EXPECT_EQ(*values.find(Index{3}), 7);
   EXPECT_EQ(*values.find(Index{2}), 0);
   EXPECT_EQ(values.find(Index{4}), nullptr);
+}
+
+TEST(ContextNumber, StandsForAnOptional) {
+  constexpr ContextNumber<std::int64_t> kAbsent;
+  EXPECT_FALSE(kAbsent.has_value());
+  EXPECT_EQ(kAbsent.value_or(-1), -1);
+  EXPECT_EQ(std::optional<std::int64_t>(kAbsent), std::nullopt);
+  const ContextNumber<std::int64_t> pid = std::optional<std::int64_t>(4'194'304);
+  EXPECT_EQ(*pid, 4'194'304);
+  EXPECT_EQ(std::optional<std::int64_t>(pid), 4'194'304);
+  EXPECT_EQ(*ContextNumber<std::int64_t>(-1), -1);
+}
+
+TEST(ContextNumber, HoldsWhatTheKernelNumbers) {
+  EXPECT_FALSE(ContextNumber<std::int64_t>(std::int64_t{1} << 31U));
+  EXPECT_TRUE(ContextNumber<std::int64_t>((std::int64_t{1} << 31U) - 1));
 }
 
 }  // namespace

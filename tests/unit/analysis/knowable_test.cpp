@@ -3,7 +3,10 @@
 
 #include "support/trace_text.hpp"
 
+#include <algorithm>
+#include <array>
 #include <optional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -218,6 +221,31 @@ TEST(Knowable, AnAnnouncementLeavesTheWakeUpAlone) {
   ASSERT_EQ(told.all.size(), 1U);
   EXPECT_EQ(told.all[0].waking, Timestamp{9});
   EXPECT_EQ(told.all[0].wakeup, Timestamp{10});
+}
+
+// Neighbours are found by number, in whatever order instances end.
+TEST(Knowable, InterArrivalTimesOfInstancesThatEndInAnyOrder) {
+  std::array<int, 5> order = {0, 1, 2, 3, 4};
+  do {
+    std::string text = "group g reentrant\ncallback fusion group=g pooled\n";
+    for (const int i : order)
+      text += "thread t" + std::to_string(i) + " pool\n";
+    int place = 0;
+    for (const int i : order) {
+      const auto seq = std::to_string(i);
+      // Released at 0, 10, 30, 60, 100.
+      text += std::to_string(101 + i) + " start fusion on=t" + seq + " seq=" + seq +
+              " release=" + std::to_string(i * (i + 1) * 5) + '\n';
+      text += std::to_string(200 + place++) + " end fusion on=t" + seq + " seq=" + seq + '\n';
+    }
+    const auto result = test::analyze(test::trace_of(text));
+    const auto& gaps = result.report.callbacks.at(0).inter_arrival;
+    ASSERT_TRUE(gaps.has_value()) << text;
+    EXPECT_EQ(gaps->count, 4U) << text;
+    EXPECT_EQ(gaps->min, 10) << text;
+    EXPECT_EQ(gaps->max, 40) << text;
+    EXPECT_EQ(gaps->sum, 100) << text;
+  } while (std::ranges::next_permutation(order).found);
 }
 
 }  // namespace

@@ -8,8 +8,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -95,31 +97,57 @@ __extension__ typedef __int128
     Int128;  // NOLINT(modernize-use-using): the only spelling -Wpedantic takes
 
 // Accumulates one quantity. Not thread-safe, not even for reading; merge per-shard objects instead.
+// Takes a pointer until the first value: most quantities of most callbacks are never measured.
 class Statistics {
  public:
+  Statistics() noexcept = default;
+  Statistics(const Statistics& other)
+      : values_(other.values_ ? std::make_unique<Values>(*other.values_) : nullptr) {}
+  Statistics(Statistics&& other) noexcept = default;
+  Statistics& operator=(Statistics other) noexcept {
+    values_ = std::move(other.values_);
+    return *this;
+  }
+  ~Statistics() = default;
+
   void add(Duration value) {
-    waiting_[waiting_count_++] = value.ns;
-    if (waiting_count_ == waiting_.size()) settle();
+    if (!values_) [[unlikely]]
+      begin();
+    values_->waiting[values_->waiting_count++] = value.ns;
+    if (values_->waiting_count == values_->waiting.size()) values_->settle();
+  }
+  // A value will be added soon: brings what add() writes into the cache.
+  void expect() const noexcept {
+    if (values_) __builtin_prefetch(values_.get(), 1);
   }
   void merge(const Statistics& other);
-  std::uint64_t count() const noexcept { return histogram_.count() + waiting_count_; }
+  std::uint64_t count() const noexcept {
+    return values_ ? values_->histogram.count() + values_->waiting_count : 0;
+  }
   // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
   std::int64_t at_rank(std::uint64_t rank) const;
   // Empty when nothing was added: "not measured" is never 0.
   std::optional<Summary> summary(bool with_buckets = false) const;
 
  private:
-  // Adds what waits. Changes nothing that can be seen.
-  void settle() const;
+  struct Values {
+    // Adds what waits. Changes nothing that can be seen.
+    void settle();
+    // The value of a histogram's bucket, within the extremes.
+    std::int64_t quantile(std::uint64_t numerator, std::uint64_t denominator) const;
 
-  // Values wait for some more: consecutive ones are of different quantities, and to reach the
-  // histogram of each is to wait for memory. Together with their number they take two cache lines.
-  mutable std::uint64_t waiting_count_ = 0;
-  std::array<std::int64_t, 15> waiting_{};
-  mutable LogLinearHistogram histogram_;
-  mutable std::int64_t min_ = 0;
-  mutable std::int64_t max_ = 0;
-  mutable Int128 sum_ = 0;
+    // Values wait for some more: consecutive ones are of different quantities, and to reach the
+    // histogram of each is to wait for memory. Together with their number they take two cache lines.
+    std::uint64_t waiting_count = 0;
+    std::array<std::int64_t, 15> waiting{};
+    LogLinearHistogram histogram;
+    std::int64_t min = 0;
+    std::int64_t max = 0;
+    Int128 sum = 0;
+  };
+  void begin() { values_ = std::make_unique<Values>(); }
+
+  std::unique_ptr<Values> values_;  // null: there are none
 };
 
 }  // namespace cie::analysis
