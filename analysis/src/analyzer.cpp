@@ -76,6 +76,7 @@ struct Analyzer::Pipeline {
             [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
             [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
             [](const Publish&) { return false; }, [](const HiddenRun&) { return false; },
+            [](const ResponseTaken&) { return false; },
             [is_before](const auto&) { return is_before; }},  // the kernel's
         event.body);
     if (is_kept) hot(event, who);
@@ -203,6 +204,9 @@ struct Analyzer::Pipeline {
   }
   void on(const EventHead& /*head*/, const Emitter& who, const HiddenRun& e) {
     registry.apply(who, e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const ResponseTaken& e) {
+    chains->on_response(registry.host_of(head), e, head.time);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const ClockSync& e) {
     clocks.apply(registry.host_of(head), e);

@@ -232,6 +232,8 @@ struct ChainFacts {
   Statistics path_latency{};
   Statistics reaction_time{};
   Statistics data_age{};
+  Statistics
+      response{};  // of a service that ends it: from its being sent to the client's taking it
   std::uint64_t reads_not_kept = 0;  // too many without an answer: in no reaction time
   // The hop table. Of instances with a path latency, each cell those whose releases it needs are
   // known of; the rest of their path latency is undivided, so that all together add up.

@@ -257,6 +257,7 @@ ChainReport report_of(const Model& model, ChainIndex index) {
   report.path_latency = facts.path_latency.summary();
   report.reaction_time = facts.reaction_time.summary();
   report.data_age = facts.data_age.summary();
+  report.response = facts.response.summary();
   report.clock_error = clock_error(model, facts);
   // Nothing of a chain without instances.
   const auto summary_at = [](const std::vector<Statistics>& cells, std::size_t i) {

@@ -77,7 +77,18 @@ class Line {
   }
   void store(Field& field, const std::string& value) {
     const auto digit = value.find_first_not_of('-');
-    if (digit <= 1 && value[digit] >= '0' && value[digit] <= '9') {
+    const bool is_number = digit <= 1 && value[digit] >= '0' && value[digit] <= '9';
+    if (is_number && value.find('.') != std::string::npos) {
+      auto& list = lists_.emplace_back();
+      std::istringstream elements(value);
+      for (std::string element; std::getline(elements, element, '.');)
+        list.push_back(static_cast<std::uint32_t>(std::stoul(element)));
+      field.kind = Field::Kind::integers;
+      field.elements = list.data();
+      field.length = static_cast<std::uint32_t>(list.size());
+      return;
+    }
+    if (is_number) {
       field.kind = Field::Kind::integer;
       field.length = 64;
       field.number = std::stoll(value, nullptr, 0);
@@ -91,6 +102,7 @@ class Line {
 
   std::vector<Field> fields_;
   std::deque<std::string> texts_;
+  std::deque<std::vector<std::uint32_t>> lists_;
 };
 
 }  // namespace

@@ -223,6 +223,7 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
     }
   }
   if (chain.undivided) add_quantity(table, "not divided", chain.undivided);
+  add_quantity(table, "response to the client", chain.response);
   std::string text = paint(elide(title, style.columns), Look::strong, style) + "\n" +
                      (table.is_empty() ? "" : table.render(style));
   for (const auto& note : chain_notes(chain)) {

@@ -256,6 +256,8 @@ struct ChainReport {
   std::optional<Summary> path_latency;
   std::optional<Summary> reaction_time;
   std::optional<Summary> data_age;
+  // Of a service that ends it: from when its response was sent to when the client took it.
+  std::optional<Summary> response{};
   std::optional<ClockError> clock_error{};  // of the three, if it ends on another host
   // The sums of its cells and of what is undivided add up to the path latency's.
   std::vector<HopReport> hop_table;

@@ -187,6 +187,7 @@ void fields(auto& visit, Is<ChainReport> auto& c) {
   visit.number("callbacks", c.callbacks);
   visit.number("index", c.index);
   visit.present("undivided_ns", c.undivided);
+  visit.present("response_ns", c.response);
   visit.present("clock_error_ns", c.clock_error);
 }
 
