@@ -167,7 +167,11 @@ void ChainTracker::note_edge(const ChainNode& node) {
     edge->to = node.callback;
   }
   ++edge->messages;
-  if (!node.release || !node.sent) return;
+  if (!node.sent) return;
+  if (from && !model_.callbacks[at(node.callback)].is_accounted) {
+    edge->handover.add(node.start.time - *node.sent);
+  }
+  if (!node.release) return;
   const auto shown = *node.release - *node.sent;
   if (from) edge->communication.add(shown);
   if (node.writer_host == node.host) return;
@@ -285,6 +289,31 @@ void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const Eve
   keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
 }
 
+void ChainTracker::note_by_starts(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+                                  Duration to_last) {
+  facts.running.resize(nodes.size());
+  facts.handover.resize(nodes.size() - 1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto& node = *nodes[i];
+    if (i > 0) facts.handover[i - 1].add(node.start.time - *node.sent);
+    const auto leaves = i + 1 < nodes.size() ? nodes[i + 1]->published : end.time;
+    facts.running[i].add(leaves - node.start.time);
+  }
+  const auto& first = *nodes.front();
+  facts.from_start.add(end.time - (first.start.time + to_last));
+  if (first.earliest) facts.path_latency_upper.add(end.time - (*first.earliest + to_last));
+}
+
+void ChainTracker::forget_releases(CallbackIndex callback) {
+  const auto forget = [callback](Chain& chain) {
+    if (chain.hops.empty() || chain.hops.front() != callback) return;
+    chain.facts.path_latency_upper = {};
+  };
+  std::ranges::for_each(specified_, forget);
+  for (auto& [path, chain] : paths_)
+    forget(chain);
+}
+
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
@@ -304,6 +333,8 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   } else {
     ++facts.inexact;
   }
+  const bool is_of_ros2 = !model_.callbacks[at(first.callback)].is_accounted;
+  if (is_of_ros2 && shift) note_by_starts(facts, nodes, end, *shift);
 
   auto& progress = chain.progress;
   if (!shift) {

@@ -35,6 +35,8 @@ class ChainTracker {
   void on_complete(ChainNode& node, const EventRef& end);
   // A client took the response that an instance of a service published.
   void on_response(HostIndex host, const ResponseTaken& event, Timestamp taken);
+  // Nothing is known of when the callback was released, after all.
+  void forget_releases(CallbackIndex callback);
   // Whether the message that it took was published, as far as is seen now.
   bool is_published(const ChainNode& node) const;
   // Fills the model's chains and edges. May be called again after more instances.
@@ -100,6 +102,8 @@ class ChainTracker {
   static std::optional<Duration> to_last(const Nodes& nodes);
   static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
                            Duration to_last);
+  static void note_by_starts(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+                             Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);

@@ -136,6 +136,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (live->release_kind != ReleaseKind::none && live->release_ns >= 0) {
     live->node->release = Timestamp{live->release_ns};
   }
+  live->node->earliest = live->node->release ? live->node->release : live->expiry;
   chains_.link(*live->node);
   measurer_.expect(*live);
 

@@ -181,6 +181,7 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
 
 // Nothing else is known of such a timer's releases than that they were not after the starts.
 void InstanceMeasurer::forget_releases(CallbackIndex index) {
+  chains_.forget_releases(index);
   auto& facts = model_.callbacks[at(index)];
   facts.grid.is_refuted = true;
   facts.exact_instances = 0;
@@ -216,6 +217,10 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
   auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
+  if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
+  if (instance.release_source == ReleaseSource::source_timestamp) {
+    live.node->earliest = instance.release;
+  }
   if (facts.response_deadline && least_response_time(instance) > facts.response_deadline) {
     ++facts.late;
     if (*instance.end - instance.start > *facts.response_deadline) ++facts.late_by_duration;

@@ -274,6 +274,12 @@ struct Ros2Begin {
   static constexpr EventPhase kPhase = EventPhase::state;
   static constexpr std::string_view kName = "rcl_init";
 };  // nothing of the process came before
+// What the process's tracepoints are of.
+struct Ros2Tracer {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName{};
+  std::string_view version;  // of tracetools, "4.1.1"
+};
 // A callback whose runs no event shows. Told again when its group is known.
 struct HiddenInit {
   static constexpr EventPhase kPhase = EventPhase::state;
@@ -401,9 +407,9 @@ using EventBody =
                  TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit, CallbackFini,
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
-                 Ros2Begin, HiddenInit, HiddenRun, ResponseTaken, SchedSwitch, SchedWaking,
-                 SchedWakeup, SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio,
-                 ProcessName, OtherEvent>;
+                 Ros2Begin, Ros2Tracer, HiddenInit, HiddenRun, ResponseTaken, SchedSwitch,
+                 SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit, SchedMigrateTask,
+                 SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -69,9 +69,8 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
 }
 
 // Tells what the tracer calls the thread.
-void tell_name(const EventHead& head, const Payload& p, const ros2::EventSink& sink) {
-  constexpr std::size_t kName = 1;
-  if (const auto name = p.text(kName); !name.empty()) emit(head, ProcessName{.name = name}, sink);
+void tell_name(const EventHead& head, std::string_view name, const ros2::EventSink& sink) {
+  if (!name.empty()) emit(head, ProcessName{.name = name}, sink);
 }
 
 }  // namespace
@@ -189,15 +188,17 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
     case Ros2Event::begin: {
       auto of_process = head;  // its thread need not run any callback
       of_process.tid.reset();
-      tell_name(of_process, p, sink);
+      tell_name(of_process, p.text(2), sink);
       // What tells it again when a recording begins tells everything that was made since.
-      if (!has_spoken || repeats || is_ros2_profile_handle(p.number<Address>(0))) {
-        emit(head, Ros2Begin{}, sink);
+      const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
+      if (!has_spoken || repeats || is_own) emit(head, Ros2Begin{}, sink);
+      if (const auto version = p.text(1); !version.empty() && !is_own) {
+        emit(head, Ros2Tracer{.version = version}, sink);
       }
       break;
     }
     case Ros2Event::callback_start:
-      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p, sink);
+      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(1), sink);
       start(p.number<Address>(0), context);
       break;
     case Ros2Event::callback_end:

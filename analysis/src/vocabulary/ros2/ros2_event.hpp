@@ -9,7 +9,7 @@ namespace cie::analysis::ros2 {
 
 // Behind each: the fields in the order of their slots; procname is the context's. Handles are addresses in the process.
 enum class Ros2Event : std::uint32_t {
-  begin,                   // context_handle, procname
+  begin,                   // context_handle, version, procname
   node_init,               // node_handle, node_name, namespace
   publisher_init,          // publisher_handle, node_handle, topic_name
   subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth

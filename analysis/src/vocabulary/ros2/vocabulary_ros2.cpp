@@ -27,7 +27,8 @@ void add_named(std::vector<Translation>& table, Ros2Event event,
 }
 
 void add_entities(std::vector<Translation>& table) {
-  add_named(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"}, {"context_handle"});
+  add_named(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"},
+            {"context_handle", "version"});
   add(table, Ros2Event::node_init,
       {"ros2:rcl_node_init", "ros2_caret:rcl_node_init", "agnocast:agnocast_node_init",
        "ros2_caret:agnocast_node_init"},
