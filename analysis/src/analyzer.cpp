@@ -90,7 +90,9 @@ struct Analyzer::Pipeline {
     const auto who = registry.emitter_of(head);
     const auto host = registry.host_of(head);
     if (head.cpu) note_cpu(head, host, who);
-    if (head.tid && recording.has_kernel(host)) {
+    // What is told when all is over has no CPU: its thread may have left since.
+    const bool is_running = head.cpu || !head.is_derived;
+    if (head.tid && is_running && recording.has_kernel(host)) {
       timeline.on_user_event(host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);

@@ -223,10 +223,11 @@ TEST(ReportText, DividesAChainOfRos2ByStarts) {
   std::ostringstream out;
   write_report_chains(out, report, {.columns = 100});
   const auto text = out.str();
-  EXPECT_THAT(text, HasSubstr("  path latency, at least      6  70.00 us"));
-  EXPECT_THAT(text, HasSubstr("    at most                   5  90.00 us"));
-  EXPECT_THAT(text, HasSubstr("    message to the next       6  30.00 us"));
-  EXPECT_THAT(text, HasSubstr("  response to the client      3  4.000 us"));
+  using testing::ContainsRegex;
+  EXPECT_THAT(text, ContainsRegex("  path latency, at least +6  70.00 us"));
+  EXPECT_THAT(text, ContainsRegex("    at most +5  90.00 us"));
+  EXPECT_THAT(text, ContainsRegex("    message to the next +6  30.00 us"));
+  EXPECT_THAT(text, ContainsRegex("  response to the client +3  4.000 us"));
   EXPECT_THAT(text,
               HasSubstr("the first release is not known: \"at least\" is from the first start"));
 }
@@ -243,8 +244,8 @@ TEST(ReportText, SaysWhereNothingTellsWhatWasTaken) {
   report.processes[0].tells_messages = false;
   EXPECT_EQ(
       chains(),
-      "Nothing tells which message a callback took, so no chain leads through what they took:\n"
-      "ros2:rmw_take would tell it.\n\n");
+      "Nothing tells which message a callback took, so no chain leads through what they took: "
+      "ros2:rmw_take\nwould tell it.\n\n");
   report.processes[0].tracetools = "2.3.0";
   EXPECT_EQ(
       chains(),

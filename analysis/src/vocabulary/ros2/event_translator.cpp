@@ -348,6 +348,7 @@ void EventTranslator::finish(EventBatch& batch) {
   for (auto& [name, host] : hosts_) {
     for (auto& [pid, process] : host.processes) {
       if (process.has_own_events) continue;
+      process.last.cpu.reset();  // nobody runs there any more
       for (std::size_t i = 0; i < process.directory.callbacks(); ++i) {
         announce(static_cast<ros2::CallbackNumber>(i), process.last, process, {.batch = batch});
       }
