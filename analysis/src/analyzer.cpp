@@ -76,6 +76,7 @@ struct Analyzer::Pipeline {
             [](const CallbackStart&) { return false; }, [](const CallbackEnd&) { return false; },
             [](const CallbackRelease&) { return false; }, [](const SampleLost&) { return false; },
             [](const Publish&) { return false; }, [](const HiddenRun&) { return false; },
+            [](const ResponseTaken&) { return false; },
             [is_before](const auto&) { return is_before; }},  // the kernel's
         event.body);
     if (is_kept) hot(event, who);
@@ -89,7 +90,9 @@ struct Analyzer::Pipeline {
     const auto who = registry.emitter_of(head);
     const auto host = registry.host_of(head);
     if (head.cpu) note_cpu(head, host, who);
-    if (head.tid && recording.has_kernel(host)) {
+    // What is told when all is over has no CPU: its thread may have left since.
+    const bool is_running = head.cpu || !head.is_derived;
+    if (head.tid && is_running && recording.has_kernel(host)) {
       timeline.on_user_event(host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);
@@ -203,6 +206,9 @@ struct Analyzer::Pipeline {
   }
   void on(const EventHead& /*head*/, const Emitter& who, const HiddenRun& e) {
     registry.apply(who, e);
+  }
+  void on(const EventHead& head, const Emitter& /*who*/, const ResponseTaken& e) {
+    chains->on_response(registry.host_of(head), e, head.time);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const ClockSync& e) {
     clocks.apply(registry.host_of(head), e);

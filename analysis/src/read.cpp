@@ -134,9 +134,11 @@ MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces
                                    const RecordedEventSink& sink) {
   ctf::EventChoice choice(options.wants, options.has_fields);
   RecordedEvents events(choice, options.window, sink);
-  read_files(
-      traces, [&events](const Event& event) { events.consume(event); },
-      {.metadata_from = options.metadata_from, .progress = options.progress, .choice = &choice});
+  read_files(traces, [&events](const Event& event) { events.consume(event); },
+             {.metadata_from = options.metadata_from,
+              .progress = options.progress,
+              .choice = &choice,
+              .window = options.window.value_or(TimeWindow{})});
   return events.missing();
 }
 

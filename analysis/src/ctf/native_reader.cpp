@@ -95,7 +95,8 @@ class Reader {
       : metadata_from_(options.metadata_from),
         progress_(options.progress),
         translator_(options.translator),
-        choice_(options.choice) {
+        choice_(options.choice),
+        window_(options.window) {
     std::set<fs::path> seen;
     for (const auto& path : traces) {
       for (const auto& directory : find_traces(path)) {
@@ -273,7 +274,8 @@ class Reader {
                               .channel = static_cast<std::uint32_t>(channels.size()),
                               .merge_offset_ns = 0,
                               .piece = piece,
-                              .progress = progress_};
+                              .progress = progress_,
+                              .window = window_};
       identity.channel =
           channels.try_emplace({key.trace, key.is_unknown, key.stream_class}, identity.channel)
               .first->second;
@@ -406,6 +408,7 @@ class Reader {
   Progress* progress_;
   EventTranslator* translator_;
   EventChoice* choice_;
+  TimeWindow window_;
   std::optional<Clock> clock_;                                // of the first sound trace
   std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
   std::map<std::string, Clock> clocks_;                       // by host, the first one seen

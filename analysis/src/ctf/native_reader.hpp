@@ -26,6 +26,8 @@ struct ReadOptions {
   // Wants events themselves: those that it does not want are OtherEvents of no class. Borrowed,
   // null: what vocabularies make of events is told.
   EventChoice* choice = nullptr;
+  // Packets outside it are told without their events.
+  TimeWindow window{};
 };
 
 // Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces

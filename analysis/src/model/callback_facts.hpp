@@ -99,6 +99,7 @@ struct CallbackFacts {
   std::vector<CallbackOnThread> ran_on{};  // by first start
   std::vector<Move> moves{};               // capped at 1024
   std::uint64_t starts_without_tid = 0;
+  std::uint64_t messages_told = 0;  // complete instances of which it is told what they took
 
   struct Overlap {
     std::uint64_t first_seq = 0;
@@ -205,6 +206,7 @@ struct MessageEdgeFacts {
   CallbackIndex to{};
   std::uint64_t messages = 0;
   Statistics communication{};         // exact releases only
+  Statistics handover{};              // publish to start, of callbacks that ROS 2's events tell
   std::optional<HostPair> crosses{};  // hosts, if they are two
 };
 
@@ -232,6 +234,13 @@ struct ChainFacts {
   Statistics path_latency{};
   Statistics reaction_time{};
   Statistics data_age{};
+  // Of what ROS 2's events tell, where releases are most often not known: by starts in their place.
+  Statistics from_start{};             // of the first callback, to the end: at least the latency
+  Statistics path_latency_upper{};     // from what its first release was not before
+  std::vector<Statistics> running{};   // start to publish, or to the end; one per hop
+  std::vector<Statistics> handover{};  // publish to start; one fewer
+  Statistics
+      response{};  // of a service that ends it: from its being sent to the client's taking it
   std::uint64_t reads_not_kept = 0;  // too many without an answer: in no reaction time
   // The hop table. Of instances with a path latency, each cell those whose releases it needs are
   // known of; the rest of their path latency is undivided, so that all together add up.

@@ -64,6 +64,7 @@ struct ProcessFacts {
   // Of a process that only ROS 2's tracers tell of.
   bool is_told_by_ros2 = false;
   std::optional<EventRef> ros2_begin{};  // rcl_init, before which nothing was
+  std::string tracetools{};              // version; empty: not told
   std::vector<HiddenCallback> hidden{};
   bool tells_responses = false;  // who takes clients'
 };

@@ -216,6 +216,7 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
   edge.topic = model.callbacks[at(facts.to)].source;
   edge.messages = facts.messages;
   edge.communication = facts.communication.summary();
+  edge.publish_to_start = facts.handover.summary();
   if (facts.crosses) edge.clock_error = clock_error(model, *facts.crosses);
   return edge;
 }
@@ -244,6 +245,17 @@ std::vector<HostClockReport> clocks_of(const Model& model) {
   return reports;
 }
 
+// Processes whose subscriptions ran, and whether it is told of any which message it took.
+std::map<ProcessIndex, bool> tell_messages(const Model& model) {
+  std::map<ProcessIndex, bool> told;
+  for (const auto& callback : model.callbacks) {
+    if (callback.kind != CallbackKind::subscription || callback.instances == 0) continue;
+    auto& is_told = told[callback.process];
+    is_told = is_told || callback.messages_told > 0;
+  }
+  return told;
+}
+
 ChainReport report_of(const Model& model, ChainIndex index) {
   const auto& facts = model.chains[at(index)];
   ChainReport report;
@@ -257,6 +269,9 @@ ChainReport report_of(const Model& model, ChainIndex index) {
   report.path_latency = facts.path_latency.summary();
   report.reaction_time = facts.reaction_time.summary();
   report.data_age = facts.data_age.summary();
+  report.from_start = facts.from_start.summary();
+  report.path_latency_upper = facts.path_latency_upper.summary();
+  report.response = facts.response.summary();
   report.clock_error = clock_error(model, facts);
   // Nothing of a chain without instances.
   const auto summary_at = [](const std::vector<Statistics>& cells, std::size_t i) {
@@ -272,12 +287,14 @@ ChainReport report_of(const Model& model, ChainIndex index) {
                   .from_callback = callback_at(i),
                   .to_callback = std::nullopt,
                   .processing = summary_at(facts.processing, i),
-                  .communication = std::nullopt};
+                  .communication = std::nullopt,
+                  .start_to_publish = summary_at(facts.running, i)};
     if (i + 1 < facts.hops.size()) {
       hop.to = facts.hops[i + 1];
       hop.to_callback = callback_at(i + 1);
       hop.communication = summary_at(facts.communication, i);
       hop.clock_error = clock_error(model, facts, i);
+      hop.publish_to_start = summary_at(facts.handover, i);
     }
     report.hop_table.push_back(std::move(hop));
   }
@@ -336,6 +353,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   report.trace = summary_of(model, verdicts);
   report.defects = trace_defects(model);
 
+  const auto telling = tell_messages(model);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
@@ -351,6 +369,11 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .complete = is_complete(context, verdicts, index),
                         .host_index = process.host};
     if (!process.executor.empty()) entry.executor = process.executor;
+    if (process.is_told_by_ros2 && !process.run_begin) {
+      if (!process.tracetools.empty()) entry.tracetools = process.tracetools;
+      const auto told = telling.find(index);
+      if (told != telling.end()) entry.tells_messages = told->second;
+    }
     report.processes.push_back(std::move(entry));
   }
   std::stable_sort(report.processes.begin(), report.processes.end(),

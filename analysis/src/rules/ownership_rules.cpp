@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -58,7 +59,8 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
     judgement.doubt(lost);
     return;
   }
-  if (thread.kernel_exit && !thread.fini) {
+  const bool is_unread = is_never_read_back(model, thread);
+  if (thread.kernel_exit && !thread.fini && !is_unread) {
     judgement.doubt(evidence("thread_fini", *thread.kernel_exit,
                              "it exits, and the end of its work was not seen"));
     return;
@@ -80,6 +82,10 @@ void judge_foreign_time(const RuleContext& context, ThreadIndex index, const Spe
     return;
   }
   judgement.check();
+  if (is_unread) {
+    judgement.remark(evidence("sampled", moment(*thread.first_wait, thread.tid),
+                              "nobody announced whose thread it is: it ran one callback"));
+  }
   // foreign / span > budget / second, in whole nanoseconds.
   const bool is_above = static_cast<Int128>(*thread.foreign_ns) * 1'000'000'000 >
                         static_cast<Int128>(budget) * *thread.foreign_span_ns;
@@ -97,10 +103,17 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
   const auto& unknown = context.unknown_threads;
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
+        judgement.doubt(context.hidden.on(index));
+        if (is_never_read_back(context.model, thread)) {
+          const auto* entry = sole_entry(context, thread);
+          if (entry != nullptr && entry->foreign_work_budget_ns) {
+            judge_foreign_time(context, index, *entry, judgement);
+            return;
+          }
+        }
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
-        judgement.doubt(context.hidden.on(index));
         const bool is_worker = thread.announced && thread.role == ThreadRole::worker;
         if (is_isolated(thread)) {
           judge_foreign_callbacks(context.model, thread, judgement);
@@ -248,7 +261,15 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
       }
       return;
     }
-    judgement.overrule(proof.incompleteness(thread.process));
+    if (const auto& why = proof.incompleteness(thread.process)) {
+      judgement.overrule(why);
+      if (const auto known = scheduled_text(thread); !known.empty()) {
+        judgement.overrule(evidence("sched_switch", thread.scheduled.back().first.at,
+                                    "the kernel schedules it with " + known +
+                                        "; no event tells "
+                                        "whose it is"));
+      }
+    }
     if (thread.former_fini) {
       judgement.fail(evidence("thread_fini", *thread.former_fini,
                               "the thread of this tid ends its work for callbacks"));

@@ -3,7 +3,10 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <iterator>
+#include <set>
 #include <string>
+#include <vector>
 
 namespace cie::analysis {
 namespace {
@@ -41,10 +44,10 @@ std::optional<std::string> untold(const ThreadParameters& asked) {
   return std::nullopt;
 }
 
+// `entry` asks for CPUs.
 void judge_cpus(const RuleContext& context, const ScheduledAs& scheduled, const SpecEntry& entry,
                 Judgement& judgement) {
   const auto& allowed = entry.parameters.cpus;
-  if (!allowed) return;
   const auto outside = std::ranges::find_if(scheduled.cpus, [&allowed](const EventRef& on) {
     return on.cpu &&
            std::ranges::find(*allowed, static_cast<std::uint32_t>(*on.cpu)) == allowed->end();
@@ -55,18 +58,52 @@ void judge_cpus(const RuleContext& context, const ScheduledAs& scheduled, const 
                asks(context, entry) + "; the thread ran on CPU " + std::to_string(*outside->cpu)));
 }
 
+// Nothing is known of how it was scheduled.
+bool is_unseen(const ThreadFacts& thread, const EventRef& begin, Judgement& judgement) {
+  if (!thread.scheduled.empty()) return false;
+  judgement.doubt(evidence("sched_switch", begin,
+                           "thread " + std::to_string(thread.tid) +
+                               " has no read-back, and no switch of it was seen; record kernel "
+                               "events"));
+  return true;
+}
+
+using Stretches = std::vector<ScheduledAs>;
+
+// From where a thread is meant to stay as it is scheduled: where the spec's priority was seen first;
+// if it asks for none or that was not seen, what it had when its first instance began.
+Stretches::const_iterator reference_of(const ThreadFacts& thread, const SpecEntry* entry) {
+  const auto& all = thread.scheduled;
+  if (entry != nullptr && entry->parameters.policy) {
+    const auto match = std::ranges::find_if(
+        all, [entry](const ScheduledAs& as) { return is_as_asked(as, entry->parameters); });
+    if (match != all.end()) return match;
+  }
+  const auto start = first_start_on(thread).time;
+  const auto after = std::ranges::find_if(
+      all, [start](const ScheduledAs& as) { return as.first.at.time > start; });
+  return after == all.begin() ? after : std::prev(after);
+}
+
+std::string cpus_text(Stretches::const_iterator from, Stretches::const_iterator to) {
+  std::set<std::int32_t> cpus;
+  for (; from != to; ++from) {
+    for (const auto& on : from->cpus) {
+      if (on.cpu) cpus.insert(*on.cpu);
+    }
+  }
+  std::string text = cpus.size() == 1 ? "CPU " : "CPUs ";
+  for (const auto cpu : cpus)
+    text += (text.back() == ' ' ? "" : ",") + std::to_string(cpu);
+  return text;
+}
+
 void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                   Judgement& judgement) {
   const auto& thread = context.model.threads[at(index)];
   const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
   judgement.doubt(context.proof.kernel_loss(index));
-  if (thread.scheduled.empty()) {
-    judgement.doubt(evidence("sched_switch", begin,
-                             "thread " + std::to_string(thread.tid) +
-                                 " has no read-back, and no switch of it was seen; record kernel "
-                                 "events"));
-    return;
-  }
+  if (is_unseen(thread, begin, judgement)) return;
   judgement.check();
   const auto& last = thread.scheduled.back();
   if (!is_as_asked(last, entry.parameters)) {
@@ -77,7 +114,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                                 std::to_string(thread.tid) + " with " +
                                 priority_text(last.first.prio)));
   }
-  judge_cpus(context, last, entry, judgement);
+  if (entry.parameters.cpus) judge_cpus(context, last, entry, judgement);
   if (const auto what = untold(entry.parameters)) {
     judgement.doubt(evidence("thread_sched", begin, "sched_switch does not tell " + *what));
   }
@@ -89,6 +126,85 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
 }  // namespace
 
 bool is_never_read_back(const CallbackFacts& callback) noexcept { return !callback.is_accounted; }
+
+bool is_never_read_back(const Model& model, const ThreadFacts& thread) noexcept {
+  const auto& process = model.processes[at(thread.process)];
+  return !thread.announced && thread.read_backs.count == 0 && !thread.fini && !thread.former_fini &&
+         process.is_told_by_ros2 && !process.run_begin;
+}
+
+const SpecEntry* sole_entry(const RuleContext& context, const ThreadFacts& thread) {
+  if (thread.ran.size() != 1) return nullptr;
+  return spec_entry(context, context.model.callbacks[at(thread.ran.front().callback)]);
+}
+
+std::string scheduled_text(const ThreadFacts& thread) {
+  const auto& all = thread.scheduled;
+  if (all.empty()) return {};
+  return priority_text(all.back().first.prio) + " on " + cpus_text(all.begin(), all.end());
+}
+
+void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
+                               Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
+  judgement.doubt(context.proof.loss(index));
+  judgement.doubt(context.proof.kernel_loss(index));
+  if (is_unseen(thread, begin, judgement)) return;
+  const auto* entry = sole_entry(context, thread);
+  const auto kept = reference_of(thread, entry);
+  judgement.check();
+  const auto later = std::next(kept);
+  if (later == thread.scheduled.end()) {
+    judgement.remark(
+        evidence("sampled", begin,
+                 "by the priority of its switches: it had " + priority_text(kept->first.prio) +
+                     " throughout; FIFO and RR are one there, and the CPUs that it may "
+                     "use are not told"));
+    return;
+  }
+  const bool is_asked =
+      entry != nullptr && entry->parameters.policy && is_as_asked(*kept, entry->parameters);
+  const auto was = evidence("sched_switch", kept->last,
+                            "scheduled with " + priority_text(kept->first.prio) +
+                                (is_asked ? ", as " + asks(context, *entry) : ""));
+  const auto is = evidence("sched_switch", later->first.at,
+                           "from here on with " + priority_text(later->first.prio));
+  if (is_asked) {
+    const bool is_raised = later->first.prio < kept->first.prio;
+    if (is_raised) judgement.overrule(context.proof.kernel_loss(index));  // perhaps inherited
+    judgement.fail(was);
+    judgement.fail(is);
+  } else {
+    judgement.doubt(was);
+    judgement.doubt(evidence("sched_switch", later->first.at,
+                             "from here on with " + priority_text(later->first.prio) +
+                                 ": whether that was meant is unknown (a spec would tell)"));
+  }
+}
+
+void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
+  const auto& thread = context.model.threads[at(index)];
+  const EventRef begin = moment(context.lives.of(index).begin, thread.tid);
+  judgement.doubt(context.proof.loss(index));
+  if (is_unseen(thread, begin, judgement)) return;
+  const auto* entry = sole_entry(context, thread);
+  const auto end = thread.scheduled.end();
+  auto as = reference_of(thread, entry);
+  if (entry == nullptr || !entry->parameters.cpus) {
+    judgement.doubt(evidence("thread_sched", begin,
+                             "no read-back of the allowed CPUs; its switches show it on " +
+                                 cpus_text(thread.scheduled.begin(), end)));
+    return;
+  }
+  judgement.check();
+  judgement.remark(evidence(
+      "sampled", begin,
+      "by the spec's CPUs: nobody read back what the kernel allows" +
+          std::string(context.proof.kernel_loss(index) ? ", and its record has holes" : "")));
+  for (; as != end; ++as)
+    judge_cpus(context, *as, *entry, judgement);
+}
 
 void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
                      const SpecEntry& entry, Judgement& judgement) {

@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -74,6 +75,10 @@ std::vector<SubjectVerdict> judge_parameters_unchanged(const RuleContext& contex
   return judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (!is_known(thread) && thread.ran.empty()) return;
+        if (is_never_read_back(model, thread)) {
+          judge_scheduled_unchanged(context, index, judgement);
+          return;
+        }
         if (const auto found = unknown.find(index); found != unknown.end()) {
           judgement.doubt(found->second);
         }
@@ -95,6 +100,10 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
   return judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                     Judgement& judgement) {
     if (!is_known(thread) && thread.ran.empty()) return;
+    if (is_never_read_back(model, thread)) {
+      judge_scheduled_cpus(context, index, judgement);
+      return;
+    }
     judgement.check(thread.cpus_checked);
     if (thread.cpu_violation) {
       const auto& [mask, where] = *thread.cpu_violation;
@@ -225,7 +234,9 @@ const Rule kParametersUnchanged{
     "A thread keeps the parameters that were last applied: every later audit agrees with them, "
     "and so does the priority in every sched_switch, intervals of priority inheritance aside. On "
     "a process that was attached to, the first audit stands for what was applied. Where the "
-    "kernel's record has holes, PASS says \"by read-back\".\n"
+    "kernel's record has holes, PASS says \"by read-back\". Threads of ROS 2, which nobody reads "
+    "back, are judged by the priorities of sched_switch from the spec's (without one, from the "
+    "first instance) on: PASS says \"sampled\".\n"
     "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "
     "the application had been given, and it goes on as if nothing had happened.\n"
     "Inconclusive when there is neither a later audit nor a whole record of the kernel's to "
@@ -239,7 +250,8 @@ const Rule kAllowedCpusOnly{
     "S4", "allowed-cpus-only",
     "A thread ran only on CPUs of the mask that was last read back before. Without kernel "
     "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
-    "record not all others: PASS then says \"sampled\".\n"
+    "record not all others: PASS then says \"sampled\". Threads of ROS 2, which nobody reads back, "
+    "are judged by the spec's affinity.\n"
     "Why it matters: A thread on a CPU that was kept for others disturbs them and loses its own "
     "cache.\n"
     "Inconclusive when there is no read-back of the mask, or read-backs were lost.\n"

@@ -45,9 +45,10 @@ struct ChainNode {
   CallbackIndex callback{};
   std::uint64_t seq = 0;
   EventRef start;
-  std::optional<Timestamp> release;  // exact ones only
-  bool is_in_window = true;          // began inside the window
-  std::uint64_t read = 0;            // its read's number among those of its callback in the window
+  std::optional<Timestamp> release;   // exact ones only
+  std::optional<Timestamp> earliest;  // it was not released before; empty: not known
+  bool is_in_window = true;           // began inside the window
+  std::uint64_t read = 0;             // its read's number among those of its callback in the window
 
   HostIndex host{};
   // The message it took: writer and source timestamp; parent and published are resolved from them.

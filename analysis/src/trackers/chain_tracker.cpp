@@ -53,6 +53,20 @@ void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
   messages.prefetch_oldest([](const Message& oldest) { return oldest.node.get(); });
 }
 
+const ChainTracker::Message* ChainTracker::find_message(std::uint32_t publisher,
+                                                        std::int64_t source_timestamp) const {
+  const auto* messages = messages_.find(publisher);
+  if (messages == nullptr) return nullptr;
+  return messages->find_newest([source_timestamp](const Message& message) {
+    return message.source_timestamp == source_timestamp;
+  });
+}
+
+bool ChainTracker::is_published(const ChainNode& node) const {
+  const auto publisher = registry_.publisher_by_gid(node.host, node.writer_gid);
+  return publisher && find_message(*publisher, node.source_timestamp) != nullptr;
+}
+
 void ChainTracker::resolve(ChainNode& node) {
   if (node.writer_gid == 0 || node.source_timestamp == 0) return;
   if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside) return;
@@ -61,8 +75,7 @@ void ChainTracker::resolve(ChainNode& node) {
     node.link = ChainNode::Link::source;  // written by somebody who is not traced
     return;
   }
-  const auto* found = messages_[*publisher].find_newest(
-      [&node](const Message& m) { return m.source_timestamp == node.source_timestamp; });
+  const auto* found = find_message(*publisher, node.source_timestamp);
   if (found == nullptr) {
     const auto& first = model_.publishers[*publisher].first_source_timestamp;
     node.link = !first || node.source_timestamp < *first ? ChainNode::Link::outside
@@ -74,7 +87,7 @@ void ChainTracker::resolve(ChainNode& node) {
   node.writer_host = model_.processes[at(writer)].host;
   if (node.writer_host == node.host) {
     node.sent = found->time;
-  } else {
+  } else if (node.source_timestamp > 0) {
     node.sent = clocks_.local(node.host, node.source_timestamp);
   }
   if (!found->node) {
@@ -113,12 +126,32 @@ void ChainTracker::link(ChainNode& node) {
 void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   resolve(node);  // the publisher may have been announced in between
   note_edge(node);
-  if (!has_spec_) {
-    on_path(node, end);
-    return;
+  if (has_spec_) {
+    for (auto& chain : specified_)
+      on_specified(node, end, chain);
+  } else if (walk(node)) {
+    if (auto* chain = chain_of(scratch_)) measure(*chain, scratch_, end);
   }
-  for (auto& chain : specified_)
-    on_specified(node, end, chain);
+}
+
+void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Timestamp taken) {
+  const auto publisher = registry_.publisher_by_gid(host, event.writer_gid);
+  if (!publisher) return;
+  const auto* response = find_message(*publisher, event.source_timestamp_realtime_ns);
+  if (response == nullptr || !response->node) return;
+  auto& node = *response->node;
+  const auto sent =
+      node.host == host ? response->time : clocks_.local(host, event.source_timestamp_realtime_ns);
+  if (!sent) return;
+  resolve(node);
+  const auto add = [&](Chain& chain) { chain.facts.response.add(taken - *sent); };
+  if (has_spec_) {
+    for (auto& chain : specified_) {
+      if (walk(node, chain) == Walk::whole) add(chain);
+    }
+  } else if (walk(node)) {
+    if (auto* chain = chain_of(scratch_)) add(*chain);
+  }
 }
 
 void ChainTracker::note_edge(const ChainNode& node) {
@@ -134,7 +167,11 @@ void ChainTracker::note_edge(const ChainNode& node) {
     edge->to = node.callback;
   }
   ++edge->messages;
-  if (!node.release || !node.sent) return;
+  if (!node.sent) return;
+  if (from && !model_.callbacks[at(node.callback)].is_accounted) {
+    edge->handover.add(node.start.time - *node.sent);
+  }
+  if (!node.release) return;
   const auto shown = *node.release - *node.sent;
   if (from) edge->communication.add(shown);
   if (node.writer_host == node.host) return;
@@ -142,41 +179,51 @@ void ChainTracker::note_edge(const ChainNode& node) {
   clocks_.note_message(node.writer_host, node.host, shown);
 }
 
-void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
+ChainTracker::Walk ChainTracker::walk(const ChainNode& node, const Chain& chain) {
   const auto& hops = chain.facts.hops;
   auto& nodes = scratch_;
   nodes.resize(hops.size());
   const auto* current = &node;
   for (std::size_t i = hops.size(); i-- > 0;) {
-    if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return;
+    if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return Walk::other;
     nodes[i] = current;
     if (i == 0) break;
     if (current->link == ChainNode::Link::unseen) {
-      ++chain.facts.incomplete;
-      if (!chain.facts.first_incomplete) chain.facts.first_incomplete = current->start;
-      return;
+      nodes.front() = current;
+      return Walk::missing;
     }
-    if (!current->parent) return;
+    if (!current->parent) return Walk::other;
     current = current->parent.get();
   }
-  if (!nodes.front()->is_in_window) return;
-  measure(chain, nodes, end);
+  return nodes.front()->is_in_window ? Walk::whole : Walk::other;
 }
 
-void ChainTracker::on_path(const ChainNode& node, const EventRef& end) {
+void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
+  switch (walk(node, chain)) {
+    case Walk::other:
+      break;
+    case Walk::missing:
+      ++chain.facts.incomplete;
+      if (!chain.facts.first_incomplete) chain.facts.first_incomplete = scratch_.front()->start;
+      break;
+    case Walk::whole:
+      measure(chain, scratch_, end);
+      break;
+  }
+}
+
+bool ChainTracker::walk(const ChainNode& node) {
   auto& nodes = scratch_;
   nodes.clear();
   for (const auto* current = &node; current != nullptr; current = current->parent.get()) {
     nodes.push_back(current);
     if (!current->parent && current->link != ChainNode::Link::source &&
         current->link != ChainNode::Link::outside) {
-      return;  // an unseen publish: where the path begins is unknown
+      return false;  // an unseen publish: where the path begins is unknown
     }
   }
-  if (nodes.size() < 2) return;
   std::reverse(nodes.begin(), nodes.end());
-  if (!nodes.front()->is_in_window) return;
-  if (auto* chain = chain_of(nodes)) measure(*chain, nodes, end);
+  return nodes.size() >= 2 && nodes.front()->is_in_window;
 }
 
 ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
@@ -242,6 +289,31 @@ void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const Eve
   keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
 }
 
+void ChainTracker::note_by_starts(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+                                  Duration to_last) {
+  facts.running.resize(nodes.size());
+  facts.handover.resize(nodes.size() - 1);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto& node = *nodes[i];
+    if (i > 0) facts.handover[i - 1].add(node.start.time - *node.sent);
+    const auto leaves = i + 1 < nodes.size() ? nodes[i + 1]->published : end.time;
+    facts.running[i].add(leaves - node.start.time);
+  }
+  const auto& first = *nodes.front();
+  facts.from_start.add(end.time - (first.start.time + to_last));
+  if (first.earliest) facts.path_latency_upper.add(end.time - (*first.earliest + to_last));
+}
+
+void ChainTracker::forget_releases(CallbackIndex callback) {
+  const auto forget = [callback](Chain& chain) {
+    if (chain.hops.empty() || chain.hops.front() != callback) return;
+    chain.facts.path_latency_upper = {};
+  };
+  std::ranges::for_each(specified_, forget);
+  for (auto& [path, chain] : paths_)
+    forget(chain);
+}
+
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
@@ -261,6 +333,8 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   } else {
     ++facts.inexact;
   }
+  const bool is_of_ros2 = !model_.callbacks[at(first.callback)].is_accounted;
+  if (is_of_ros2 && shift) note_by_starts(facts, nodes, end, *shift);
 
   auto& progress = chain.progress;
   if (!shift) {
@@ -332,7 +406,7 @@ void ChainTracker::finish() {
     const auto& path = entry->first;
     const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
                          std::equal(path.begin(), path.end(), next->first.begin());
-    if (goes_on) continue;
+    if (goes_on || entry->second.facts.instances == 0) continue;
     auto facts = entry->second.facts;
     for (const auto hop : path) {
       const auto& id = model_.callbacks[at(hop)].logical_id;

@@ -33,6 +33,12 @@ class ChainTracker {
   void link(ChainNode& node);
   // An instance in the window was completed.
   void on_complete(ChainNode& node, const EventRef& end);
+  // A client took the response that an instance of a service published.
+  void on_response(HostIndex host, const ResponseTaken& event, Timestamp taken);
+  // Nothing is known of when the callback was released, after all.
+  void forget_releases(CallbackIndex callback);
+  // Whether the message that it took was published, as far as is seen now.
+  bool is_published(const ChainNode& node) const;
   // Fills the model's chains and edges. May be called again after more instances.
   void finish();
 
@@ -81,8 +87,14 @@ class ChainTracker {
 
   void resolve(ChainNode& node);
   void note_edge(const ChainNode& node);
+  const Message* find_message(std::uint32_t publisher, std::int64_t source_timestamp) const;
+  // The instances that led to this one, first to last: whether they are one of the chain that the
+  // spec names. Missing: a publication between them is unseen without excuse.
+  enum class Walk : std::uint8_t { other, missing, whole };
+  Walk walk(const ChainNode& node, const Chain& chain);
+  // Likewise, as far back as anything is known. Whether that is a chain.
+  bool walk(const ChainNode& node);
   void on_specified(const ChainNode& node, const EventRef& end, Chain& chain);
-  void on_path(const ChainNode& node, const EventRef& end);
   // The chain of a path, new if it is; null if there are too many.
   Chain* chain_of(const Nodes& nodes);
   // What to add to times of the first callback's host for those of the last one's. Empty: their
@@ -90,6 +102,8 @@ class ChainTracker {
   static std::optional<Duration> to_last(const Nodes& nodes);
   static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
                            Duration to_last);
+  static void note_by_starts(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+                             Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);

@@ -124,6 +124,13 @@ void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thre
   thread.scheduled.back().cpus.push_back(*tid->scheduled);
 }
 
+// A thread of ROS 2 is not announced and reads nothing back: it begins with its first instance.
+bool EnforcementTracker::has_begun_work(const ThreadFacts& thread) const {
+  if (thread.announced) return !thread.applied.empty() || thread.first_audit;
+  const auto& process = model_.processes[at(thread.process)];
+  return !thread.ran.empty() && process.is_told_by_ros2 && !process.run_begin;
+}
+
 void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
                                    const SchedSwitch& event) {
   has_switches_ = true;
@@ -136,9 +143,8 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
       auto& state = threads_[*index];
-      const bool is_configured =
-          (!thread.applied.empty() || thread.first_audit) && !instances_.is_inside_unseen(*index);
-      if (!state.first_wait && thread.announced && is_configured && !thread.fini) {
+      if (!state.first_wait && !thread.fini && has_begun_work(thread) &&
+          !instances_.is_inside_unseen(*index)) {
         state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
         state.inside_before = instances_.inside_execution(*index, host, head.time);
         thread.first_wait = head.time;
@@ -263,6 +269,7 @@ void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, T
   if (!parts || !inside || !state.inside_before) return;
   if (!is_recorded(thread, state.first_wait->time, end)) return;
   thread.foreign_ns = (parts->execution - (*inside - *state.inside_before)).ns;
+  if (thread.kernel_exit) end = std::min(end, thread.kernel_exit->time);
   thread.foreign_span_ns = (end - state.first_wait->time).ns;
 }
 

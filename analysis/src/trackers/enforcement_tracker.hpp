@@ -83,6 +83,8 @@ class EnforcementTracker {
   const ReadBack* reference(const ThreadFacts& thread) const;
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
+  // From its first wait on its work outside callbacks counts.
+  bool has_begun_work(const ThreadFacts& thread) const;
   // A thread that nobody read back is scheduled with this priority.
   void note_priority(const EventRef& where, ThreadFacts& thread, std::int32_t prio);
   // The same if it is a thread that nobody read back.

@@ -16,6 +16,7 @@ constexpr std::size_t kMaxOpenPerThread = 64;
 constexpr std::size_t kMaxPending = 100'000;
 constexpr std::size_t kMaxMoves = 1024;
 constexpr std::size_t kMaxSpare = 1024;
+constexpr std::size_t kMaxAnswering = 64;
 // State is announced within one second of a session's start; three are ample.
 constexpr Duration kSettleTime{3'000'000'000};
 
@@ -136,6 +137,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (live->release_kind != ReleaseKind::none && live->release_ns >= 0) {
     live->node->release = Timestamp{live->release_ns};
   }
+  live->node->earliest = live->node->release ? live->node->release : live->expiry;
   chains_.link(*live->node);
   measurer_.expect(*live);
 
@@ -341,6 +343,11 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
     thread.ran[live->on_thread].last_activity = *live->end;
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
+  if (facts.kind == CallbackKind::service && !facts.is_accounted && live->writer_gid != 0) {
+    auto& answering = callback.answering;
+    if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());
+    answering.push_back(live->node);
+  }
   // Without the way through the queue if nothing is to be waited for.
   if (pending_.empty() && is_settled(*live, live->end->time, live->host)) {
     measure(std::move(live));
@@ -394,7 +401,10 @@ bool InstanceBuilder::is_announced(const LiveInstance& live) const {
   // Nobody announces threads of what follows from other events, unless the process has own ones.
   // A message may be taken before its publication is put together, with which the publisher comes.
   return !callback.is_accounted && !model_.processes[at(callback.process)].run_begin &&
-         (live.writer_gid == 0 || registry_.publisher_by_gid(live.host, live.writer_gid));
+         (live.writer_gid == 0 ||
+          (live.source_timestamp < 0
+               ? chains_.is_published(*live.node)
+               : registry_.publisher_by_gid(live.host, live.writer_gid).has_value()));
 }
 
 void InstanceBuilder::advance(const EventHead& head) {
@@ -405,6 +415,24 @@ void InstanceBuilder::advance(const EventHead& head) {
   }
 }
 
+ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) {
+  if (event.callback == kNoCallback) {
+    if (!who.thread) return {};
+    const auto& open = of_thread(who.thread).open;
+    return open.empty() ? ChainNodeRef{} : open.back()->node;
+  }
+  auto& callback = callbacks_[registry_.callback(who, event.callback)];
+  for (const auto* live : callback.open) {
+    if (live->seq == event.callback_seq) return live->node;
+  }
+  const auto ended = std::ranges::find(callback.answering, event.callback_seq,
+                                       [](const ChainNodeRef& node) { return node->seq; });
+  if (ended == callback.answering.end()) return {};
+  auto node = std::move(*ended);
+  callback.answering.erase(ended);
+  return node;
+}
+
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
   registry_.note_speaker(head, *who.process);
@@ -412,24 +440,19 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;
   registry_.published(index).observe(event.seq, ref(head), facts.published);
-  ChainNodeRef node;
-  if (who.thread) {
-    const auto& open = of_thread(who.thread).open;
-    if (!open.empty()) node = open.back()->node;
-  }
-  chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, std::move(node));
+  chains_.on_publish(index, ref(head), event.source_timestamp_realtime_ns, node_of(who, event));
   if (observer_ == nullptr) return;
-  observer_->on_publication(
-      Publication{.time = head.time,
-                  .pid = *head.pid,
-                  .tid = head.tid.value_or(-1),
-                  .cpu = head.cpu,
-                  .topic = facts.topic,
-                  .publisher_id = to_number(event.publisher),
-                  .seq = event.seq,
-                  .writer_gid = facts.writer_gid,
-                  .source_timestamp_realtime_ns = event.source_timestamp_realtime_ns,
-                  .host = registry_.host_of(head)});
+  observer_->on_publication(Publication{
+      .time = head.time,
+      .pid = *head.pid,
+      .tid = head.tid.value_or(-1),
+      .cpu = head.cpu,
+      .topic = facts.topic,
+      .publisher_id = to_number(event.publisher),
+      .seq = event.seq,
+      .writer_gid = facts.writer_gid,
+      .source_timestamp_realtime_ns = std::max<std::int64_t>(event.source_timestamp_realtime_ns, 0),
+      .host = registry_.host_of(head)});
 }
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,

@@ -83,13 +83,16 @@ class InstanceBuilder {
     std::vector<LiveInstance*> open;
     Recent<Ended, kRecentEnds> recent;  // for second ends
     std::unique_ptr<TimerGrid> grid;
-    std::uint64_t losses = 0;  // that the grid knows of
+    std::vector<ChainNodeRef> answering;  // ended, of services: they may respond afterwards
+    std::uint64_t losses = 0;             // that the grid knows of
   };
 
   OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
     return thread ? threads_[*thread] : nobody_;
   }
   std::unique_ptr<LiveInstance> new_instance();
+  // The instance that a publication is of; null: of none.
+  ChainNodeRef node_of(const Emitter& who, const Publish& event);
   void note_on_thread(LiveInstance& live);
   void note_missed(const LiveInstance& live);
   // The release of a timer whose expiries are known.

@@ -4,6 +4,7 @@
 
 #include "prefetch.hpp"
 
+#include <algorithm>
 #include <span>
 
 namespace cie::analysis {
@@ -79,7 +80,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   instance.waking = wake_of(live).waking;
   instance.declared_deadline_ns = facts.deadline_ns;
   instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
-  instance.source_timestamp_realtime_ns = live.source_timestamp;
+  instance.source_timestamp_realtime_ns = std::max<std::int64_t>(live.source_timestamp, 0);
   instance.writer_gid = live.writer_gid;
   instance.host = live.host;
 
@@ -128,7 +129,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
 }
 
 std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live) const {
-  if (live.source_timestamp == 0 || !live.realtime_offset) return std::nullopt;
+  if (live.source_timestamp <= 0 || !live.realtime_offset) return std::nullopt;
   const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
   if (!publisher) return std::nullopt;
   const auto process = model_.publishers[*publisher].process;
@@ -180,6 +181,7 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
 
 // Nothing else is known of such a timer's releases than that they were not after the starts.
 void InstanceMeasurer::forget_releases(CallbackIndex index) {
+  chains_.forget_releases(index);
   auto& facts = model_.callbacks[at(index)];
   facts.grid.is_refuted = true;
   facts.exact_instances = 0;
@@ -215,6 +217,10 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
   auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
+  if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
+  if (instance.release_source == ReleaseSource::source_timestamp) {
+    live.node->earliest = instance.release;
+  }
   if (facts.response_deadline && least_response_time(instance) > facts.response_deadline) {
     ++facts.late;
     if (*instance.end - instance.start > *facts.response_deadline) ++facts.late_by_duration;

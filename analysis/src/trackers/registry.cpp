@@ -448,6 +448,11 @@ void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
   if (!begin) begin = ref(head);
 }
 
+void Registry::apply(const EventHead& head, const Ros2Tracer& event) {
+  if (const auto process = process_of(head))
+    model_.processes[at(*process)].tracetools = event.version;
+}
+
 void Registry::apply(const EventHead& head, const HiddenInit& event) {
   const auto process = process_of(head);
   if (!process) return;

@@ -23,6 +23,7 @@ class Keeper {
   void keep(PublisherInit& event) { keep(event.topic); }
   void keep(ThreadInit& event) { keep(event.name); }
   void keep(ThreadSched& event) { keep(event.cpus); }
+  void keep(Ros2Tracer& event) { keep(event.version); }
   void keep(HiddenInit& event) { keep(event.what, event.node); }
   void keep(SchedSwitch& event) { keep(event.prev_comm, event.next_comm); }
   void keep(SchedProcessFork& event) { keep(event.child_comm); }

@@ -205,6 +205,26 @@ TEST(Ctf2Fields, TextsOfOtherEncodingsAreSteppedOverAndNotAskedFor) {
   EXPECT_THAT(error_of(fixed_wide, {"f"}), HasSubstr("\"f\" is not in UTF-8"));
 }
 
+TEST(Ctf2Fields, WhatAThreadIsCalledMayBeOfAnotherEncoding) {
+  Layout layout(member("procname", "{'type': 'null-terminated-string', 'encoding': 'utf-16be'}") +
+                    "," + member("a", kU8),
+                {"procname", "a"});
+  const auto got = layout.decode({0, 'x', 0, 0, 42});
+  EXPECT_EQ(got.text(0), "");
+  EXPECT_EQ(got.number(1), 42);
+}
+
+TEST(Ctf2Fields, HowANumberWantsToLookRefusesNothing) {
+  for (const auto* base : {"16", "'sixteen'", "-16", "null", "[16]"}) {
+    const auto number = member("a",
+                               "{'type': 'fixed-length-unsigned-integer', 'length': 8, "
+                               "'byte-order': 'little-endian', 'preferred-display-base': " +
+                                   std::string(base) + "}");
+    Layout layout(number, {"a"});
+    EXPECT_EQ(layout.decode({42}).number(0), 42) << base;
+  }
+}
+
 TEST(Ctf2Fields, BlobsAreBytes) {
   Layout layout(member("s", "{'type': 'static-length-blob', 'length': 2, 'media-type': 'x/y'}") +
                     "," + member("n", kU8) + "," + member("d", blob("'n'")),

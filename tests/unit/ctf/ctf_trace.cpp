@@ -139,16 +139,24 @@ void TraceFolder::write(const std::string& file, const std::string& bytes) const
   std::ofstream(path() / file, std::ios::binary | std::ios::trunc) << bytes;
 }
 
-std::vector<std::string> read(const std::vector<fs::path>& traces) {
+std::vector<std::string> read(const std::vector<fs::path>& traces, const TimeWindow& window) {
   std::vector<std::string> lines;
-  ctf::read_traces(traces, [&lines](const Event& event) {
-    if (!is_structure(event)) lines.push_back(line_of(event));
-  });
+  ctf::read_traces(traces,
+                   [&lines](const Event& event) {
+                     if (!is_structure(event)) lines.push_back(line_of(event));
+                   },
+                   {.window = window});
   return lines;
 }
 
+std::vector<std::string> read(const std::vector<fs::path>& traces) { return read(traces, {}); }
+
 std::vector<std::string> read(const TraceFolder& folder) {
   return read(std::vector<fs::path>{folder.path()});
+}
+
+std::vector<std::string> read(const TraceFolder& folder, const TimeWindow& window) {
+  return read({folder.path()}, window);
 }
 
 std::vector<std::string> read_all(const TraceFolder& folder) {

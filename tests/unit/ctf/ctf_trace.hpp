@@ -1,6 +1,8 @@
 // Small CTF traces written byte by byte, and what the reader makes of them as lines of text.
 #pragma once
 
+#include <cie/analysis/time.hpp>
+
 #include "support/temporary_directory.hpp"
 
 #include <cstdint>
@@ -55,6 +57,8 @@ class TraceFolder {
 // "200 lost 3 events until 300", "damaged: reason" and so on.
 std::vector<std::string> read(const std::vector<std::filesystem::path>& traces);
 std::vector<std::string> read(const TraceFolder& folder);
+// Of packets outside the window nothing but that they are there is read.
+std::vector<std::string> read(const TraceFolder& folder, const analysis::TimeWindow& window);
 // Everything, structure included, with the number of the stream first.
 std::vector<std::string> read_all(const TraceFolder& folder);
 // The same by a reader on another thread.

@@ -52,6 +52,23 @@ TEST(Packets, AreReadInOrderWithTheirBounds) {
                   "0: 300 packet", "0: 310 tick on 0", "0: 390 packet ends", "0: stream ends"));
 }
 
+TEST(Packets, OutsideTheWindowAreNotLookedAt) {
+  auto bytes = bytes_of(three());
+  bytes[kHeader] = '\x77';  // no such event
+  TraceFolder folder;
+  folder.write("metadata", metadata());
+  folder.write("stream", bytes);
+  using analysis::Timestamp;
+  using analysis::TimeWindow;
+  EXPECT_THAT(read(folder, TimeWindow{.from = Timestamp{191}, .to = Timestamp{299}}),
+              ElementsAre("210 tick on 0"));
+  // A packet that reaches into it is read whole.
+  EXPECT_THAT(read(folder, TimeWindow{.from = Timestamp{290}, .to = Timestamp{300}}),
+              ElementsAre("210 tick on 0", "310 tick on 0"));
+  EXPECT_THAT(read(folder, TimeWindow{.from = Timestamp{190}, .to = Timestamp{210}}),
+              ElementsAre(StartsWith("damaged"), "210 tick on 0"));
+}
+
 TEST(Packets, TimesOf32BitsWrap) {
   const auto lines = lines_of(bytes_of(PacketText{
       .begin = 0x1'ffff'fff0, .end = 0x2'0000'0100, .ticks = {{0xffff'fff8}, {8}, {8}}}));

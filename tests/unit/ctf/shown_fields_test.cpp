@@ -174,6 +174,33 @@ TEST(ShownFields, AScopeThatIsReadAgainIsShownWhole) {
   EXPECT_EQ(fields.values()[2].kind, ValueKind::end);
 }
 
+TEST(ShownFields, ALabelAboveAllNumbersWithASignIsANaturalNumberWithAText) {
+  Type type{.kind = Type::Kind::enumeration};
+  type.ranges = {{.label = "all", .low = ~std::uint64_t{0}, .high = ~std::uint64_t{0}}};
+  ShownFields fields;
+  fields.number({.kind = ValueKind::label, .name = "a", .type = &type}, ~std::uint64_t{0});
+  fields.number({.kind = ValueKind::label, .name = "b", .type = &type}, ~std::uint64_t{0} - 1);
+  type.is_signed = true;
+  fields.number({.kind = ValueKind::label, .name = "c", .type = &type}, ~std::uint64_t{0});
+  ASSERT_EQ(fields.values().size(), 3U);
+  EXPECT_EQ(fields.values()[0].kind, ValueKind::natural);
+  EXPECT_EQ(fields.values()[0].text, "all");
+  EXPECT_EQ(fields.values()[1].kind, ValueKind::natural);
+  EXPECT_EQ(fields.values()[1].text, "");
+  EXPECT_EQ(fields.values()[2].kind, ValueKind::label);
+}
+
+TEST(ShownFields, OfManyLabelsTheFirstAreLookedAt) {
+  Type type{.kind = Type::Kind::enumeration};
+  for (std::uint64_t i = 0; i < 5000; ++i)
+    type.ranges.push_back({.label = "x", .low = i, .high = i});
+  ShownFields fields;
+  fields.number({.kind = ValueKind::label, .name = "a", .type = &type}, 4095);
+  fields.number({.kind = ValueKind::label, .name = "b", .type = &type}, 4096);
+  EXPECT_EQ(fields.values()[0].text, "x");
+  EXPECT_EQ(fields.values()[1].text, "");
+}
+
 TEST(ShownFields, MoreIsToldBehindAValueThatCannotBeRead) {
   const ShownField number{.kind = ValueKind::natural, .name = "n"};
   const ShownField opaque{.kind = ValueKind::opaque, .name = "wide"};

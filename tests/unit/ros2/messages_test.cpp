@@ -1,6 +1,9 @@
 // Which publication a callback took: chains, releases.
 #include "ros2_text.hpp"
 
+#include <string>
+#include <tuple>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -40,6 +43,100 @@ TEST(Ros2Messages, SourceTimestampsOfBothSidesLink) {
   const auto& callback = result.callback("/b@Subscription(/t)");
   EXPECT_EQ(callback.response_time_lower->max, 3);
   EXPECT_EQ(callback.response_time_upper->max, 23 - 13);
+}
+
+// Two runs of the timer and of the subscription. The second release is known from the grid.
+constexpr const char* kTwoRuns = R"(
+    200 callback_start pid=1 callback=0x30
+    211 rclcpp_publish pid=1 message=0x99
+    212 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    213 rmw_publish pid=1 rmw_publisher_handle=1 message=0x99 timestamp=1000213
+    225 callback_end pid=1 callback=0x30
+    228 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000213 taken=1
+    230 callback_start pid=2 tid=2 callback=0x50
+    237 callback_end pid=2 tid=2 callback=0x50
+    300 callback_start pid=1 callback=0x30
+    303 rclcpp_publish pid=1 message=0x99
+    304 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    305 rmw_publish pid=1 rmw_publisher_handle=1 message=0x99 timestamp=1000305
+    307 callback_end pid=1 callback=0x30
+    310 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000305 taken=1
+    320 callback_start pid=2 tid=2 callback=0x50
+    321 callback_end pid=2 tid=2 callback=0x50)";
+
+TEST(Ros2Messages, AChainIsDividedByStartsWhereReleasesAreNotKnown) {
+  const auto result = analyze_ros2(std::string(kPair) + kTwoRuns);
+  ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+  const auto& chain = result.analysis.report.chains.front();
+  EXPECT_FALSE(chain.path_latency);
+  ASSERT_TRUE(chain.from_start);
+  EXPECT_EQ(chain.from_start->count, 2U);
+  EXPECT_EQ(chain.from_start->sum, (237 - 200) + (321 - 300));
+  ASSERT_EQ(chain.hop_table.size(), 2U);
+  const auto& [timer, subscription] = std::tie(chain.hop_table[0], chain.hop_table[1]);
+  EXPECT_EQ(timer.start_to_publish->sum, (211 - 200) + (303 - 300));
+  EXPECT_EQ(timer.publish_to_start->sum, (230 - 211) + (320 - 303));
+  EXPECT_EQ(timer.publish_to_start->max, 230 - 211);
+  EXPECT_EQ(subscription.start_to_publish->sum, (237 - 230) + (321 - 320));
+  EXPECT_FALSE(subscription.publish_to_start);
+}
+
+TEST(Ros2Messages, TheCommunicationLatencyOfATopicIsThatOfTheGraphsEdge) {
+  const auto result = analyze_ros2(std::string(kPair) + kTwoRuns);
+  ASSERT_EQ(result.analysis.report.edges.size(), 1U);
+  const auto& edge = result.analysis.report.edges.front();
+  EXPECT_EQ(edge.topic, "/t");
+  ASSERT_TRUE(edge.publish_to_start);
+  EXPECT_EQ(edge.publish_to_start->min, 320 - 303);
+  EXPECT_EQ(edge.publish_to_start->max, 230 - 211);
+}
+
+// The same in milliseconds: a timer's release is calculated from when it was made, up to 10 us too
+// early, which bounds the path latency.
+TEST(Ros2Messages, AReleaseOfTheGridBoundsThePathLatency) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+    0 rcl_publisher_init pid=1 publisher_handle=0x60 node_handle=0x10 topic_name=/t
+    10000 rcl_timer_init pid=1 timer_handle=0x20 period=10000000
+    10000 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+    10000 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+    20000 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+    20000 rcl_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 topic_name=/t queue_depth=1
+    20000 rclcpp_subscription_init pid=2 subscription_handle=0x20 subscription=0x40
+    20000 rclcpp_subscription_callback_added pid=2 subscription=0x40 callback=0x50
+    10050000 callback_start pid=1 callback=0x30
+    10060000 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    10061000 rmw_publish pid=1 message=0x99 timestamp=11061000
+    10070000 callback_end pid=1 callback=0x30
+    10080000 rmw_take pid=2 tid=2 message=0x88 source_timestamp=11061000 taken=1
+    10090000 callback_start pid=2 tid=2 callback=0x50
+    10100000 callback_end pid=2 tid=2 callback=0x50)");
+  ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+  const auto& chain = result.analysis.report.chains.front();
+  ASSERT_TRUE(chain.from_start);
+  EXPECT_EQ(chain.from_start->sum, 10'100'000 - 10'050'000);
+  ASSERT_TRUE(chain.path_latency_upper);
+  EXPECT_EQ(chain.path_latency_upper->sum, 10'100'000 - 10'000'000);
+}
+
+// Galactic: no rmw_take, and rcl_publish is the last that is told of a publication.
+TEST(Ros2Messages, WhereNothingTellsWhatWasTakenTheReportSaysSo) {
+  const auto text =
+      std::string("\n0 rcl_init pid=2 tid=2 context_handle=1 version=2.3.0") + kPair + R"(
+    10 callback_start pid=1 callback=0x30
+    12 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    15 callback_end pid=1 callback=0x30
+    20 callback_start pid=2 tid=2 callback=0x50
+    23 callback_end pid=2 tid=2 callback=0x50)";
+  const auto result = analyze_ros2(text);
+  EXPECT_THAT(result.chains(), IsEmpty());
+  const auto& processes = result.analysis.report.processes;
+  ASSERT_EQ(processes.size(), 2U);
+  EXPECT_FALSE(processes[0].tells_messages.has_value());  // it has no subscription
+  EXPECT_EQ(processes[1].tells_messages, false);
+  EXPECT_EQ(processes[1].tracetools, "2.3.0");
+  EXPECT_EQ(analyze_ros2(std::string(kPair) + kTwoRuns).analysis.report.processes[1].tells_messages,
+            true);
 }
 
 TEST(Ros2Messages, WithoutATimestampThatOfTheTakeFallsIntoTheCallOfPublish) {

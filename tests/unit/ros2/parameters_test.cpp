@@ -1,4 +1,4 @@
-// S1 and S2 of recordings that read no parameters back: by sched_switch.
+// S1 to S4, M6 and M9 of recordings that read no parameters back: by sched_switch.
 #include "ros2_text.hpp"
 #include "support/verdicts.hpp"
 
@@ -11,6 +11,7 @@ namespace cie::test {
 namespace {
 
 using analysis::Verdict;
+using testing::AllOf;
 using testing::HasSubstr;
 
 // Thread 7, of the timer with period 1, is switched in and out around an instance. It runs with the
@@ -105,6 +106,104 @@ TEST(SwitchedParameters, AreInconclusiveWhenTheyChangeAroundTheFirstStart) {
       "\n13 sched:sched_switch prev_tid=7 prev_prio=79 prev_state=1 next_tid=0 next_prio=120");
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
   EXPECT_EQ(result.verdict("S2"), Verdict::inconclusive);
+}
+
+TEST(SwitchedParameters, AreUnchangedWhereEverySwitchHasThem) {
+  const auto result = judged_by(instance(10, 79) + instance(20, 79, 1), {});
+  EXPECT_EQ(result.verdict("S3"), Verdict::pass);
+  EXPECT_THAT(result.evidence("S3"), HasSubstr("sampled: by the priority of its switches: it had "
+                                               "real-time priority 20 throughout"));
+}
+
+TEST(SwitchedParameters, MayChangeBeforeTheFirstInstance) {
+  const auto result = judged_by(
+      "\n5 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120"
+      "\n6 rclcpp_callback_register tid=7 callback=0x30 symbol=f"
+      "\n7 sched:sched_switch prev_tid=7 prev_prio=120 prev_state=1 next_tid=0 next_prio=120" +
+          instance(10, 79) + instance(20, 79),
+      {});
+  EXPECT_EQ(result.verdict("S3"), Verdict::pass);
+}
+
+TEST(SwitchedParameters, ThatChangeLaterMayBeMeantToUnlessASpecSaysOtherwise) {
+  const auto events = instance(10, 79) + instance(20, 120);
+  const auto unspecified = judged_by(events, {});
+  EXPECT_EQ(unspecified.verdict("S3"), Verdict::inconclusive);
+  EXPECT_THAT(unspecified.evidence("S3"), HasSubstr("whether that was meant is unknown"));
+  const auto specified = judged_by(events);
+  EXPECT_EQ(specified.verdict("S3"), Verdict::fail);
+  EXPECT_THAT(specified.evidence("S3"),
+              AllOf(HasSubstr("scheduled with real-time priority 20, as spec.yaml:2 asks for"),
+                    HasSubstr("from here on with nice 0")));
+}
+
+TEST(SwitchedParameters, MayBecomeTheSpecsLate) {
+  EXPECT_EQ(judged_by(instance(10, 120) + instance(20, 79)).verdict("S3"), Verdict::pass);
+}
+
+TEST(SwitchedParameters, AreUnchangedThroughInheritance) {
+  const auto result =
+      judged_by(instance(10, 79) + "\n20 sched:sched_pi_setprio tid=7 oldprio=79 newprio=9" +
+                instance(21, 9) + "\n30 sched:sched_pi_setprio tid=7 oldprio=9 newprio=79");
+  EXPECT_EQ(result.verdict("S3"), Verdict::pass);
+}
+
+constexpr const char* kUnscheduled =
+    "\n10 callback_start callback=0x30 tid=7\n11 callback_end callback=0x30 tid=7";
+
+TEST(SwitchedParameters, AreUnknownWithoutSwitches) {
+  const auto result = judged_by(kUnscheduled, {});
+  for (const auto* rule : {"S3", "S4"}) {
+    EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule;
+    EXPECT_THAT(result.evidence(rule), HasSubstr("record kernel events")) << rule;
+  }
+}
+
+TEST(SwitchedParameters, CpusAreJudgedByTheSpecs) {
+  const auto inside = judged_by(instance(10, 79) + instance(20, 79, 1));
+  EXPECT_EQ(inside.verdict("S4"), Verdict::pass);
+  EXPECT_THAT(inside.evidence("S4"), HasSubstr("nobody read back what the kernel allows"));
+  const auto outside = judged_by(instance(10, 79) + instance(20, 79, 3));
+  EXPECT_EQ(outside.verdict("S4"), Verdict::fail);
+  EXPECT_THAT(outside.evidence("S4"), HasSubstr("the thread ran on CPU 3"));
+}
+
+TEST(SwitchedParameters, WithoutTheSpecsCpusThoseUsedAreTold) {
+  const auto result = judged_by(instance(10, 79) + instance(20, 79, 3), {});
+  EXPECT_EQ(result.verdict("S4"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("S4"),
+              HasSubstr("no read-back of the allowed CPUs; its switches show it on CPUs 0,3"));
+}
+
+TEST(SwitchedParameters, SayWhatIsKnownOfAThreadThatNobodyAnnounced) {
+  const auto result = judged_by(instance(10, 79) + instance(20, 79, 1), {});
+  EXPECT_EQ(result.verdict("M9"), Verdict::inconclusive);
+  EXPECT_THAT(result.evidence("M9"),
+              HasSubstr("the kernel schedules it with real-time priority 20 on "
+                        "CPUs 0,1; no event tells whose it is"));
+}
+
+// Switched out at 13; on a CPU from 20 to 23, of which 1 ns in its callback; the recording ends at 24.
+TEST(SwitchedParameters, WorkOutsideCallbacksIsJudgedByTheSpecsBudget) {
+  const auto with_budget = [](int budget) {
+    return judged_by(
+        instance(10, 79) + "\n19 sched:sched_waking tid=7 prio=79 target_cpu=0" + instance(20, 79),
+        "callback_groups:\n  - id: /n@Timer(1)\n    foreign_work_budget: " +
+            std::to_string(budget) + "\n");
+  };
+  // 2 ns in 11 ns are 181 818 181.8 ns in a second.
+  EXPECT_EQ(with_budget(181'818'182).verdict("M6"), Verdict::pass)
+      << with_budget(181'818'182).evidence("M6");
+  EXPECT_EQ(with_budget(181'818'181).verdict("M6"), Verdict::fail);
+}
+
+TEST(SwitchedParameters, WorkOutsideCallbacksOfASharedThreadIsNobodys) {
+  const auto result =
+      judged_by(instance(10, 79) + instance(20, 79) +
+                    "\n30 callback_start callback=0x31 tid=7"
+                    "\n31 callback_end callback=0x31 tid=7",
+                "callback_groups:\n  - id: /n@Timer(1)\n    foreign_work_budget: 1\n");
+  EXPECT_EQ(result.verdict("M6"), Verdict::inconclusive);
 }
 
 }  // namespace

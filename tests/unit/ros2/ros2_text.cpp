@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <deque>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <stdexcept>
 
@@ -38,6 +39,7 @@ class Line {
     std::string event;
     words >> time >> event;
     if (event.find(':') == std::string::npos) event = "ros2:" + event;
+    is_kernel = event.starts_with("sched:");
     translation = find_translation(event);
     if (translation == nullptr) throw std::invalid_argument("no such event: " + text);
     fields_.resize(kMaxSlots);
@@ -49,6 +51,7 @@ class Line {
   std::int64_t pid = 1;
   std::int64_t tid = 1;
   std::int32_t cpu = 0;
+  bool is_kernel = false;
   const Translation* translation = nullptr;
   const Field* fields() const { return fields_.data(); }
 
@@ -69,15 +72,26 @@ class Line {
     for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
       const auto& request = translation->fields[slot];
       if (!request.alternative(name)) continue;
-      store(fields_[slot], value);
+      store(fields_[slot], value, name == "gid" || name == "client_gid");
       const auto label = std::ranges::find(request.labels, value);
       if (label == request.labels.end()) continue;
       fields_[slot].label = static_cast<std::int16_t>(label - request.labels.begin());
     }
   }
-  void store(Field& field, const std::string& value) {
+  void store(Field& field, const std::string& value, bool is_list) {
     const auto digit = value.find_first_not_of('-');
-    if (digit <= 1 && value[digit] >= '0' && value[digit] <= '9') {
+    if (is_list) {
+      auto& list = lists_.emplace_back();
+      std::istringstream elements(value);
+      for (std::string element; std::getline(elements, element, '.');)
+        list.push_back(static_cast<std::uint32_t>(std::stoul(element)));
+      field.kind = Field::Kind::integers;
+      field.elements = list.data();
+      field.length = static_cast<std::uint32_t>(list.size());
+      return;
+    }
+    const bool is_number = digit <= 1 && value[digit] >= '0' && value[digit] <= '9';
+    if (is_number && value.find('.') == std::string::npos) {
       field.kind = Field::Kind::integer;
       field.length = 64;
       field.number = std::stoll(value, nullptr, 0);
@@ -91,7 +105,18 @@ class Line {
 
   std::vector<Field> fields_;
   std::deque<std::string> texts_;
+  std::deque<std::vector<std::uint32_t>> lists_;
 };
+
+// CPUs of the kernel's events, each of which has a stream of its own.
+std::vector<std::int32_t> kernel_cpus(std::string_view text) {
+  std::set<std::int32_t> cpus;
+  std::istringstream lines{std::string(text)};
+  for (std::string line_text; std::getline(lines, line_text);) {
+    if (line_text.find(" sched:") != std::string::npos) cpus.insert(Line(line_text).cpu);
+  }
+  return {cpus.begin(), cpus.end()};
+}
 
 }  // namespace
 
@@ -129,6 +154,23 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
                          .clock_offset_ns = kRealtimeOffset,
                          .path = "stream"});
   consume(0, PacketBegin{});
+  const auto cpus = kernel_cpus(text);
+  const auto on_every_cpu = [&](std::int64_t time, const auto&... bodies) {
+    for (std::size_t i = 0; i < cpus.size(); ++i) {
+      head.stream = StreamIndex{static_cast<std::uint32_t>(1 + i)};
+      head.cpu = cpus[i];
+      (consume(time, bodies), ...);
+    }
+    head.stream = {};
+  };
+  on_every_cpu(0,
+               StreamBegin{.channel = 1,
+                           .domain = Domain::kernel,
+                           .host = "robot",
+                           .clock_uuid = "boot",
+                           .clock_offset_ns = kRealtimeOffset,
+                           .path = "kernel"},
+               PacketBegin{});
   std::istringstream lines{std::string(text)};
   VocabularyState state;
   std::int64_t last = 0;
@@ -137,6 +179,7 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     const Line line(line_text);
     if (line.time < last) throw std::invalid_argument("goes back in time: " + line_text);
     if (lost_at >= last && lost_at < line.time) {
+      head.stream = {};
       head.pid.reset();
       head.tid.reset();
       consume(lost_at, Discarded{.begin = Timestamp{lost_at},
@@ -148,11 +191,14 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     head.pid = line.pid;
     head.tid = line.tid;
     head.cpu = line.cpu;
+    const auto on = std::ranges::find(cpus, line.cpu) - cpus.begin();
+    head.stream = StreamIndex{line.is_kernel ? static_cast<std::uint32_t>(1 + on) : 0};
     batch.translate(add(line.time), *line.translation, Payload{line.fields()}, state);
     consume_batch();
   }
   head.pid.reset();
   head.tid.reset();
+  on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
   consume(last + 1, PacketEnd{});
   consume(last + 1, StreamEnd{});
   translator.finish(batch);

@@ -141,9 +141,21 @@ TEST(ReportJson, SaysNullForWhatWasNotMeasured) {
   EXPECT_TRUE(report["chains"][0]["pid"].is_null());
   EXPECT_TRUE(report["chains"][0]["hop_table"][1]["to"].is_null());
   EXPECT_TRUE(report["chains"][0]["hop_table"][1]["processing_ns"].is_null());
-  EXPECT_FALSE(report["chains"][0].contains("undivided_ns"));
+  for (const auto* key : {"undivided_ns", "from_start_ns", "path_latency_upper_ns", "response_ns"})
+    EXPECT_FALSE(report["chains"][0].contains(key)) << key;
   sample.chains[0].undivided = test::summary(1, 2, 3);
-  EXPECT_EQ(json_of(sample)["chains"][0]["undivided_ns"]["count"], 3U);
+  sample.chains[0].from_start = test::summary(1, 2, 4);
+  sample.chains[0].path_latency_upper = test::summary(1, 2, 5);
+  sample.chains[0].response = test::summary(1, 2, 6);
+  sample.chains[0].hop_table[0].start_to_publish = test::summary(1, 2, 7);
+  sample.chains[0].hop_table[0].publish_to_start = test::summary(1, 2, 8);
+  const auto chain = json_of(sample)["chains"][0];
+  EXPECT_EQ(chain["undivided_ns"]["count"], 3U);
+  EXPECT_EQ(chain["from_start_ns"]["count"], 4U);
+  EXPECT_EQ(chain["path_latency_upper_ns"]["count"], 5U);
+  EXPECT_EQ(chain["response_ns"]["count"], 6U);
+  EXPECT_EQ(chain["hop_table"][0]["start_to_publish_ns"]["count"], 7U);
+  EXPECT_EQ(chain["hop_table"][0]["publish_to_start_ns"]["count"], 8U);
   const auto& service = report["callbacks"][2];
   for (const auto* key : {"period_ns", "group", "missed_releases", "release_source",
                           "response_time_ns", "execution_time_ns", "wakeup_latency_ns"}) {

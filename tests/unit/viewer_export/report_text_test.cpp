@@ -18,6 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 using testing::Not;
+using testing::StartsWith;
 
 std::string report_text_of(const analysis::Report& report,
                            const analysis::VerdictReport* verdicts = nullptr,
@@ -202,6 +203,57 @@ TEST(ReportText, SaysWhatAHopTableLeavesOpen) {
   EXPECT_THAT(text, HasSubstr("a release is not known on 6 of them"));
   chain.instances = 8;
   EXPECT_THAT(report_text_of(report), HasSubstr("path latency of 6 of 8 instances"));
+}
+
+TEST(ReportText, DividesAChainOfRos2ByStarts) {
+  auto report = test::sample_report();
+  auto& chain = report.chains[0];
+  chain.path_latency.reset();
+  chain.undivided.reset();
+  chain.from_start = test::summary(70'000, 70'000, 6);
+  chain.path_latency_upper = test::summary(90'000, 90'000, 5);
+  chain.response = test::summary(4'000, 4'000, 3);
+  for (auto& hop : chain.hop_table) {
+    hop.processing.reset();
+    hop.communication.reset();
+  }
+  chain.hop_table[0].start_to_publish = test::summary(20'000, 20'000, 6);
+  chain.hop_table[0].publish_to_start = test::summary(30'000, 30'000, 6);
+  chain.hop_table[1].start_to_publish = test::summary(20'000, 20'000, 6);
+  std::ostringstream out;
+  write_report_chains(out, report, {.columns = 100});
+  const auto text = out.str();
+  using testing::ContainsRegex;
+  EXPECT_THAT(text, ContainsRegex("  path latency, at least +6  70.00 us"));
+  EXPECT_THAT(text, ContainsRegex("    at most +5  90.00 us"));
+  EXPECT_THAT(text, ContainsRegex("    message to the next +6  30.00 us"));
+  EXPECT_THAT(text, ContainsRegex("  response to the client +3  4.000 us"));
+  EXPECT_THAT(text,
+              HasSubstr("the first release is not known: \"at least\" is from the first start"));
+}
+
+TEST(ReportText, SaysWhereNothingTellsWhatWasTaken) {
+  auto report = test::sample_report();
+  const auto chains = [&report] {
+    std::ostringstream out;
+    write_report_chains(out, report, {.columns = 100});
+    return out.str();
+  };
+  EXPECT_THAT(chains(), Not(HasSubstr("which message")));
+  report.chains.clear();
+  report.processes[0].tells_messages = false;
+  EXPECT_EQ(
+      chains(),
+      "Nothing tells which message a callback took, so no chain leads through what they took: "
+      "ros2:rmw_take\nwould tell it.\n\n");
+  report.processes[0].tracetools = "2.3.0";
+  EXPECT_EQ(
+      chains(),
+      "Nothing tells which message a callback took, so no chain leads through what tracetools 2.3.0\n"
+      "recorded: ROS 2 Humble and later tell it.\n\n");
+  report.processes.push_back(report.processes[0]);
+  report.processes[1].tells_messages = true;
+  EXPECT_THAT(chains(), StartsWith("In 1 of 2 processes nothing tells which message"));
 }
 
 TEST(ReportText, ListsEveryChainOfTheSpec) {

@@ -8,7 +8,10 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdlib>
 #include <optional>
+#include <set>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -146,6 +149,11 @@ void add_quantity(TextTable& table, std::string_view name, const std::optional<S
              duration_cell(summary, &Summary::max)});
 }
 
+// ROS 2's events do not tell releases of its first callback, so that they divide no hop.
+bool is_by_starts(const ChainReport& chain) {
+  return chain.from_start && (!chain.path_latency || chain.path_latency->count < chain.instances);
+}
+
 // What the table leaves open, and how its rows add up then.
 std::vector<std::string> chain_notes(const ChainReport& chain) {
   if (chain.instances == 0) {
@@ -155,13 +163,18 @@ std::vector<std::string> chain_notes(const ChainReport& chain) {
   }
   std::vector<std::string> notes;
   const auto measured = chain.path_latency ? chain.path_latency->count : 0;
-  if (measured < chain.instances) {
+  if (is_by_starts(chain)) {
+    notes.push_back(
+        "the first release is not known: \"at least\" is from the first start, \"at most\" from what "
+        "the release was not before. Callbacks count from start to publish, messages from publish "
+        "to start: the rows add up to \"at least\"");
+  } else if (measured < chain.instances) {
     notes.push_back(
         fmt::format("path latency of {} of {}: the first release of the others is not "
                     "known, or the clocks of their hosts cannot be related",
                     measured, counted(chain.instances, "instance")));
   }
-  if (chain.undivided) {
+  if (chain.undivided && !is_by_starts(chain)) {
     notes.push_back(fmt::format(
         "a release is not known on {} of them: from the publish before it to the one after it "
         "their time is in \"not divided\"; the sums of all rows add up to the path latency's",
@@ -211,18 +224,25 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
                                  counted(chain.instances, "instance"));
   TextTable table(
       {{"", "", Align::left}, {"count", ""}, {"min", ""}, {"p50", ""}, {"p99", ""}, {"max", ""}});
+  const bool by_starts = is_by_starts(chain);
   add_quantity(table, "path latency", chain.path_latency);
+  if (by_starts) {
+    add_quantity(table, "path latency, at least", chain.from_start);
+    add_quantity(table, "  at most", chain.path_latency_upper);
+  }
   add_quantity(table, "reaction time", chain.reaction_time);
   add_quantity(table, "data age", chain.data_age);
   for (std::size_t i = 0; i < chain.hop_table.size(); ++i) {
     const auto& hop = chain.hop_table[i];
-    add_quantity(table, "in " + hop_title(report, chain, i, names), hop.processing);
+    add_quantity(table, "in " + hop_title(report, chain, i, names),
+                 by_starts ? hop.start_to_publish : hop.processing);
     if (hop.to) {
       add_quantity(table, hop.clock_error ? "  message to another host" : "  message to the next",
-                   hop.communication);
+                   by_starts ? hop.publish_to_start : hop.communication);
     }
   }
-  if (chain.undivided) add_quantity(table, "not divided", chain.undivided);
+  if (!by_starts) add_quantity(table, "not divided", chain.undivided);
+  add_quantity(table, "response to the client", chain.response);
   std::string text = paint(elide(title, style.columns), Look::strong, style) + "\n" +
                      (table.is_empty() ? "" : table.render(style));
   for (const auto& note : chain_notes(chain)) {
@@ -230,6 +250,34 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
       text += "  " + line + "\n";
   }
   return text + "\n";
+}
+
+// Why there are no chains, or fewer than there might be. ROS 2's tracers tell which message a
+// callback took since Humble, whose tracetools is 4.
+std::string messages_note(const Report& report) {
+  constexpr int kFirstThatTells = 4;
+  std::size_t processes = 0;
+  std::size_t silent = 0;
+  std::set<std::string> versions;
+  for (const auto& process : report.processes) {
+    if (!process.tells_messages) continue;
+    ++processes;
+    if (*process.tells_messages) continue;
+    ++silent;
+    if (process.tracetools) versions.insert(printable(*process.tracetools));
+  }
+  if (silent == 0) return {};
+  const bool is_old = !versions.empty() && std::ranges::all_of(versions, [](const auto& version) {
+    return std::atoi(version.c_str()) < kFirstThatTells;
+  });
+  auto text = silent == processes
+                  ? std::string("Nothing tells")
+                  : fmt::format("In {} of {} processes nothing tells", silent, processes);
+  text += " which message a callback took, so no chain leads through what ";
+  text += is_old ? fmt::format("tracetools {} recorded: ROS 2 Humble and later tell it.",
+                               fmt::join(versions, ", "))
+                 : std::string("they took: ros2:rmw_take would tell it.");
+  return text;
 }
 
 std::string clock_line(const analysis::HostClockReport& pair) {
@@ -354,7 +402,8 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
     chains.push_back(&chain);
   }
   const auto latency = [](const ChainReport* c) {
-    return c->path_latency ? c->path_latency->max : -1;
+    if (c->path_latency) return c->path_latency->max;
+    return c->from_start ? c->from_start->max : -1;
   };
   // Those of a spec were asked for, each of them.
   const bool is_specified = std::ranges::any_of(report.chains, &ChainReport::is_specified);
@@ -371,6 +420,11 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
   if (chains.size() < report.chains.size()) {
     text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
                         chains.size(), report.chains.size());
+  }
+  if (const auto note = messages_note(report); !note.empty()) {
+    for (const auto& line : wrap(note, style.columns))
+      text += line + "\n";
+    text += "\n";
   }
   return text;
 }

@@ -268,17 +268,18 @@ ResultTable processes() {
 ResultTable edges() {
   return {
       .name = "edges",
-      .columns = with({{"from_host", kText},
-                       {"to_host", kText},
-                       {"from_callback_index"},
-                       {"to_callback_index"}},
-                      with_clock_error(with_summaries({{"from_logical_id", kText},
-                                                       {"from_pid"},
-                                                       {"to_logical_id", kText},
-                                                       {"to_pid"},
-                                                       {"topic", kText},
-                                                       {"messages"}},
-                                                      {"communication_ns"}))),
+      .columns = with_summaries(with({{"from_host", kText},
+                                      {"to_host", kText},
+                                      {"from_callback_index"},
+                                      {"to_callback_index"}},
+                                     with_clock_error(with_summaries({{"from_logical_id", kText},
+                                                                      {"from_pid"},
+                                                                      {"to_logical_id", kText},
+                                                                      {"to_pid"},
+                                                                      {"topic", kText},
+                                                                      {"messages"}},
+                                                                     {"communication_ns"}))),
+                                {"publish_to_start_ns"}),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& e : report.edges) {
@@ -292,6 +293,7 @@ ResultTable edges() {
           cells.push_back(to.host);
           cells.push_back(cell(e.from));
           cells.push_back(index_cell(e.to));
+          add_summary(cells, e.publish_to_start);
           consume(cells, {});
         }
       }};
@@ -300,10 +302,12 @@ ResultTable edges() {
 ResultTable chains() {
   return {
       .name = "chains",
-      .columns = with({{"host", kText}, {"chain_index"}},
-                      with_clock_error(with_summaries(
-                          {{"name", kText}, {"pid"}, {"hops"}, {"instances"}},
-                          {"path_latency_ns", "reaction_time_ns", "data_age_ns", "undivided_ns"}))),
+      .columns = with_summaries(
+          with({{"host", kText}, {"chain_index"}},
+               with_clock_error(with_summaries(
+                   {{"name", kText}, {"pid"}, {"hops"}, {"instances"}},
+                   {"path_latency_ns", "reaction_time_ns", "data_age_ns", "undivided_ns"}))),
+          {"from_start_ns", "path_latency_upper_ns", "response_ns"}),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& c : report.chains) {
@@ -317,6 +321,9 @@ ResultTable chains() {
           add_clock_error(cells, c.clock_error);
           cells.push_back(place.host);
           cells.push_back(index_cell(c.index));
+          add_summary(cells, c.from_start);
+          add_summary(cells, c.path_latency_upper);
+          add_summary(cells, c.response);
           consume(cells, c.process);
         }
       }};
@@ -325,7 +332,7 @@ ResultTable chains() {
 ResultTable chain_hops() {
   return {
       .name = "chain_hops",
-      .columns =
+      .columns = with_summaries(
           with({{"host", kText}, {"chain_index"}, {"from_callback_index"}, {"to_callback_index"}},
                with_clock_error(with_summaries({{"chain", kText},
                                                 {"pid"},
@@ -333,6 +340,7 @@ ResultTable chain_hops() {
                                                 {"from_logical_id", kText},
                                                 {"to_logical_id", kText}},
                                                {"processing_ns", "communication_ns"}))),
+          {"start_to_publish_ns", "publish_to_start_ns"}),
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
         const ReportRows rows(report);
         for (const auto& c : report.chains) {
@@ -347,6 +355,8 @@ ResultTable chain_hops() {
             cells.push_back(index_cell(c.index));
             cells.push_back(cell(hop.from_callback));
             cells.push_back(cell(hop.to_callback));
+            add_summary(cells, hop.start_to_publish);
+            add_summary(cells, hop.publish_to_start);
             consume(cells, c.process);
           }
         }

@@ -57,6 +57,18 @@ void append_number(std::string& to, const FieldValue& value) {
   }
 }
 
+// One above int64 is a natural number that has a text.
+void append_label(std::string& to, const FieldValue& value) {
+  if (value.text.empty()) {
+    append_number(to, value);
+    return;
+  }
+  append_quoted(to, value.text);
+  to += " (";
+  append_number(to, value);
+  to += ')';
+}
+
 double real_of(const FieldValue& value) { return std::bit_cast<double>(value.number); }
 
 // Goes over values in their order. A format says how names, brackets and values look.
@@ -101,12 +113,7 @@ struct TextFields {
         to += value.number != 0 ? "true" : "false";
         break;
       case Kind::label:
-        if (!value.text.empty()) {
-          append_quoted(to, value.text);
-          append_formatted(to, " ({})", value.number);
-          break;
-        }
-        append_number(to, value);
+        append_label(to, value);
         break;
       case Kind::real:
         append_formatted(to, "{}", real_of(value));
@@ -118,7 +125,9 @@ struct TextFields {
         to += '?';
         break;
       default:
-        if (value.is_hexadecimal) {
+        if (!value.text.empty()) {
+          append_label(to, value);
+        } else if (value.is_hexadecimal) {
           append_formatted(to, "{:#x}", static_cast<std::uint64_t>(value.number));
         } else {
           append_number(to, value);
@@ -165,7 +174,11 @@ struct JsonFields {
         to += "null";
         break;
       default:
-        append_number(to, value);
+        if (!value.text.empty()) {
+          append_json_string(to, value.text);
+        } else {
+          append_number(to, value);
+        }
     }
   }
 };

@@ -235,7 +235,7 @@ struct CallbackStart {
   std::optional<ReleaseKind> release_kind;
   std::int64_t release_ns = -1;
   std::uint32_t missed = 0;
-  std::int64_t source_timestamp_realtime_ns = 0;
+  std::int64_t source_timestamp_realtime_ns = 0;  // below 0: a name that tells no time
   std::uint64_t writer_gid = 0;
 };
 struct CallbackEnd {
@@ -250,7 +250,10 @@ struct Publish {
   static constexpr std::string_view kName = "publish";
   PublisherId publisher{};
   std::uint64_t seq = 0;
-  std::int64_t source_timestamp_realtime_ns = 0;
+  std::int64_t source_timestamp_realtime_ns = 0;  // below 0: a name that tells no time
+  // The instance that it is of, if not the one that its thread runs.
+  CallbackId callback = kNoCallback;
+  std::uint64_t callback_seq = 0;
 };
 struct SampleLost {
   static constexpr EventPhase kPhase = EventPhase::callback;
@@ -271,6 +274,12 @@ struct Ros2Begin {
   static constexpr EventPhase kPhase = EventPhase::state;
   static constexpr std::string_view kName = "rcl_init";
 };  // nothing of the process came before
+// What the process's tracepoints are of.
+struct Ros2Tracer {
+  static constexpr EventPhase kPhase = EventPhase::state;
+  static constexpr std::string_view kName{};
+  std::string_view version;  // of tracetools, "4.1.1"
+};
 // A callback whose runs no event shows. Told again when its group is known.
 struct HiddenInit {
   static constexpr EventPhase kPhase = EventPhase::state;
@@ -287,6 +296,13 @@ struct HiddenRun {
   static constexpr EventPhase kPhase = EventPhase::callback;
   static constexpr std::string_view kName{};
   std::uint32_t hidden = 0;
+};
+// The thread took a service's response, by what names its publication.
+struct ResponseTaken {
+  static constexpr EventPhase kPhase = EventPhase::callback;
+  static constexpr std::string_view kName{};
+  std::uint64_t writer_gid = 0;
+  std::int64_t source_timestamp_realtime_ns = 0;
 };
 
 // --- kernel ---------------------------------------------------------------------------------------
@@ -391,9 +407,9 @@ using EventBody =
                  TimeRegression, RunBegin, RunEnd, NodeInit, GroupInit, CallbackInit, CallbackFini,
                  PublisherInit, PublisherFini, ThreadInit, ThreadFini, ThreadSched, CallbackRelease,
                  ThreadWakeup, CallbackStart, CallbackEnd, Publish, SampleLost, ClockSync,
-                 Ros2Begin, HiddenInit, HiddenRun, SchedSwitch, SchedWaking, SchedWakeup,
-                 SchedProcessFork, SchedProcessExit, SchedMigrateTask, SchedPiSetprio, ProcessName,
-                 OtherEvent>;
+                 Ros2Begin, Ros2Tracer, HiddenInit, HiddenRun, ResponseTaken, SchedSwitch,
+                 SchedWaking, SchedWakeup, SchedProcessFork, SchedProcessExit, SchedMigrateTask,
+                 SchedPiSetprio, ProcessName, OtherEvent>;
 
 namespace detail {
 template <typename... Bodies>

@@ -121,7 +121,10 @@ struct ProcessReport {
   std::string name;
   std::optional<std::string> executor;
   bool complete = false;
-  HostIndex host_index{};  // as observers are told it; not part of the JSON
+  // Of one that only ROS 2's tracers tell of; empty: another one, or not known.
+  std::optional<std::string> tracetools{};  // their version
+  std::optional<bool> tells_messages{};     // whether which one a callback took; none took any
+  HostIndex host_index{};                   // as observers are told it; not part of the JSON
 };
 
 struct CallbackThread {
@@ -243,6 +246,9 @@ struct HopReport {
   std::optional<Summary> processing;        // P - a, or F - a for the last; empty: no release known
   std::optional<Summary> communication;     // empty also for the last
   std::optional<ClockError> clock_error{};  // of communication, between hosts
+  // What ROS 2's events tell, by starts in place of releases.
+  std::optional<Summary> start_to_publish{};  // to the end for the last
+  std::optional<Summary> publish_to_start{};  // empty also for the last
 };
 
 struct ChainReport {
@@ -256,6 +262,12 @@ struct ChainReport {
   std::optional<Summary> path_latency;
   std::optional<Summary> reaction_time;
   std::optional<Summary> data_age;
+  // What ROS 2's events tell: from the first callback's start, which is at least the latency and
+  // the sum of start_to_publish and publish_to_start; and from what its release was not before.
+  std::optional<Summary> from_start{};
+  std::optional<Summary> path_latency_upper{};
+  // Of a service that ends it: from when its response was sent to when the client took it.
+  std::optional<Summary> response{};
   std::optional<ClockError> clock_error{};  // of the three, if it ends on another host
   // The sums of its cells and of what is undivided add up to the path latency's.
   std::vector<HopReport> hop_table;
@@ -269,7 +281,8 @@ struct GraphEdge {
   CallbackIndex to{};
   std::string topic;
   std::uint64_t messages = 0;
-  std::optional<Summary> communication;  // publish to release; empty: none was exact
+  std::optional<Summary> communication;       // publish to release; empty: none was exact
+  std::optional<Summary> publish_to_start{};  // of what ROS 2's events tell
   std::optional<ClockError> clock_error{};
 };
 

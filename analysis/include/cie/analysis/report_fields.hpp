@@ -61,6 +61,8 @@ void fields(auto& visit, Is<ProcessReport> auto& p) {
   visit("executor", p.executor);
   visit("complete", p.complete);
   visit.number("index", p.index);
+  visit.present("tracetools", p.tracetools);
+  visit.present("tells_messages", p.tells_messages);
 }
 
 void fields(auto& visit, Is<CallbackThread> auto& t) {
@@ -172,6 +174,8 @@ void fields(auto& visit, Is<HopReport> auto& h) {
   visit.number("from_callback", h.from_callback);
   visit.number("to_callback", h.to_callback);
   visit.present("clock_error_ns", h.clock_error);
+  visit.present("start_to_publish_ns", h.start_to_publish);
+  visit.present("publish_to_start_ns", h.publish_to_start);
 }
 
 void fields(auto& visit, Is<ChainReport> auto& c) {
@@ -187,6 +191,9 @@ void fields(auto& visit, Is<ChainReport> auto& c) {
   visit.number("callbacks", c.callbacks);
   visit.number("index", c.index);
   visit.present("undivided_ns", c.undivided);
+  visit.present("from_start_ns", c.from_start);
+  visit.present("path_latency_upper_ns", c.path_latency_upper);
+  visit.present("response_ns", c.response);
   visit.present("clock_error_ns", c.clock_error);
 }
 
@@ -197,6 +204,7 @@ void fields(auto& visit, Is<GraphEdge> auto& e) {
   visit("messages", e.messages);
   visit("communication_ns", e.communication);
   visit.present("clock_error_ns", e.clock_error);
+  visit.present("publish_to_start_ns", e.publish_to_start);
 }
 
 void fields(auto& visit, Is<RecordingReport> auto& r) {

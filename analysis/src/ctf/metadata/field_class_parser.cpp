@@ -78,6 +78,12 @@ std::uint32_t alignment_of(const Json& field_class, const char* name) {
   return static_cast<std::uint32_t>(bits);
 }
 
+// How numbers look is no reason to refuse a trace: what makes no sense is as if it were not there.
+bool is_shown_hexadecimal(const Json& field_class) {
+  const auto base = field_class.find("preferred-display-base");
+  return base != field_class.end() && base->is_number_integer() && *base == 16;
+}
+
 // Passes the ranges of a set on: lower and upper bound.
 template <typename Take>
 void each_range(const Json& set, Take&& take) {
@@ -229,7 +235,7 @@ Type FieldClassParser::bit_array(const Json& field_class, const std::string& kin
   type.is_signed = kind == "fixed-length-signed-integer";
   if (type.kind == Type::Kind::integer) {
     read_mappings(field_class, type);
-    type.is_hexadecimal = unsigned_property(field_class, "preferred-display-base", 10) == 16;
+    type.is_hexadecimal = is_shown_hexadecimal(field_class);
   }
   // What is longer than any number is skipped.
   if (length > kMaxIntegerBits) type.kind = Type::Kind::real;

@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t kHeaderId = 0;
 constexpr std::size_t kHeaderTime = 1;
+constexpr std::string_view kThreadName = "procname";
 constexpr std::array kHeaderRoles{Role::event_class, Role::time};
 
 // TSDL marks names that its tracer did not choose with an underscore.
@@ -471,9 +472,11 @@ class ScopeBuilder {
     names.is_open = false;
   }
 
-  void value(ScopeNames& names, const Type& type, const Want& want) {
+  void value(ScopeNames& names, const Type& type, Want want) {
     if (type.is_wide_text && !want.slots.empty()) {
-      throw MetadataError("the text \"" + names.name.substr(0, 100) + "\" is not in UTF-8");
+      if (names.name != kThreadName)
+        throw MetadataError("the text \"" + names.name.substr(0, 100) + "\" is not in UTF-8");
+      want = {};  // nothing but a name is lost
     }
     switch (type.kind) {
       case Type::Kind::integer:

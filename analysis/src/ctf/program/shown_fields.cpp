@@ -3,16 +3,20 @@
 #include "choices.hpp"
 #include "vocabulary/field.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
+#include <span>
 
 namespace cie::analysis::ctf {
 namespace {
 
-// The first label that a value has.
+// The first label that a value has. Of many ranges only the first are looked at, for every event
+// that has such a field.
 std::string_view label_of(const Type& type, std::uint64_t value) {
+  constexpr std::size_t kMaxRanges = 4096;
   const auto bias = bias_of(type);
-  for (const auto& range : type.ranges) {
+  for (const auto& range : std::span(type.ranges).first(std::min(type.ranges.size(), kMaxRanges))) {
     const auto number = value ^ bias;
     if (number >= (range.low ^ bias) && number <= (range.high ^ bias)) return range.label;
   }
@@ -57,7 +61,12 @@ void ShownFields::close() {
 void ShownFields::number(const ShownField& field, std::uint64_t bits) {
   if (!has_room()) return;
   FieldValue value{.kind = field.kind, .is_hexadecimal = field.is_hexadecimal, .name = field.name};
-  if (field.kind == FieldValue::Kind::label) value.text = label_of(*field.type, bits);
+  if (field.kind == FieldValue::Kind::label) {
+    value.text = label_of(*field.type, bits);
+    // A label is a number with a sign otherwise.
+    const bool is_beyond = !field.type->is_signed && static_cast<std::int64_t>(bits) < 0;
+    if (is_beyond) value.kind = FieldValue::Kind::natural;
+  }
   if (field.kind == FieldValue::Kind::real && field.size == 32) {
     bits = std::bit_cast<std::uint64_t>(
         static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits))));

@@ -40,8 +40,13 @@ std::optional<Counter> counter(const Field& field) {
 
 }  // namespace
 
-PacketScanner::PacketScanner(const File& file, const TracePlan& trace, std::size_t piece)
-    : trace_(trace), window_(file, piece), ahead_(file, kHeaderPiece), probe_(window_, frame_) {
+PacketScanner::PacketScanner(const File& file, const TracePlan& trace, std::size_t piece,
+                             const TimeWindow& window)
+    : trace_(trace),
+      time_window_(window),
+      window_(file, piece),
+      ahead_(file, kHeaderPiece),
+      probe_(window_, frame_) {
   frame_.elements = &elements_;
   ahead_frame_.elements = &elements_;
 }
@@ -158,6 +163,15 @@ bool PacketScanner::is_mostly_hole(const Packet& packet) {
   holes_ -= holes;
   reason_ = "a packet most of which was never written";
   return true;
+}
+
+// What a crash left behind has no end: it may hold anything.
+bool PacketScanner::is_outside(const Packet& packet) const {
+  if (!packet.stream->has_packet_times || !packet.begin || !packet.end) return false;
+  if (*packet.end < *packet.begin) return false;
+  const auto& clock = packet.stream->clock;
+  return clock.time_of(*packet.end) < time_window_.from ||
+         clock.time_of(*packet.begin) > time_window_.to;
 }
 
 bool PacketScanner::has_readable_events(const Packet& packet, std::uint64_t& last_clock) {
@@ -285,7 +299,8 @@ PacketScanner::Found PacketScanner::next() {
       continue;
     }
     auto clock = packet->begin.value_or(0);
-    if (!has_readable_events(*packet, clock)) {
+    const bool is_skipped = is_outside(*packet);
+    if (!is_skipped && !has_readable_events(*packet, clock)) {
       note(packet->offset);
       offset_ = after_bad_content(*packet);
       continue;
@@ -303,6 +318,7 @@ PacketScanner::Found PacketScanner::next() {
     offset_ = packet->offset + packet->size;
     found.packet = packet;
     found.last_clock = clock;
+    found.is_outside = is_skipped;
     break;
   }
   return found;

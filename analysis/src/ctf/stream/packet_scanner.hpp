@@ -1,6 +1,8 @@
 // Finds the good packets of one stream file, and what is damaged between them.
 #pragma once
 
+#include <cie/analysis/time.hpp>
+
 #include "event_cursor.hpp"
 #include "packet.hpp"
 
@@ -13,7 +15,9 @@ namespace cie::analysis::ctf {
 class PacketScanner {
  public:
   // Borrowed. `piece`: bytes to have in memory at a time.
-  PacketScanner(const File& file, const TracePlan& trace, std::size_t piece);
+  // Packets outside `window` are taken by their headers, whatever they hold.
+  PacketScanner(const File& file, const TracePlan& trace, std::size_t piece,
+                const TimeWindow& window = {});
   PacketScanner(const PacketScanner&) = delete;
   PacketScanner& operator=(const PacketScanner&) = delete;
 
@@ -23,6 +27,7 @@ class PacketScanner {
     std::optional<Damage> damage;
     std::optional<Packet> packet;
     std::uint64_t last_clock = 0;  // of its last event, or its begin
+    bool is_outside = false;       // of the window: nobody looked at its events
   };
   Found next();
   // The next packet by its header alone, whatever it holds. A scanner does either this or the
@@ -59,12 +64,14 @@ class PacketScanner {
   const StreamPlan* stream_of(const Field* header);
   std::optional<Packet> describe(std::uint64_t offset, const StreamPlan& stream,
                                  const Field* header, const Field* context, std::uint64_t at);
+  bool is_outside(const Packet& packet) const;
   bool is_mostly_hole(const Packet& packet);
   bool has_readable_events(const Packet& packet, std::uint64_t& last_clock);
   std::uint64_t find_magic(std::uint64_t from, Window& window);
   std::uint64_t after_bad_content(const Packet& packet);
 
   const TracePlan& trace_;
+  TimeWindow time_window_;
   Window window_;
   Window ahead_;
   std::vector<std::uint32_t> elements_;

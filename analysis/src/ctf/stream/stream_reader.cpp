@@ -88,6 +88,7 @@ bool StreamReader::take(const PacketScanner::Found& found) {
   }
   packet_ = packet;
   packet_last_clock_ = found.last_clock;
+  is_outside_ = found.is_outside;
   return true;
 }
 
@@ -105,8 +106,8 @@ void StreamReader::load_packet() {
   while (file_ < files_.size() && !packet_) {
     const auto& current = files_[file_];
     if (!scanner_) {
-      scanner_ =
-          std::make_unique<PacketScanner>(current.file, current.trace->plan(), identity_.piece);
+      scanner_ = std::make_unique<PacketScanner>(current.file, current.trace->plan(),
+                                                 identity_.piece, identity_.window);
       trace_ = current.trace.get();
     }
     const auto found = scanner_->next();
@@ -191,13 +192,18 @@ void StreamReader::emit_gap(EventWriter& writer) {
 }
 
 void StreamReader::emit_packet_begin(EventWriter& writer) {
-  cursor_->begin(*packet_, clock_cycles_);
+  if (!is_outside_) cursor_->begin(*packet_, clock_cycles_);
   if (has_packet_times_ && packet_->begin) {
     const auto time = time_of(*packet_->begin);
     pass(writer, time);
     emit(writer, time, PacketBegin{});
   }
-  find_event();
+  if (is_outside_) {
+    step_ = Step::packet_end;
+    stand_at(time_of(*packet_->end));
+  } else {
+    find_event();
+  }
 }
 
 bool StreamReader::look_ahead() {
@@ -252,7 +258,7 @@ void StreamReader::emit_event(EventWriter& writer) {
 }
 
 void StreamReader::emit_packet_end(EventWriter& writer) {
-  clock_cycles_ = cursor_->clock();
+  clock_cycles_ = is_outside_ ? *packet_->end : cursor_->clock();
   if (has_packet_times_ && packet_->begin && packet_->end) {
     // What a crash left behind has no end: its last event is.
     const bool is_open = *packet_->end < *packet_->begin;

@@ -39,6 +39,7 @@ struct StreamIdentity {
   Progress* progress = nullptr;      // null: nobody looks
   bool is_idle = false;              // these two: see StreamBegin
   bool is_left_out = false;
+  TimeWindow window{};  // nobody asks for events of packets outside it
 };
 
 // The sum, or the end of the time line that lies in its direction.
@@ -139,6 +140,7 @@ class StreamReader {
   std::optional<EventCursor> cursor_;
   std::optional<Packet> packet_;
   std::uint64_t packet_last_clock_ = 0;
+  bool is_outside_ = false;  // the packet, of the window: its events are passed over
   Gap gap_;
   Step step_ = Step::gap;
   std::int64_t key_ = INT64_MIN;

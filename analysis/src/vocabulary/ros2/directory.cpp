@@ -10,6 +10,7 @@ namespace {
 
 // Far from what an executor of this project numbers from 0, should a process have both.
 constexpr std::uint32_t kFirstId = 1'000'000;
+constexpr std::uint32_t kFirstCallerId = 2'000'000;
 
 // An action is made of three services and two topics. One of them stands for it.
 constexpr std::string_view kActionPart = "/_action/";
@@ -60,6 +61,21 @@ void Directory::add_publisher(Address handle, Address node, std::string_view top
                     .node = node_of(node),
                     .topic = std::string(topic),
                     .gid = gid};
+}
+
+void Directory::add_caller(Address rmw_handle, Address node, std::string_view topic,
+                           std::uint64_t gid, bool repeats) {
+  auto& entry = callers_[rmw_handle];
+  if (repeats && entry.topic == topic) return;
+  entry = Publisher{.id = PublisherId{kFirstCallerId + callers_made_++},
+                    .node = node_of(node),
+                    .topic = std::string(topic),
+                    .gid = gid};
+}
+
+Publisher* Directory::caller(Address rmw_handle) {
+  const auto found = callers_.find(rmw_handle);
+  return found == callers_.end() ? nullptr : &found->second;
 }
 
 Publisher& Directory::publisher(Address handle) {

@@ -72,6 +72,9 @@ class Directory {
   void add_service(Address handle, Address node, std::string_view service, bool repeats);
   void add_client(Address handle, Address node, std::string_view service, Address rmw_handle,
                   bool repeats);
+  // What sends requests or responses, by rmw's handle; `topic`: what they are called.
+  void add_caller(Address rmw_handle, Address node, std::string_view topic, std::uint64_t gid,
+                  bool repeats);
   // `made`: when; empty: that is not told.
   void add_timer(Address handle, std::uint64_t period_ns, std::optional<Timestamp> made,
                  bool repeats);
@@ -106,6 +109,7 @@ class Directory {
   std::size_t hidden_callbacks() const noexcept { return hidden_.size(); }
   // A publisher of that handle; one without a topic if it was never announced.
   Publisher& publisher(Address handle);
+  Publisher* caller(Address rmw_handle);  // null: unknown
   Node* node(NodeId id);
   std::optional<GroupType> group_type(Address group) const;
   // The id of a group that was announced.
@@ -158,6 +162,8 @@ class Directory {
   std::unordered_map<Address, NodeId> nodes_by_handle_;
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;
+  std::unordered_map<Address, Publisher> callers_;
+  std::uint32_t callers_made_ = 0;
   std::unordered_map<Address, Entity> entities_;  // by rcl handle
   std::deque<Hidden> hidden_;
   std::vector<std::uint32_t> news_of_hidden_;

@@ -69,9 +69,8 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
 }
 
 // Tells what the tracer calls the thread.
-void tell_name(const EventHead& head, const Payload& p, const ros2::EventSink& sink) {
-  constexpr std::size_t kName = 1;
-  if (const auto name = p.text(kName); !name.empty()) emit(head, ProcessName{.name = name}, sink);
+void tell_name(const EventHead& head, std::string_view name, const ros2::EventSink& sink) {
+  if (!name.empty()) emit(head, ProcessName{.name = name}, sink);
 }
 
 }  // namespace
@@ -174,6 +173,7 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
   const bool has_spoken = std::exchange(process.has_spoken, true);
   Context context{.head = head,
                   .realtime = realtime,
+                  .before = std::exchange(stream.thread->last, realtime),
                   .process = process,
                   .thread = *stream.thread,
                   .sink = sink};
@@ -188,21 +188,17 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
     case Ros2Event::begin: {
       auto of_process = head;  // its thread need not run any callback
       of_process.tid.reset();
-      tell_name(of_process, p, sink);
+      tell_name(of_process, p.text(2), sink);
       // What tells it again when a recording begins tells everything that was made since.
-      if (!has_spoken || repeats || is_ros2_profile_handle(p.number<Address>(0))) {
-        emit(head, Ros2Begin{}, sink);
+      const bool is_own = is_ros2_profile_handle(p.number<Address>(0));
+      if (!has_spoken || repeats || is_own) emit(head, Ros2Begin{}, sink);
+      if (const auto version = p.text(1); !version.empty() && !is_own) {
+        emit(head, Ros2Tracer{.version = version}, sink);
       }
       break;
     }
-    case Ros2Event::take_response:
-      if (const auto hidden = process.directory.hidden_of(p.number<Address>(0));
-          hidden && p.number<int>(1, 1) != 0) {
-        emit(head, HiddenRun{.hidden = *hidden}, sink);
-      }
-      break;
     case Ros2Event::callback_start:
-      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p, sink);
+      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(1), sink);
       start(p.number<Address>(0), context);
       break;
     case Ros2Event::callback_end:
@@ -220,6 +216,7 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
     default:
       take(event, p, context);
       enter_description(event, repeats, p, process, links_);
+      services_.apply(event, repeats, p, context);
       for (const auto hidden : process.directory.news_of_hidden())
         announce_hidden(hidden, head, process, sink);
       break;
@@ -286,7 +283,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 // The message that a callback which starts was given; none if it is unknown.
 QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address address,
                                         Context& context) {
-  auto& [head, realtime, process, thread, sink] = context;
+  auto& [head, realtime, before, process, thread, sink] = context;
   if (const auto entry = process.agnocast_entries.find(address);
       entry != process.agnocast_entries.end()) {
     const auto origin = links_.find_entry(callback.source, entry->second);
@@ -295,6 +292,9 @@ QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address 
   }
   // Whatever the thread took before a timer's callback was another one's.
   if (callback.kind == CallbackKind::timer) return {};
+  if (callback.kind == CallbackKind::service) {
+    return {.origin = services_.requested(callback, context)};
+  }
   if (thread.dequeued) return *thread.dequeued;
   if (!thread.taken) return {};
   return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *thread.taken}
@@ -302,7 +302,7 @@ QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address 
 }
 
 void EventTranslator::start(Address address, Context& context) {
-  auto& [head, realtime, process, thread, sink] = context;
+  auto& [head, realtime, before, process, thread, sink] = context;
   const auto number = process.directory.callback(address);
   announce(number, head, process, sink);
   auto& callback = process.directory.get(number);
@@ -323,11 +323,13 @@ void EventTranslator::start(Address address, Context& context) {
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
   thread.open.push_back(RunningCallback{.address = address, .callback = number, .seq = body.seq});
+  if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
+  thread.requested.reset();
   emit(head, body, sink);
 }
 
 void EventTranslator::end(Address address, Context& context) {
-  auto& [head, realtime, process, thread, sink] = context;
+  auto& [head, realtime, before, process, thread, sink] = context;
   thread.handed_over.reset();
   const auto found =
       std::find_if(thread.open.rbegin(), thread.open.rend(),
@@ -346,6 +348,7 @@ void EventTranslator::finish(EventBatch& batch) {
   for (auto& [name, host] : hosts_) {
     for (auto& [pid, process] : host.processes) {
       if (process.has_own_events) continue;
+      process.last.cpu.reset();  // nobody runs there any more
       for (std::size_t i = 0; i < process.directory.callbacks(); ++i) {
         announce(static_cast<ros2::CallbackNumber>(i), process.last, process, {.batch = batch});
       }

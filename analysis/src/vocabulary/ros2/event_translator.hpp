@@ -11,6 +11,7 @@
 #include "process_state.hpp"
 #include "publications.hpp"
 #include "ros2_event.hpp"
+#include "services.hpp"
 #include "vocabulary/event_batch.hpp"
 
 #include <cstdint>
@@ -73,6 +74,7 @@ class EventTranslator {
   std::map<std::string, Host> hosts_;
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
+  ros2::Services services_;
 };
 
 }  // namespace cie::analysis

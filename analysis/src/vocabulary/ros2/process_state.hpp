@@ -40,6 +40,15 @@ struct Publishing {
   std::optional<Address> publisher{};
 };
 
+// A call of a service: the model's gid of the client, and the call's number.
+using CallKey = std::pair<std::uint64_t, std::int64_t>;
+
+// What a service's next instance is for.
+struct Request {
+  Address service = 0;  // rmw's
+  CallKey call{};
+};
+
 // A message between callbacks of one process.
 struct QueuedMessage {
   MessageLinks::Origin origin{};
@@ -54,6 +63,8 @@ struct Thread {
   // What the next callback to start has taken.
   std::optional<std::int64_t> taken{};
   std::optional<QueuedMessage> dequeued{};
+  std::optional<Request> requested{};
+  std::optional<std::int64_t> last{};  // CLOCK_REALTIME of its last event
   bool is_waiting = false;
   bool is_named = false;  // it was told what the tracer calls it
 };
@@ -67,7 +78,10 @@ struct Process {
   std::unordered_map<std::uint64_t, Address> agnocast_subscriptions{};  // by its own number
   std::unordered_map<Address, std::int64_t> agnocast_entries{};         // by callable
   std::set<Address> announced_groups{};
-  bool has_spoken = false;      // in ROS 2's words
+  std::unordered_map<Address, std::uint64_t> clients{};  // the model's gids, by rmw handle
+  std::unordered_map<Address, std::string> services{};   // names, by rmw handle
+  std::map<CallKey, RunningCallback> served{};           // by whom, until they respond
+  bool has_spoken = false;                               // in ROS 2's words
   bool has_own_events = false;  // this project's, which say more and are numbered
   std::unordered_map<CallbackId, std::string> own_subscriptions{};  // topics
   std::set<std::string, std::less<>> own_topics{};                  // that it publishes on
@@ -77,7 +91,8 @@ struct Process {
 // One event on its way: where it happened and where its consequences go.
 struct Context {
   const EventHead& head;
-  std::int64_t realtime;  // CLOCK_REALTIME of the event
+  std::int64_t realtime;               // CLOCK_REALTIME of the event
+  std::optional<std::int64_t> before;  // of the thread's event before it
   Process& process;
   Thread& thread;
   const EventSink& sink;

@@ -9,14 +9,15 @@ namespace cie::analysis::ros2 {
 
 // Behind each: the fields in the order of their slots; procname is the context's. Handles are addresses in the process.
 enum class Ros2Event : std::uint32_t {
-  begin,                   // context_handle, procname
+  begin,                   // context_handle, version, procname
   node_init,               // node_handle, node_name, namespace
   publisher_init,          // publisher_handle, node_handle, topic_name
   subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth
   subscription_object,     // subscription_handle, subscription
   subscription_callback,   // subscription, callback
-  service_init,            // service_handle, node_handle, service_name
+  service_init,            // service_handle, node_handle, service_name, rmw_service_handle
   service_callback,        // service_handle, callback
+  client_identity,         // rmw_client_handle, gid
   client_init,             // client_handle, node_handle, service_name, rmw_client_handle
   timer_init,              // timer_handle, period
   timer_callback,          // timer_handle, callback
@@ -30,7 +31,10 @@ enum class Ros2Event : std::uint32_t {
   rmw_publish,             // message, timestamp (of the source; since Iron)
   bind_stamp,              // addr, source_stamp: CARET's word for a message's source timestamp
   rmw_take,                // source_timestamp, taken
-  take_response,           // rmw_client_handle, taken
+  send_request,            // rmw_client_handle, sequence_number
+  take_request,            // rmw_service_handle, client_gid, sequence_number, taken
+  send_response,           // rmw_service_handle, client_gid, sequence_number, timestamp
+  take_response,           // rmw_client_handle, taken, sequence_number
   dispatch,                // callback, source_stamp: CARET's take
   intra_dispatch,          // message, callback: CARET's take between callbacks of a process
   message_copy,            // original_message, constructed_message

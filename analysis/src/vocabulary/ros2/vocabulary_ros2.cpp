@@ -27,7 +27,8 @@ void add_named(std::vector<Translation>& table, Ros2Event event,
 }
 
 void add_entities(std::vector<Translation>& table) {
-  add_named(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"}, {"context_handle"});
+  add_named(table, Ros2Event::begin, {"ros2:rcl_init", "ros2_caret:rcl_init"},
+            {"context_handle", "version"});
   add(table, Ros2Event::node_init,
       {"ros2:rcl_node_init", "ros2_caret:rcl_node_init", "agnocast:agnocast_node_init",
        "ros2_caret:agnocast_node_init"},
@@ -46,10 +47,11 @@ void add_entities(std::vector<Translation>& table) {
       {"ros2:rclcpp_subscription_callback_added", "ros2_caret:rclcpp_subscription_callback_added"},
       {"subscription", "callback"});
   add(table, Ros2Event::service_init, {"ros2:rcl_service_init", "ros2_caret:rcl_service_init"},
-      {"service_handle", "node_handle", "service_name"});
+      {"service_handle", "node_handle", "service_name", "rmw_service_handle"});
   add(table, Ros2Event::service_callback,
       {"ros2:rclcpp_service_callback_added", "ros2_caret:rclcpp_service_callback_added"},
       {"service_handle", "callback"});
+  add(table, Ros2Event::client_identity, {"ros2:rmw_client_init"}, {"rmw_client_handle", "gid"});
   add(table, Ros2Event::client_init, {"ros2:rcl_client_init", "ros2_caret:rcl_client_init"},
       {"client_handle", "node_handle", "service_name", "rmw_client_handle"});
   add(table, Ros2Event::timer_init, {"ros2:rcl_timer_init", "ros2_caret:rcl_timer_init"},
@@ -87,7 +89,14 @@ void add_running(std::vector<Translation>& table) {
   add(table, Ros2Event::bind_stamp, {"ros2_caret:dds_bind_addr_to_stamp"},
       {"addr", "source_stamp"});
   add(table, Ros2Event::rmw_take, {"ros2:rmw_take"}, {"source_timestamp", "taken"});
-  add(table, Ros2Event::take_response, {"ros2:rmw_take_response"}, {"rmw_client_handle", "taken"});
+  add(table, Ros2Event::send_request, {"ros2:rmw_send_request"},
+      {"rmw_client_handle", "sequence_number"});
+  add(table, Ros2Event::take_request, {"ros2:rmw_take_request"},
+      {"rmw_service_handle", "client_gid", "sequence_number", "taken"});
+  add(table, Ros2Event::send_response, {"ros2:rmw_send_response"},
+      {"rmw_service_handle", "client_gid", "sequence_number", "timestamp"});
+  add(table, Ros2Event::take_response, {"ros2:rmw_take_response"},
+      {"rmw_client_handle", "taken", "sequence_number"});
   add(table, Ros2Event::dispatch, {"ros2:dispatch_subscription_callback"},
       {"callback", "source_stamp|source_timestamp"});
   add(table, Ros2Event::intra_dispatch, {"ros2:dispatch_intra_process_subscription_callback"},

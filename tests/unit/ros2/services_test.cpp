@@ -1,0 +1,148 @@
+// Requests and responses: whose request a service's callback serves, and how long its response took.
+#include "ros2_text.hpp"
+
+#include <string>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// A timer of process 1 calls the service of process 2. Layers differ in how many zeros end a gid.
+constexpr const char* kClientAndService = R"(
+  0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+  0 rmw_client_init pid=1 rmw_client_handle=0x71 gid=1.15.3.0
+  0 rcl_client_init pid=1 client_handle=0x70 node_handle=0x10 rmw_client_handle=0x71 service_name=/enable
+  1 rcl_timer_init pid=1 timer_handle=0x20 period=100
+  1 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+  2 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+  2 rcl_service_init pid=2 service_handle=0x20 node_handle=0x10 rmw_service_handle=0x72 service_name=/enable
+  2 rclcpp_service_callback_added pid=2 service_handle=0x20 callback=0x50
+)";
+constexpr const char* kServiceChain = "/a@Timer(100) -> /b@Service(/enable)";
+constexpr const char* kServiceId = "/b@Service(/enable)";
+
+// rclcpp responds when the callback has ended.
+constexpr const char* kServiceCall = R"(
+  10 callback_start pid=1 callback=0x30
+  12 rmw_send_request pid=1 rmw_client_handle=0x71 request=0x99 sequence_number=5
+  15 callback_end pid=1 callback=0x30
+  18 rmw_take_request pid=2 tid=2 rmw_service_handle=0x72 request=0x88 client_gid=1.15.3 sequence_number=5 taken=1
+  20 callback_start pid=2 tid=2 callback=0x50
+  27 callback_end pid=2 tid=2 callback=0x50
+  28 rmw_send_response pid=2 tid=2 rmw_service_handle=0x72 response=0x89 client_gid=1.15.3 sequence_number=5 timestamp=1000028
+  33 rmw_take_response pid=1 rmw_client_handle=0x71 response=0x98 sequence_number=5 source_timestamp=1000028 taken=1
+)";
+
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  return text.replace(text.find(from), from.size(), to);
+}
+
+TEST(Ros2Services, ARequestLeadsToItsServicesCallback) {
+  const auto result = analyze_ros2(std::string(kClientAndService) + kServiceCall);
+  EXPECT_THAT(result.chains(), ElementsAre(std::string(kServiceChain) + ": 1"));
+  EXPECT_TRUE(result.instances[1].is_from_known_publisher);
+}
+
+TEST(Ros2Services, ResponseTimesAreBoundedByWhatTheClientDidBeforeItSent) {
+  const auto& service =
+      analyze_ros2(std::string(kClientAndService) + kServiceCall).callback(kServiceId);
+  EXPECT_EQ(service.response_time_lower->max, 27 - 20);
+  // Some layers tell of a request when they have written it: after the thread's event before.
+  EXPECT_EQ(service.response_time_upper->max, 27 - 10);
+}
+
+TEST(Ros2Services, TheResponsesWayIsTheChainsLastHop) {
+  const auto result = analyze_ros2(std::string(kClientAndService) + kServiceCall);
+  ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+  const auto& response = result.analysis.report.chains.front().response;
+  ASSERT_TRUE(response);
+  EXPECT_EQ(response->count, 1U);
+  EXPECT_EQ(response->sum, 33 - 28);
+}
+
+TEST(Ros2Services, AResponseMayBeSentInsideTheCallback) {
+  const auto inside = replaced(replaced(kServiceCall, "27 callback_end", "29 callback_end"),
+                               "28 rmw_send", "29 rmw_send");
+  const auto result = analyze_ros2(std::string(kClientAndService) + inside);
+  ASSERT_EQ(result.analysis.report.chains.size(), 1U);
+  ASSERT_TRUE(result.analysis.report.chains.front().response);
+  EXPECT_EQ(result.analysis.report.chains.front().response->sum, 33 - 29);
+}
+
+TEST(Ros2Services, ARequestMayBeToldAfterItWasServed) {
+  const auto late =
+      replaced(kServiceCall,
+               "12 rmw_send_request pid=1 rmw_client_handle=0x71 request=0x99 sequence_number=5",
+               "") +
+      "34 rmw_send_request pid=1 tid=3 rmw_client_handle=0x71 sequence_number=5";
+  const auto result = analyze_ros2(std::string(kClientAndService) + R"(
+    9 callback_start pid=1 tid=3 callback=0x30)" +
+                                   replaced(late, "10 callback_start pid=1 callback=0x30\n  ", "") +
+                                   "\n36 callback_end pid=1 tid=3 callback=0x30");
+  EXPECT_THAT(result.chains(), ElementsAre(std::string(kServiceChain) + ": 1"));
+  const auto& service = result.callback(kServiceId);
+  EXPECT_EQ(service.response_time_lower->max, 27 - 20);
+  EXPECT_FALSE(service.response_time_upper);
+}
+
+TEST(Ros2Services, ClientsCountTheirRequestsThemselves) {
+  const auto result =
+      analyze_ros2(std::string(kClientAndService) + R"(
+    3 rcl_node_init pid=3 node_handle=0x10 node_name=c namespace=/
+    3 rmw_client_init pid=3 rmw_client_handle=0x71 gid=1.15.4
+    3 rcl_client_init pid=3 client_handle=0x70 node_handle=0x10 rmw_client_handle=0x71 service_name=/enable
+    4 rmw_send_request pid=3 tid=3 rmw_client_handle=0x71 sequence_number=5)" +
+                   replaced(kServiceCall, "client_gid=1.15.3 ", "client_gid=1.15.4 "));
+  EXPECT_THAT(result.chains(), IsEmpty());  // its request came from outside callbacks
+}
+
+TEST(Ros2Services, WhatWasNotTakenIsNoRequest) {
+  const auto result =
+      analyze_ros2(std::string(kClientAndService) + replaced(kServiceCall, "taken=1", "taken=0"));
+  EXPECT_THAT(result.chains(), IsEmpty());
+}
+
+TEST(Ros2Services, AnActionsRequestIsNotTheNextCallbacks) {
+  const auto result =
+      analyze_ros2(std::string(kClientAndService) + R"(
+    3 rcl_service_init pid=2 service_handle=0x80 node_handle=0x10 rmw_service_handle=0x82 service_name=/go/_action/send_goal)" +
+                   replaced(kServiceCall, "rmw_service_handle=0x72", "rmw_service_handle=0x82"));
+  EXPECT_THAT(result.chains(), IsEmpty());
+}
+
+TEST(Ros2Services, ARequestOfAnUnknownClientIsNotBounded) {
+  const auto result =
+      analyze_ros2(std::string(kClientAndService) +
+                   replaced(kServiceCall, "client_gid=1.15.3 ", "client_gid=1.15.9 "));
+  EXPECT_THAT(result.chains(), IsEmpty());
+  EXPECT_FALSE(result.callback(kServiceId).response_time_upper);
+}
+
+TEST(Ros2Services, ASpecMayNameTheChain) {
+  const auto result = analyze_ros2(std::string(kClientAndService) + kServiceCall, -1, R"--(
+chains:
+  - name: enable
+    callbacks: ["/a@Timer(100)", "/b@Service(/enable)"]
+)--");
+  EXPECT_THAT(result.chains(), ElementsAre("enable: 1"));
+  ASSERT_TRUE(result.analysis.report.chains.front().response);
+  EXPECT_EQ(result.analysis.report.chains.front().response->sum, 33 - 28);
+}
+
+// Before tracetools 8.5 nothing tells of calls.
+TEST(Ros2Services, WithoutTheirEventsNothingIsKnown) {
+  const auto result = analyze_ros2(std::string(kClientAndService) + R"(
+    20 callback_start pid=2 tid=2 callback=0x50
+    27 callback_end pid=2 tid=2 callback=0x50)");
+  EXPECT_EQ(result.callback(kServiceId).response_time_lower->max, 27 - 20);
+  EXPECT_FALSE(result.callback(kServiceId).response_time_upper);
+}
+
+}  // namespace
+}  // namespace cie::test
