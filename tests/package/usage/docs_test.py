@@ -155,7 +155,7 @@ class References(unittest.TestCase):
         spec = ("--spec", NAMES["app.yaml"])
         before, after = NAMES["before"], NAMES["after"]
         for name, words in {"report": ("report", before, *spec), "verify": ("verify", before, *spec),
-                            "diff": ("diff", before, after),
+                            "diff": ("diff", before, after, *spec),
                             "schedulability": ("analyze", "schedulability", after, *spec)}.items():
             block, = blocks(page, f"json keys of {name}")
             told = keys(json.loads(block))
