@@ -54,6 +54,13 @@ std::optional<std::int64_t> Fields::integer(std::string_view key, std::int64_t m
   return value->integer(key, min, max);
 }
 
+std::optional<std::int64_t> Fields::duration(std::string_view key, std::int64_t min,
+                                             std::int64_t max) const {
+  const Value* value = find(key);
+  if (value == nullptr) return std::nullopt;
+  return value->duration(key, min, max);
+}
+
 std::optional<std::uint64_t> Fields::count(std::string_view key) const {
   const auto value = integer(key, 0);
   if (!value) return std::nullopt;

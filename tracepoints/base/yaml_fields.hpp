@@ -27,6 +27,10 @@ class Fields {
   std::optional<std::int64_t> integer(
       std::string_view key, std::int64_t min,
       std::int64_t max = std::numeric_limits<std::int64_t>::max()) const;
+  // Nanoseconds, also with a unit.
+  std::optional<std::int64_t> duration(
+      std::string_view key, std::int64_t min,
+      std::int64_t max = std::numeric_limits<std::int64_t>::max()) const;
   std::optional<std::uint64_t> count(std::string_view key) const;
 
   // From now on messages about the map and its values say that they belong to `entry`.

@@ -110,12 +110,12 @@ void read_deadline(const Fields& fields, ThreadParameters& parameters) {
   for (const auto key : {"runtime", "deadline", "period"}) {
     if (fields.find(key) == nullptr) {
       fields.map().fail("SCHED_DEADLINE needs \"" + std::string(key) +
-                        "\"; write it in nanoseconds");
+                        "\"; write it in nanoseconds, or as in 5ms");
     }
   }
-  const auto runtime = *fields.integer("runtime", kMinDeadlineRuntime);
-  const auto deadline = *fields.integer("deadline", kMinDeadlineRuntime);
-  const auto period = *fields.integer("period", kMinDeadlineRuntime);
+  const auto runtime = *fields.duration("runtime", kMinDeadlineRuntime);
+  const auto deadline = *fields.duration("deadline", kMinDeadlineRuntime);
+  const auto period = *fields.duration("period", kMinDeadlineRuntime);
   if (runtime > deadline) {
     fields.find("runtime")->fail("\"runtime\" " + std::to_string(runtime) +
                                  " is beyond \"deadline\" " + std::to_string(deadline) +
@@ -196,7 +196,7 @@ ThreadParameters read_parameters(const Fields& fields) {
   }
   if (*parameters.policy != Policy::deadline) reject_deadline_keys(fields, name);
   if (*parameters.policy == Policy::other) {
-    if (const auto slice = fields.integer("slice", kMinSlice, kMaxSlice)) {
+    if (const auto slice = fields.duration("slice", kMinSlice, kMaxSlice)) {
       parameters.slice_ns = static_cast<std::uint64_t>(*slice);
     }
   } else {
@@ -275,10 +275,10 @@ std::string read_id(Fields& fields, bool is_callback) {
 }
 
 void read_bounds(const Fields& fields, SpecEntry& entry) {
-  entry.response_deadline_ns = fields.integer("response_deadline", 1);
-  entry.wcet_ns = fields.integer("wcet", 1);
-  entry.min_inter_arrival_ns = fields.integer("min_inter_arrival", 0);
-  entry.max_inter_arrival_ns = fields.integer("max_inter_arrival", 1);
+  entry.response_deadline_ns = fields.duration("response_deadline", 1);
+  entry.wcet_ns = fields.duration("wcet", 1);
+  entry.min_inter_arrival_ns = fields.duration("min_inter_arrival", 0);
+  entry.max_inter_arrival_ns = fields.duration("max_inter_arrival", 1);
   if (entry.min_inter_arrival_ns && entry.max_inter_arrival_ns &&
       *entry.min_inter_arrival_ns > *entry.max_inter_arrival_ns) {
     fields.find("min_inter_arrival")
@@ -286,7 +286,7 @@ void read_bounds(const Fields& fields, SpecEntry& entry) {
   }
   entry.missed_releases_allowed = fields.count("missed_releases_allowed");
   entry.overwrites_allowed = fields.count("overwrites_allowed");
-  entry.foreign_work_budget_ns = fields.integer("foreign_work_budget", 0);
+  entry.foreign_work_budget_ns = fields.duration("foreign_work_budget", 0);
 }
 
 std::vector<Value> read_section(const Value& value, std::string_view what) {
@@ -386,9 +386,9 @@ SpecChain read_chain(const Value& item) {
     }
     chain.callbacks.push_back(text);
   }
-  chain.path_latency_ns = fields.integer("path_latency", 1);
-  chain.reaction_time_ns = fields.integer("reaction_time", 1);
-  chain.data_age_ns = fields.integer("data_age", 1);
+  chain.path_latency_ns = fields.duration("path_latency", 1);
+  chain.reaction_time_ns = fields.duration("reaction_time", 1);
+  chain.data_age_ns = fields.duration("data_age", 1);
   return chain;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -147,6 +148,41 @@ TEST(SpecErrors, NameFileLineEntryAndRemedy) {
                     HasSubstr("\"50\""), HasSubstr("-20 to 19")));
 }
 
+TEST(SchedulingSpec, TakesDurationsWithUnitsExactly) {
+  const auto spec = SchedulingSpec::parse(R"(callback_groups:
+  - id: a
+    policy: SCHED_DEADLINE
+    runtime: 1.5ms
+    deadline: 0.01s
+    period: 20000us
+    response_deadline: 1s
+    wcet: 250ns
+    min_inter_arrival: 0ns
+    max_inter_arrival: 9223372036.854775807s
+    foreign_work_budget: 0.000001s
+  - {id: b, policy: SCHED_OTHER, slice: 100us, wcet: 1.000001ms, response_deadline: 2min}
+chains:
+  - {name: c, callbacks: [a], path_latency: 5ms, reaction_time: 6.50ms, data_age: '7ms'}
+)",
+                                          "spec.yaml");
+  const SpecEntry& a = *spec.find_callback("a");
+  EXPECT_EQ(a.parameters.runtime_ns, 1'500'000U);
+  EXPECT_EQ(a.parameters.deadline_ns, 10'000'000U);
+  EXPECT_EQ(a.parameters.period_ns, 20'000'000U);
+  EXPECT_EQ(a.response_deadline_ns, 1'000'000'000);
+  EXPECT_EQ(a.wcet_ns, 250);
+  EXPECT_EQ(a.min_inter_arrival_ns, 0);
+  EXPECT_EQ(a.max_inter_arrival_ns, std::numeric_limits<std::int64_t>::max());
+  EXPECT_EQ(a.foreign_work_budget_ns, 1'000);
+  const SpecEntry& b = *spec.find_callback("b");
+  EXPECT_EQ(b.parameters.slice_ns, 100'000U);
+  EXPECT_EQ(b.wcet_ns, 1'000'001);
+  EXPECT_EQ(b.response_deadline_ns, 120'000'000'000);
+  EXPECT_EQ(spec.chains()[0].path_latency_ns, 5'000'000);
+  EXPECT_EQ(spec.chains()[0].reaction_time_ns, 6'500'000);
+  EXPECT_EQ(spec.chains()[0].data_age_ns, 7'000'000);
+}
+
 struct BadEntry {
   const char* fields;
   const char* complaint;
@@ -199,16 +235,27 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Bounds, SpecEntryError,
-    testing::Values(BadEntry{"    wcet: 1.5\n", "\"1.5\""}, BadEntry{"    wcet: 1e6\n", "\"1e6\""},
-                    BadEntry{"    wcet: 0x10\n", "decimal digits"},
-                    BadEntry{"    wcet: 010\n", "leading zero"},
-                    BadEntry{"    wcet: +5\n", "\"+5\""}, BadEntry{"    wcet: 5ms\n", "unit"},
-                    BadEntry{"    wcet: 9223372036854775808\n", "9223372036854775807"},
-                    BadEntry{"    wcet: 0\n", "from 1"}, BadEntry{"    wcet: {a: 1}\n", "a map"},
-                    BadEntry{"    response_deadline: -1\n", "from 1"},
-                    BadEntry{"    missed_releases_allowed: -1\n", "from 0"},
-                    BadEntry{"    min_inter_arrival: 2\n    max_inter_arrival: 1\n",
-                             "beyond \"max_inter_arrival\""}));
+    testing::Values(
+        BadEntry{"    wcet: 1.5\n", "\"1.5\""}, BadEntry{"    wcet: 1e6\n", "\"1e6\""},
+        BadEntry{"    wcet: 0x10\n", "decimal digits"}, BadEntry{"    wcet: 010\n", "leading zero"},
+        BadEntry{"    wcet: +5\n", "\"+5\""},
+        BadEntry{"    wcet: 5 ms\n", "with a unit, as in 250ns, 1.5us, 5ms, 1s"},
+        BadEntry{"    wcet: 5m\n", "with a unit"}, BadEntry{"    wcet: ms\n", "\"ms\""},
+        BadEntry{"    wcet: 05ms\n", "leading zero"}, BadEntry{"    wcet: 0.5ns\n", "\"0.5ns\""},
+        BadEntry{"    wcet: 1.0000005ms\n", "\"1.0000005ms\""},
+        BadEntry{"    wcet: .5ms\n", "\".5ms\""}, BadEntry{"    wcet: 1.ms\n", "\"1.ms\""},
+        BadEntry{"    wcet: -5ms\n", "\"-5ms\""}, BadEntry{"    wcet: 0s\n", "from 1"},
+        BadEntry{"    wcet: 9223372037s\n", "9223372036854775807"},
+        BadEntry{"    wcet: 9223372036.854775808s\n", "9223372036854775807"},
+        BadEntry{"    missed_releases_allowed: 5ms\n", "unit"},
+        BadEntry{"    policy: SCHED_OTHER\n    nice: 5ns\n", "unit"},
+        BadEntry{"    policy: SCHED_OTHER\n    slice: 101ms\n", "to 100000000"},
+        BadEntry{"    wcet: 9223372036854775808\n", "9223372036854775807"},
+        BadEntry{"    wcet: 0\n", "from 1"}, BadEntry{"    wcet: {a: 1}\n", "a map"},
+        BadEntry{"    response_deadline: -1\n", "from 1"},
+        BadEntry{"    missed_releases_allowed: -1\n", "from 0"},
+        BadEntry{"    min_inter_arrival: 2\n    max_inter_arrival: 1\n",
+                 "beyond \"max_inter_arrival\""}));
 
 struct BadSpec {
   const char* text;
