@@ -1,5 +1,6 @@
 #include "spec_reader.hpp"
 
+#include <cie/tracepoints/nearest_name.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
 #include "base/text.hpp"
@@ -173,6 +174,20 @@ void read_cpuset(const Fields& fields, ThreadParameters& parameters) {
   parameters.has_exclusive_cpuset = true;
 }
 
+// "FIFO" and "sched_fifo" are near to SCHED_FIFO, too.
+std::string nearest_policy(std::string_view name) {
+  const std::vector<std::string> policies{"SCHED_OTHER", "SCHED_BATCH", "SCHED_IDLE",
+                                          "SCHED_FIFO",  "SCHED_RR",    "SCHED_DEADLINE"};
+  std::string upper(name.substr(0, 64));
+  std::ranges::transform(upper, upper.begin(), [](char c) {
+    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  });
+  for (const auto& text : {upper, "SCHED_" + upper}) {
+    if (auto meant = did_you_mean(text, policies); !meant.empty()) return meant;
+  }
+  return "; write " + joined(policies);
+}
+
 ThreadParameters read_parameters(const Fields& fields) {
   ThreadParameters parameters;
   const Value* affinity = fields.find("affinity");
@@ -190,9 +205,7 @@ ThreadParameters read_parameters(const Fields& fields) {
   const std::string& name = policy->text("policy");
   parameters.policy = policy_from_name(name);
   if (!parameters.policy) {
-    policy->fail("unknown policy \"" + name +
-                 "\"; write SCHED_OTHER, SCHED_BATCH, SCHED_IDLE, SCHED_FIFO, SCHED_RR or "
-                 "SCHED_DEADLINE");
+    policy->fail("unknown policy \"" + name + "\"" + nearest_policy(name));
   }
   if (*parameters.policy != Policy::deadline) reject_deadline_keys(fields, name);
   if (*parameters.policy == Policy::other) {
@@ -340,8 +353,12 @@ void add_entry(const Value& item, SpecEntry entry, bool has_domain, Entries& ent
 
 void check_dds_thread(const Fields& fields, std::string_view name) {
   if (std::ranges::find(kDdsThreads, name) != kDdsThreads.end()) return;
-  fields.map().fail("Cyclone DDS has no thread of this name; known are " + joined(kDdsThreads) +
-                    "; others belong to non_ros_threads");
+  const std::vector<std::string> known(kDdsThreads.begin(), kDdsThreads.end());
+  const auto meant = did_you_mean(name, known);
+  fields.map().fail("Cyclone DDS has no thread of this name" +
+                    (meant.empty()
+                         ? "; known are " + joined(known) + "; others belong to non_ros_threads"
+                         : meant));
 }
 
 void read_entries(const Fields& sections, Section section, std::optional<std::uint32_t> domain,
@@ -351,7 +368,8 @@ void read_entries(const Fields& sections, Section section, std::optional<std::ui
   const Value* const value = sections.find(what);
   if (value == nullptr) return;
   for (const auto& item : read_section(*value, what)) {
-    Fields fields(item, what, kParameterKeys, is_callback ? Keys(kBoundKeys) : kThreadBoundKeys);
+    Fields fields(item, what, kParameterKeys, is_callback ? Keys(kBoundKeys) : kThreadBoundKeys, {},
+                  "man cie-spec");
     SpecEntry entry;
     entry.id = read_id(fields, is_callback);
     if (section == Section::dds_threads) check_dds_thread(fields, entry.id);

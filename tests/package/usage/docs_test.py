@@ -150,6 +150,14 @@ class References(unittest.TestCase):
     def test_the_page_of_rules_is_what_the_program_says(self):
         self.assertEqual(read("viewer_export", "docs", "rules.md"), rules_page())
 
+    def test_keys_of_a_spec_are_in_its_manual(self):
+        manual = set(re.findall(r"\\fB([a-z_]+)\\fP", read("viewer_export", "man", "cie-spec.1")))
+        arrays = re.findall(r"k(?:Parameter|Bound|ThreadBound|Chain)Keys\{(.*?)\}|kSections\{(.*?)\}",
+                            read("tracepoints", "schema", "spec_reader.cpp"), re.S)
+        keys_read = {key for array in arrays for text in array for key in re.findall(r'"(\w+)"', text)}
+        self.assertGreater(len(keys_read), 25)
+        self.assertEqual(keys_read - manual, set())
+
     def test_every_key_of_json_is_told(self):
         page = read("viewer_export", "docs", "reference.md")
         spec = ("--spec", NAMES["app.yaml"])

@@ -197,9 +197,15 @@ TEST_P(SpecEntryError, IsNamedAndNothingIsClamped) {
 INSTANTIATE_TEST_SUITE_P(
     Parameters, SpecEntryError,
     testing::Values(
-        BadEntry{"    priorty: 5\n", "unknown key \"priorty\""},
+        BadEntry{"    priorty: 5\n", "unknown key \"priorty\"; did you mean \"priority\"?"},
+        BadEntry{"    respons_deadline: 5\n", "; did you mean \"response_deadline\"?"},
+        BadEntry{"    colour: 5\n",
+                 "unknown key \"colour\"; man cie-spec lists those that are known"},
         BadEntry{"    nice: 1\n    nice: 1\n", "written twice"},
-        BadEntry{"    policy: FIFO\n", "unknown policy \"FIFO\""},
+        BadEntry{"    policy: FIFO\n", "unknown policy \"FIFO\"; did you mean \"SCHED_FIFO\"?"},
+        BadEntry{"    policy: sched_rr\n", "; did you mean \"SCHED_RR\"?"},
+        BadEntry{"    policy: SCHED_BACTH\n", "; did you mean \"SCHED_BATCH\"?"},
+        BadEntry{"    policy: fastest\n", "\"fastest\"; write SCHED_OTHER, SCHED_BATCH, "},
         BadEntry{"    policy: [SCHED_FIFO]\n", "\"policy\" is a list"},
         BadEntry{"    policy: SCHED_FIFO\n", "needs \"priority\""},
         BadEntry{"    policy: SCHED_FIFO\n    priority: 0\n", "from 1 to 99"},
@@ -274,7 +280,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadSpec{"", "empty"}, BadSpec{"# only a comment\n", "empty"},
         BadSpec{"- id: /a@Timer(1)\n", "\"the file\" is a list"},
-        BadSpec{"callbacks: []\n", ":1: unknown key \"callbacks\""},
+        BadSpec{"callbacks: []\n", ":1: unknown key \"callbacks\"; known are callback_groups, "},
+        BadSpec{"callback_group: []\n", "; did you mean \"callback_groups\"?"},
         BadSpec{"callback_groups: {}\n", "\"callback_groups\" is a map"},
         BadSpec{"callback_groups:\n  - policy: SCHED_OTHER\n", ":2: neither \"id\" nor \"name\""},
         BadSpec{"callback_groups:\n  - id: a\n    name: a\n", "both \"id\" and \"name\""},
@@ -289,8 +296,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadSpec{"callback_groups:\n  - id: /a*\n", "\"<node>/*\""},
         BadSpec{"callback_groups:\n  - id: /a@Timer(1)/*\n", "\"<node>/*\""},
         BadSpec{"non_ros_threads:\n  - name: t\n    wcet: 5\n", "unknown key \"wcet\""},
-        BadSpec{"dds_threads:\n  - name: recvuc\n",
-                "spec.yaml:2: entry \"recvuc\": Cyclone DDS has no thread of this name"},
+        BadSpec{
+            "dds_threads:\n  - name: recvuc\n",
+            "spec.yaml:2: entry \"recvuc\": Cyclone DDS has no thread of this name; did you mean "
+            "\"recvUC\"?"},
         BadSpec{"dds_threads:\n  - name: tev\n    wcet: 5\n",
                 "spec.yaml:3: entry \"tev\": unknown key \"wcet\""},
         BadSpec{"non_ros_threads:\n  - id: gc\ndds_threads:\n  - name: gc\n",
