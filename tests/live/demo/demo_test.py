@@ -2,48 +2,23 @@
 """The demo for somebody who sees it for the first time: one screenful after another on a terminal of 80 columns,
 exit code 0 on a machine that is busy, too. How late what was is asserted nowhere."""
 import argparse
-import fcntl
 import os
-import pty
 import re
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
-import termios
 import unittest
 from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "support"))
+from on_terminal import on_terminal  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 COLUMNS = 80
 LINES = 60
 LINES_WHERE_TIME_RULES_FAIL = LINES + 4  # it says so, and that the machine may be busy
 ORDINARY = 65534
-
-
-def on_terminal(command, environment, user=None):
-    """Exit code and lines."""
-    pid, terminal = pty.fork()
-    if pid == 0:
-        if user is not None:
-            os.setgroups([])
-            os.setresgid(user, user, user)
-            os.setresuid(user, user, user)
-        os.execvpe(command[0], command, environment)
-    fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, COLUMNS, 0, 0))
-    output = b""
-    while True:
-        try:
-            part = os.read(terminal, 65536)
-        except OSError:  # so ends a terminal
-            break
-        if not part:
-            break
-        output += part
-    os.close(terminal)
-    _, status = os.waitpid(pid, 0)
-    return os.waitstatus_to_exitcode(status), output.decode().replace("\r\n", "\n").splitlines()
 
 
 class Demo(unittest.TestCase):
@@ -60,7 +35,7 @@ class Demo(unittest.TestCase):
         environment = {**os.environ, "PATH": f"{options.programs}:{os.environ['PATH']}", "LC_ALL": "C.UTF-8", "TERM": "xterm",
                        "NO_COLOR": "1", "HOME": str(self.folder), "CIE_DEMO_SECONDS": "2"}
         code, lines = on_terminal([options.sources / "executor/examples/demo/compare_executors",
-                                   self.folder / "out"], environment, user)
+                                   self.folder / "out"], environment, COLUMNS, user)
         text = "\n".join(lines)
         self.assertEqual(code, 0, text)
         self.check(lines, text)
