@@ -19,14 +19,10 @@ SOURCES = os.path.abspath(sys.argv[2])
 DOCS = os.path.join(SOURCES, "viewer_export", "docs")
 ANYTHING = "…"
 
-# What the pages call their recordings and files.
 EXAMPLES = os.path.join(SOURCES, "tests", "golden", "contract", "examples")
-ROS2 = os.path.join(SOURCES, "tests", "golden", "ros2", "recordings")
-NAMES = {"before": os.path.join(EXAMPLES, "multi_threaded_fails", "trace"),
-         "after": os.path.join(EXAMPLES, "isolated_ok", "trace"),
-         "app.yaml": os.path.join(EXAMPLES, "isolated_ok", "spec.yaml"),
-         "ros2_isolated": os.path.join(ROS2, "isolated"),
-         "ros2_multi": os.path.join(ROS2, "multi_threaded")}
+BEFORE = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+AFTER = os.path.join(EXAMPLES, "isolated_ok", "trace")
+SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
 
 
 def read(*names):
@@ -69,12 +65,10 @@ def matches(shown, output):
 
 class Commands(unittest.TestCase):
     def test_they_print_what_the_pages_show(self):
-        environment = {**os.environ, "PATH": PROGRAMS.folder + ":" + os.environ["PATH"], "LC_ALL": "C.UTF-8"}
+        environment = {**os.environ, "PATH": PROGRAMS.folder + ":" + os.environ["PATH"], "LC_ALL": "C.UTF-8", "CIE": SOURCES}
         count = 0
         for page in sorted(glob.glob(os.path.join(DOCS, "*.md"))):
             with tempfile.TemporaryDirectory() as folder:
-                for name, target in NAMES.items():
-                    os.symlink(target, os.path.join(folder, name))
                 for block in blocks(read(page), "console"):
                     for command, shown in steps(block):
                         with self.subTest(f"{os.path.basename(page)}: {command}"):
@@ -160,11 +154,10 @@ class References(unittest.TestCase):
 
     def test_every_key_of_json_is_told(self):
         page = read("viewer_export", "docs", "reference.md")
-        spec = ("--spec", NAMES["app.yaml"])
-        before, after = NAMES["before"], NAMES["after"]
-        for name, words in {"report": ("report", before, *spec), "verify": ("verify", before, *spec),
-                            "diff": ("diff", before, after, *spec),
-                            "schedulability": ("analyze", "schedulability", after, *spec)}.items():
+        spec = ("--spec", SPEC)
+        for name, words in {"report": ("report", BEFORE, *spec), "verify": ("verify", BEFORE, *spec),
+                            "diff": ("diff", BEFORE, AFTER, *spec),
+                            "schedulability": ("analyze", "schedulability", AFTER, *spec)}.items():
             block, = blocks(page, f"json keys of {name}")
             told = keys(json.loads(block))
             given = keys(json.loads(PROGRAMS.run("cie", *words, "-f", "json").stdout))
