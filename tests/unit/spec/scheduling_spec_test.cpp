@@ -142,6 +142,25 @@ TEST(SchedulingSpec, LoadsAFileAndKeepsItsNameAndHash) {
   EXPECT_THROW(SchedulingSpec::load(testing::TempDir()), SpecError);
 }
 
+TEST(SchedulingSpec, FindsATimerThatHasANameByItAndThenByItsPeriod) {
+  const auto spec = parse(R"(
+callback_groups:
+  - id: /n/*
+  - id: /n@Timer(5)
+  - id: /n@Timer(slow)
+  - id: /n@Timer(007)
+  - id: /m@Timer(99999999999999999999999)
+)");
+  EXPECT_EQ(spec.find_callback("/n@Timer(slow)", 5)->line, 5) << "its name wins";
+  EXPECT_EQ(spec.find_callback("/n@Timer(tick)", 5)->line, 4);
+  EXPECT_EQ(spec.find_callback("/n@Timer(tick)", 6)->line, 3) << "another period";
+  EXPECT_EQ(spec.find_callback("/n@Timer(tick)")->line, 3) << "the period is not known";
+  EXPECT_EQ(spec.find_callback("/n@Timer(5)#2", 5)->line, 3) << "not the first without a name";
+  EXPECT_EQ(spec.find_callback("/n@Timer(7)", 5)->line, 3) << "that is a period";
+  EXPECT_EQ(spec.find_callback("/n@Subscription(tick)", 5)->line, 3);
+  EXPECT_EQ(spec.find_callback("/m@Timer(tick)", 5), nullptr);
+}
+
 TEST(SpecErrors, NameFileLineEntryAndRemedy) {
   EXPECT_THAT(error_of_entry("    policy: SCHED_OTHER\n    nice: 50\n"),
               AllOf(StartsWith("spec.yaml:4: entry \"/a@Timer(1)\": "), HasSubstr("\"nice\""),

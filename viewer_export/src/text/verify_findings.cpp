@@ -153,7 +153,9 @@ std::string_view file_name(std::string_view path) {
 // " (app.yaml:7)"; empty: the callback declares its deadline itself.
 std::string place_of_deadline(const Judged& judged, const CallbackReport& callback) {
   const auto* spec = judged.context.spec;
-  const auto* entry = spec == nullptr ? nullptr : spec->find_callback(callback.logical_id);
+  const auto* entry =
+      spec == nullptr ? nullptr
+                      : spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
   if (entry == nullptr || !entry->response_deadline_ns) return {};
   return fmt::format(" ({}:{})", printable(file_name(spec->name())), entry->line);
 }
