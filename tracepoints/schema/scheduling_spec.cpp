@@ -33,7 +33,7 @@ std::string_view name_or_period(std::string_view logical_id) noexcept {
   return logical_id.substr(begin, logical_id.size() - begin - 1);
 }
 
-bool is_number(std::string_view text) noexcept {
+bool is_all_digits(std::string_view text) noexcept {
   return text.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
@@ -76,7 +76,7 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
       spec.callback_index_.emplace(entry.id, i);
       const auto digits = name_or_period(entry.id);
       std::uint64_t period = 0;
-      if (!digits.empty() && is_number(digits) &&
+      if (!digits.empty() && is_all_digits(digits) &&
           std::from_chars(digits.data(), digits.data() + digits.size(), period).ec == std::errc{}) {
         spec.timers_[entry.id.substr(0, entry.id.find('@'))].emplace(period, i);
       }
@@ -101,7 +101,7 @@ const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id,
   if (exact != callback_index_.end()) return &callbacks_[exact->second];
   const auto at = logical_id.find('@');  // "<node>@Timer(…)"
   if (at == std::string_view::npos) return nullptr;
-  if (period_ns > 0 && !is_number(name_or_period(logical_id))) {
+  if (period_ns > 0 && !is_all_digits(name_or_period(logical_id))) {
     const auto node = timers_.find(logical_id.substr(0, at));
     if (node != timers_.end()) {
       const auto timer = node->second.find(period_ns);
