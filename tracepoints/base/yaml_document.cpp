@@ -1,5 +1,6 @@
 #include "yaml_document.hpp"
 
+#include <cie/tracepoints/duration_text.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
@@ -204,6 +205,24 @@ std::int64_t Value::integer(std::string_view what, std::int64_t min, std::int64_
   std::string remedy =
       "; write a whole number from " + std::to_string(min) + " to " + std::to_string(max);
   if (!value) remedy += " in decimal digits (no fraction, exponent, unit or leading zero)";
+  fail(in_quotes(what) + " is " + in_quotes(node_->text) + remedy);
+}
+
+std::int64_t Value::duration(std::string_view what, std::int64_t min, std::int64_t max) const {
+  const auto& words = text(what);
+  constexpr std::string_view kDigits = "0123456789";
+  const bool has_leading_zero =
+      words.size() > 1 && words[0] == '0' && kDigits.find(words[1]) != std::string_view::npos;
+  auto value = parse_integer(words);
+  if (!value && !has_leading_zero) value = parse_duration(words);
+  if (value && *value >= min && *value <= max) return *value;
+  std::string remedy = "; write a whole number from " + std::to_string(min) + " to " +
+                       std::to_string(max) + " of nanoseconds";
+  if (!value) {
+    remedy +=
+        " in decimal digits (no exponent or leading zero), or with a unit, as in 250ns, 1.5us, 5ms, "
+        "1s";
+  }
   fail(in_quotes(what) + " is " + in_quotes(node_->text) + remedy);
 }
 

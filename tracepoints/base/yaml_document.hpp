@@ -44,6 +44,8 @@ class Value {
   // Decimal digits with an optional minus sign, exactly: neither fraction, exponent, other base nor
   // leading zero, and within [min, max].
   std::int64_t integer(std::string_view what, std::int64_t min, std::int64_t max) const;
+  // Nanoseconds: such a number, or one with a unit: "5ms", "1.5us" (cie/tracepoints/duration_text.hpp).
+  std::int64_t duration(std::string_view what, std::int64_t min, std::int64_t max) const;
 
   // The same value; messages say that it belongs to `entry`.
   Value of_entry(std::string_view entry) const;

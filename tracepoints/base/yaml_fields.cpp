@@ -1,9 +1,11 @@
 #include "yaml_fields.hpp"
 
+#include <cie/tracepoints/nearest_name.hpp>
+
 #include "text.hpp"
 
 #include <algorithm>
-#include <initializer_list>
+#include <string>
 #include <vector>
 
 namespace cie::yaml {
@@ -13,11 +15,13 @@ bool contains(Keys keys, std::string_view key) {
   return std::ranges::find(keys, key) != keys.end();
 }
 
-std::string join(std::initializer_list<Keys> lists) {
-  std::vector<std::string_view> all;
-  for (const auto& keys : lists)
-    all.insert(all.end(), keys.begin(), keys.end());
-  return joined(all);
+// "; did you mean "priority"?", "; known are id and name", "; man cie-spec lists those that are".
+std::string advice(std::string_view key, Keys known, Keys more, std::string_view list) {
+  std::vector<std::string> all(known.begin(), known.end());
+  all.insert(all.end(), more.begin(), more.end());
+  if (auto meant = did_you_mean(key, all); !meant.empty()) return meant;
+  if (!list.empty()) return "; " + std::string(list) + " lists those that are known";
+  return "; known are " + joined(all);
 }
 
 // What the map calls itself, for messages; empty if nothing.
@@ -30,14 +34,15 @@ std::string entry_name(const std::vector<std::pair<std::string, Value>>& fields)
 
 }  // namespace
 
-Fields::Fields(const Value& map, std::string_view what, Keys known, Keys more, Keys ignored)
+Fields::Fields(const Value& map, std::string_view what, Keys known, Keys more, Keys ignored,
+               std::string_view list)
     : map_(map) {
   for (auto& [key, value] : map.fields(what)) {
     if (contains(known, key) || contains(more, key)) {
       if (!value.is_null()) fields_.emplace_back(key, value);
     } else if (!contains(ignored, key)) {
       value.of_entry(entry_name(map.fields(what)))
-          .fail("unknown key \"" + key + "\"; known are " + join({known, more}));
+          .fail("unknown key \"" + key + "\"" + advice(key, known, more, list));
     }
   }
 }
@@ -52,6 +57,13 @@ std::optional<std::int64_t> Fields::integer(std::string_view key, std::int64_t m
   const Value* value = find(key);
   if (value == nullptr) return std::nullopt;
   return value->integer(key, min, max);
+}
+
+std::optional<std::int64_t> Fields::duration(std::string_view key, std::int64_t min,
+                                             std::int64_t max) const {
+  const Value* value = find(key);
+  if (value == nullptr) return std::nullopt;
+  return value->duration(key, min, max);
 }
 
 std::optional<std::uint64_t> Fields::count(std::string_view key) const {

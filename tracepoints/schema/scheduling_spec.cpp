@@ -5,6 +5,7 @@
 #include "spec_reader.hpp"
 
 #include <array>
+#include <charconv>
 
 namespace cie {
 namespace {
@@ -19,6 +20,22 @@ constexpr std::array<std::pair<Policy, std::string_view>, 6> kPolicies{{
 }};
 
 constexpr std::string_view kWildcard = "/*";
+
+// "tick" and "100000000" of "/node@Timer(tick)" and of "/node@Timer(100000000)"; empty for others.
+std::string_view name_or_period(std::string_view logical_id) noexcept {
+  constexpr std::string_view kTimer = "@Timer(";
+  const auto at = logical_id.find('@');
+  if (at == std::string_view::npos || !logical_id.substr(at).starts_with(kTimer) ||
+      !logical_id.ends_with(')')) {
+    return {};
+  }
+  const auto begin = at + kTimer.size();
+  return logical_id.substr(begin, logical_id.size() - begin - 1);
+}
+
+bool is_all_digits(std::string_view text) noexcept {
+  return text.find_first_not_of("0123456789") == std::string_view::npos;
+}
 
 }  // namespace
 
@@ -57,6 +74,12 @@ SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view nam
       spec.nodes_.emplace(entry.id.substr(0, entry.id.size() - kWildcard.size()), i);
     } else {
       spec.callback_index_.emplace(entry.id, i);
+      const auto digits = name_or_period(entry.id);
+      std::uint64_t period = 0;
+      if (!digits.empty() && is_all_digits(digits) &&
+          std::from_chars(digits.data(), digits.data() + digits.size(), period).ec == std::errc{}) {
+        spec.timers_[entry.id.substr(0, entry.id.find('@'))].emplace(period, i);
+      }
     }
   }
   for (std::size_t i = 0; i < spec.threads_.size(); ++i) {
@@ -72,11 +95,19 @@ SchedulingSpec SchedulingSpec::load(const std::filesystem::path& file,
   return parse(yaml::read_file(file), file.string(), domain);
 }
 
-const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id) const noexcept {
+const SpecEntry* SchedulingSpec::find_callback(std::string_view logical_id,
+                                               std::uint64_t period_ns) const noexcept {
   const auto exact = callback_index_.find(logical_id);
   if (exact != callback_index_.end()) return &callbacks_[exact->second];
   const auto at = logical_id.find('@');  // "<node>@Timer(…)"
   if (at == std::string_view::npos) return nullptr;
+  if (period_ns > 0 && !is_all_digits(name_or_period(logical_id))) {
+    const auto node = timers_.find(logical_id.substr(0, at));
+    if (node != timers_.end()) {
+      const auto timer = node->second.find(period_ns);
+      if (timer != node->second.end()) return &callbacks_[timer->second];
+    }
+  }
   const auto wildcard = nodes_.find(logical_id.substr(0, at));
   return wildcard == nodes_.end() ? nullptr : &callbacks_[wildcard->second];
 }

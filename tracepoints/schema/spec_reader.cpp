@@ -1,5 +1,6 @@
 #include "spec_reader.hpp"
 
+#include <cie/tracepoints/nearest_name.hpp>
 #include <cie/tracepoints/utf8.hpp>
 
 #include "base/text.hpp"
@@ -110,12 +111,12 @@ void read_deadline(const Fields& fields, ThreadParameters& parameters) {
   for (const auto key : {"runtime", "deadline", "period"}) {
     if (fields.find(key) == nullptr) {
       fields.map().fail("SCHED_DEADLINE needs \"" + std::string(key) +
-                        "\"; write it in nanoseconds");
+                        "\"; write it in nanoseconds, or as in 5ms");
     }
   }
-  const auto runtime = *fields.integer("runtime", kMinDeadlineRuntime);
-  const auto deadline = *fields.integer("deadline", kMinDeadlineRuntime);
-  const auto period = *fields.integer("period", kMinDeadlineRuntime);
+  const auto runtime = *fields.duration("runtime", kMinDeadlineRuntime);
+  const auto deadline = *fields.duration("deadline", kMinDeadlineRuntime);
+  const auto period = *fields.duration("period", kMinDeadlineRuntime);
   if (runtime > deadline) {
     fields.find("runtime")->fail("\"runtime\" " + std::to_string(runtime) +
                                  " is beyond \"deadline\" " + std::to_string(deadline) +
@@ -173,6 +174,20 @@ void read_cpuset(const Fields& fields, ThreadParameters& parameters) {
   parameters.has_exclusive_cpuset = true;
 }
 
+// "FIFO" and "sched_fifo" are near to SCHED_FIFO, too.
+std::string nearest_policy(std::string_view name) {
+  const std::vector<std::string> policies{"SCHED_OTHER", "SCHED_BATCH", "SCHED_IDLE",
+                                          "SCHED_FIFO",  "SCHED_RR",    "SCHED_DEADLINE"};
+  std::string upper(name.substr(0, 64));
+  std::ranges::transform(upper, upper.begin(), [](char c) {
+    return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;
+  });
+  for (const auto& text : {upper, "SCHED_" + upper}) {
+    if (auto meant = did_you_mean(text, policies); !meant.empty()) return meant;
+  }
+  return "; write " + joined(policies);
+}
+
 ThreadParameters read_parameters(const Fields& fields) {
   ThreadParameters parameters;
   const Value* affinity = fields.find("affinity");
@@ -190,13 +205,11 @@ ThreadParameters read_parameters(const Fields& fields) {
   const std::string& name = policy->text("policy");
   parameters.policy = policy_from_name(name);
   if (!parameters.policy) {
-    policy->fail("unknown policy \"" + name +
-                 "\"; write SCHED_OTHER, SCHED_BATCH, SCHED_IDLE, SCHED_FIFO, SCHED_RR or "
-                 "SCHED_DEADLINE");
+    policy->fail("unknown policy \"" + name + "\"" + nearest_policy(name));
   }
   if (*parameters.policy != Policy::deadline) reject_deadline_keys(fields, name);
   if (*parameters.policy == Policy::other) {
-    if (const auto slice = fields.integer("slice", kMinSlice, kMaxSlice)) {
+    if (const auto slice = fields.duration("slice", kMinSlice, kMaxSlice)) {
       parameters.slice_ns = static_cast<std::uint64_t>(*slice);
     }
   } else {
@@ -275,10 +288,10 @@ std::string read_id(Fields& fields, bool is_callback) {
 }
 
 void read_bounds(const Fields& fields, SpecEntry& entry) {
-  entry.response_deadline_ns = fields.integer("response_deadline", 1);
-  entry.wcet_ns = fields.integer("wcet", 1);
-  entry.min_inter_arrival_ns = fields.integer("min_inter_arrival", 0);
-  entry.max_inter_arrival_ns = fields.integer("max_inter_arrival", 1);
+  entry.response_deadline_ns = fields.duration("response_deadline", 1);
+  entry.wcet_ns = fields.duration("wcet", 1);
+  entry.min_inter_arrival_ns = fields.duration("min_inter_arrival", 0);
+  entry.max_inter_arrival_ns = fields.duration("max_inter_arrival", 1);
   if (entry.min_inter_arrival_ns && entry.max_inter_arrival_ns &&
       *entry.min_inter_arrival_ns > *entry.max_inter_arrival_ns) {
     fields.find("min_inter_arrival")
@@ -286,7 +299,7 @@ void read_bounds(const Fields& fields, SpecEntry& entry) {
   }
   entry.missed_releases_allowed = fields.count("missed_releases_allowed");
   entry.overwrites_allowed = fields.count("overwrites_allowed");
-  entry.foreign_work_budget_ns = fields.integer("foreign_work_budget", 0);
+  entry.foreign_work_budget_ns = fields.duration("foreign_work_budget", 0);
 }
 
 std::vector<Value> read_section(const Value& value, std::string_view what) {
@@ -340,8 +353,12 @@ void add_entry(const Value& item, SpecEntry entry, bool has_domain, Entries& ent
 
 void check_dds_thread(const Fields& fields, std::string_view name) {
   if (std::ranges::find(kDdsThreads, name) != kDdsThreads.end()) return;
-  fields.map().fail("Cyclone DDS has no thread of this name; known are " + joined(kDdsThreads) +
-                    "; others belong to non_ros_threads");
+  const std::vector<std::string> known(kDdsThreads.begin(), kDdsThreads.end());
+  const auto meant = did_you_mean(name, known);
+  fields.map().fail("Cyclone DDS has no thread of this name" +
+                    (meant.empty()
+                         ? "; known are " + joined(known) + "; others belong to non_ros_threads"
+                         : meant));
 }
 
 void read_entries(const Fields& sections, Section section, std::optional<std::uint32_t> domain,
@@ -351,7 +368,8 @@ void read_entries(const Fields& sections, Section section, std::optional<std::ui
   const Value* const value = sections.find(what);
   if (value == nullptr) return;
   for (const auto& item : read_section(*value, what)) {
-    Fields fields(item, what, kParameterKeys, is_callback ? Keys(kBoundKeys) : kThreadBoundKeys);
+    Fields fields(item, what, kParameterKeys, is_callback ? Keys(kBoundKeys) : kThreadBoundKeys, {},
+                  "man cie-spec");
     SpecEntry entry;
     entry.id = read_id(fields, is_callback);
     if (section == Section::dds_threads) check_dds_thread(fields, entry.id);
@@ -386,9 +404,9 @@ SpecChain read_chain(const Value& item) {
     }
     chain.callbacks.push_back(text);
   }
-  chain.path_latency_ns = fields.integer("path_latency", 1);
-  chain.reaction_time_ns = fields.integer("reaction_time", 1);
-  chain.data_age_ns = fields.integer("data_age", 1);
+  chain.path_latency_ns = fields.duration("path_latency", 1);
+  chain.reaction_time_ns = fields.duration("reaction_time", 1);
+  chain.data_age_ns = fields.duration("data_age", 1);
   return chain;
 }
 

@@ -1,4 +1,5 @@
 #include <cie/analysis/comparison.hpp>
+#include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/diff_writers.hpp>
 
 #include "command_line.hpp"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace cie::cli {
@@ -23,6 +25,7 @@ constexpr const char* kDiffDescription =
 constexpr const char* kDiffFooter =
     R"(Examples:
   cie diff before after                              what became worse
+  cie diff before after --spec app.yaml              also how many runs were late, how late at most
   cie diff before after --tolerance 2                more than 2 % counts
   cie diff before.json after -f json -o diff.json    for programs
 
@@ -41,12 +44,14 @@ double tolerance_of(const std::string& text) {
 }
 
 std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& input,
-                                                 const ReaderOption& reader) {
+                                                 const ReaderOption& reader,
+                                                 const std::optional<SchedulingSpec>& spec) {
   if (!std::filesystem::is_directory(input)) return samples_in_report(input);
   analysis::SampleCollector collector;
   ProgressBar bar(reader.is_progress_wanted());
-  const auto result =
-      analyze_with_progress({input}, {.metadata_from = reader.metadata()}, bar, &collector);
+  const auto result = analyze_with_progress(
+      {input}, {.spec = spec ? &*spec : nullptr, .metadata_from = reader.metadata()}, bar,
+      &collector);
   return collector.samples(result.report);
 }
 
@@ -58,13 +63,18 @@ int diff_command(const Arguments& arguments) {
   std::string tolerance = "5";
   std::string format = "text";
   std::string target = "-";
+  std::string spec_file;
   bool has_ids = false;
+  bool is_all = false;
   CommandLine line({"cie diff BEFORE AFTER [OPTIONS]", kDiffDescription, kDiffFooter});
   line.argument("BEFORE", before, "A recording, or a report in JSON");
   line.argument("AFTER", after, "The one to hold against it");
+  line.option("--spec", "FILE", spec_file,
+              "Scheduling spec (YAML): how many runs of recordings were late");
   line.option("--tolerance", "PERCENT", tolerance, "Growth that does not count (5)");
   line.option("-f,--format", "FORMAT", format, "text (default) or json");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
+  line.flag("--all", is_all, "Text: every change, not only the slowest runs beside deadlines");
   line.flag("--ids", has_ids, "Text: logical ids in place of short names");
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
@@ -76,13 +86,16 @@ int diff_command(const Arguments& arguments) {
   }
   viewer_export::DiffContext context{
       .before = before, .after = after, .tolerance = tolerance_of(tolerance)};
+  const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto samples_before = samples_of(before, reader);
-  const auto samples_after = samples_of(after, reader);
+  const auto samples_before = samples_of(before, reader, spec);
+  const auto samples_after = samples_of(after, reader, spec);
   const auto changes = analysis::compare(samples_before, samples_after, context.tolerance);
   if (format == "text") {
     context.isolation_before = viewer_export::isolation_count(samples_before);
     context.isolation_after = viewer_export::isolation_count(samples_after);
+    context.is_all = is_all;
+    context.arguments = printable(input_arguments({before, after}, reader, spec_file));
     auto style = screen_style(output);
     style.ids = has_ids;
     viewer_export::write_diff_text(output.stream(), changes, context, style);

@@ -44,7 +44,8 @@ analysis::CallbackSample sample_of(const CallbackReport& callback) {
           .isolation = callback.isolation,
           .response_time = order_statistics(callback.response_time),
           .start_latency = order_statistics(callback.start_latency),
-          .duration = order_statistics(callback.duration)};
+          .duration = order_statistics(callback.duration),
+          .lateness = analysis::Lateness::of(callback)};
 }
 
 }  // namespace

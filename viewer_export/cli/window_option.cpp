@@ -1,6 +1,7 @@
 #include "window_option.hpp"
 
-#include <array>
+#include <cie/tracepoints/duration_text.hpp>
+
 #include <charconv>
 #include <optional>
 #include <utility>
@@ -12,9 +13,6 @@ namespace {
 
 using analysis::Timestamp;
 using analysis::TimeWindow;
-
-constexpr std::array<std::pair<std::string_view, std::int64_t>, 5> kUnits{
-    {{"ns", 1}, {"us", 1'000}, {"ms", 1'000'000}, {"s", 1'000'000'000}, {"min", 60'000'000'000}}};
 
 [[noreturn]] void refuse(std::string_view text) {
   throw UsageError(fmt::format(
@@ -28,32 +26,6 @@ std::optional<std::int64_t> digits(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool is_whole = error == std::errc{} && end == text.data() + text.size();
   return is_whole && text.front() != '-' ? std::optional(value) : std::nullopt;
-}
-
-// "1.5" in units of `unit` ns, exactly.
-std::optional<std::int64_t> scaled(std::string_view number, std::int64_t unit) {
-  const auto point = number.find('.');
-  const auto whole = digits(number.substr(0, point));
-  std::int64_t ns = 0;
-  if (number.empty() || !whole || __builtin_mul_overflow(*whole, unit, &ns)) return std::nullopt;
-  if (point == std::string_view::npos) return ns;
-  const auto fraction = number.substr(point + 1);
-  if (fraction.empty()) return std::nullopt;
-  for (const char digit : fraction) {
-    if (digit < '0' || digit > '9') return std::nullopt;
-    if (unit % 10 != 0 && digit != '0') return std::nullopt;  // finer than a nanosecond
-    unit /= 10;
-    ns += unit * (digit - '0');
-  }
-  return ns;
-}
-
-std::optional<std::int64_t> parse_duration(std::string_view text) {
-  for (const auto& [name, unit] : kUnits) {
-    if (!text.ends_with(name)) continue;
-    if (auto ns = scaled(text.substr(0, text.size() - name.size()), unit)) return ns;
-  }
-  return std::nullopt;
 }
 
 Timestamp resolved(const WindowBound& bound, Timestamp fallback, const TimeWindow& recorded) {

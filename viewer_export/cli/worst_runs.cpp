@@ -2,6 +2,8 @@
 
 #include <cie/analysis/deadline.hpp>
 
+#include <algorithm>
+#include <cstddef>
 #include <utility>
 
 namespace cie::cli {
@@ -9,8 +11,32 @@ namespace cie::cli {
 using analysis::Instance;
 using viewer_export::WorstRun;
 
+std::optional<analysis::CallbackIndex> WorstRuns::behind(const Instance& instance) const {
+  const auto latency = analysis::start_latency(instance);
+  const auto found = pasts_.find({instance.process, instance.tid});
+  if (!latency || found == pasts_.end()) return std::nullopt;
+  std::map<analysis::CallbackIndex, std::int64_t> times;
+  for (const auto& past : found->second) {
+    const auto begin = std::max(past.start, *instance.release);
+    const auto end = std::min(past.end, instance.start);
+    if (begin < end) times[past.callback] += (end - begin).ns;
+  }
+  const auto most =
+      std::ranges::max_element(times, {}, [](const auto& item) { return item.second; });
+  if (most == times.end() || 2 * most->second < latency->ns) return std::nullopt;
+  return most->first;
+}
+
 void WorstRuns::on_instance(const Instance& instance) {
   if (instance.state != analysis::InstanceState::complete) return;
+  note(instance);
+  constexpr std::size_t kMost = 64;
+  auto& past = pasts_[{instance.process, instance.tid}];
+  past.push_back({.callback = instance.callback, .start = instance.start, .end = *instance.end});
+  if (past.size() > kMost) past.pop_front();
+}
+
+void WorstRuns::note(const Instance& instance) {
   const auto response = analysis::response_time_or_bound(instance);
   if (!response) return;
   const auto place = analysis::at(instance.callback);
@@ -23,7 +49,10 @@ void WorstRuns::on_instance(const Instance& instance) {
                    .response_time = *response,
                    .blocked = instance.blocked,
                    .preempted = instance.preempted};
-  if (is_known(instance.release_source)) worst->start_latency = analysis::start_latency(instance);
+  if (is_known(instance.release_source)) {
+    worst->start_latency = analysis::start_latency(instance);
+    worst->behind = behind(instance);
+  }
   if (!instance.preempted_by.empty()) worst->preempted_by = instance.preempted_by.front().name;
 }
 

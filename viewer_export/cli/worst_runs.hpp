@@ -4,7 +4,11 @@
 #include <cie/analysis/instance.hpp>
 #include <cie/viewer_export/verify_writers.hpp>
 
+#include <cstdint>
+#include <deque>
+#include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace cie::cli {
@@ -17,7 +21,21 @@ class WorstRuns final : public analysis::Observer {
   std::vector<viewer_export::WorstRun> take() &&;
 
  private:
+  struct Past {
+    analysis::CallbackIndex callback{};
+    analysis::Timestamp start;
+    analysis::Timestamp end;
+  };
+  using Thread = std::pair<analysis::ProcessIndex, std::int64_t>;
+
+  // Of what the instance's thread ran before it, that which took most of its start latency; empty if
+  // that is less than half.
+  std::optional<analysis::CallbackIndex> behind(const analysis::Instance& instance) const;
+
+  void note(const analysis::Instance& instance);
+
   std::vector<std::optional<viewer_export::WorstRun>> runs_;  // by CallbackIndex
+  std::map<Thread, std::deque<Past>> pasts_;                  // the latest few of each thread
 };
 
 }  // namespace cie::cli

@@ -229,6 +229,15 @@ void judge_callbacks_specified(const RuleContext& context, std::vector<SubjectVe
     const auto& callback = context.model.callbacks[at(index)];
     if (callback.registered) by_id[callback.logical_id].push_back(index);
   }
+  auto by_entry = by_id;  // timers with a name also by the entry of their period
+  std::set<std::string_view> aliased;
+  for (const auto index : context.callbacks) {
+    const auto& callback = context.model.callbacks[at(index)];
+    const auto* const entry = spec_entry(context, callback);
+    if (entry == nullptr || entry->is_wildcard() || entry->id == callback.logical_id) continue;
+    by_entry[entry->id].push_back(index);
+    aliased.insert(callback.logical_id);
+  }
   std::set<std::string_view> named;
   for (const auto& each : asked)
     named.insert(each.id);
@@ -236,13 +245,13 @@ void judge_callbacks_specified(const RuleContext& context, std::vector<SubjectVe
   std::vector<std::string> unnamed;
   for (const auto& [id, lifetimes] : by_id) {
     all.emplace_back(id);
-    if (!named.contains(id)) unnamed.emplace_back(id);
+    if (!named.contains(id) && !aliased.contains(id)) unnamed.emplace_back(id);
   }
   Suggestions suggestions(std::move(all), std::move(unnamed));
   const std::vector<CallbackIndex> none;
   for (const auto& each : asked) {
-    const auto found = by_id.find(each.id);
-    judge_specified(context, each, found == by_id.end() ? none : found->second, suggestions,
+    const auto found = by_entry.find(each.id);
+    judge_specified(context, each, found == by_entry.end() ? none : found->second, suggestions,
                     verdicts);
   }
 }

@@ -154,7 +154,7 @@ bool judges_parameters(const ThreadParameters& parameters) noexcept {
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback) {
   if (context.options.spec == nullptr || !callback.registered) return nullptr;
-  return context.options.spec->find_callback(callback.logical_id);
+  return context.options.spec->find_callback(callback.logical_id, callback.period_ns);
 }
 
 std::string place(const RuleContext& context, int line) {

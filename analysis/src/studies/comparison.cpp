@@ -77,7 +77,9 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
                         .missed_after = after.missed_releases,
                         .missed = Change::undecided,
                         .lost_isolation = before.isolation == Isolation::isolated &&
-                                          after.isolation == Isolation::not_isolated};
+                                          after.isolation == Isolation::not_isolated,
+                        .lateness_before = before.lateness,
+                        .lateness_after = after.lateness};
   if (before.missed_releases && after.missed_releases) {
     change.missed =
         compare(Rate{*before.missed_releases, before.instances + *before.missed_releases},
@@ -99,6 +101,14 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   into.isolation = both(into.isolation, other.isolation);
   if (other.missed_releases)
     into.missed_releases = into.missed_releases.value_or(0) + *other.missed_releases;
+  if (!into.lateness || !other.lateness) {
+    if (other.lateness) into.lateness = other.lateness;
+    return;
+  }
+  into.lateness->deadline = std::min(into.lateness->deadline, other.lateness->deadline);
+  into.lateness->late += other.lateness->late;
+  into.lateness->instances += other.lateness->instances;
+  into.lateness->max = std::max(into.lateness->max, other.lateness->max);
 }
 
 }  // namespace
@@ -142,6 +152,15 @@ std::optional<QuantileInterval> quantile_interval(const OrderStatistics& sample,
 std::string_view label(Change change) noexcept {
   constexpr std::array<std::string_view, 4> kLabels{"within", "better", "undecided", "worse"};
   return kLabels.at(static_cast<std::size_t>(change));
+}
+
+std::optional<Lateness> Lateness::of(const CallbackReport& callback) {
+  if (!callback.response_deadline || !callback.late) return std::nullopt;
+  const auto& times = callback.response_time;
+  return Lateness{.deadline = *callback.response_deadline,
+                  .late = *callback.late,
+                  .instances = callback.instances,
+                  .max = times ? std::optional(times->max) : std::nullopt};
 }
 
 Change compare(const QuantileInterval& before, const QuantileInterval& after, double tolerance) {
@@ -219,7 +238,8 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .isolation = callback.isolation,
                           .response_time = OrderStatistics::of(measured.response_time),
                           .start_latency = OrderStatistics::of(measured.start_latency),
-                          .duration = OrderStatistics::of(measured.duration)};
+                          .duration = OrderStatistics::of(measured.duration),
+                          .lateness = Lateness::of(callback)};
     const auto same = std::ranges::find(samples, sample.logical_id, &CallbackSample::logical_id);
     if (same != samples.end()) {
       merge(*same, sample);

@@ -109,7 +109,9 @@ class Analysis {
 
  private:
   Task task_of(const CallbackReport& callback, const SchedulingSpec* spec) {
-    const auto* entry = spec != nullptr ? spec->find_callback(callback.logical_id) : nullptr;
+    const auto* entry =
+        spec != nullptr ? spec->find_callback(callback.logical_id, callback.period_ns.value_or(0))
+                        : nullptr;
     Task task;
     task.callback = &callback;
     task.host = rows_.process_of(callback).host_index;

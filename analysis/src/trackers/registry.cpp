@@ -311,7 +311,8 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.queue_depth = event.queue_depth;
   facts.deadline_ns = event.deadline_ns;
   facts.response_deadline = response_deadline(
-      spec_ == nullptr ? nullptr : spec_->find_callback(facts.logical_id), event.deadline_ns);
+      spec_ == nullptr ? nullptr : spec_->find_callback(facts.logical_id, facts.period_ns),
+      event.deadline_ns);
   facts.first_expiry = event.first_expiry;
   if (to_number(event.group) != kNoId) {
     facts.group = event.group;

@@ -1,6 +1,7 @@
 // CPU load that can be scaled.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 
 namespace example {
@@ -16,5 +17,8 @@ class Work {
  private:
   std::uint32_t amount_;
 };
+
+// Takes that much of the calling thread's CPU time, on however fast a machine.
+void use_cpu(std::chrono::nanoseconds time);
 
 }  // namespace example

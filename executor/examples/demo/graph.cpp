@@ -28,6 +28,17 @@ void add(Nodes& nodes, const Place& place, Arguments&&... arguments) {
   nodes.push_back(std::make_unique<Kind>(place, std::forward<Arguments>(arguments)...));
 }
 
+// Work that nobody waits for.
+class Background final : public example::ExampleNode {
+ public:
+  Background(const Place& place, const std::string& name, std::chrono::nanoseconds cpu_time)
+      : ExampleNode(place.context, name, place.name_space),
+        timer_(node().create_wall_timer(190ms, [cpu_time] { example::use_cpu(cpu_time); })) {}
+
+ private:
+  std::shared_ptr<cie::Timer> timer_;
+};
+
 }  // namespace
 
 Nodes make_sensing(const cie::Context& context) {
@@ -50,7 +61,7 @@ Nodes make_sensing(const cie::Context& context) {
   return nodes;
 }
 
-Nodes make_planning(const cie::Context& context) {
+Nodes make_planning(const cie::Context& context, std::chrono::nanoseconds background) {
   const Place here{context, "/planning"};
   Nodes nodes;
   add<Intersection>(nodes, here, "cluster",
@@ -71,6 +82,8 @@ Nodes make_planning(const cie::Context& context) {
                     kSmall, Work{100});
   add<Command>(nodes, here, "drive", "/vehicle/drive", Work{50});
   add<Command>(nodes, here, "brake", "/vehicle/brake", Work{50});
+  add<Background>(nodes, here, "mapper", background);
+  add<Background>(nodes, here, "logger", background);
   return nodes;
 }
 

@@ -5,6 +5,8 @@
 
 #include "../common/runner.hpp"
 
+#include <chrono>
+
 namespace demo {
 
 using example::Nodes;
@@ -12,7 +14,8 @@ using example::Nodes;
 // Sensors, their transforms, and the fusion of the point clouds: 12 callbacks.
 Nodes make_sensing(const cie::Context& context);
 
-// Clusters, localisation, tracking, the planner's cycle, and the commands: 14 callbacks.
-Nodes make_planning(const cie::Context& context);
+// Clusters, localisation, tracking, the planner's cycle, the commands, and two that have time: 16
+// callbacks. Each of these two takes `background` of CPU time every 190 ms.
+Nodes make_planning(const cie::Context& context, std::chrono::nanoseconds background);
 
 }  // namespace demo

@@ -3,6 +3,7 @@
 #include "graph.hpp"
 
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -23,12 +24,19 @@ namespace {
 struct Settings {
   example::RunSettings common{.program = "cie-demo"};
   std::string part = "both";
+  double background_ms = 0;
 };
+
+std::chrono::nanoseconds background_of(const Settings& settings) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+      std::chrono::duration<double, std::milli>{settings.background_ms});
+}
 
 void run_part(const Settings& settings, pid_t other_part = 0) {
   prctl(PR_SET_NAME, ("demo-" + settings.part).c_str());  // what `ps` calls it
   const cie::Context context{example::context_options(settings.common)};
-  const auto nodes = settings.part == "planning" ? make_planning(context) : make_sensing(context);
+  const auto nodes = settings.part == "planning" ? make_planning(context, background_of(settings))
+                                                 : make_sensing(context);
   example::run(nodes, settings.common, [other_part] {
     if (other_part != 0) kill(other_part, SIGHUP);
   });
@@ -38,7 +46,8 @@ void run_part(const Settings& settings, pid_t other_part = 0) {
 // latest when its own time is up.
 class PlanningProcess {
  public:
-  explicit PlanningProcess(const example::RunSettings& settings) {
+  explicit PlanningProcess(const Settings& demo) {
+    const auto& settings = demo.common;
     constexpr double kMarginSeconds = 10;
     std::vector<std::string> arguments{"cie-demo",
                                        "--part",
@@ -56,7 +65,9 @@ class PlanningProcess {
                                        "--domain",
                                        std::to_string(settings.domain),
                                        "--tag",
-                                       settings.tag};
+                                       settings.tag,
+                                       "--background",
+                                       std::to_string(demo.background_ms)};
     if (!settings.spec.empty()) {
       arguments.insert(arguments.end(), {"--spec", settings.spec});
     }
@@ -105,7 +116,7 @@ int run(Settings settings) {
     throw std::invalid_argument("--network goes with --part sensing or --part planning");
   }
   if (settings.common.tag.empty()) settings.common.tag = "demo-" + std::to_string(getpid());
-  PlanningProcess planning{settings.common};
+  PlanningProcess planning{settings};
   settings.part = "sensing";
   run_part(settings, planning.pid());
   return planning.stop() ? 0 : 1;
@@ -114,12 +125,16 @@ int run(Settings settings) {
 int command_line(int argc, char** argv) {
   Settings settings;
   CLI::App app{
-      "A sensor -> transform -> fusion -> command graph over Cyclone DDS: 26 callbacks in two\n"
+      "A sensor -> transform -> fusion -> command graph over Cyclone DDS: 28 callbacks in two\n"
       "processes. Record it with `cie record -- cie-demo`, then `cie report` and `cie verify`."};
   app.name(settings.common.program);
   example::add_options(app, settings.common);
   app.add_option("--part", settings.part, "Run one of the two processes only")
       ->check(CLI::IsMember({"both", "sensing", "planning"}))
+      ->capture_default_str();
+  app.add_option("--background", settings.background_ms,
+                 "Milliseconds of CPU time that each of two background callbacks takes of 190")
+      ->check(CLI::Range(0.0, 190.0))
       ->capture_default_str();
   app.add_flag("--network", settings.common.is_networked,
                "The other part may run on another machine (with --part, without --tag)");

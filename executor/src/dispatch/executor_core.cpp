@@ -173,7 +173,7 @@ KnownIds ExecutorCore::known_ids() const {
   for (const auto& node : nodes_) {
     known.nodes.push_back(node->name());
     for (const auto& callback : node->callbacks())
-      known.callbacks.push_back(callback->logical_id());
+      known.callbacks.push_back(callback->in_spec());
   }
   return known;
 }

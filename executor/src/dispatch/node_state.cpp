@@ -202,6 +202,22 @@ std::shared_ptr<Kind> handle_of(NodeState& node, std::shared_ptr<Kind> callback)
 
 enum class Recurrence : std::uint8_t { periodic, once };
 
+// A timer's name stands in its id where others have their period, and finds its entry of the spec.
+void check_timer_name(const NodeState& node, const std::string& name) {
+  if (name.empty()) return;
+  if (name.find_first_not_of("0123456789") == std::string::npos) {
+    throw std::invalid_argument{fmt::format(
+        "a timer of node \"{}\" is named \"{}\": digits alone are a period", node.name(), name)};
+  }
+  const auto id = logical_id(node.name(), CallbackKind::timer, name);
+  const auto callbacks = node.callbacks();
+  if (std::ranges::any_of(callbacks,
+                          [&id](const auto& each) { return each->logical_id() == id; })) {
+    throw std::invalid_argument{
+        fmt::format("node \"{}\" has a timer named \"{}\" already", node.name(), name)};
+  }
+}
+
 std::shared_ptr<TimerCallback> create_timer(NodeState& node, Recurrence recurrence,
                                             std::chrono::nanoseconds interval,
                                             std::function<void()> function,
@@ -212,6 +228,7 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, Recurrence recurren
         fmt::format("a timer of node \"{}\" has a {} of {} ns: 1000 ns is the least", node.name(),
                     recurrence == Recurrence::periodic ? "period" : "delay", interval.count())};
   }
+  check_timer_name(node, options.name);
   auto group = node.group_or_new(options.group);
   auto info = describe(node, *group, CallbackKind::timer, std::to_string(interval.count()),
                        {.name = options.name, .deadline = options.deadline}, symbol);

@@ -15,7 +15,7 @@ ThreadPlan plan_for(const Placement::Callbacks& callbacks_of_group) {
   const bool is_reentrant = group.type() == GroupType::reentrant;
   if (callbacks_of_group.size() == 1 && !is_reentrant) plan.callback = first.id();
   for (const auto& callback : callbacks_of_group)
-    plan.callbacks.push_back(callback->logical_id());
+    plan.callbacks.push_back(callback->in_spec());
   return plan;
 }
 

@@ -31,21 +31,25 @@ class Search {
  public:
   Search(const SchedulingSpec& spec, const KnownIds& known)
       : spec_(spec),
-        known_(known),
         nodes_(known.nodes.begin(), known.nodes.end()),
-        callbacks_(known.callbacks.begin(), known.callbacks.end()),
         threads_(known.threads.begin(), known.threads.end()) {
     NameSet named;  // wherever in the spec
     for (const SpecEntry& entry : spec.callbacks())
       named.insert(entry.id);
     for (const SpecChain& chain : spec.chains())
       named.insert(chain.callbacks.begin(), chain.callbacks.end());
-    unnamed_callbacks_ =
-        those(known.callbacks, [&named](const auto& id) { return !named.contains(id); });
     NameSet unconfigured;
-    for (const std::string& id : known.callbacks) {
-      if (spec.find_callback(id) == nullptr) unconfigured.insert(node_of(id));
+    for (const SpecCallback& callback : known.callbacks) {
+      ids_.push_back(callback.id);
+      callbacks_.insert(callback.id);
+      const auto* const entry = spec.find_callback(callback.id, callback.period_ns);
+      if (entry == nullptr) unconfigured.insert(node_of(callback.id));
+      if (entry != nullptr && !entry->is_wildcard()) {  // perhaps by its period
+        callbacks_.insert(entry->id);
+        named.insert(callback.id);
+      }
     }
+    unnamed_callbacks_ = those(ids_, [&named](const auto& id) { return !named.contains(id); });
     unnamed_nodes_ =
         those(known.nodes, [&](const auto& name) { return unconfigured.contains(name); });
     unnamed_threads_ = those(
@@ -94,8 +98,8 @@ class Search {
     const bool is_node_here = nodes_.contains(node);
     auto meant = did_you_mean(id, unnamed_callbacks_);
     if (meant.empty() && is_node_here) {
-      meant = did_you_mean(
-          id, those(known_.callbacks, [node](const auto& each) { return node_of(each) == node; }));
+      meant =
+          did_you_mean(id, those(ids_, [node](const auto& each) { return node_of(each) == node; }));
     }
     if (meant.empty() && !is_node_here) return;
     add(id, line, "no callback has this id: " + effect + meant);
@@ -110,10 +114,10 @@ class Search {
   }
 
   const SchedulingSpec& spec_;
-  const KnownIds& known_;
   NameSet nodes_;
   NameSet callbacks_;
   NameSet threads_;
+  Names ids_;
   Names unnamed_callbacks_;
   Names unnamed_nodes_;
   Names unnamed_threads_;

@@ -17,8 +17,9 @@ namespace {
 const SpecEntry* find_entry(const SchedulingSpec* spec, const SpecSubject& subject) {
   if (spec == nullptr) return nullptr;
   if (subject.callbacks.empty()) return spec->find_thread(subject.name);
-  for (const std::string& callback : subject.callbacks) {
-    if (const SpecEntry* const entry = spec->find_callback(callback)) return entry;
+  for (const SpecCallback& callback : subject.callbacks) {
+    if (const SpecEntry* const entry = spec->find_callback(callback.id, callback.period_ns))
+      return entry;
   }
   return nullptr;
 }
@@ -38,8 +39,8 @@ std::vector<SchedulingProblem> conflicts_in(const SchedulingSpec* spec,
   std::vector<SchedulingProblem> found;
   if (spec == nullptr) return found;
   const SpecEntry* first = nullptr;
-  for (const std::string& callback : subject.callbacks) {
-    const SpecEntry* const entry = spec->find_callback(callback);
+  for (const SpecCallback& callback : subject.callbacks) {
+    const SpecEntry* const entry = spec->find_callback(callback.id, callback.period_ns);
     if (entry == nullptr) continue;
     if (first == nullptr) first = entry;
     if (entry->parameters == first->parameters) continue;

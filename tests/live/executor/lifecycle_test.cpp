@@ -414,6 +414,22 @@ TEST(LogicalIds, AreToldApartByNameOrByOrder) {
   EXPECT_EQ(third->logical_id(), "/ids/twins@Timer(slow)");
 }
 
+TEST(Timers, HaveANameOfTheirOwnInANode) {
+  Context context{private_options()};
+  Node node{context, "node"};
+  const auto named = [&node](const char* name, std::chrono::nanoseconds period = 10ms) {
+    TimerOptions options;
+    options.name = name;
+    return node.create_wall_timer(
+        period, [] {}, options);
+  };
+  auto tick = named("tick");
+  EXPECT_THROW((void)named("tick", 20ms), std::invalid_argument) << "it is taken";
+  EXPECT_THROW((void)named("20000000"), std::invalid_argument) << "that is a period";
+  tick.reset();
+  EXPECT_EQ(named("tick", 20ms)->logical_id(), "/node@Timer(tick)") << "whatever its period";
+}
+
 TEST(Groups, OfAnotherNodeAreRefused) {
   Context context{private_options()};
   Node mine{context, "mine"};

@@ -5,7 +5,10 @@ comments. Anything else is an error rather than a guess.
 """
 
 import re
+from fractions import Fraction
 from typing import Any
+
+UNITS = {"ns": 1, "us": 10**3, "ms": 10**6, "s": 10**9, "min": 60 * 10**9}
 
 
 def load(path: str) -> dict[str, Any]:
@@ -90,6 +93,8 @@ def _scalar(text: str) -> Any:
         return None
     if re.fullmatch(r"[-+]?\d+", text):
         return int(text)
+    if match := re.fullmatch(r"(\d+(?:\.\d+)?)(ns|us|ms|s|min)", text):
+        return int(Fraction(match[1]) * UNITS[match[2]])
     return text
 
 

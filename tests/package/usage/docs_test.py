@@ -19,14 +19,10 @@ SOURCES = os.path.abspath(sys.argv[2])
 DOCS = os.path.join(SOURCES, "viewer_export", "docs")
 ANYTHING = "…"
 
-# What the pages call their recordings and files.
 EXAMPLES = os.path.join(SOURCES, "tests", "golden", "contract", "examples")
-ROS2 = os.path.join(SOURCES, "tests", "golden", "ros2", "recordings")
-NAMES = {"before": os.path.join(EXAMPLES, "multi_threaded_fails", "trace"),
-         "after": os.path.join(EXAMPLES, "isolated_ok", "trace"),
-         "app.yaml": os.path.join(EXAMPLES, "isolated_ok", "spec.yaml"),
-         "ros2_isolated": os.path.join(ROS2, "isolated"),
-         "ros2_multi": os.path.join(ROS2, "multi_threaded")}
+BEFORE = os.path.join(EXAMPLES, "multi_threaded_fails", "trace")
+AFTER = os.path.join(EXAMPLES, "isolated_ok", "trace")
+SPEC = os.path.join(EXAMPLES, "isolated_ok", "spec.yaml")
 # Recordings of others, below the folder that CIE_TRACES names: what the pages call one, and its path there.
 OTHERS = {"autoware": os.path.join("tum_aw_carla", "trace")}
 
@@ -81,7 +77,7 @@ def matches(shown, output):
 
 class Commands(unittest.TestCase):
     def test_they_print_what_the_pages_show(self):
-        self.assertGreater(self.run_all(NAMES, lambda command: not self.is_of_others(command)), 20)
+        self.assertGreater(self.run_all({}, lambda command: not self.is_of_others(command)), 20)
 
     def test_they_print_what_the_pages_show_of_recordings_of_others(self):
         here = others()
@@ -93,12 +89,12 @@ class Commands(unittest.TestCase):
     def is_of_others(command):
         return any(name in command.split() for name in OTHERS)
 
-    def run_all(self, names, is_wanted):
-        environment = {**os.environ, "PATH": PROGRAMS.folder + ":" + os.environ["PATH"], "LC_ALL": "C.UTF-8"}
+    def run_all(self, linked, is_wanted):
+        environment = {**os.environ, "PATH": PROGRAMS.folder + ":" + os.environ["PATH"], "LC_ALL": "C.UTF-8", "CIE": SOURCES}
         count = 0
         for page in sorted(glob.glob(os.path.join(DOCS, "*.md"))):
             with tempfile.TemporaryDirectory() as folder:
-                for name, target in names.items():
+                for name, target in linked.items():
                     os.symlink(target, os.path.join(folder, name))
                 for block in blocks(read(page), "console"):
                     for command, shown in steps(block):
@@ -177,13 +173,20 @@ class References(unittest.TestCase):
     def test_the_page_of_rules_is_what_the_program_says(self):
         self.assertEqual(read("viewer_export", "docs", "rules.md"), rules_page())
 
+    def test_keys_of_a_spec_are_in_its_manual(self):
+        manual = set(re.findall(r"\\fB([a-z_]+)\\fP", read("viewer_export", "man", "cie-spec.1")))
+        arrays = re.findall(r"k(?:Parameter|Bound|ThreadBound|Chain)Keys\{(.*?)\}|kSections\{(.*?)\}",
+                            read("tracepoints", "schema", "spec_reader.cpp"), re.S)
+        keys_read = {key for array in arrays for text in array for key in re.findall(r'"(\w+)"', text)}
+        self.assertGreater(len(keys_read), 25)
+        self.assertEqual(keys_read - manual, set())
+
     def test_every_key_of_json_is_told(self):
         page = read("viewer_export", "docs", "reference.md")
-        spec = ("--spec", NAMES["app.yaml"])
-        before, after = NAMES["before"], NAMES["after"]
-        for name, words in {"report": ("report", before, *spec), "verify": ("verify", before, *spec),
-                            "diff": ("diff", before, after),
-                            "schedulability": ("analyze", "schedulability", after, *spec)}.items():
+        spec = ("--spec", SPEC)
+        for name, words in {"report": ("report", BEFORE, *spec), "verify": ("verify", BEFORE, *spec),
+                            "diff": ("diff", BEFORE, AFTER, *spec),
+                            "schedulability": ("analyze", "schedulability", AFTER, *spec)}.items():
             block, = blocks(page, f"json keys of {name}")
             told = keys(json.loads(block))
             given = keys(json.loads(PROGRAMS.run("cie", *words, "-f", "json").stdout))

@@ -124,6 +124,23 @@ TEST(Compare, MissesWhatIsGoneAndNoticesLostIsolation) {
   EXPECT_TRUE(compare({sample(0, 10)}, {shared}, 0.05).front().lost_isolation);
 }
 
+TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
+  CallbackReport report;
+  EXPECT_EQ(Lateness::of(report), std::nullopt) << "no deadline";
+  report.response_deadline = Duration{100};
+  report.late = 3;
+  report.instances = 8;
+  report.response_time = Summary{.count = 8, .max = 170};
+  const Lateness expected{.deadline = {100}, .late = 3, .instances = 8, .max = 170};
+  EXPECT_EQ(Lateness::of(report), expected);
+  auto before = sample(1, 10);
+  before.lateness = expected;
+  const auto changes = compare({before}, {sample(1, 10)}, 0.05);
+  ASSERT_EQ(changes.size(), 1U);
+  EXPECT_EQ(changes[0].lateness_before, expected);
+  EXPECT_EQ(changes[0].lateness_after, std::nullopt);
+}
+
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {
   auto idle = sample(0, 0);
   for (const auto isolation : {std::optional(Isolation::never_ran), std::optional<Isolation>()}) {

@@ -213,6 +213,28 @@ TEST(SpecifiedCallbackSeen, FailsForACallbackThatWasNeverRegistered) {
                     HasSubstr("1 callbacks were registered, all of them seen")));
 }
 
+// Periods, releases and deadlines are the timer's, whatever it is called.
+TEST(SpecifiedCallbackSeen, FindsATimerWithANameByItAndByItsPeriod) {
+  constexpr const char* kNamed = R"(
+    callback tick timer id=/n@Timer(tick) period=100
+    100 start tick release=100
+    130 end tick
+    305 start tick release=300 missed=1
+    360 end tick)";
+  const auto of = [](const std::string& spec) {
+    return Verified(kNamed, "callback_groups:\n" + spec);
+  };
+  const std::string by_period = "  - {id: /n@Timer(100), response_deadline: 50ns}\n";
+  const std::string by_name = "  - {id: /n@Timer(tick), response_deadline: 60ns}\n";
+  constexpr const char* kSubject = "callback /n@Timer(tick)";
+  for (const auto& spec : {by_period, by_name, by_period + by_name})
+    EXPECT_EQ(of(spec).of("M1", kSubject), Verdict::pass) << spec;
+  EXPECT_EQ(of(by_period).of("R3", kSubject), Verdict::fail) << "360 - 300 > 50";
+  EXPECT_EQ(of(by_name).of("R3", kSubject), Verdict::pass);
+  EXPECT_EQ(of(by_period).of("R2", kSubject), Verdict::fail) << "a period was skipped";
+  EXPECT_EQ(of("  - {id: /n@Timer(200)}\n").of("M1", "callback /n@Timer(200)"), Verdict::fail);
+}
+
 TEST(SpecifiedCallbackSeen, FailsForACallbackThatNeverRan) {
   const Verified verified(std::string(kThreeInstances) + "\ncallback plan timer", kSpec);
   EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);

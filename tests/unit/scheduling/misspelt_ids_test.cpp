@@ -65,6 +65,17 @@ chains:
                           "\"/car/lidar@Timer(100000000)\"?"));
 }
 
+TEST(MisspeltIds, AreNotThePeriodsOfTimersWithNames) {
+  const KnownIds known{.nodes = {"/n"}, .callbacks = {SpecCallback{"/n@Timer(tick)", 100}}};
+  const auto problems = [&known](const std::string& id) {
+    return misspelt_ids(SchedulingSpec::parse("callback_groups: [{id: " + id + "}]", "n.yaml"),
+                        known);
+  };
+  EXPECT_THAT(problems("/n@Timer(100)"), IsEmpty());
+  EXPECT_THAT(problems("/n@Timer(tick)"), IsEmpty());
+  EXPECT_EQ(problems("/n@Timer(200)").size(), 1U);
+}
+
 // The spec of a whole system, of which this process is a part.
 TEST(MisspeltIds, AreNotThoseOfOtherProcesses) {
   const auto* const spec = R"(callback_groups:

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -141,10 +142,64 @@ TEST(SchedulingSpec, LoadsAFileAndKeepsItsNameAndHash) {
   EXPECT_THROW(SchedulingSpec::load(testing::TempDir()), SpecError);
 }
 
+TEST(SchedulingSpec, FindsATimerThatHasANameByItAndThenByItsPeriod) {
+  const auto spec = parse(R"(
+callback_groups:
+  - id: /n/*
+  - id: /n@Timer(5)
+  - id: /n@Timer(slow)
+  - id: /n@Timer(007)
+  - id: /m@Timer(99999999999999999999999)
+)");
+  EXPECT_EQ(spec.find_callback("/n@Timer(slow)", 5)->line, 5) << "its name wins";
+  EXPECT_EQ(spec.find_callback("/n@Timer(tick)", 5)->line, 4);
+  EXPECT_EQ(spec.find_callback("/n@Timer(tick)", 6)->line, 3) << "another period";
+  EXPECT_EQ(spec.find_callback("/n@Timer(tick)")->line, 3) << "the period is not known";
+  EXPECT_EQ(spec.find_callback("/n@Timer(5)#2", 5)->line, 3) << "not the first without a name";
+  EXPECT_EQ(spec.find_callback("/n@Timer(7)", 5)->line, 3) << "that is a period";
+  EXPECT_EQ(spec.find_callback("/n@Subscription(tick)", 5)->line, 3);
+  EXPECT_EQ(spec.find_callback("/m@Timer(tick)", 5), nullptr);
+}
+
 TEST(SpecErrors, NameFileLineEntryAndRemedy) {
   EXPECT_THAT(error_of_entry("    policy: SCHED_OTHER\n    nice: 50\n"),
               AllOf(StartsWith("spec.yaml:4: entry \"/a@Timer(1)\": "), HasSubstr("\"nice\""),
                     HasSubstr("\"50\""), HasSubstr("-20 to 19")));
+}
+
+TEST(SchedulingSpec, TakesDurationsWithUnitsExactly) {
+  const auto spec = SchedulingSpec::parse(R"(callback_groups:
+  - id: a
+    policy: SCHED_DEADLINE
+    runtime: 1.5ms
+    deadline: 0.01s
+    period: 20000us
+    response_deadline: 1s
+    wcet: 250ns
+    min_inter_arrival: 0ns
+    max_inter_arrival: 9223372036.854775807s
+    foreign_work_budget: 0.000001s
+  - {id: b, policy: SCHED_OTHER, slice: 100us, wcet: 1.000001ms, response_deadline: 2min}
+chains:
+  - {name: c, callbacks: [a], path_latency: 5ms, reaction_time: 6.50ms, data_age: '7ms'}
+)",
+                                          "spec.yaml");
+  const SpecEntry& a = *spec.find_callback("a");
+  EXPECT_EQ(a.parameters.runtime_ns, 1'500'000U);
+  EXPECT_EQ(a.parameters.deadline_ns, 10'000'000U);
+  EXPECT_EQ(a.parameters.period_ns, 20'000'000U);
+  EXPECT_EQ(a.response_deadline_ns, 1'000'000'000);
+  EXPECT_EQ(a.wcet_ns, 250);
+  EXPECT_EQ(a.min_inter_arrival_ns, 0);
+  EXPECT_EQ(a.max_inter_arrival_ns, std::numeric_limits<std::int64_t>::max());
+  EXPECT_EQ(a.foreign_work_budget_ns, 1'000);
+  const SpecEntry& b = *spec.find_callback("b");
+  EXPECT_EQ(b.parameters.slice_ns, 100'000U);
+  EXPECT_EQ(b.wcet_ns, 1'000'001);
+  EXPECT_EQ(b.response_deadline_ns, 120'000'000'000);
+  EXPECT_EQ(spec.chains()[0].path_latency_ns, 5'000'000);
+  EXPECT_EQ(spec.chains()[0].reaction_time_ns, 6'500'000);
+  EXPECT_EQ(spec.chains()[0].data_age_ns, 7'000'000);
 }
 
 struct BadEntry {
@@ -161,9 +216,15 @@ TEST_P(SpecEntryError, IsNamedAndNothingIsClamped) {
 INSTANTIATE_TEST_SUITE_P(
     Parameters, SpecEntryError,
     testing::Values(
-        BadEntry{"    priorty: 5\n", "unknown key \"priorty\""},
+        BadEntry{"    priorty: 5\n", "unknown key \"priorty\"; did you mean \"priority\"?"},
+        BadEntry{"    respons_deadline: 5\n", "; did you mean \"response_deadline\"?"},
+        BadEntry{"    colour: 5\n",
+                 "unknown key \"colour\"; man cie-spec lists those that are known"},
         BadEntry{"    nice: 1\n    nice: 1\n", "written twice"},
-        BadEntry{"    policy: FIFO\n", "unknown policy \"FIFO\""},
+        BadEntry{"    policy: FIFO\n", "unknown policy \"FIFO\"; did you mean \"SCHED_FIFO\"?"},
+        BadEntry{"    policy: sched_rr\n", "; did you mean \"SCHED_RR\"?"},
+        BadEntry{"    policy: SCHED_BACTH\n", "; did you mean \"SCHED_BATCH\"?"},
+        BadEntry{"    policy: fastest\n", "\"fastest\"; write SCHED_OTHER, SCHED_BATCH, "},
         BadEntry{"    policy: [SCHED_FIFO]\n", "\"policy\" is a list"},
         BadEntry{"    policy: SCHED_FIFO\n", "needs \"priority\""},
         BadEntry{"    policy: SCHED_FIFO\n    priority: 0\n", "from 1 to 99"},
@@ -199,16 +260,27 @@ INSTANTIATE_TEST_SUITE_P(
 
 INSTANTIATE_TEST_SUITE_P(
     Bounds, SpecEntryError,
-    testing::Values(BadEntry{"    wcet: 1.5\n", "\"1.5\""}, BadEntry{"    wcet: 1e6\n", "\"1e6\""},
-                    BadEntry{"    wcet: 0x10\n", "decimal digits"},
-                    BadEntry{"    wcet: 010\n", "leading zero"},
-                    BadEntry{"    wcet: +5\n", "\"+5\""}, BadEntry{"    wcet: 5ms\n", "unit"},
-                    BadEntry{"    wcet: 9223372036854775808\n", "9223372036854775807"},
-                    BadEntry{"    wcet: 0\n", "from 1"}, BadEntry{"    wcet: {a: 1}\n", "a map"},
-                    BadEntry{"    response_deadline: -1\n", "from 1"},
-                    BadEntry{"    missed_releases_allowed: -1\n", "from 0"},
-                    BadEntry{"    min_inter_arrival: 2\n    max_inter_arrival: 1\n",
-                             "beyond \"max_inter_arrival\""}));
+    testing::Values(
+        BadEntry{"    wcet: 1.5\n", "\"1.5\""}, BadEntry{"    wcet: 1e6\n", "\"1e6\""},
+        BadEntry{"    wcet: 0x10\n", "decimal digits"}, BadEntry{"    wcet: 010\n", "leading zero"},
+        BadEntry{"    wcet: +5\n", "\"+5\""},
+        BadEntry{"    wcet: 5 ms\n", "with a unit, as in 250ns, 1.5us, 5ms, 1s"},
+        BadEntry{"    wcet: 5m\n", "with a unit"}, BadEntry{"    wcet: ms\n", "\"ms\""},
+        BadEntry{"    wcet: 05ms\n", "leading zero"}, BadEntry{"    wcet: 0.5ns\n", "\"0.5ns\""},
+        BadEntry{"    wcet: 1.0000005ms\n", "\"1.0000005ms\""},
+        BadEntry{"    wcet: .5ms\n", "\".5ms\""}, BadEntry{"    wcet: 1.ms\n", "\"1.ms\""},
+        BadEntry{"    wcet: -5ms\n", "\"-5ms\""}, BadEntry{"    wcet: 0s\n", "from 1"},
+        BadEntry{"    wcet: 9223372037s\n", "9223372036854775807"},
+        BadEntry{"    wcet: 9223372036.854775808s\n", "9223372036854775807"},
+        BadEntry{"    missed_releases_allowed: 5ms\n", "unit"},
+        BadEntry{"    policy: SCHED_OTHER\n    nice: 5ns\n", "unit"},
+        BadEntry{"    policy: SCHED_OTHER\n    slice: 101ms\n", "to 100000000"},
+        BadEntry{"    wcet: 9223372036854775808\n", "9223372036854775807"},
+        BadEntry{"    wcet: 0\n", "from 1"}, BadEntry{"    wcet: {a: 1}\n", "a map"},
+        BadEntry{"    response_deadline: -1\n", "from 1"},
+        BadEntry{"    missed_releases_allowed: -1\n", "from 0"},
+        BadEntry{"    min_inter_arrival: 2\n    max_inter_arrival: 1\n",
+                 "beyond \"max_inter_arrival\""}));
 
 struct BadSpec {
   const char* text;
@@ -227,7 +299,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(
         BadSpec{"", "empty"}, BadSpec{"# only a comment\n", "empty"},
         BadSpec{"- id: /a@Timer(1)\n", "\"the file\" is a list"},
-        BadSpec{"callbacks: []\n", ":1: unknown key \"callbacks\""},
+        BadSpec{"callbacks: []\n", ":1: unknown key \"callbacks\"; known are callback_groups, "},
+        BadSpec{"callback_group: []\n", "; did you mean \"callback_groups\"?"},
         BadSpec{"callback_groups: {}\n", "\"callback_groups\" is a map"},
         BadSpec{"callback_groups:\n  - policy: SCHED_OTHER\n", ":2: neither \"id\" nor \"name\""},
         BadSpec{"callback_groups:\n  - id: a\n    name: a\n", "both \"id\" and \"name\""},
@@ -242,8 +315,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadSpec{"callback_groups:\n  - id: /a*\n", "\"<node>/*\""},
         BadSpec{"callback_groups:\n  - id: /a@Timer(1)/*\n", "\"<node>/*\""},
         BadSpec{"non_ros_threads:\n  - name: t\n    wcet: 5\n", "unknown key \"wcet\""},
-        BadSpec{"dds_threads:\n  - name: recvuc\n",
-                "spec.yaml:2: entry \"recvuc\": Cyclone DDS has no thread of this name"},
+        BadSpec{
+            "dds_threads:\n  - name: recvuc\n",
+            "spec.yaml:2: entry \"recvuc\": Cyclone DDS has no thread of this name; did you mean "
+            "\"recvUC\"?"},
         BadSpec{"dds_threads:\n  - name: tev\n    wcet: 5\n",
                 "spec.yaml:3: entry \"tev\": unknown key \"wcet\""},
         BadSpec{"non_ros_threads:\n  - id: gc\ndds_threads:\n  - name: gc\n",

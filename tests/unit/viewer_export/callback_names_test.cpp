@@ -111,6 +111,22 @@ TEST(CallbackNames, HavePidAndHostOnlyWhereNamesRepeat) {
       (All{"n timer 1 us (pid 1 on a)", "n timer 1 us (pid 1 on b)", "n timer 1 us (pid 2 on b)"}));
 }
 
+TEST(CallbackNames, HaveAPeriodBesideTheNameOfATimer) {
+  using All = std::vector<std::string>;
+  auto report = of_processes({{"a", 1}, {"a", 2}});
+  report.callbacks[0].logical_id = "/n@Timer(tick)";
+  report.callbacks[0].period_ns = 100'000'000;
+  report.callbacks[1].logical_id = "/n@Timer(once)#2";
+  report.callbacks[1].period_ns = std::nullopt;
+  EXPECT_EQ(names_in(report), (All{"n timer tick 100 ms", "n timer once #2"}));
+  report.callbacks[1] = report.callbacks[0];
+  report.callbacks[1].process = analysis::ProcessIndex{1};
+  report.callbacks[1].index = analysis::CallbackIndex{1};
+  EXPECT_EQ(names_in(report), (All{"n timer tick 100 ms (pid 1)", "n timer tick 100 ms (pid 2)"}));
+  report.callbacks[1].period_ns = 50'000'000;
+  EXPECT_EQ(names_in(report), (All{"n timer tick (pid 1)", "n timer tick (pid 2)"}));
+}
+
 TEST(CallbackNames, OfChainsNameTheirEndsAsFarAsThatTellsThemApart) {
   auto report = of_processes({{"a", 1}});
   const auto add = [&report](std::vector<std::string> hops) {

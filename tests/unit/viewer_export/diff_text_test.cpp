@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -14,6 +15,7 @@ namespace {
 using analysis::CallbackChange;
 using analysis::Change;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextStyle& style = {}) {
@@ -23,7 +25,8 @@ std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextS
                    .after = "new",
                    .tolerance = 0.05,
                    .isolation_before = {.own_thread = 3, .ran = 3},
-                   .isolation_after = {.own_thread = 2, .ran = 3}},
+                   .isolation_after = {.own_thread = 2, .ran = 3},
+                   .arguments = "old new"},
                   style);
   return out.str();
 }
@@ -61,8 +64,8 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
       diff_text_of({kBetter, kSame, worse}),
       "Worse: 1 of 3 callbacks; better: 1, beyond a tolerance of 5 %\n"
       "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
-      "  worst      plan timer 20 ms: response time p99 +200.0 %, 1.000 ms -> 3.000 ms\n"
-      "  best       lidar <- /points: duration p50 -50.0 %, 2.000 us -> 1.000 us\n"
+      "  worst      plan timer 20 ms: response time p99 1.000 ms -> 3.000 ms, +200.0 %\n"
+      "  best       lidar <- /points: duration p50 2.000 us -> 1.000 us, -50.0 %\n"
       "  before     old\n"
       "  after      new\n"
       "\n"
@@ -76,6 +79,52 @@ TEST(DiffText, SaysFirstWhatBecameWorseAndBetterAndHowIsolationChanged) {
       "\n"
       "1 quantile within the tolerance; 0 undecided: too few instances to tell it from chance.\n"
       "Each statement is certain to 99.9 % if instances are independent of each other.\n");
+}
+
+CallbackChange with_deadline(std::int64_t deadline_ns, std::uint64_t late_before,
+                             std::uint64_t late_after) {
+  const auto id = fmt::format("/a/n{}_{}@Timer(20000000)", late_before, late_after);
+  auto change = change_of(id, "response_time", 990, 3'000'000, 1'000'000);
+  const auto lateness = [deadline_ns](std::uint64_t late, std::int64_t max) {
+    return analysis::Lateness{
+        .deadline = {deadline_ns}, .late = late, .instances = 100, .max = max};
+  };
+  change.lateness_before = lateness(late_before, 4'000'000);
+  change.lateness_after = lateness(late_after, 1'500'000);
+  return change;
+}
+
+// What comes before the command that tells the rest.
+TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
+  EXPECT_EQ(text_of({kSame, with_deadline(2'000'000, 3, 0), with_deadline(2'000'000, 7, 1)}),
+            "Late: 10 of 200 runs before, 1 of 200 after; 2 callbacks have a deadline\n"
+            "No regression; better: 2 of 3 callbacks, beyond a tolerance of 5 %\n"
+            "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
+            "\n"
+            "  deadline 2.000ms  late           p99               max\n"
+            "  callback           old  new      old      new      old      new\n"
+            "  n7_1 timer 20 ms     7    1  3.000ms  1.000ms  4.000ms  1.500ms\n"
+            "  n3_0 timer 20 ms     3    0  3.000ms  1.000ms  4.000ms  1.500ms\n"
+            "  every change: cie diff old new --all\n");
+}
+
+TEST(DiffText, HasAColumnOfDeadlinesThatDiffer) {
+  const auto text = text_of({with_deadline(2'000'000, 3, 0), with_deadline(500'000, 7, 1)});
+  EXPECT_THAT(text, HasSubstr("  n7_1 timer 20 ms   500.0us     7    1"));
+  EXPECT_THAT(text, HasSubstr("  n3_0 timer 20 ms   2.000ms     3    0"));
+}
+
+TEST(DiffText, ShowsTheFiveThatWereLateMostOftenAndSaysWhetherOthersWere) {
+  std::vector<CallbackChange> changes;
+  for (std::uint64_t i = 0; i < 7; ++i)
+    changes.push_back(with_deadline(2'000'000, i, 0));
+  const auto text = text_of(changes);
+  EXPECT_THAT(text, HasSubstr("n6_0"));
+  EXPECT_THAT(text, HasSubstr("  n2_0 timer 20 ms     2    0"));
+  EXPECT_THAT(text, Not(HasSubstr("n1_0")));
+  EXPECT_THAT(text, HasSubstr("\n  ... 2 more callbacks\n"));
+  changes[1].lateness_before->late = 0;
+  EXPECT_THAT(text_of(changes), HasSubstr("\n  ... 2 more callbacks, never late\n"));
 }
 
 TEST(DiffText, OfNoRegressionSaysWhatIsBetter) {

@@ -215,6 +215,16 @@ TEST(ReportScreen, SaysWhereTheTimeOfTheWorstRunWent) {
                 "the callback itself (of 2.500 ms)\n"));
 }
 
+TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {
+  auto waited = usual_context();
+  auto& worst = waited.verify.worst_runs[0];  // of 2.5 ms
+  worst.preempted.reset();
+  worst.start_latency = analysis::Duration{2'400'000};
+  worst.behind = shared_report().callbacks[0].index;
+  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
+              HasSubstr("run 3 at +1.500 ms: 2.400 ms of 2.500 ms behind plan timer 20 ms\n"));
+}
+
 TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 120, .ids = true}),
               AllOf(HasSubstr("\n  /a/plan@Timer(20000000)  "), HasSubstr(" --ids --all")));

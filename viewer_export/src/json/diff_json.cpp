@@ -22,6 +22,13 @@ Json json_of(const analysis::QuantityChange& change) {
           {"change", analysis::label(change.change)}};
 }
 
+Json json_of(const std::optional<analysis::Lateness>& lateness) {
+  if (!lateness) return nullptr;
+  return {{"deadline_ns", lateness->deadline.ns},
+          {"late", lateness->late},
+          {"max_ns", optional_json(lateness->max)}};
+}
+
 Json json_of(const CallbackChange& change) {
   Json quantities = Json::array();
   for (const auto& quantity : change.quantities)
@@ -36,6 +43,8 @@ Json json_of(const CallbackChange& change) {
           {"missed_releases", analysis::label(change.missed)},
           {"lost_isolation", change.lost_isolation},
           {"regression", change.is_regression()},
+          {"deadline_before", json_of(change.lateness_before)},
+          {"deadline_after", json_of(change.lateness_after)},
           {"quantities", std::move(quantities)}};
 }
 

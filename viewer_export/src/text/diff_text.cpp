@@ -6,8 +6,12 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -89,17 +93,19 @@ double rank(const CallbackChange& change) {
   return best == nullptr ? 0 : 1 / std::max(growth(*best), 1e-9);
 }
 
-// "  worst      plan timer 20 ms: response time p99 +991.7 %, 399.4 us -> 4.360 ms".
+// "  worst      plan timer 20 ms: response time p99 399.4 us -> 4.360 ms, +991.7 %"; the last of it
+// where there is room.
 std::string extreme(std::string_view label, const CallbackChange& callback, Change kind,
                     const CallbackNames& names, const TextStyle& style) {
   const auto* change = largest(callback, kind);
   if (change == nullptr) return {};
-  const auto text =
-      fmt::format("{}: {} {}, {} {} {}", names.of_id(callback.logical_id), in_words(*change),
-                  percent(change->before->estimate, change->after->estimate),
-                  format_duration(change->before->estimate), style.unicode ? "→" : "->",
-                  format_duration(change->after->estimate));
-  return fmt::format("  {:<11}", label) + cut(text, style.columns - 13, gap(style)) + '\n';
+  const auto room = style.columns - 13;
+  auto text = fmt::format("{}: {} {} {} {}", names.of_id(callback.logical_id), in_words(*change),
+                          format_duration(change->before->estimate), style.unicode ? "→" : "->",
+                          format_duration(change->after->estimate));
+  const auto share = ", " + percent(change->before->estimate, change->after->estimate);
+  if (display_width(text) + share.size() <= room) text += share;
+  return fmt::format("  {:<11}", label) + cut(text, room, gap(style)) + '\n';
 }
 
 // The callback's name stands on its first line.
@@ -158,6 +164,115 @@ std::string isolation_words(const DiffContext& context) {
                      after.own_thread, after.ran, unknown(after));
 }
 
+std::vector<const CallbackChange*> with_deadline(const std::vector<CallbackChange>& changes) {
+  std::vector<const CallbackChange*> found;
+  for (const auto& change : changes) {
+    if (change.lateness_before && change.lateness_after) found.push_back(&change);
+  }
+  // Those that were late most often, then the slowest.
+  std::ranges::stable_sort(found, std::greater{}, [](const CallbackChange* change) {
+    const auto& before = *change->lateness_before;
+    const auto& after = *change->lateness_after;
+    return std::tuple(before.late + after.late, std::max(before.max, after.max));
+  });
+  return found;
+}
+
+// "Late: 96 of 970 runs before, 0 of 968 after; 19 callbacks have a deadline".
+std::string lateness_words(const std::vector<const CallbackChange*>& changes,
+                           const TextStyle& style) {
+  analysis::Lateness before{};
+  analysis::Lateness after{};
+  for (const auto* change : changes) {
+    before.late += change->lateness_before->late;
+    before.instances += change->lateness_before->instances;
+    after.late += change->lateness_after->late;
+    after.instances += change->lateness_after->instances;
+  }
+  const auto share = [&style](const analysis::Lateness& all) {
+    return paint(fmt::format("{} of {}", all.late, all.instances),
+                 all.late > 0 ? Look::bad : Look::good, style);
+  };
+  return fmt::format("Late: {} runs before, {} after; {} {} a deadline\n", share(before),
+                     share(after), counted(changes.size(), "callback"),
+                     changes.size() == 1 ? "has" : "have");
+}
+
+// What the sides are called above columns: their last names where these are short and differ.
+std::pair<std::string, std::string> column_names(const DiffContext& context) {
+  constexpr std::size_t kWidest = 8;
+  const auto last = [](const std::string& path) {
+    const auto end = path.find_last_not_of('/') + 1;
+    return printable(path.substr(0, end).substr(path.substr(0, end).rfind('/') + 1));
+  };
+  auto before = last(context.before);
+  auto after = last(context.after);
+  const auto is_short = [](const std::string& name) {
+    return !name.empty() && display_width(name) <= kWidest;
+  };
+  if (before == after || !is_short(before) || !is_short(after)) return {"before", "after"};
+  return {std::move(before), std::move(after)};
+}
+
+// Deadlines kept and missed, side by side.
+std::string deadline_table(const std::vector<const CallbackChange*>& changes,
+                           const DiffContext& context, const CallbackNames& names,
+                           const TextStyle& style) {
+  constexpr std::size_t kMost = 5;
+  const auto most = context.is_all ? changes.size() : kMost;
+  const auto deadline = changes.front()->lateness_after->deadline;
+  const auto is_common = std::ranges::all_of(changes, [deadline](const CallbackChange* change) {
+    return change->lateness_after->deadline == deadline;
+  });
+  const auto [name_before, name_after] = column_names(context);
+  using Align = TextTable::Align;
+  TextTable table(
+      {{is_common ? "deadline " + compact_duration(deadline.ns) : "", "callback", Align::left},
+       {"", "deadline"},
+       {"late", name_before},
+       {"", name_after},
+       {"p99", name_before},
+       {"", name_after},
+       {"max", name_before},
+       {"", name_after}});
+  const auto shown = std::min(most, changes.size());
+  const auto time = [](const std::optional<std::int64_t>& ns) {
+    return TextCell{ns ? compact_duration(*ns) : "-"};
+  };
+  const auto late = [](std::uint64_t count) {
+    return TextCell{std::to_string(count), count > 0 ? Look::bad : Look::plain};
+  };
+  for (const auto* change : std::span(changes).first(shown)) {
+    const auto& before = *change->lateness_before;
+    const auto& after = *change->lateness_after;
+    std::optional<std::int64_t> p99_before;
+    std::optional<std::int64_t> p99_after;
+    for (const auto& quantity : change->quantities) {
+      if (quantity.quantity != "response_time" || quantity.per_mille != 990) continue;
+      if (quantity.before) p99_before = quantity.before->estimate;
+      if (quantity.after) p99_after = quantity.after->estimate;
+    }
+    table.add({{names.of_id(change->logical_id)},
+               {is_common ? "-" : compact_duration(after.deadline.ns)},
+               late(before.late),
+               late(after.late),
+               time(p99_before),
+               time(p99_after),
+               time(before.max),
+               time(after.max)});
+  }
+  table.drop_columns_of("-");
+  table.keep_rows_on_one_line();
+  auto text = table.render(style);
+  const auto rest = std::span(changes).subspan(shown);
+  if (rest.empty()) return text;
+  const auto are_late = std::ranges::any_of(rest, [](const CallbackChange* change) {
+    return change->lateness_before->late + change->lateness_after->late > 0;
+  });
+  return text + fmt::format("  {} {}{}\n", gap(style), counted(rest.size(), "more callback"),
+                            are_late ? "" : ", never late");
+}
+
 std::string structural_changes(const std::vector<CallbackChange>& changes,
                                const CallbackNames& names, const TextStyle& style) {
   std::string text;
@@ -210,6 +325,7 @@ void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& chang
   const auto regressions = static_cast<std::uint64_t>(
       std::ranges::count_if(changes, [](const auto& change) { return change.is_regression(); }));
   const auto better = static_cast<std::uint64_t>(std::ranges::count_if(changes, is_better));
+  const auto urgent = with_deadline(changes);
   const auto all = counted(changes.size(), "callback");
   auto outcome = regressions > 0
                      ? paint(fmt::format("Worse: {} of {}", regressions, all), Look::bad, style)
@@ -219,16 +335,27 @@ void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& chang
         regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
     outcome += "; " + paint("better: " + of, Look::good, style);
   }
+  if (!urgent.empty()) out << lateness_words(urgent, style);
   out << fmt::format("{}, beyond a tolerance of {:g} %\n", outcome, 100 * context.tolerance)
       << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context));
-  if (!by_rank.empty()) {
-    out << extreme("worst", by_rank.front(), Change::worse, names, style)
-        << extreme("best", by_rank.back(), Change::better, names, style);
+  if (!by_rank.empty()) out << extreme("worst", by_rank.front(), Change::worse, names, style);
+  const auto is_brief = !urgent.empty() && !context.is_all;
+  if (!is_brief) {
+    if (!by_rank.empty()) out << extreme("best", by_rank.back(), Change::better, names, style);
+    out << fmt::format("  {:<11}{}\n  {:<11}{}\n", "before", printable(context.before), "after",
+                       printable(context.after));
   }
-  out << fmt::format("  {:<11}{}\n  {:<11}{}\n\n", "before", printable(context.before), "after",
-                     printable(context.after));
+  out << '\n';
   const auto structure = structural_changes(changes, names, style);
   if (!structure.empty()) out << structure << '\n';
+  if (!urgent.empty()) out << deadline_table(urgent, context, names, style);
+  if (is_brief) {
+    for (const auto& line :
+         commands_to_paste({{"every change", "cie diff " + context.arguments + " --all"}}, style))
+      out << line << '\n';
+    return;
+  }
+  if (!urgent.empty()) out << '\n';
   auto table = table_of(by_rank, names, true);
   if (table.natural_width() > style.columns) table = table_of(by_rank, names, false);
   if (!table.is_empty()) out << table.render(style) << '\n';

@@ -34,17 +34,11 @@ constexpr std::string_view kNotMeasured = "-";
 
 TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
 
-// "115.2us": a column has one unit less to say than a sentence.
-std::string compact(std::int64_t ns) {
-  auto text = format_duration(ns);
-  text.erase(text.find(' '), 1);
-  return text;
-}
-
 TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*part,
                    std::string_view mark = {}) {
   if (!times) return not_measured();
-  return {std::string(mark) + compact((*times).*part), mark.empty() ? Look::plain : Look::doubtful};
+  return {std::string(mark) + compact_duration((*times).*part),
+          mark.empty() ? Look::plain : Look::doubtful};
 }
 
 // Response times, as bounds where none is known exactly.
@@ -297,7 +291,7 @@ class ReportScreen {
         time_cell(times, &Summary::p50, mark),
         time_cell(times, &Summary::p99, mark),
         time_cell(times, &Summary::max, mark),
-        callback.response_deadline ? TextCell{compact(callback.response_deadline->ns)}
+        callback.response_deadline ? TextCell{compact_duration(callback.response_deadline->ns)}
                                    : not_measured(),
         callback.late ? TextCell{fmt::format("{}", late), late > 0 ? Look::bad : Look::plain}
                       : not_measured(),
@@ -317,7 +311,7 @@ class ReportScreen {
                                 time_cell(times, &Summary::p50, mark),
                                 time_cell(times, &Summary::p99, mark),
                                 time_cell(times, &Summary::max, mark),
-                                row.bound ? TextCell{compact(*row.bound)} : not_measured(),
+                                row.bound ? TextCell{compact_duration(*row.bound)} : not_measured(),
                                 late_cell(row),
                                 not_measured()};
     cells.resize(cells.size() + extras, not_measured());

@@ -153,7 +153,9 @@ std::string_view file_name(std::string_view path) {
 // " (app.yaml:7)"; empty: the callback declares its deadline itself.
 std::string place_of_deadline(const Judged& judged, const CallbackReport& callback) {
   const auto* spec = judged.context.spec;
-  const auto* entry = spec == nullptr ? nullptr : spec->find_callback(callback.logical_id);
+  const auto* entry =
+      spec == nullptr ? nullptr
+                      : spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
   if (entry == nullptr || !entry->response_deadline_ns) return {};
   return fmt::format(" ({}:{})", printable(file_name(spec->name())), entry->line);
 }
@@ -308,6 +310,12 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
     if (time.ns <= 0) return;
     parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
   };
+  const auto response = format_duration(worst.response_time.ns);
+  const auto* behind = worst.behind ? judged.rows.find(*worst.behind) : nullptr;
+  if (worst.start_latency && behind != nullptr) {
+    return fmt::format("{}: {} of {} behind {}", text, format_duration(worst.start_latency->ns),
+                       response, judged.names.of(*behind));
+  }
   if (worst.start_latency) add(*worst.start_latency, "waiting to start");
   if (worst.preempted) {
     const auto& by = worst.preempted_by;
@@ -321,7 +329,7 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
   const auto rest = worst.response_time - waited;
   if (!parts.empty() && worst.start_latency && rest > waited) add(rest, "in the callback itself");
   if (parts.empty()) return {};
-  return fmt::format("{}{} (of {})", text, parts, format_duration(worst.response_time.ns));
+  return fmt::format("{}{} (of {})", text, parts, response);
 }
 
 std::vector<Finding> findings_of(const Judged& judged) {

@@ -69,9 +69,17 @@ std::string source_words(const Parts& parts) {
   return is_below ? "~" + printable(parts.what.substr(parts.node.size())) : printable(parts.what);
 }
 
-std::string words_of(const Parts& parts, const std::string& node, const TextStyle& style) {
+// "100 ms"; of a timer with a name "tick 100 ms", or "tick" where its period is not known.
+std::string timer_words(std::string_view what, std::uint64_t period_ns) {
+  const auto words = period_words(what);
+  if (is_number(what) || period_ns == 0) return words;
+  return words + ' ' + period_words(std::to_string(period_ns));
+}
+
+std::string words_of(const Parts& parts, std::uint64_t period_ns, const std::string& node,
+                     const TextStyle& style) {
   const auto said = [&]() -> std::string {
-    if (parts.kind == "Timer") return " timer " + period_words(parts.what);
+    if (parts.kind == "Timer") return " timer " + timer_words(parts.what, period_ns);
     if (parts.kind == "Subscription") return (style.unicode ? " ← " : " <- ") + source_words(parts);
     if (parts.kind == "Service") return (style.unicode ? " ⇐ " : " <= ") + source_words(parts);
     if (parts.kind == "Client") return " client " + source_words(parts);
@@ -146,18 +154,24 @@ bool is_named_by_hops(const ChainReport& chain) {
 
 CallbackNames::CallbackNames(const Report& report, const TextStyle& style) {
   std::vector<std::string> ids;
-  for (const auto& callback : report.callbacks)
+  Periods periods;
+  for (const auto& callback : report.callbacks) {
     ids.push_back(callback.logical_id);
-  name_ids(std::move(ids), style);
+    const auto period = callback.period_ns.value_or(0);
+    const auto [known, is_new] = periods.emplace(callback.logical_id, period);
+    if (!is_new && known->second != period) known->second = 0;  // it differs between processes
+  }
+  name_ids(std::move(ids), periods, style);
   name_callbacks(report);
   name_chains(report, style);
 }
 
 CallbackNames::CallbackNames(const std::vector<std::string>& ids, const TextStyle& style) {
-  name_ids(ids, style);
+  name_ids(ids, {}, style);
 }
 
-void CallbackNames::name_ids(std::vector<std::string> ids, const TextStyle& style) {
+void CallbackNames::name_ids(std::vector<std::string> ids, const Periods& periods,
+                             const TextStyle& style) {
   std::ranges::sort(ids);
   ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   std::set<std::string_view> nodes;
@@ -170,7 +184,8 @@ void CallbackNames::name_ids(std::vector<std::string> ids, const TextStyle& styl
     Name name{.node = {}, .all = printable(id)};
     if (const auto parts = parts_of(id); parts && !style.ids) {
       name.node = short_of.at(parts->node);
-      name.all = words_of(*parts, name.node, style);
+      const auto period = periods.find(id);
+      name.all = words_of(*parts, period == periods.end() ? 0 : period->second, name.node, style);
     }
     ++times[name.all];
     of_id_.emplace(id, std::move(name));

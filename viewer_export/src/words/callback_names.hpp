@@ -1,7 +1,7 @@
-// What callbacks are called for people: "planner timer 100 ms", "planner ← /pose" (subscription),
-// "cruise ⇐ /car/limit" (service), "cruise client /add"; "~" stands for the node in names below it.
-// Of the node's namespace there is as much as tells nodes apart; pid and host stand behind names
-// that several processes have.
+// What callbacks are called for people: "planner timer 100 ms", "planner timer tick 100 ms" (of a
+// timer with a name), "planner ← /pose" (subscription), "cruise ⇐ /car/limit" (service), "cruise
+// client /add"; "~" stands for the node in names below it. Of the node's namespace there is as much
+// as tells nodes apart; pid and host stand behind names that several processes have.
 #pragma once
 
 #include <cie/analysis/identity.hpp>
@@ -9,6 +9,7 @@
 #include <cie/viewer_export/text_style.hpp>
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -43,7 +44,8 @@ class CallbackNames {
   };
   using ChainKey = std::pair<std::string, std::optional<analysis::ProcessIndex>>;
 
-  void name_ids(std::vector<std::string> ids, const TextStyle& style);
+  using Periods = std::map<std::string_view, std::uint64_t>;  // by id; 0: not known
+  void name_ids(std::vector<std::string> ids, const Periods& periods, const TextStyle& style);
   void name_callbacks(const analysis::Report& report);
   void name_chains(const analysis::Report& report, const TextStyle& style);
 

@@ -154,6 +154,12 @@ std::string format_duration(std::int64_t ns) {
   return {};
 }
 
+std::string compact_duration(std::int64_t ns) {
+  auto text = format_duration(ns);
+  text.erase(text.find(' '), 1);
+  return text;
+}
+
 std::string format_clock_error(const analysis::ClockError& error) {
   const auto bound = [](const std::optional<analysis::Duration>& value) -> std::string {
     if (!value) return "?";

@@ -31,6 +31,9 @@ std::vector<std::string> wrap(std::string_view text, std::size_t columns);
 // "1.235 ms": four digits and a unit that fits, at most nine columns below 10 000 s.
 std::string format_duration(std::int64_t ns);
 
+// "115.2us": a column has one unit less to say than a sentence.
+std::string compact_duration(std::int64_t ns);
+
 // "-400.0 us to +600.0 us"; "?" stands for a bound that there is not.
 std::string format_clock_error(const analysis::ClockError& error);
 

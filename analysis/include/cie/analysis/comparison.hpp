@@ -60,6 +60,17 @@ struct Rate {
 };
 Change compare(const Rate& before, const Rate& after, double tolerance);
 
+// How a callback kept its deadline; of several processes' together.
+struct Lateness {
+  Duration deadline;
+  std::uint64_t late = 0;
+  std::uint64_t instances = 0;
+  std::optional<std::int64_t> max;  // of its response times
+  friend bool operator==(const Lateness&, const Lateness&) = default;
+  // Empty without a deadline.
+  static std::optional<Lateness> of(const CallbackReport& callback);
+};
+
 // What a comparison knows of one callback of one side.
 struct CallbackSample {
   std::string logical_id;
@@ -69,6 +80,7 @@ struct CallbackSample {
   OrderStatistics response_time;
   OrderStatistics start_latency;
   OrderStatistics duration;
+  std::optional<Lateness> lateness{};
 };
 
 // Collects samples while a recording is analysed, with the rules of the report: complete instances,
@@ -109,6 +121,8 @@ struct CallbackChange {
   std::optional<std::uint64_t> missed_after;
   Change missed = Change::undecided;
   bool lost_isolation = false;
+  std::optional<Lateness> lateness_before{};
+  std::optional<Lateness> lateness_after{};
 
   // Gone, slower, missing more releases, or no longer isolated.
   bool is_regression() const;

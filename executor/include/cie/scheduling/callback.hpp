@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cie/scheduling/threads.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/schema.hpp>
 #include <cie/tracepoints/trace.hpp>
 
@@ -49,6 +50,7 @@ class Callback {
         logical_id_(info.logical_id),
         label_(thread_label(info)),
         kind_(info.kind),
+        period_ns_(info.period_ns),
         trace_(std::make_unique<trace::Callback>(std::move(info))),
         id_(trace_->id()) {}
   Callback(const Callback&) = delete;
@@ -86,6 +88,7 @@ class Callback {
   CallbackId id() const noexcept { return id_; }
   const std::string& logical_id() const noexcept { return logical_id_; }
   CallbackKind kind() const noexcept { return kind_; }
+  SpecCallback in_spec() const { return {logical_id_, period_ns_}; }
   // What its thread is called: at most 15 bytes.
   const std::string& label() const noexcept { return label_; }
   GroupState& group() const noexcept { return *group_; }
@@ -147,6 +150,7 @@ class Callback {
   std::string logical_id_;
   std::string label_;
   CallbackKind kind_;
+  std::uint64_t period_ns_;
   std::unique_ptr<trace::Callback> trace_;
   CallbackId id_;
   std::atomic<std::uint32_t> life_{0};

@@ -3,6 +3,7 @@
 
 #include <cie/scheduling/problem.hpp>
 #include <cie/scheduling/thread_configurator.hpp>
+#include <cie/tracepoints/scheduling_spec.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include <atomic>
@@ -25,7 +26,7 @@ struct ThreadPlan {
   CallbackId callback = kNoCallback;
   GroupId group = kNoGroup;
   std::string name{};
-  std::vector<std::string> callbacks{};
+  std::vector<SpecCallback> callbacks{};
 };
 
 // What the threads of a team do.

@@ -24,15 +24,15 @@ namespace cie::scheduling {
 // Whose entry of the spec a thread takes: that of the first of these callbacks that has one;
 // without callbacks, that of its name.
 struct SpecSubject {
-  std::string name;                      // of the thread
-  std::vector<std::string> callbacks{};  // logical ids
+  std::string name;  // of the thread
+  std::vector<SpecCallback> callbacks{};
 };
 
 // What an executor has when it begins to spin.
 struct KnownIds {
-  std::vector<std::string> nodes{};      // fully qualified
-  std::vector<std::string> callbacks{};  // logical ids
-  std::vector<std::string> threads{};    // names of those that are not of callbacks
+  std::vector<std::string> nodes{};  // fully qualified
+  std::vector<SpecCallback> callbacks{};
+  std::vector<std::string> threads{};  // names of those that are not of callbacks
 };
 
 // Thread-safe. The options, and the kernel, outlive it.

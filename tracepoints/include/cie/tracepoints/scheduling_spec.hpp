@@ -71,6 +71,16 @@ struct SpecEntry {
   friend bool operator==(const SpecEntry&, const SpecEntry&) = default;
 };
 
+// What a spec finds a callback by: its logical id, and a timer's period (0: none, or not known).
+struct SpecCallback {
+  SpecCallback(std::string logical_id, std::uint64_t period = 0)
+      : id(std::move(logical_id)), period_ns(period) {}
+  SpecCallback(const char* logical_id) : id(logical_id) {}
+
+  std::string id;
+  std::uint64_t period_ns = 0;
+};
+
 // A path of callbacks linked by messages, with the bounds it is meant to keep.
 struct SpecChain {
   std::string name;
@@ -99,8 +109,11 @@ class SchedulingSpec {
   static SchedulingSpec parse(std::string_view text, std::string_view name,
                               std::optional<std::uint32_t> domain = std::nullopt);
 
-  // The entry for a callback: an exact id wins over the wildcard of its node. Null if none.
-  const SpecEntry* find_callback(std::string_view logical_id) const noexcept;
+  // The entry for a callback: its exact id; else, for a timer with a name, that of its period, as
+  // if it had none ("/node@Timer(100000000)" for "/node@Timer(tick)"); else the wildcard of its
+  // node. Null if none.
+  const SpecEntry* find_callback(std::string_view logical_id,
+                                 std::uint64_t period_ns = 0) const noexcept;
   // The entry for a thread that is not a callback's, by its name; a whole name wins over "dq.*".
   // Null if none.
   const SpecEntry* find_thread(std::string_view name) const noexcept;
@@ -135,6 +148,8 @@ class SchedulingSpec {
   using Index = std::map<std::string, std::size_t, std::less<>>;  // into the vectors above
   Index callback_index_;                                          // exact ids
   Index nodes_;                                                   // nodes that have a wildcard
+  std::map<std::string, std::map<std::uint64_t, std::size_t>, std::less<>>
+      timers_;  // exact ids by node and period
   Index thread_index_;
   Index thread_families_;  // what stands before the star: "dq."
 };

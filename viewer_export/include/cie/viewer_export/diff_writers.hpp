@@ -26,10 +26,13 @@ struct DiffContext {
   double tolerance = 0;
   IsolationCount isolation_before{};
   IsolationCount isolation_after{};
+  bool is_all = false;      // every change, also where deadlines tell enough for one screen
+  std::string arguments{};  // of this command, for pasting
 };
 
-// For people: first how many callbacks became worse and better, how isolation changed, and the worst
-// and the best change; then every change that is certain, in that order, and how many comparisons
+// For people: first how many callbacks became worse and better, how isolation and the number of late
+// instances changed, and the worst and the best change; where callbacks have deadlines, their slowest
+// instances side by side; then every change that is certain, in that order, and how many comparisons
 // were undecided for want of instances.
 void write_diff_text(std::ostream& out, const std::vector<analysis::CallbackChange>& changes,
                      const DiffContext& context, const TextStyle& style);

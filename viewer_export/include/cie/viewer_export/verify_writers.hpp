@@ -44,7 +44,8 @@ struct WorstRun {
   std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
   std::optional<analysis::Duration> blocked{};        // these three with the kernel's events
   std::optional<analysis::Duration> preempted{};
-  std::string preempted_by{};  // who ran instead for the most of it
+  std::string preempted_by{};                       // who ran instead for the most of it
+  std::optional<analysis::CallbackIndex> behind{};  // what its thread ran for most of the latency
 };
 
 // What the text says besides the verdicts.
