@@ -1,7 +1,7 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
 import {colour, el, link, svg} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
-import {histograms, report, title} from "./recording.js";
+import {fullName, histograms, name, report} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {count, percent, plural, time} from "./words.js";
 
@@ -72,7 +72,7 @@ const histogram = (c, bars) => {
     svg(
       "title",
       {id},
-      `Response times of ${title(c)}: ${count(all)} runs, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
+      `Response times of ${name(c)}: ${count(all)} runs, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
     ),
     svg("line", {class: "axis", x1: left, x2: W - right, y1: H - bottom, y2: H - bottom}),
     axisTicks(low, high).map(e => [
@@ -179,11 +179,12 @@ export const details = index => {
   const worst = lane ? slowest(lane, 8) : [];
   const parts = meanParts(c);
   return [
-    el("h3", {id: "detail"}, title(c)),
+    el("h3", {id: "detail", title: fullName(c)}, name(c)),
     el(
       "p",
       {class: "soft"},
       [
+        fullName(c),
         `${c.kind}${c.source ? ` on ${c.source}` : ""} of ${c.node || "no node"}`,
         c.period_ns === null ? null : `period ${time(c.period_ns)}`,
         c.symbol || null,

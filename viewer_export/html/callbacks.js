@@ -1,7 +1,7 @@
 // The table of callbacks: sorted, filtered, one of them chosen.
 import {boundsOf, details} from "./callback.js";
 import {el, link} from "./dom.js";
-import {atLeast, report, responseTime, section, title} from "./recording.js";
+import {atLeast, fullName, isCalled, name, report, responseTime, section, wordsIn} from "./recording.js";
 import {COLOUR, SIGN, count, plural, time} from "./words.js";
 
 const stat = (c, key, which) => (c[key] === null ? null : c[key][which]);
@@ -10,7 +10,7 @@ const isolationOf = c => ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
 const nsOf = r => (r === null ? null : r.ns);
 
 const COLUMNS = [
-  ["callback", c => title(c), "text"],
+  ["callback", c => name(c), "text"],
   ["isolated", c => isolationOf(c)[1], "text"],
   ["threads", c => c.threads.length],
   ["runs", c => c.instances],
@@ -47,26 +47,26 @@ export const callbacks = () => {
     el(
       "tr",
       {},
-      shown.map(([name, get, kind, which], at) => {
+      shown.map(([header, get, kind, which], at) => {
         const value = get(c, i);
         if (at === 0)
           return el(
             "td",
             {class: "name"},
-            link(value, () => choose(i)),
+            link(value, () => choose(i), fullName(c)),
           );
-        if (name === "isolated") {
+        if (header === "isolated") {
           const [verdict] = isolationOf(c);
           return el("td", {class: `text ${COLOUR[verdict]}`}, `${SIGN[verdict]} ${value}`);
         }
-        const isBeyond = name === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
-        const isLate = isBeyond || (name === "late" && value > 0);
+        const isBeyond = header === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
+        const isLate = isBeyond || (header === "late" && value > 0);
         const told = which ? responseTime(c, which) : null;
         const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
         return el(
           "td",
           {
-            class: isLate || (name === "missed" && value > 0) ? "fail" : null,
+            class: isLate || (header === "missed" && value > 0) ? "fail" : null,
             title: (which && boundsOf(c)) || null,
             "data-ns": kind === "time" ? value : null,
             "data-bound": told?.isBound,
@@ -79,8 +79,8 @@ export const callbacks = () => {
   const order = report.callbacks.map((_, i) => i);
   const state = el("p", {class: "soft", role: "status"});
   const draw = () => {
-    const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const visible = order.filter(i => words.every(w => title(report.callbacks[i]).toLowerCase().includes(w)));
+    const words = wordsIn(filter.value);
+    const visible = order.filter(i => isCalled(report.callbacks[i], words));
     body.replaceChildren(...visible.map(i => rows[i]));
     state.textContent =
       visible.length === order.length ? "" : `${count(visible.length)} of ${plural(order.length, "callback")}`;
@@ -103,7 +103,7 @@ export const callbacks = () => {
     );
     draw();
   };
-  const headers = shown.map(([name, , kind], at) =>
+  const headers = shown.map(([header, , kind], at) =>
     el(
       "th",
       {scope: "col", class: kind === "text" ? "text" : null},
@@ -120,7 +120,7 @@ export const callbacks = () => {
                 : -1,
             ),
         },
-        name,
+        header,
       ),
     ),
   );
@@ -147,6 +147,6 @@ export const callbacks = () => {
     ),
     detail,
   );
-  const byMax = shown.findIndex(([name]) => name === "response max");
+  const byMax = shown.findIndex(([header]) => header === "response max");
   sort(byMax < 0 ? 0 : byMax, byMax < 0 ? 1 : -1);
 };

@@ -14,7 +14,8 @@ const fill = (node, attributes, children) => {
 };
 export const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 export const svg = (tag, attributes, ...children) => fill(document.createElementNS(SVG, tag), attributes, children);
-export const link = (text, action) => el("button", {class: "link", type: "button", onclick: action}, text);
+export const link = (text, action, tip) =>
+  el("button", {class: "link", type: "button", onclick: action, title: tip}, text);
 // What a colour stands for, in a key.
 export const colour = (kind, text) =>
   el(

@@ -2,7 +2,7 @@
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
 import {laneOf, partsOf, slowest, waitedFor} from "./instances.js";
-import {input, page, report, responseTime, section, spec, title, verdicts} from "./recording.js";
+import {fullName, inWords, input, name, page, report, responseTime, section, spec, verdicts} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
 
@@ -69,7 +69,7 @@ const why = (lane, i, [, kind, ns]) => {
 // Whether each callback that ran had a thread of its own: a line for what is known, and one for what is not.
 const isolation = () => {
   const all = report.callbacks;
-  const named = list => `${list.slice(0, 3).map(title).join(", ")}${list.length > 3 ? " and others" : ""}`;
+  const named = list => `${list.slice(0, 3).map(name).join(", ")}${list.length > 3 ? " and others" : ""}`;
   if (all.length === 0) return [sentence("INCONCLUSIVE", "No callback was seen in this recording.")];
   const ran = all.filter(c => c.isolation !== "never_ran");
   const never = all.length - ran.length;
@@ -153,7 +153,7 @@ export const inShort = () => {
       sentence(
         isLate ? "FAIL" : "NOT_APPLICABLE",
         "Slowest: ",
-        link(title(c), () => choose(worst, true)),
+        link(name(c), () => choose(worst, true), fullName(c)),
         took,
         deadline === null || (r.isBound && !isLate)
           ? ""
@@ -174,7 +174,7 @@ export const inShort = () => {
         `${plural(
           missed.reduce((n, c) => n + c.missed_releases, 0),
           "release",
-        )} of ${plural(missed.length, "timer")} ${missed.length === 1 ? "was" : "were"} missed: ${missed.slice(0, 3).map(title).join(", ")}${missed.length > 3 ? " and others" : ""}.`,
+        )} of ${plural(missed.length, "timer")} ${missed.length === 1 ? "was" : "were"} missed: ${missed.slice(0, 3).map(name).join(", ")}${missed.length > 3 ? " and others" : ""}.`,
       ),
     );
   for (const d of report.defects.filter(d => d.severity !== "info")) {
@@ -207,11 +207,15 @@ export const rules = () => {
       .filter(Boolean)
       .join(", ");
   const told = s => [
-    el("p", {}, s.subject, ` (${count(s.checked)} checked)`),
+    el("p", {title: s.subject}, inWords(s.subject), ` (${count(s.checked)} checked)`),
     el(
       "ul",
       {class: "evidence"},
-      s.evidence.slice(0, 3).map(e => el("li", {}, e.note || e.event, el("span", {class: "soft"}, ` (${where(e)})`))),
+      s.evidence
+        .slice(0, 3)
+        .map(e =>
+          el("li", {title: e.note || null}, inWords(e.note) || e.event, el("span", {class: "soft"}, ` (${where(e)})`)),
+        ),
       s.evidence.length > 3
         ? el("li", {class: "soft"}, `and ${count(s.evidence.length - 3)} more: cie verify ${input} --format json`)
         : null,

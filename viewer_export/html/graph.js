@@ -1,6 +1,6 @@
 // Who takes whose messages.
 import {drawing, el, svg} from "./dom.js";
-import {callbackByIndex, report, severalHosts, title} from "./recording.js";
+import {callbackByIndex, fullName, name, report, severalHosts} from "./recording.js";
 import {plural, time} from "./words.js";
 
 export const graph = () => {
@@ -49,13 +49,10 @@ export const graph = () => {
   });
   const W = used.length * (w + gapX) - gapX + 8;
   const H = Math.max(...used.map(c => c.length)) * (h + gapY) + 4;
-  const cut = text => (text.length > 32 ? `\u2026${text.slice(-31)}` : text);
+  const cut = text => (text.length > 32 ? `${text.slice(0, 31)}\u2026` : text);
   const respondsIn = c => (c.response_time_ns ? `: responds within ${time(c.response_time_ns.max)}` : "");
-  const name = c => (severalHosts ? title(c) : c.logical_id);
-  const halves = n => {
-    const i = n.indexOf("@");
-    return i < 0 ? [n, ""] : [n.slice(0, i), n.slice(i + 1)];
-  };
+  const id = c => (severalHosts ? fullName(c) : c.logical_id);
+  const linesOf = c => [name(c), c.response_time_ns ? `at most ${time(c.response_time_ns.max)}` : ""];
   return el(
     "div",
     {class: "scroll"},
@@ -83,7 +80,7 @@ export const graph = () => {
             svg(
               "title",
               {},
-              `${name(nodes.get(from))} to ${name(nodes.get(to))} by ${edge.topic}: ${plural(edge.messages, "message")}${ns === null ? "" : `, ${time(ns)} in the middle`}`,
+              `${id(nodes.get(from))} to ${id(nodes.get(to))} by ${edge.topic}: ${plural(edge.messages, "message")}${ns === null ? "" : `, ${time(ns)} in the middle`}`,
             ),
           ),
           svg(
@@ -97,9 +94,9 @@ export const graph = () => {
         svg(
           "g",
           {},
-          svg("title", {}, name(nodes.get(n)) + respondsIn(nodes.get(n))),
+          svg("title", {}, id(nodes.get(n)) + respondsIn(nodes.get(n))),
           svg("rect", {class: "box", x: p.x, y: p.y, width: w, height: h, rx: 5}),
-          halves(nodes.get(n).logical_id).map((text, line) =>
+          linesOf(nodes.get(n)).map((text, line) =>
             svg("text", {class: line ? "soft" : null, x: p.x + 7, y: p.y + 15 + 14 * line}, cut(text)),
           ),
         ),

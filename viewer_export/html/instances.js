@@ -1,6 +1,6 @@
 // What the timeline knows: columns of numbers per lane.
 // Unknown is NaN. Times are relative to lanes.base_ns.
-import {lanes, report, title} from "./recording.js";
+import {lanes, name, report} from "./recording.js";
 
 export const decode = async () => {
   const packed = Uint8Array.from(atob(lanes.columns), c => c.charCodeAt(0));
@@ -50,7 +50,7 @@ export const decode = async () => {
     lane.isExact = i => place[i] % 2 === 1;
     lane.response = i => (lane.isExact(i) ? lane.wait[i] + lane.duration[i] : Number.NaN);
     lane.callbackReport = report.callbacks[lane.callback];
-    lane.title = title(lane.callbackReport);
+    lane.title = name(lane.callbackReport);
     lane.deadline = lane.callbackReport.response_deadline_ns;
     lane.isLate = i => lane.deadline !== null && lane.response(i) > lane.deadline;
   }

@@ -6,7 +6,7 @@ import {time} from "./words.js";
 
 const byId = id => document.getElementById(id);
 const columns = [
-  {title: "callback", text: true, value: name},
+  {title: "callback", text: true, value: c => c.name, tip: fullName},
   {title: "pid", value: c => c.pid},
   {title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
   {title: "p50", value: c => c.window.response_time_ns?.p50 ?? -1, show: duration},
@@ -38,8 +38,9 @@ const state = {
 function withHost(host, text) {
   return state.snapshot.hosts.length > 0 ? `${host} ${text}` : text;
 }
-function name(callback) {
-  return withHost(callback.host, callback.logical_id);
+// What tells a callback from all others.
+function fullName(callback) {
+  return `${withHost(callback.host, callback.logical_id)} (pid ${callback.pid})`;
 }
 const isolations = {isolated: "isolated", not_isolated: "not isolated", never_ran: "never ran"};
 function seconds() {
@@ -87,7 +88,7 @@ function drawCallbacks() {
   });
   const wanted = byId("filter").value.toLowerCase();
   const chosen = state.snapshot.callbacks.filter(c =>
-    `${c.logical_id}\n${c.host}\n${c.pid}`.toLowerCase().includes(wanted),
+    `${c.logical_id}\n${c.name}\n${c.host}\n${c.pid}`.toLowerCase().includes(wanted),
   );
   const {value} = columns[state.sort];
   const compare = (a, b) => (value(a) < value(b) ? -1 : value(a) > value(b) ? 1 : 0);
@@ -101,7 +102,7 @@ function drawCallbacks() {
     columns.forEach((column, i) => {
       const shown = column.show ? column.show(column.value(c)) : String(column.value(c));
       const bound = !c.exact && i >= 3 && i <= 6 && shown !== "-" ? ">" : "";
-      const cell = el("td", {}, bound + shown);
+      const cell = el("td", {title: column.tip?.(c)}, bound + shown);
       if (column.text) cell.classList.add("name");
       if (column.bad?.(c)) cell.classList.add("bad");
       row.append(cell);
@@ -145,11 +146,11 @@ function drawDetail() {
   const scroll = el("div", {class: "scroll tall"});
   scroll.append(list);
   detail.replaceChildren(
-    el("h3", {}, name(callback)),
+    el("h3", {title: fullName(callback)}, callback.name),
     el(
       "p",
       {},
-      `${callback.kind}, ${isolations[callback.isolation] ?? "isolation unknown"}, ${callback.total.instances} instances since the start`,
+      `${fullName(callback)}: ${callback.kind}, ${isolations[callback.isolation] ?? "isolation unknown"}, ${callback.total.instances} instances since the start`,
     ),
     scroll,
   );
@@ -163,19 +164,21 @@ function drawVerdicts() {
       item.append(
         el("span", {class: "sign fail", "aria-hidden": "true"}, "\u2717"),
         el("strong", {}, `${v.rule} ${v.name}`),
-        `, ${v.subject}: ${v.note}`,
+        `, ${v.says}`,
       );
       return item;
     });
   byId("violations").replaceChildren(...(items.length ? items : [el("li", {}, "none")]));
   table(
     byId("changes"),
-    ["time", "rule", "subject", "was", "is"],
-    [...state.changes].reverse().map(c => [c.at, `${c.rule} ${c.name}`, c.subject, c.from, c.to]),
+    ["time", "rule", "subject and evidence", "was", "is"],
+    [...state.changes].reverse().map(c => [c.at, `${c.rule} ${c.name}`, c.says, c.from, c.to]),
   );
 }
 
 function drawThreads() {
+  const key = (row, id) => JSON.stringify([row.host, row.pid, id]);
+  const names = new Map(state.snapshot.callbacks.map(c => [key(c, c.logical_id), c.name]));
   const sorted = [...state.snapshot.threads].sort((a, b) => (b.cpu_percent ?? -1) - (a.cpu_percent ?? -1));
   table(
     byId("threads"),
@@ -185,7 +188,7 @@ function drawThreads() {
       String(t.pid),
       String(t.tid),
       t.cpu_percent === null ? "-" : t.cpu_percent.toFixed(1),
-      t.callbacks.join(", ") || t.role,
+      t.callbacks.map(id => names.get(key(t, id)) ?? id).join(", ") || t.role,
     ]),
   );
 }

@@ -1,6 +1,6 @@
 // Which callback ran on which thread.
 import {drawing, el, svg} from "./dom.js";
-import {report, section, title} from "./recording.js";
+import {fullName, name, report, section} from "./recording.js";
 import {plural} from "./words.js";
 
 export const matrix = () => {
@@ -37,8 +37,8 @@ export const matrix = () => {
             ? svg(
                 "text",
                 {x: label - 6, y: 16 + r * row + row * 0.72, "text-anchor": "end"},
-                title(c).length > 48 ? `\u2026${title(c).slice(-47)}` : title(c),
-                svg("title", {}, title(c)),
+                name(c).length > 48 ? `${name(c).slice(0, 47)}\u2026` : name(c),
+                svg("title", {}, fullName(c)),
               )
             : null,
           label === 0
@@ -66,7 +66,7 @@ export const matrix = () => {
               svg(
                 "title",
                 {},
-                `${title(c)} on ${t.name || "thread"} ${t.tid}: ${plural(t.instances, "run")}${isAlone ? "" : ", not isolated"}`,
+                `${fullName(c)} on ${t.name || "thread"} ${t.tid}: ${plural(t.instances, "run")}${isAlone ? "" : ", not isolated"}`,
               ),
             );
           }),

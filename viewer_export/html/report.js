@@ -6,7 +6,7 @@ import {el} from "./dom.js";
 import {head, inShort, rules, worstIndex} from "./findings.js";
 import {decode, waitedFor} from "./instances.js";
 import {matrix} from "./matrix.js";
-import {lanes, page, report} from "./recording.js";
+import {fullName, lanes, page, report} from "./recording.js";
 import {threads} from "./threads.js";
 import {timeline} from "./timeline.js";
 
@@ -40,5 +40,5 @@ decode()
     document.documentElement.dataset.ready = "failed";
   });
 
-// For the browser's console, and for tests: cie.lanes, cie.waitedFor(lane, i).
-export {lanes, waitedFor};
+// For the browser's console, and for tests: cie.lanes, cie.waitedFor(lane, i), cie.fullName(callback).
+export {fullName, lanes, waitedFor};

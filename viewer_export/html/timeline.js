@@ -1,7 +1,7 @@
 // The timeline: a lane for each callback, drawn on a canvas.
 import {colour, el} from "./dom.js";
 import {partsOf} from "./instances.js";
-import {lanes, section} from "./recording.js";
+import {isCalled, lanes, section, wordsIn} from "./recording.js";
 import {count, plural, time} from "./words.js";
 
 export const timeline = {
@@ -132,8 +132,8 @@ export const timeline = {
     this.all();
   },
   choose() {
-    const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    this.lanes = lanes.lanes.filter(l => words.every(w => l.title.toLowerCase().includes(w)));
+    const words = wordsIn(this.search.value);
+    this.lanes = lanes.lanes.filter(l => isCalled(l.callbackReport, words));
   },
   all() {
     this.view(this.begin, this.end);

@@ -50,6 +50,7 @@ struct CallbackView {
   std::string host;
   std::int64_t pid = 0;
   std::string logical_id;  // "?3" while its registration was not seen
+  std::string name{};      // for people: "planner ← /pose"
   std::string kind;
   std::vector<std::int64_t> tids;
   std::optional<analysis::Isolation> isolation;  // empty: unknown
@@ -94,7 +95,8 @@ struct VerdictView {
   std::string subject;
   analysis::Verdict verdict = analysis::Verdict::fail;
   std::int64_t since_ns = 0;
-  std::string note;  // its first evidence
+  std::string note;    // its first evidence
+  std::string says{};  // subject and note by short names
 };
 
 // A verdict became another one.
@@ -107,6 +109,7 @@ struct VerdictChange {
   analysis::Verdict from = analysis::Verdict::not_applicable;
   analysis::Verdict to = analysis::Verdict::not_applicable;
   std::string note;
+  std::string says{};  // subject and note by short names
 };
 
 struct DefectView {

@@ -58,6 +58,11 @@ def document_of(html):
     return json.loads(DOCUMENT.search(html)[2])
 
 
+def named(document):
+    """Callbacks with their short names."""
+    return zip(document["report"]["callbacks"], document["names"]["callbacks"], strict=True)
+
+
 def columns_of(html):
     """The timeline's rows, decoded without the page's own script."""
     document = document_of(html)
@@ -126,6 +131,15 @@ class Page(unittest.TestCase):
     def do(self, script):
         return self.browser.evaluate(f"void ({script})")
 
+    def rows(self):
+        """Of the callbacks' table, by what the first cell's tip says, cells by their headers: [text, exact number]."""
+        headers = self.see("#callback-table th")
+        rows = self.browser.evaluate("""[...document.querySelectorAll("#callback-table tbody tr")].map(row =>
+            [row.querySelector("button").title, [...row.cells].map(cell => [cell.textContent, cell.dataset.ns ?? null])])""")
+        found = {name: dict(zip(headers, cells)) for name, cells in rows}
+        self.assertEqual(len(found), len(rows), "names that are told apart")
+        return found
+
 
 class Contents(Page):
     def test_are_those_of_the_json_report(self):
@@ -134,21 +148,29 @@ class Contents(Page):
                 trace = EXAMPLES / name / "trace"
                 self.page(trace)
                 report = json.loads(cie("report", trace, "--format", "json"))
-                headers = self.see("#callback-table th")
                 keys = {"response p50": "p50", "response p99": "p99", "response max": "max"}
-                rows = self.browser.evaluate("""[...document.querySelectorAll("#callback-table tbody tr")].map(row =>
-                    [...row.cells].map(cell => [cell.textContent, cell.dataset.ns ?? null]))""")
+                rows = self.rows()
                 self.assertEqual(len(rows), len(report["callbacks"]))
                 several = len(report["processes"]) > 1
                 by_title = {c["logical_id"] + (f" (pid {c['pid']})" if several else ""): c for c in report["callbacks"]}
-                for row in rows:
-                    cells = dict(zip(headers, row))
-                    callback = by_title.pop(cells["callback"][0])
+                for full_name, cells in rows.items():
+                    callback = by_title.pop(full_name)
                     self.assertEqual(cells["runs"][0].replace("\u202f", ""), str(callback["instances"]))
                     self.assertEqual(cells["isolated"][0].endswith("yes"), callback["isolated"])
                     for header, key in keys.items():
                         told = callback["response_time_ns"]
                         self.assertEqual(cells[header][1], None if told is None else str(told[key]), header)
+
+    def test_names_are_short_and_ids_are_their_tips(self):
+        self.page(EXAMPLES / "multi_threaded_fails" / "trace")
+        ids = {"/a/plan@Timer(20000000)": "plan timer 20 ms"}
+        self.assertEqual({name: cells["callback"][0] for name, cells in self.rows().items() if name in ids}, ids)
+        self.assertEqual(sorted(cells["callback"][0] for cells in self.rows().values()),
+                         ["drive \u2190 /t1", "drive \u21d0 /srv", "fast client /srv", "fast timer 10 ms", "plan timer 20 ms",
+                          "slow timer 20 ms", "track \u2190 /t0", "track \u2190 /t0 #2"])
+        evidence = self.see("#rules ~ details p, #rules ~ details li")
+        self.assertTrue(evidence)
+        self.assertEqual([text for text in evidence if "@Timer" in text], [])
 
     def test_verdict_and_rules_are_the_verifiers(self):
         for name, code in zip(NAMES, (0, 1)):
@@ -181,13 +203,12 @@ class Contents(Page):
                     self.assertLess(abs(buckets[-1][0] - told["max"]), 0.008 * told["max"] + 1)
 
     def test_first_lines_name_the_slowest_callback_and_what_is_violated(self):
-        self.page(EXAMPLES / "multi_threaded_fails" / "trace")
-        report = json.loads(cie("report", EXAMPLES / "multi_threaded_fails" / "trace", "--format", "json"))
-        worst = max((c for c in report["callbacks"] if c["response_time_ns"]), key=lambda c: c["response_time_ns"]["max"])
+        document = document_of(self.page(EXAMPLES / "multi_threaded_fails" / "trace"))
+        worst = max(((c["response_time_ns"]["max"], name) for c, name in named(document) if c["response_time_ns"]))[1]
         short = " ".join(self.see("#short li"))
         self.assertIn("did not have a thread of their own", short)
         self.assertIn("Enforcement does not hold: 2 rules are violated: M2 one-callback-per-thread", short)
-        self.assertIn("Slowest: " + worst["logical_id"], short)
+        self.assertIn("Slowest: " + worst, short)
 
     def test_whom_a_run_waited_for_ran_on_its_thread_meanwhile(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"
@@ -222,14 +243,14 @@ class Contents(Page):
     def test_deadlines_of_the_spec_are_marked(self):
         spec = self.folder / "spec.yaml"
         trace = EXAMPLES / "isolated_ok" / "trace"
-        report = json.loads(cie("report", trace, "--format", "json"))
+        report = document_of(self.page(trace))["report"]
         worst = max((c for c in report["callbacks"] if c["response_time_ns"]), key=lambda c: c["response_time_ns"]["max"])
         deadline = worst["response_time_ns"]["max"] - 1
         spec.write_text(f"callback_groups:\n  - id: \"{worst['logical_id']}\"\n    response_deadline: {deadline}\n",
                         encoding="utf-8")
         self.page(trace, "--spec", spec)
         self.assertIn("beyond its deadline", " ".join(self.see("#short li")))
-        self.assertEqual(self.see(".detail h3")[0].split(" (pid")[0], worst["logical_id"])
+        self.assertEqual(self.browser.evaluate("document.querySelector('.detail h3').title").split(" (pid")[0], worst["logical_id"])
         self.assertEqual(len(self.see(".detail svg .mark")), 1)
 
 
@@ -255,17 +276,17 @@ class TwoHosts(Page):
         alone = self.pages()
         wanted = {f"{c['logical_id']} (pid {c['pid']} on {host})": c for host, report in alone.items() for c in report["callbacks"]}
         self.assertEqual(len(wanted), sum(len(report["callbacks"]) for report in alone.values()))
-        headers = self.see("#callback-table th")
-        rows = self.browser.evaluate("""[...document.querySelectorAll("#callback-table tbody tr")].map(row =>
-            [...row.cells].map(cell => cell.dataset.ns ?? cell.textContent))""")
-        self.assertEqual(sorted(row[0] for row in rows), sorted(wanted))
-        lanes = dict(self.browser.evaluate("cie.lanes.lanes.map(l => [l.title, l.of])"))
-        for row in rows:
-            cells, callback = dict(zip(headers, row)), wanted[row[0]]
+        rows = self.rows()
+        self.assertEqual(sorted(rows), sorted(wanted))
+        shown = [cells["callback"][0] for cells in rows.values()]
+        self.assertEqual(len(set(shown)), len(shown), "short names that say the host")
+        lanes = dict(self.browser.evaluate("cie.lanes.lanes.map(l => [cie.fullName(l.callbackReport), l.of])"))
+        for name, cells in rows.items():
+            callback = wanted[name]
             told = callback["response_time_ns"]
-            self.assertEqual(cells["response max"], "\u2013" if told is None else str(told["max"]), row)
-            self.assertEqual(cells["isolated"].endswith("yes"), callback["isolated"], row)
-            self.assertEqual(lanes.get(row[0], 0), callback["instances"] + callback["incomplete"], row)
+            self.assertEqual(cells["response max"][1], None if told is None else str(told["max"]), name)
+            self.assertEqual(cells["isolated"][0].endswith("yes"), callback["isolated"], name)
+            self.assertEqual(lanes.get(name, 0), callback["instances"] + callback["incomplete"], name)
 
     def test_marks_of_the_matrix_are_of_their_threads(self):
         alone = self.pages()
@@ -302,6 +323,7 @@ class Isolation(Page):
         html = path.read_text(encoding="utf-8")
         document = document_of(html)
         change(document["report"])
+        self.names = document["names"]["callbacks"]
         text = json.dumps(document).replace("<", "\\u003c")
         path.write_text(DOCUMENT.sub(lambda found: found[1] + text + found[3], html), encoding="utf-8")
         self.browser.events.clear()
@@ -310,8 +332,7 @@ class Isolation(Page):
         return document["report"]
 
     def cells(self, header):
-        at = self.see("#callback-table th").index(header)
-        return dict(zip(self.see("#callback-table td:first-child"), self.see(f"#callback-table td:nth-child({at + 1})")))
+        return {name: cells[header][0] for name, cells in self.rows().items()}
 
     def test_what_never_ran_is_not_accused(self):
         def change(report):
@@ -330,7 +351,7 @@ class Isolation(Page):
             report["callbacks"][1].update(isolated=False, isolation="not_isolated")
         report = self.shown(change)
         self.assertIn(f"\u27171 of {len(report['callbacks']) - 1} callbacks that ran did not have a thread of their own: "
-                      f"{report['callbacks'][1]['logical_id']}; 1 never ran.", self.see("#short li"))
+                      f"{self.names[1]}; 1 never ran.", self.see("#short li"))
 
     def test_bounds_stand_where_no_response_time_is_exact(self):
         bounds = {"count": 7, "min": 1_000_000, "max": 2_500_000, "sum": 9, "mean": 1.0, "p50": 1_200_000, "p90": 2, "p99": 2_400_000,
@@ -343,7 +364,7 @@ class Isolation(Page):
         self.assertEqual(self.cells("response p50")[name], "\u2265\u202f1.200\u202fms")
         self.assertEqual(self.cells("response max")[name], "\u2265\u202f2.500\u202fms")
         tips = self.browser.evaluate(f"""[...document.querySelectorAll("#callback-table tbody tr")]
-            .filter(row => row.cells[0].textContent === {json.dumps(name)}).flatMap(row => [...row.cells].map(c => c.title)).filter(Boolean)""")
+            .filter(row => row.querySelector("button").title === {json.dumps(name)}).flatMap(row => [...row.cells].map(c => c.title)).filter(Boolean)""")
         self.assertEqual(len(tips), 3)
         for part in ("7 runs", "p50 1.200\u202fms", "max 2.500\u202fms at least", "9.000\u202fs at most"):
             self.assertIn(part, tips[0])
@@ -371,12 +392,15 @@ class Use(Page):
         self.assertIn(self.order(), (sorted(self.order()), sorted(self.order(), reverse=True)))
 
     def test_filtering_leaves_what_has_all_words(self):
-        names = self.order()
-        word = names[-1].split("@")[0].strip("/")[:5]
-        self.do(f"""(input => {{ input.value = {json.dumps(word.upper())}; input.dispatchEvent(new Event("input")) }})
-            (document.querySelector("#callbacks ~ .bar input"))""")
-        self.assertEqual(self.order(), [n for n in names if word in n])
-        self.assertLess(len(self.order()), len(names) + 1)
+        rows = self.rows()
+        full_name, cells = list(rows.items())[-1]
+        for word in (cells["callback"][0].split()[0], full_name.split("(")[0]):  # short names and ids
+            self.do(f"""(input => {{ input.value = {json.dumps(word.upper())}; input.dispatchEvent(new Event("input")) }})
+                (document.querySelector("#callbacks ~ .bar input"))""")
+            self.assertEqual(self.order(), [cells["callback"][0] for name, cells in rows.items()
+                                            if word in name or word in cells["callback"][0]])
+            self.assertIn(cells["callback"][0], self.order())
+            self.assertLess(len(self.order()), len(rows))
 
     def test_a_callback_shows_its_histogram_and_its_slowest_runs(self):
         for at, name in enumerate(self.order()):
@@ -445,7 +469,7 @@ class Hostile(Page):
                         file.chmod(0o644)
                         file.write_bytes(file.read_bytes().replace(self.GOOD, evil))
                 self.page(trace)
-                self.assertIn(evil.decode(errors="replace"), [n.split(" (pid")[0] for n in self.see("#callback-table td:first-child")])
+                self.assertIn(evil.decode(errors="replace"), [name.split(" (pid")[0] for name in self.rows()])
                 self.assertEqual(self.browser.evaluate("document.querySelectorAll('img, b, [onload], [onclick], [onerror]').length"), 0)
 
 

@@ -12,7 +12,7 @@ import urllib.parse
 from pathlib import Path
 
 import support
-from support import CIE, SUBSCRIPTION, TIMER, Running, app, wait_for
+from support import CIE, SHORT_SUBSCRIPTION, SHORT_TIMER, SUBSCRIPTION, TIMER, Running, app, wait_for
 
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "viewer_export" / "live" / "prometheus"
@@ -143,7 +143,7 @@ class Served(HostileClients, unittest.TestCase):
             url = f"http://127.0.0.1:{self.port}/"
             browser.open(url)
             names = "[...document.querySelectorAll('#callbacks tbody td:first-child')].map(cell => cell.textContent)"
-            wait_for(lambda: set(browser.evaluate(names)) == {TIMER, SUBSCRIPTION}, "the callbacks")
+            wait_for(lambda: set(browser.evaluate(names)) == {SHORT_TIMER, SHORT_SUBSCRIPTION}, "the callbacks")
             wait_for(lambda: browser.evaluate("document.getElementById('verdict').textContent") == "FAIL", "the verdict")
             wait_for(lambda: "M2" in browser.evaluate("document.getElementById('violations').textContent"), "the violation")
             events = "parseInt(document.getElementById('facts').textContent)"
@@ -155,7 +155,7 @@ class Served(HostileClients, unittest.TestCase):
             self.assertEqual(browser.evaluate(events), paused)
             browser.evaluate("document.getElementById('pause').click()")
             browser.evaluate("const f = document.getElementById('filter'); f.value = 'timer'; f.dispatchEvent(new Event('input'))")
-            self.assertEqual(browser.evaluate(names), [TIMER])
+            self.assertEqual(browser.evaluate(names), [SHORT_TIMER])
             browser.evaluate("document.querySelector('#callbacks tbody tr').click()")
             rows = "document.querySelectorAll('#detail tbody tr').length"
             wait_for(lambda: browser.evaluate(rows) > 10, "instances")

@@ -5,6 +5,7 @@
 #include "json/json.hpp"
 #include "output/base64.hpp"
 #include "output/gzip_stream.hpp"
+#include "page_names.hpp"
 #include "timelines/timeline_choice.hpp"
 
 #include <algorithm>
@@ -188,6 +189,7 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
     } else {
       json.value(std::string_view(spec->name()));
     }
+    add("names", page_names(result));
     add("histograms", histograms_json(result.report));
     add("timeline", timeline);
   });
