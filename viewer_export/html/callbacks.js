@@ -1,11 +1,15 @@
 // The table of callbacks: sorted, filtered, one of them chosen.
 import {boundsOf, details} from "./callback.js";
 import {el, link} from "./dom.js";
-import {atLeast, fullName, isCalled, name, report, responseTime, section, wordsIn} from "./recording.js";
+import {atLeast, claims, fullName, isCalled, name, report, responseTime, section, wordsIn} from "./recording.js";
 import {COLOUR, SIGN, count, plural, time} from "./words.js";
 
 const stat = (c, key, which) => (c[key] === null ? null : c[key][which]);
-const ISOLATION = {isolated: ["PASS", "yes"], not_isolated: ["FAIL", "NO"], never_ran: ["NOT_APPLICABLE", "never ran"]};
+const ISOLATION = {
+  isolated: ["PASS", "yes"],
+  not_isolated: [claims.claimed ? "FAIL" : "NOT_APPLICABLE", "NO"],
+  never_ran: ["NOT_APPLICABLE", "never ran"],
+};
 const isolationOf = c => ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
 const nsOf = r => (r === null ? null : r.ns);
 

@@ -2,7 +2,19 @@
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
 import {laneOf, partsOf, slowest, waitedFor} from "./instances.js";
-import {fullName, inWords, input, name, page, report, responseTime, section, spec, verdicts} from "./recording.js";
+import {
+  claims,
+  fullName,
+  inWords,
+  input,
+  name,
+  page,
+  report,
+  responseTime,
+  section,
+  spec,
+  verdicts,
+} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
 
@@ -34,22 +46,25 @@ export const head = () => {
       el(
         "div",
         {},
-        el("h1", {}, "Callback report"),
+        el("h1", {id: "fact"}, claims.fact),
+        claims.isolation === null ? null : el("p", {}, `${claims.isolation}.`),
         el(
           "p",
           {class: "soft"},
-          t.paths.join(", "),
+          `Callback report of ${t.paths.join(", ")}`,
           el("br"),
           `${began}${t.begin_ns === null ? "no packets" : time(t.end_ns - t.begin_ns)}, ${plural(t.events, "event")}, `,
           `${plural(report.processes.length, "process", "processes")} on ${t.hosts.join(", ") || "an unnamed host"}`,
           spec === null ? ", without a scheduling spec" : `, against ${spec}`,
         ),
       ),
-      el(
-        "div",
-        {class: `verdict ${COLOUR[verdicts.verdict]}`, id: "verdict"},
-        `${SIGN[verdicts.verdict]} ${verdicts.verdict}`,
-      ),
+      claims.verdict === null
+        ? null
+        : el(
+            "div",
+            {class: `verdict ${COLOUR[claims.verdict]}`, id: "verdict"},
+            `${SIGN[claims.verdict]} ${claims.verdict}`,
+          ),
     ),
   );
 };
@@ -78,11 +93,12 @@ const isolation = () => {
   const unknown = ran.filter(c => c.isolation === null);
   const lines = [];
   if (ran.length === 0) return [sentence("INCONCLUSIVE", `None of the ${plural(all.length, "callback")} ran.`)];
+  const sharing = claims.claimed ? "FAIL" : "NOT_APPLICABLE";
   if (shared.length) {
     const those = never === 0 ? plural(ran.length, "callback") : `${plural(ran.length, "callback")} that ran`;
     lines.push(
       sentence(
-        "FAIL",
+        sharing,
         `${count(shared.length)} of ${those} did not have a thread of their own: ${named(shared)}${others}`,
       ),
     );
@@ -107,18 +123,27 @@ const isolation = () => {
     );
   return lines;
 };
+const isAccused = rule => claims.accused.includes(rule.id);
 export const inShort = () => {
   const lines = [];
   const failing = verdicts.rules.filter(r => r.verdict === "FAIL");
   const open = verdicts.rules.filter(r => r.verdict === "INCONCLUSIVE");
-  for (const [rules, verdict, says] of [
-    [failing, "FAIL", "Enforcement does not hold: "],
+  const accused = failing.filter(isAccused);
+  const others = failing.filter(r => !isAccused(r));
+  for (const [rules, verdict, says, sign] of [
+    [accused, "FAIL", claims.claimed ? "Enforcement does not hold: " : ""],
+    [
+      others,
+      "FAIL",
+      "No executor and no spec claims that callbacks have threads of their own. cie verify demands it all the same: ",
+      "NOT_APPLICABLE",
+    ],
     [open, "INCONCLUSIVE", failing.length ? "" : "Whether enforcement holds is not decided: "],
   ]) {
     if (rules.length)
       lines.push(
         sentence(
-          verdict,
+          sign || verdict,
           says,
           `${plural(rules.length, "rule")} ${rules.length === 1 ? WORD[verdict] : WORD[verdict].replace("is ", "are ")}: `,
           rules.map(r => `${r.id} ${r.name}`).join(", "),
@@ -170,7 +195,7 @@ export const inShort = () => {
   if (missed.length)
     lines.push(
       sentence(
-        "FAIL",
+        claims.claimed ? "FAIL" : "NOT_APPLICABLE",
         `${plural(
           missed.reduce((n, c) => n + c.missed_releases, 0),
           "release",
@@ -228,7 +253,7 @@ export const rules = () => {
         const subjects = r.subjects.filter(s => s.verdict === v);
         return el(
           "details",
-          {open: v === "FAIL"},
+          {open: v === "FAIL" && isAccused(r)},
           el(
             "summary",
             {class: COLOUR[v]},

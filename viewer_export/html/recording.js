@@ -5,6 +5,7 @@ import {time} from "./words.js";
 export const {
   report,
   verdicts,
+  head: claims, // what somebody claimed, and what is violated of it
   input, // of a command that reads the same again
   spec, // its name; null without one
   names: shortNames, // of callbacks and chains by row, and what is said instead of ids

@@ -175,7 +175,7 @@ class Contents(Page):
     def test_verdict_and_rules_are_the_verifiers(self):
         for name, code in zip(NAMES, (0, 1)):
             with self.subTest(name):
-                self.page(EXAMPLES / name / "trace")
+                self.page(EXAMPLES / name / "trace", "--expect", "isolated")
                 verdicts = json.loads(cie("verify", EXAMPLES / name / "trace", "--format", "json", code=code))
                 self.assertEqual(self.see("#verdict")[0].split()[-1], verdicts["verdict"])
                 signs = {"PASS": "\u2713", "FAIL": "\u2717", "INCONCLUSIVE": "?", "NOT_APPLICABLE": "\u2013"}
@@ -203,12 +203,27 @@ class Contents(Page):
                     self.assertLess(abs(buckets[-1][0] - told["max"]), 0.008 * told["max"] + 1)
 
     def test_first_lines_name_the_slowest_callback_and_what_is_violated(self):
-        document = document_of(self.page(EXAMPLES / "multi_threaded_fails" / "trace"))
+        document = document_of(self.page(EXAMPLES / "multi_threaded_fails" / "trace", "--expect", "isolated"))
         worst = max(((c["response_time_ns"]["max"], name) for c, name in named(document) if c["response_time_ns"]))[1]
         short = " ".join(self.see("#short li"))
         self.assertIn("did not have a thread of their own", short)
         self.assertIn("Enforcement does not hold: 2 rules are violated: M2 one-callback-per-thread", short)
         self.assertIn("Slowest: " + worst, short)
+
+    def test_nobody_is_accused_of_what_nobody_claimed(self):
+        trace = EXAMPLES / "multi_threaded_fails" / "trace"
+        self.page(trace)
+        self.assertEqual(self.see("h1"), ["callbacks share threads: 8 of 8"])
+        self.assertEqual(self.see("#verdict, .head .fail, #short .fail"), [])
+        self.assertIn("2 rules are violated: M2 one-callback-per-thread", " ".join(self.see("#short li")))
+        self.page(trace, "--expect", "isolated")
+        self.assertEqual(self.see("h1"), ["8 of 8 callbacks share threads"])
+        self.assertEqual(self.see("#verdict"), ["\u2717 FAIL"])
+        spec = self.folder / "deadline.yaml"  # whoever writes a spec claims it, too
+        spec.write_text("callback_groups:\n  - id: /a/plan@Timer(20000000)\n    response_deadline: 1\n", encoding="utf-8")
+        self.page(trace, "--spec", spec)
+        self.assertEqual(self.see("#verdict"), ["\u2717 FAIL"])
+        self.assertEqual(self.see("h1"), ["8 of 8 callbacks share threads"])
 
     def test_whom_a_run_waited_for_ran_on_its_thread_meanwhile(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"

@@ -12,7 +12,7 @@ import urllib.parse
 from pathlib import Path
 
 import support
-from support import CIE, SHORT_SUBSCRIPTION, SHORT_TIMER, SUBSCRIPTION, TIMER, Running, app, wait_for
+from support import CIE, SHORT_SUBSCRIPTION, SHORT_TIMER, TIMER, Running, app, wait_for
 
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "viewer_export" / "live" / "prometheus"
