@@ -15,14 +15,14 @@ const nsOf = r => (r === null ? null : r.ns);
 
 const COLUMNS = [
   ["callback", c => name(c), "text"],
-  ["isolated", c => isolationOf(c)[1], "text"],
-  ["threads", c => c.threads.length],
-  ["runs", c => c.instances],
   ["response p50", c => nsOf(responseTime(c, "p50")), "time", "p50"],
   ["response p99", c => nsOf(responseTime(c, "p99")), "time", "p99"],
   ["response max", c => nsOf(responseTime(c, "max")), "time", "max"],
   ["deadline", c => c.response_deadline_ns, "time"],
   ["late", c => c.late],
+  ["isolated", c => isolationOf(c)[1], "text"],
+  ["threads", c => c.threads.length],
+  ["runs", c => c.instances],
   ["start latency max", c => stat(c, "start_latency_ns", "max"), "time"],
   ["execution max", c => stat(c, "execution_time_ns", "max"), "time"],
   ["preempted max", c => stat(c, "preempted_ns", "max"), "time"],
@@ -64,18 +64,18 @@ export const callbacks = () => {
           return el("td", {class: `text ${COLOUR[verdict]}`}, `${SIGN[verdict]} ${value}`);
         }
         const isBeyond = header === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
-        const isLate = isBeyond || (header === "late" && value > 0);
+        const isBad = isBeyond || ((header === "late" || header === "missed") && value > 0);
         const told = which ? responseTime(c, which) : null;
         const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
         return el(
           "td",
           {
-            class: isLate || (header === "missed" && value > 0) ? "fail" : null,
+            class: isBad ? "fail" : null,
             title: (which && boundsOf(c)) || null,
             "data-ns": kind === "time" ? value : null,
             "data-bound": told?.isBound,
           },
-          isLate ? `${SIGN.FAIL} ${text}` : text,
+          isBad ? `${SIGN.FAIL} ${text}` : text,
         );
       }),
     ),

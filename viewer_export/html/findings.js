@@ -215,11 +215,23 @@ export const inShort = () => {
 
 // --- rules --------------------------------------------------------------------------------------
 export const rules = () => {
-  const chips = ["FAIL", "INCONCLUSIVE", "PASS", "NOT_APPLICABLE"].flatMap(v =>
-    verdicts.rules
-      .filter(r => r.verdict === v)
-      .map(r => el("li", {class: COLOUR[v], title: `${r.name} ${WORD[v]}`}, `${SIGN[v]} ${r.id} ${r.name}`)),
-  );
+  const of = verdict => verdicts.rules.filter(r => r.verdict === verdict);
+  const chips = listed => {
+    const items = listed.flatMap(v =>
+      of(v).map(r => el("li", {class: COLOUR[v], title: `${r.name} ${WORD[v]}`}, `${SIGN[v]} ${r.id} ${r.name}`)),
+    );
+    return items.length ? el("ul", {class: "chips"}, items) : null;
+  };
+  // What holds needs no room.
+  const kept = [
+    ["PASS", "passes", "pass"],
+    ["NOT_APPLICABLE", "does not apply", "do not apply"],
+  ]
+    .filter(([v]) => of(v).length)
+    .map(([v, one, many]) => `${SIGN[v]} ${plural(of(v).length, "rule")} ${of(v).length === 1 ? one : many}`);
+  const folded = kept.length
+    ? el("details", {}, el("summary", {}, kept.join(", ")), chips(["PASS", "NOT_APPLICABLE"]))
+    : null;
   const FIRST = 2;
   const MOST = 100;
   const where = e =>
@@ -274,5 +286,5 @@ export const rules = () => {
         );
       }),
   );
-  section("rules", "Does enforcement hold?", el("ul", {class: "chips"}, chips), findings);
+  section("rules", "Does enforcement hold?", chips(["FAIL", "INCONCLUSIVE"]), findings, folded);
 };

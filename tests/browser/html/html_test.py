@@ -269,6 +269,58 @@ class Contents(Page):
         self.assertEqual(len(self.see(".detail svg .mark")), 1)
 
 
+    def test_opens_on_the_worst_run_with_what_surrounds_it(self):
+        trace = EXAMPLES / "isolated_ok" / "trace"
+        self.page(trace)
+        rows = list(csv.DictReader(io.StringIO(cie("instances", trace))))
+        worst = max((r for r in rows if r["release_ns"]), key=lambda r: int(r["end_ns"]) - int(r["release_ns"]))
+        begin, end = int(worst["release_ns"]), int(worst["end_ns"])
+        seen = self.browser.evaluate("[cie.timeline.from + cie.lanes.base_ns, cie.timeline.to + cie.lanes.base_ns]")
+        first = min(int(r["release_ns"] or r["start_ns"]) for r in rows)
+        left = max(begin - (end - begin), first)
+        self.assertEqual(seen, [left, left + 3 * (end - begin)])
+        self.assertEqual(self.browser.evaluate("cie.fullName(cie.timeline.marked.lane.callbackReport)"), worst["logical_id"])
+        self.assertIn(f"run #{worst['seq']} on thread {worst['tid']}", self.see(".tip")[0])
+        self.assertEqual(self.browser.evaluate("scrollY"), 0, "the head is in sight")
+
+    def test_rules_that_hold_are_folded_and_a_symbol_is_one_line(self):
+        self.page(EXAMPLES / "isolated_ok" / "trace")
+        folded = self.browser.evaluate("[...document.querySelectorAll('#rules ~ details')].map(d => [d.open, d.querySelector('summary').textContent])")
+        self.assertEqual([is_open for is_open, _ in folded], [False])
+        self.assertRegex(folded[0][1], r"^\u2713 \d+ rules pass, \u2013 \d+ rules do not apply$")
+        heights = self.browser.evaluate("""(() => { const [line] = document.querySelectorAll(".detail .line");
+            return line ? [line.offsetHeight, parseFloat(getComputedStyle(line).fontSize)] : null; })()""")
+        if heights:
+            self.assertLess(heights[0], 2 * heights[1])
+
+    def test_columns_of_the_matrix_have_the_threads_names(self):
+        trace = EXAMPLES / "isolated_ok" / "trace"
+        self.page(trace)
+        report = json.loads(cie("report", trace, "--format", "json"))
+        ran = {t["tid"] for c in report["callbacks"] for t in c["threads"]}
+        self.assertEqual(sorted(self.see("#matrix ~ .scroll text.column > title")),
+                         sorted(t["name"] for t in report["threads"] if t["tid"] in ran))
+
+    def test_the_histogram_marks_quantiles_and_deadline_side_by_side(self):
+        spec = self.folder / "marks.yaml"
+        spec.write_text("callback_groups:\n" + "".join(f"  - id: \"{c}\"\n    response_deadline: 5000000\n" for c in
+                                                       ("/a/plan@Timer(20000000)", "/b/drive@Subscription(/t1)")), encoding="utf-8")
+        document = document_of(self.page(EXAMPLES / "isolated_ok" / "trace", "--spec", spec))
+        drive = next(c for c in document["report"]["callbacks"] if c["logical_id"].startswith("/b/drive@Sub"))
+        self.assertEqual(self.see(".detail h3"), ["drive \u2190 /t1"])
+        boxes = self.browser.evaluate("""[...document.querySelectorAll(".detail svg text")].map(text => {
+            const box = text.getBBox();
+            return [text.textContent, box.x, box.y, box.width, box.height];
+        })""")
+        marks = [box for box in boxes if box[0].split()[0] in ("p50", "p99", "max", "deadline")]
+        self.assertEqual({box[0].split()[0] for box in marks}, {"p50", "p99", "max", "deadline"})
+        self.assertIn("deadline 5.000\u202fms", [box[0] for box in marks])
+        self.assertTrue(drive["response_time_ns"])
+        for i, (_, x, y, w, h) in enumerate(marks):
+            for _, x2, y2, w2, h2 in marks[i + 1:]:
+                self.assertFalse(x < x2 + w2 - 1 and x2 < x + w - 1 and y < y2 + h2 - 3 and y2 < y + h - 3, marks)
+
+
 class TwoHosts(Page):
     """One application on two hosts, with the same names, pids, tids and ids."""
 
@@ -450,7 +502,20 @@ class Looks(Page):
                 self.browser.resize(width, height)
                 self.page(EXAMPLES / name / "trace")
                 self.assertLessEqual(self.browser.evaluate("document.scrollingElement.scrollWidth"), width)
+                edges = self.browser.evaluate("""[...document.querySelectorAll("#callback-table tbody tr:first-child td[data-ns]")].slice(0, 3)
+                    .map(cell => cell.getBoundingClientRect().right)""")
+                self.assertEqual(len(edges), 3)
+                self.assertLessEqual(max(edges), width, "response times are in sight")
         self.browser.resize(*SIZES[0])
+
+    def test_all_columns_fit_an_ordinary_screen(self):
+        spec = self.folder / "wide.yaml"
+        spec.write_text("callback_groups:\n  - id: /a/plan@Timer(20000000)\n    response_deadline: 1\n", encoding="utf-8")
+        self.page(EXAMPLES / "isolated_ok" / "trace", "--spec", spec)
+        self.assertIn("deadline", self.see("#callback-table th"))
+        wide = self.browser.evaluate("""[...document.querySelectorAll(".scroll")].filter(part => part.scrollWidth > part.clientWidth)
+            .map(part => part.firstElementChild.id || part.firstElementChild.tagName)""")
+        self.assertEqual(wide, [])
 
     def test_light_and_dark_can_be_read(self):
         grounds = set()
