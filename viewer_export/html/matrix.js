@@ -20,7 +20,7 @@ export const matrix = () => {
     return own && called.indexOf(own) === called.lastIndexOf(own) ? own : `${own || "thread"} ${tid}`;
   };
   const cut = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}\u2026` : text);
-  const room = (texts, most) => 6.6 * Math.min(most, Math.max(...texts.map(text => text.length))) + 12;
+  const room = (texts, most) => 6.6 * Math.min(most, Math.max(0, ...texts.map(text => text.length))) + 12;
   const LONGEST = 40;
   const LONGEST_THREAD = 24;
   const label = isNamed ? room(report.callbacks.map(name), LONGEST) : 0;

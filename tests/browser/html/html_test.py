@@ -131,6 +131,21 @@ class Page(unittest.TestCase):
     def do(self, script):
         return self.browser.evaluate(f"void ({script})")
 
+    def shown(self, change):
+        """The page of an example whose data `change` changed."""
+        path = self.folder / "changed.html"
+        cie("report", EXAMPLES / "isolated_ok" / "trace", "--format", "html", "-o", path)
+        html = path.read_text(encoding="utf-8")
+        document = document_of(html)
+        self.names = document["names"]["callbacks"]
+        change(document["report"])
+        text = json.dumps(document).replace("<", "\\u003c")
+        path.write_text(DOCUMENT.sub(lambda found: found[1] + text + found[3], html), encoding="utf-8")
+        self.browser.events.clear()
+        self.browser.open(path.as_uri() + f"?{self.id()}")
+        self.assertEqual(self.browser.troubles(), [])
+        return document["report"]
+
     def rows(self):
         """Of the callbacks' table, by what the first cell's tip says, cells by their headers: [text, exact number]."""
         headers = self.see("#callback-table th")
@@ -383,21 +398,6 @@ class TwoHosts(Page):
 class Isolation(Page):
     """Of two callbacks that ran and one that never did, and of releases that are not known."""
 
-    def shown(self, change):
-        """The page of an example whose data `change` changed."""
-        path = self.folder / "changed.html"
-        cie("report", EXAMPLES / "isolated_ok" / "trace", "--format", "html", "-o", path)
-        html = path.read_text(encoding="utf-8")
-        document = document_of(html)
-        change(document["report"])
-        self.names = document["names"]["callbacks"]
-        text = json.dumps(document).replace("<", "\\u003c")
-        path.write_text(DOCUMENT.sub(lambda found: found[1] + text + found[3], html), encoding="utf-8")
-        self.browser.events.clear()
-        self.browser.open(path.as_uri() + f"?{self.id()}")
-        self.assertEqual(self.browser.troubles(), [])
-        return document["report"]
-
     def cells(self, header):
         return {name: cells[header][0] for name, cells in self.rows().items()}
 
@@ -435,6 +435,64 @@ class Isolation(Page):
         self.assertEqual(len(tips), 3)
         for part in ("7 runs", "p50 1.200\u202fms", "max 2.500\u202fms at least", "9.000\u202fs at most"):
             self.assertIn(part, tips[0])
+
+
+# Of each edge: [from box to box, whether its ends are on their borders, boxes that it goes through].
+ROUTES = """(() => {
+  const boxes = [...document.querySelectorAll("g.callback")].map(g => [g.querySelector("title").textContent.split(": ")[0], g.querySelector("rect").getBBox()]);
+  const isWithin = (p, b, margin) => p.x > b.x + margin && p.x < b.x + b.width - margin && p.y > b.y + margin && p.y < b.y + b.height - margin;
+  return [...document.querySelectorAll("path.edge")].map(path => {
+    const length = path.getTotalLength(), through = new Set();
+    for (let at = 0; at <= length; at += 1)
+      for (const [id, box] of boxes) if (isWithin(path.getPointAtLength(at), box, 1)) through.add(id);
+    const on = at => boxes.filter(([, box]) => isWithin(path.getPointAtLength(at), box, -1)).map(([id]) => id);
+    return [path.querySelector("title").textContent.split(" by ")[0], on(0), on(length), [...through], path.getAttribute("marker-end")];
+  });
+})()"""
+
+
+class Graph(Page):
+    """Layers of callbacks with messages to the next layer, over several of them, and back."""
+    LAYERS = ((0, 1, 2, 3), (4, 5, 6), (7, 8, 9, 10, 11), (12, 13), (14, 15, 16))
+    LINKS = ((0, 4), (1, 4), (1, 5), (2, 6), (3, 6), (4, 7), (5, 8), (5, 9), (6, 10), (6, 11), (7, 12), (8, 12), (10, 13), (12, 14),
+             (13, 15), (13, 16), (0, 14), (3, 7), (1, 16), (2, 13), (11, 15), (15, 5), (9, 12), (9, 13))
+
+    def drawn(self):
+        def change(report):
+            first = report["callbacks"][0]
+            edge = report["edges"][0]
+            report["callbacks"] = [{**first, "index": i, "logical_id": f"/node_{i}@Subscription(/topic_of_{i})", "response_time_ns": None,
+                                    "threads": [], "isolation": "never_ran"} for layer in self.LAYERS for i in layer]
+            report["edges"] = [{**edge, "from": a, "to": b, "topic": f"/topic_of_{b}"} for a, b in self.LINKS]
+            report["threads"] = report["chains"] = []
+            self.names[:] = [f"node_{i} \u2190 /topic_of_{i}" for i in range(len(report["callbacks"]))]
+        return self.shown(change)
+
+    def test_edges_end_at_their_boxes_and_go_through_none(self):
+        report = self.drawn()
+        ids = [c["logical_id"] for c in report["callbacks"]]
+        routes = self.browser.evaluate(ROUTES)
+        self.assertEqual(sorted(title for title, *_ in routes), sorted(f"{ids[a]} to {ids[b]}" for a, b in self.LINKS))
+        for title, first, last, through, marker in routes:
+            self.assertEqual((first, last), tuple([end] for end in title.split(" to ")), title)
+            self.assertEqual(through, [], title)
+            self.assertEqual(marker, "url(#arrow)")
+        self.assertEqual(self.browser.evaluate("document.querySelectorAll('#arrow path').length"), 1)
+
+    def test_labels_are_topics_and_hide_no_box_and_no_other_label(self):
+        self.drawn()
+        self.assertEqual(sorted(self.see("g.label > title")), sorted(f"/topic_of_{b}" for _, b in self.LINKS))
+        self.assertEqual(sorted(self.see("g.label > text:nth-of-type(1)")), sorted(f"/topic_of_{b}" for _, b in self.LINKS))
+        boxes = self.browser.evaluate("""[...document.querySelectorAll("g.label > rect, g.callback > rect")].map(r => {
+            const b = r.getBBox(); return [b.x, b.y, b.x + b.width, b.y + b.height]; })""")
+        for i, (left, top, right, bottom) in enumerate(boxes):
+            for left2, top2, right2, bottom2 in boxes[i + 1:]:
+                self.assertFalse(left < right2 and left2 < right and top < bottom2 and top2 < bottom)
+
+    def test_it_fits_its_frame(self):
+        self.drawn()
+        self.assertEqual(self.browser.evaluate("""(() => { const frame = document.querySelector("svg.graph").parentNode;
+            return [frame.scrollWidth - frame.clientWidth, frame.scrollHeight - frame.clientHeight]; })()"""), [0, 0])
 
 
 class Use(Page):
