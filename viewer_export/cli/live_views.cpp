@@ -16,8 +16,8 @@ namespace cie::cli {
 namespace {
 
 constexpr const char* kOpenWarning =
-    R"(cie live: warning: this is no loopback address. Everybody who reaches this machine can read the names of
-hosts, processes, threads, callbacks and topics, response times and verdicts there: without a password,
+    R"(cie live: warning: this is no loopback address. Everybody who reaches this machine can read the command with
+its arguments, names of hosts, processes, threads, callbacks and topics, response times and verdicts there: without a password,
 and not encrypted. To keep it to this machine: --listen PORT, and a tunnel (ssh -L) for who is elsewhere.
 )";
 

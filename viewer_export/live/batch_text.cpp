@@ -83,6 +83,17 @@ std::string thread_table(const Snapshot& snapshot, const viewer_export::TextStyl
   return text;
 }
 
+// "FAIL M2 one-callback-per-thread (4)": the gravest rule, and how many subjects violate it.
+std::string verdict_words(const Snapshot& s) {
+  std::string text(analysis::label(s.verdict));
+  const auto gravest = std::ranges::find(s.verdicts, Verdict::fail, &VerdictView::verdict);
+  if (gravest == s.verdicts.end()) return text;
+  const auto subjects = std::ranges::count_if(s.verdicts, [&](const VerdictView& v) {
+    return v.verdict == Verdict::fail && v.rule == gravest->rule;
+  });
+  return text + fmt::format(" {} {} ({})", gravest->rule, gravest->name, subjects);
+}
+
 }  // namespace
 
 std::string clock_time(std::int64_t realtime_ns) {
@@ -97,8 +108,8 @@ std::vector<std::string> headline(const Snapshot& s) {
   const auto lost = s.lost_events ? std::to_string(*s.lost_events)
                                   : fmt::format("unknown ({} packets)", s.lost_packets);
   std::vector<std::string> lines{
-      fmt::format("cie live  {}  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
-                  analysis::label(s.verdict), printable(s.source)),
+      fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
+                  verdict_words(s)),
       fmt::format("{}, lost {}, {} events, {:.0f}/s{}, {}",
                   viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"), lost,
                   s.events, s.events_per_second,
@@ -142,7 +153,9 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
                        const viewer_export::TextStyle& style) {
   const Names names(snapshot, style);
   std::string text;
-  for (const auto& line : headline(snapshot))
+  auto lines = headline(snapshot);
+  lines.front() += "  " + printable(snapshot.watched);
+  for (const auto& line : lines)
     text += line + '\n';
   for (const auto& line : host_lines(snapshot))
     text += line + '\n';

@@ -39,9 +39,7 @@ void name(Snapshot& snapshot) {
   const Names names(snapshot, {.unicode = true});
   for (auto& callback : snapshot.callbacks)
     callback.name = names.of(callback);
-  const auto say = [&names](auto& verdict) {
-    verdict.says = names.in_words(verdict.subject + ": " + verdict.note);
-  };
+  const auto say = [&names](auto& verdict) { verdict.says = names.in_words(verdict.says); };
   std::ranges::for_each(snapshot.verdicts, say);
   std::ranges::for_each(snapshot.changes, say);
 }

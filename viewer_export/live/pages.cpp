@@ -230,7 +230,9 @@ Frame Pages::draw(Size size) {
   auto lines = headline(latest);
   lines.resize(2);
   Frame frame;
-  frame.push_back(text_line(lines[0], Look::strong));
+  auto top = text_line(lines[0], latest.verdict == Verdict::fail ? Look::bad : Look::strong);
+  top.spans.push_back({"  " + printable(latest.watched)});
+  frame.push_back(std::move(top));
   frame.push_back(text_line(lines[1], latest.lost_events != 0 ? Look::bad : Look::plain));
   frame.push_back(status());
   auto table = page(size.columns);

@@ -122,6 +122,7 @@ void fields(auto& visit, Is<Snapshot> auto& s) {
   visit("sequence", s.sequence);
   visit.object("source", [&s](auto& source) {
     source("url", s.source);
+    source("watched", s.watched);
     source("state", s.state);
     source("message", s.message);
   });

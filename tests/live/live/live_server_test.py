@@ -144,8 +144,13 @@ class Served(HostileClients, unittest.TestCase):
             browser.open(url)
             names = "[...document.querySelectorAll('#callbacks tbody td:first-child')].map(cell => cell.textContent)"
             wait_for(lambda: set(browser.evaluate(names)) == {SHORT_TIMER, SHORT_SUBSCRIPTION}, "the callbacks")
-            wait_for(lambda: browser.evaluate("document.getElementById('verdict').textContent") == "FAIL", "the verdict")
+            wait_for(lambda: browser.evaluate("document.getElementById('verdict').textContent") == "\u2717 FAIL", "the verdict")
             wait_for(lambda: "M2" in browser.evaluate("document.getElementById('violations').textContent"), "the violation")
+            wait_for(lambda: browser.evaluate("document.querySelector('#reasons li').textContent").startswith("\u2717M2 "), "the reason")
+            self.assertLess(browser.evaluate("document.getElementById('reasons').getBoundingClientRect().bottom"), 500, "above the fold")
+            self.assertIn("--until-signal", browser.evaluate("document.getElementById('source').textContent"))
+            curves = "[...document.querySelectorAll('svg.curve polyline')].map(p => p.getAttribute('points').split(' ').length)"
+            wait_for(lambda: all(n > 2 for n in browser.evaluate(curves)) and len(browser.evaluate(curves)) == 2, "curves over some seconds")
             events = "parseInt(document.getElementById('facts').textContent)"
             before = browser.evaluate(events)
             wait_for(lambda: browser.evaluate(events) > before, "the next snapshot")

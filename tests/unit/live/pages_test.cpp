@@ -29,6 +29,8 @@ Snapshot first_snapshot() {
   s.sequence = 1;
   s.state = SourceState::streaming;
   s.source = "net://x/host/y/z";
+  s.watched = "cie run app.yaml";
+  s.verdict = analysis::Verdict::fail;
   s.window_ns = 5'000'000'000;
   s.callbacks = {callback(0, "/slow@Timer(1)", 9'000'000), callback(1, "/fast@Timer(1)", 1'000'000),
                  callback(2, "/bad\x1b]0;owned\x07\x1b[2J\n@Timer(1)", 500)};
@@ -193,6 +195,22 @@ TEST_F(PagesTest, NamesAreShortAndSayTheProcessWhereSeveralHaveThem) {
       symbols += span.text;
   }
   EXPECT_NE(symbols.find("drive ← /pose"), std::string::npos) << symbols;
+}
+
+TEST_F(PagesTest, TheTopLineNamesTheGravestRuleAndTheCommand) {
+  auto failing = first_snapshot();
+  failing.verdicts.push_back(failing.verdicts.front());
+  failing.verdicts.push_back({.rule = "R3",
+                              .name = "deadline",
+                              .subject = "callback /x",
+                              .verdict = analysis::Verdict::fail,
+                              .note = {}});
+  history_.add(failing);
+  const auto text = draw();
+  const auto top = text.substr(0, text.find('\n'));
+  EXPECT_NE(top.find("FAIL M2 one-callback-per-thread (2)  cie"), std::string::npos) << top;
+  EXPECT_NE(draw(Size{24, 120}).find("(2)  cie run app.yaml\n"), std::string::npos);
+  EXPECT_EQ(text.find("net://"), std::string::npos);
 }
 
 TEST_F(PagesTest, QuitsOnQAlone) {

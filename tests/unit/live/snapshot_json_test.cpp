@@ -14,6 +14,7 @@ Snapshot full() {
   s.sequence = 3;
   s.state = SourceState::lost;
   s.source = "net://x/host/y/z";
+  s.watched = "cie run app.yaml";
   s.message = "gone";
   s.hosts = {{.host = "y\"",
               .session = "z",
@@ -73,6 +74,7 @@ TEST(SnapshotJson, IsOneLineThatComesBackAsItWas) {
   EXPECT_EQ(json_line(parse_snapshot(line), true), line);
   const auto back = parse_snapshot(line);
   EXPECT_EQ(back.callbacks.at(0).name, "a ← /b");
+  EXPECT_EQ(back.watched, "cie run app.yaml");
   EXPECT_EQ(back.callbacks.at(0).logical_id, "a\x1b[2J\"\n\xEF\xBF\xBD");
   EXPECT_EQ(back.time_ns, std::numeric_limits<std::int64_t>::max());
   EXPECT_FALSE(back.lost_events);
