@@ -1,5 +1,5 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
-import {colour, el, link, svg} from "./dom.js";
+import {colour, el, link, scrolled, svg} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
 import {fullName, histograms, name, report} from "./recording.js";
 import {timeline} from "./timeline.js";
@@ -250,9 +250,8 @@ export const details = index => {
       ),
     ),
     worst.length
-      ? el(
-          "div",
-          {class: "scroll"},
+      ? scrolled(
+          "Table of slowest runs",
           el(
             "table",
             {},

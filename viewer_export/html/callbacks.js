@@ -1,6 +1,6 @@
 // The table of callbacks: sorted, filtered, one of them chosen.
 import {boundsOf, details} from "./callback.js";
-import {el, link} from "./dom.js";
+import {el, link, scrolled} from "./dom.js";
 import {atLeast, claims, fullName, isCalled, name, report, responseTime, section, wordsIn} from "./recording.js";
 import {COLOUR, SIGN, count, plural, time} from "./words.js";
 
@@ -139,10 +139,10 @@ export const callbacks = () => {
     "callbacks",
     "Callbacks",
     el("div", {class: "bar"}, filter, state),
-    el(
-      "div",
-      {class: "scroll tall", tabindex: "0", role: "region", "aria-label": "Table of callbacks"},
+    scrolled(
+      "Table of callbacks",
       el("table", {id: "callback-table"}, el("thead", {}, el("tr", {}, headers)), body),
+      true,
     ),
     el(
       "p",

@@ -1,5 +1,5 @@
 // Chains of callbacks: path latency, reaction time, data age, hop by hop.
-import {el} from "./dom.js";
+import {el, scrolled} from "./dom.js";
 import {graph} from "./graph.js";
 import {callbackByIndex, inWords, name, report, section, severalHosts, shortNames} from "./recording.js";
 import {count, plural, time} from "./words.js";
@@ -31,9 +31,8 @@ export const chains = () => {
     "chains",
     "Chains of callbacks",
     graph(),
-    el(
-      "div",
-      {class: "scroll"},
+    scrolled(
+      "Table of chains",
       el(
         "table",
         {id: "chain-table"},
@@ -72,9 +71,8 @@ export const chains = () => {
         "details",
         {},
         el("summary", {title: c.name}, `Where ${short(c)} spends its time`),
-        el(
-          "div",
-          {class: "scroll"},
+        scrolled(
+          `Hops of ${short(c)}`,
           el(
             "table",
             {},

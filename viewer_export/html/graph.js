@@ -1,5 +1,5 @@
 // Who takes whose messages: callbacks as boxes, messages as arrows, in as few crossings as dagre finds.
-import {drawing, el, svg} from "./dom.js";
+import {drawing, el, scrolled, svg} from "./dom.js";
 import {callbackByIndex, fullName, name, report, severalHosts} from "./recording.js";
 import {Graph, layout} from "./vendor/dagre.js";
 import {plural, time} from "./words.js";
@@ -142,6 +142,6 @@ export const graph = () => {
       {class: "soft"},
       "An arrow: messages on the topic beside it, and the latency from publish to release in the middle; dashed: to another process.",
     ),
-    el("div", {class: "scroll", tabindex: "0", role: "region", "aria-label": "Graph of callbacks"}, picture),
+    scrolled("Graph of callbacks", picture),
   ];
 };

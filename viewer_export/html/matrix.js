@@ -1,5 +1,5 @@
 // Which callback ran on which thread.
-import {drawing, el, svg} from "./dom.js";
+import {drawing, el, scrolled, svg} from "./dom.js";
 import {fullName, name, report, section} from "./recording.js";
 import {plural} from "./words.js";
 
@@ -40,9 +40,8 @@ export const matrix = () => {
       {class: "soft"},
       "A row for each callback, a column for each thread. Isolated: one mark in its row, one in its column; crossed red marks are not.",
     ),
-    el(
-      "div",
-      {class: "scroll tall"},
+    scrolled(
+      "Matrix of callbacks and threads",
       drawing(
         W,
         H,
@@ -104,6 +103,7 @@ export const matrix = () => {
           }),
         ]),
       ),
+      true,
     ),
   );
 };

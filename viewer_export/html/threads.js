@@ -1,5 +1,5 @@
 // Threads, and how they were scheduled.
-import {el} from "./dom.js";
+import {el, scrolled} from "./dom.js";
 import {inWords, processByIndex, report, section, severalHosts} from "./recording.js";
 import {time} from "./words.js";
 
@@ -20,9 +20,8 @@ export const threads = () => {
   section(
     "threads",
     "Threads",
-    el(
-      "div",
-      {class: "scroll tall", tabindex: "0", role: "region", "aria-label": "Table of threads"},
+    scrolled(
+      "Table of threads",
       el(
         "table",
         {},
@@ -67,6 +66,7 @@ export const threads = () => {
           ),
         ),
       ),
+      true,
     ),
   );
 };

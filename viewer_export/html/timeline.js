@@ -21,12 +21,13 @@ export const timeline = {
     this.canvas = el("canvas", {
       tabindex: "0",
       role: "img",
-      "aria-label": "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything.",
+      "aria-label":
+        "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything, n and p go to the lane's next and previous run.",
     });
     this.tip = el(
       "p",
       {class: "tip soft", role: "status"},
-      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything. Point at a run to read it.",
+      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything, n and p go from run to run. Point at a run to read it.",
     );
     this.search = el("input", {
       type: "search",
@@ -128,6 +129,8 @@ export const timeline = {
         PageDown: () => this.scroll(10),
         0: () => this.all(),
         Home: () => this.all(),
+        n: () => this.toNeighbour(1),
+        p: () => this.toNeighbour(-1),
       }[e.key];
       if (action && !e.ctrlKey && !e.metaKey && !e.altKey) {
         action();
@@ -185,6 +188,13 @@ export const timeline = {
     this.top = Math.max(0, Math.min(this.lanes.indexOf(lane) - 3, this.lanes.length - this.rows));
     this.view(lane.start[i] - response - length, lane.start[i] - response + length * 2);
     this.tell(lane, i);
+  },
+  // To the marked run's neighbour.
+  toNeighbour(by) {
+    if (!this.marked) return;
+    const {lane, i} = this.marked;
+    const next = i + by;
+    if (next >= 0 && next < lane.count) this.lookAt(lane, next);
   },
   tell(lane, i) {
     const parts = [

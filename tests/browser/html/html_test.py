@@ -30,14 +30,24 @@ CONTRAST = """(() => {
   const luminance = colour => { const [r, g, b] = rgb(colour).map(v => { v /= 255; return v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4; }); return .2126 * r + .7152 * g + .0722 * b; };
   const ground = node => { for (; node; node = node.parentElement) { const c = getComputedStyle(node).backgroundColor; if (rgb(c)[3] === 255) return c; } return "#fff"; };
   const found = {};
-  for (const node of document.querySelectorAll("h1, h2, h3, p, li, td, th, button, summary, caption, .verdict, .key span")) {
+  for (const node of document.querySelectorAll("h1, h2, h3, p, li, td, th, a, button, code, summary, caption, .verdict, .sign, .key span")) {
     const a = luminance(getComputedStyle(node).color), b = luminance(ground(node));
     found[node.tagName + "." + node.className] = (Math.max(a, b) + .05) / (Math.min(a, b) + .05);
   }
   return found;
 })()"""
+# Of what is drawn, section 1.4.11.
+SHAPES = """(() => {
+  const style = getComputedStyle(document.documentElement), g = document.createElement("canvas").getContext("2d");
+  const luminance = name => { g.fillStyle = style.getPropertyValue("--" + name).trim(); g.fillRect(0, 0, 1, 1);
+    const [r, g2, b] = [...g.getImageData(0, 0, 1, 1).data].map(v => { v /= 255; return v <= .03928 ? v / 12.92 : ((v + .055) / 1.055) ** 2.4; });
+    return .2126 * r + .7152 * g2 + .0722 * b; };
+  const ground = luminance("paper");
+  return Object.fromEntries(["run", "wait", "preempted", "blocked", "wake", "mark", "fail", "soft"].map(name => {
+    const own = luminance(name); return [name, (Math.max(own, ground) + .05) / (Math.min(own, ground) + .05)]; }));
+})()"""
 # What an assistive program needs: pictures and fields with names, tables with headers.
-NAMELESS = """[...document.querySelectorAll("svg[role=img], canvas, input, button, [role=region]")].filter(node =>
+NAMELESS = """[...document.querySelectorAll("svg[role=img], canvas, input, button, [role=region], .scroll")].filter(node =>
   !(node.getAttribute("aria-label") || node.getAttribute("aria-labelledby") && document.getElementById(node.getAttribute("aria-labelledby")) || node.textContent.trim()))
   .map(node => node.outerHTML.slice(0, 80))
   .concat([...document.querySelectorAll("table")].filter(t => !t.querySelector("th[scope=col]")).map(t => t.id))"""
@@ -583,11 +593,38 @@ class Looks(Page):
             grounds.add(self.browser.evaluate("getComputedStyle(document.body).backgroundColor"))
             contrast = self.browser.evaluate(CONTRAST)
             self.assertEqual({where: ratio for where, ratio in contrast.items() if ratio < 4.5}, {}, scheme)
+            shapes = self.browser.evaluate(SHAPES)
+            self.assertEqual({name: ratio for name, ratio in shapes.items() if not ratio >= 3}, {}, scheme)
         self.assertEqual(len(grounds), 2)
 
     def test_everything_has_a_name(self):
         self.page(EXAMPLES / "multi_threaded_fails" / "trace")
         self.assertEqual(self.browser.evaluate(NAMELESS), [])
+
+
+    def test_keys_reach_everything_and_show_where_they_are(self):
+        self.page(EXAMPLES / "multi_threaded_fails" / "trace")
+        wanted = self.browser.evaluate("""[...document.querySelectorAll("button, input, canvas, summary, a, .scroll")]
+            .filter(node => node.checkVisibility() && !node.closest("details:not([open]) > :not(summary)")).length""")
+        reached = []
+        for _ in range(wanted):
+            for kind in ("keyDown", "keyUp"):
+                self.browser.call("Input.dispatchKeyEvent", type=kind, key="Tab", code="Tab", windowsVirtualKeyCode=9)
+            reached.append(self.browser.evaluate("""(() => { const node = document.activeElement, style = getComputedStyle(node);
+                node.dataset.reached = "yes";
+                return [node.tagName, node.textContent.slice(0, 20), style.outlineStyle, parseFloat(style.outlineWidth)]; })()"""))
+        self.assertEqual(self.browser.evaluate("document.querySelectorAll('[data-reached]').length"), wanted)
+        self.assertEqual([node for node in reached if node[2] == "none" or node[3] < 2], [])
+
+    def test_the_timeline_goes_from_run_to_run_by_keys(self):
+        self.page(EXAMPLES / "isolated_ok" / "trace")
+        first = self.browser.evaluate("cie.timeline.marked.i")
+        key = "document.querySelector('canvas').dispatchEvent(new KeyboardEvent('keydown', {key: '%s'}))"
+        self.do(key % "n")
+        self.assertEqual(self.browser.evaluate("cie.timeline.marked.i"), first + 1)
+        self.assertIn("run #", self.see(".tip")[0])
+        self.do(key % "p")
+        self.assertEqual(self.browser.evaluate("cie.timeline.marked.i"), first)
 
 
 class Hostile(Page):
