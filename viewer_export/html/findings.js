@@ -1,7 +1,7 @@
 // The first minute: verdict, worst callback, what is missing.
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
-import {laneOf, partsOf, slowest, waitedFor} from "./instances.js";
+import {laneOf, partsOf, slowest, waitedFor, worstRun} from "./instances.js";
 import {
   claims,
   fullName,
@@ -170,6 +170,7 @@ export const inShort = () => {
     const isLate = deadline !== null && r.ns > deadline;
     const lane = laneOf(worst);
     const i = lane ? slowest(lane, 1)[0] : undefined;
+    const shown = lane ? worstRun(lane) : undefined;
     const parts = i === undefined ? [] : partsOf(lane, i).sort((a, b) => b[2] - a[2]);
     const took = r.isBound
       ? ` took at least ${time(r.ns)} from release to end at worst; when it was released is not known exactly`
@@ -187,7 +188,7 @@ export const inShort = () => {
         parts.length
           ? `In that run it ${parts[0][0] === "preempted" ? "was " : ""}${parts[0][0]} for ${time(parts[0][2])}, ${percent(parts[0][2] / lane.response(i))} of it${why(lane, i, parts[0])}. `
           : "",
-        i === undefined ? "" : link("Show it", () => timeline.show(lane, i)),
+        shown === undefined ? "" : link("Show it", () => timeline.show(lane, shown)),
       ),
     );
   }

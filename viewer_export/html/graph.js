@@ -10,8 +10,8 @@ const BOX = 36; // height
 const LABEL = 26; // height
 const cut = text => (text.length > LONGEST ? `${text.slice(0, LONGEST - 1)}\u2026` : text);
 const widthOf = lines => Math.max(...lines.map(line => line.length)) * 6.4 + 16;
-const linesOfBox = c => [cut(name(c)), c.response_time_ns ? `at most ${time(c.response_time_ns.max)}` : ""];
-const linesOfEdge = e => [cut(e.topic), e.communication_ns === null ? "" : time(e.communication_ns.p50)];
+const linesOfBox = c => [cut(name(c)), ...(c.response_time_ns ? [`at most ${time(c.response_time_ns.max)}`] : [])];
+const linesOfEdge = e => [cut(e.topic), ...(e.communication_ns === null ? [] : [time(e.communication_ns.p50)])];
 
 // Places boxes and labels in ranks from top to bottom, or from left to right: all of one axis as the layout has it,
 // "along" the messages, and "across" them.
@@ -75,8 +75,14 @@ export const graph = () => {
   const at = ({x, y}) => (isSideways ? {x: y, y: x} : {x, y});
   const id = c => (severalHosts ? fullName(c) : c.logical_id);
   const respondsIn = c => (c.response_time_ns ? `: responds within ${time(c.response_time_ns.max)}` : "");
-  const text = (line, i, x, y) =>
-    svg("text", {class: i ? "soft" : null, x, y: y - 3 + 14 * i, "text-anchor": "middle"}, line);
+  const texts = (lines, x, y) =>
+    lines.map((line, i) =>
+      svg(
+        "text",
+        {class: i ? "soft" : null, x, y: y + 4 + 14 * (i - (lines.length - 1) / 2), "text-anchor": "middle"},
+        line,
+      ),
+    );
   const arrow = svg(
     "defs",
     {},
@@ -117,8 +123,14 @@ export const graph = () => {
         "g",
         {class: "label"},
         svg("title", {}, edge.topic),
-        svg("rect", {class: "f-paper", x: x - width / 2, y: y - LABEL / 2, width, height: LABEL}),
-        lines.map((line, k) => text(line, k, x, y)),
+        svg("rect", {
+          class: "f-paper",
+          x: x - width / 2,
+          y: y - (LABEL / 4) * lines.length,
+          width,
+          height: (LABEL / 2) * lines.length,
+        }),
+        texts(lines, x, y),
       );
     }),
     nodes.map(c => {
@@ -130,7 +142,7 @@ export const graph = () => {
         {class: "callback"},
         svg("title", {}, id(c) + respondsIn(c)),
         svg("rect", {class: "box", x: x - width / 2, y: y - BOX / 2, width, height: BOX, rx: 5}),
-        linesOfBox(c).map((line, k) => text(line, k, x, y)),
+        texts(linesOfBox(c), x, y),
       );
     }),
   );

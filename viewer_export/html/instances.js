@@ -63,6 +63,18 @@ export const slowest = (lane, n) => {
   known.sort((a, b) => lane.response(b) - lane.response(a) || a - b);
   return known.slice(0, n);
 };
+// The number of the slowest, by what is certain of its response time where none is known; undefined: there is none.
+export const worstRun = lane => {
+  const [known] = slowest(lane, 1);
+  if (known !== undefined) return known;
+  let worst;
+  let longest = -1;
+  for (let i = 0; i < lane.count; ++i) {
+    const least = (lane.wait[i] > 0 ? lane.wait[i] : 0) + lane.duration[i];
+    if (least > longest) [worst, longest] = [i, least];
+  }
+  return worst;
+};
 // Whom an instance waited for: runs of others, or earlier ones of its own callback, on its thread between its release
 // and its start, longest in sum first: [lane, ns]. Of runs that are not drawn nothing is known.
 export const waitedFor = (lane, i) => {

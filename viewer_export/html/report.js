@@ -4,7 +4,7 @@ import {defects} from "./defects.js";
 // The page of a report.
 import {el} from "./dom.js";
 import {head, inShort, rules, worstIndex} from "./findings.js";
-import {decode, laneOf, slowest, waitedFor} from "./instances.js";
+import {decode, laneOf, waitedFor, worstRun} from "./instances.js";
 import {matrix} from "./matrix.js";
 import {fullName, lanes, page, report} from "./recording.js";
 import {threads} from "./threads.js";
@@ -31,7 +31,7 @@ decode()
     const worst = worstIndex();
     if (report.callbacks.length) choose(Math.max(worst, 0));
     const lane = worst < 0 ? undefined : laneOf(worst);
-    const run = lane ? slowest(lane, 1)[0] : undefined;
+    const run = lane ? worstRun(lane) : undefined;
     if (run !== undefined) timeline.lookAt(lane, run);
     addEventListener("beforeprint", () => {
       for (const d of document.querySelectorAll("details")) d.open = true;

@@ -308,6 +308,18 @@ class Contents(Page):
         self.assertIn(f"run #{worst['seq']} on thread {worst['tid']}", self.see(".tip")[0])
         self.assertEqual(self.browser.evaluate("scrollY"), 0, "the head is in sight")
 
+    def test_opens_on_the_longest_run_where_no_release_is_known(self):
+        def change(report):
+            for callback in report["callbacks"]:
+                lower = callback["response_time_ns"]
+                callback.update(response_time_ns=None, response_time_lower_ns=lower, response_time_upper_ns=None)
+        self.shown(change)
+        self.do("""cie.lanes.lanes.forEach(lane => { lane.isExact = () => false; lane.response = () => NaN; })""")
+        self.do("document.querySelector('#short button:last-of-type').click()")
+        runs = self.browser.evaluate("""(() => { const {lane, i} = cie.timeline.marked; const least = k => lane.wait[k] + lane.duration[k];
+            return [least(i), ...[...Array(lane.count).keys()].map(least)]; })()""")
+        self.assertEqual(runs[0], max(runs[1:]))
+
     def test_rules_that_hold_are_folded_and_a_symbol_is_one_line(self):
         self.page(EXAMPLES / "isolated_ok" / "trace")
         folded = self.browser.evaluate("[...document.querySelectorAll('#rules ~ details')].map(d => [d.open, d.querySelector('summary').textContent])")
