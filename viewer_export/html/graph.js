@@ -17,7 +17,7 @@ const linesOfEdge = e => [cut(e.topic), ...(e.communication_ns === null ? [] : [
 // "along" the messages, and "across" them.
 const placed = (nodes, edges, isSideways) => {
   const graph = new Graph({multigraph: true});
-  graph.setGraph({nodesep: 16, edgesep: 14, ranksep: 36, marginx: 4, marginy: 4});
+  graph.setGraph({nodesep: 16, edgesep: 14, ranksep: 48, marginx: 4, marginy: 4});
   const widest = Math.max(...nodes.map(c => widthOf(linesOfBox(c))));
   const widestLabel = Math.max(...edges.map(e => widthOf(linesOfEdge(e))));
   // Ranks of one thickness: edges may pass beside every box of them.
@@ -32,11 +32,12 @@ const placed = (nodes, edges, isSideways) => {
   });
   layout(graph);
   const {width, height} = graph.graph();
-  return {graph, isSideways, W: isSideways ? height : width, H: isSideways ? width : height};
+  const labelDepth = isSideways ? widestLabel : LABEL;
+  return {graph, isSideways, labelDepth, W: isSideways ? height : width, H: isSideways ? width : height};
 };
 
-// From box to box; beside boxes along the messages, and across only between two ranks, where no box is.
-const pathOf = ({graph, isSideways}, from, to, points) => {
+// From box to box; beside boxes and labels along the messages, and across only between two ranks, where neither is.
+const pathOf = ({graph, isSideways, labelDepth}, from, to, points) => {
   const xy = (across, along) => (isSideways ? `${along},${across}` : `${across},${along}`);
   if (from === to) return `M${points.map(p => xy(p.x, p.y)).join("L")}`;
   const boxes = graph.nodes().map(n => graph.node(n));
@@ -49,7 +50,7 @@ const pathOf = ({graph, isSideways}, from, to, points) => {
   const stops = [end(from, inner[0] ?? to)];
   for (const p of inner) {
     const inRank = boxes.find(box => Math.abs(box.y - p.y) < 1);
-    const half = inRank ? inRank.height / 2 + 2 : 4;
+    const half = (inRank ? inRank.height : labelDepth) / 2 + 2;
     const direction = Math.sign(to.y - from.y) || 1;
     stops.push([p.x, p.y - direction * half], [p.x, p.y + direction * half]);
   }
@@ -67,10 +68,11 @@ export const graph = () => {
   const edges = report.edges.filter(e => e.from !== null);
   const nodes = [...new Set(edges.flatMap(e => [e.from, e.to]))].map(index => callbackByIndex.get(index));
   if (!edges.length || nodes.length > MOST_CALLBACKS) return null;
-  // What needs less room on a page that is wider than high.
-  const frames = [placed(nodes, edges, false), placed(nodes, edges, true)];
+  // From above, unless that is too wide and from the left needs less room.
   const size = p => Math.max(p.W / 1200, p.H / 1000);
-  const chosen = size(frames[0]) <= size(frames[1]) ? frames[0] : frames[1];
+  const upright = placed(nodes, edges, false);
+  const sideways = upright.W > 1200 ? placed(nodes, edges, true) : null;
+  const chosen = sideways && size(sideways) < size(upright) ? sideways : upright;
   const {graph: drawn, isSideways, W, H} = chosen;
   const at = ({x, y}) => (isSideways ? {x: y, y: x} : {x, y});
   const id = c => (severalHosts ? fullName(c) : c.logical_id);

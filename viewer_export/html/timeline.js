@@ -7,7 +7,6 @@ import {count, plural, roundTime, time} from "./words.js";
 const MOST_ROWS = 26;
 // As much of a text as fits.
 const fit = (g, text, width) => {
-  if (g.measureText(text).width <= width) return text;
   let length = text.length;
   while (length > 1 && g.measureText(`${text.slice(0, length)}\u2026`).width > width) --length;
   return `${text.slice(0, length)}\u2026`;
@@ -263,7 +262,8 @@ export const timeline = {
     const g = canvas.getContext("2d");
     const font = "12px system-ui, sans-serif";
     g.font = font;
-    const longest = Math.max(0, ...this.lanes.map(l => g.measureText(l.title).width));
+    for (const lane of this.lanes) lane.titleWidth ??= g.measureText(lane.title).width;
+    const longest = this.lanes.reduce((most, lane) => Math.max(most, lane.titleWidth), 0);
     this.label = Math.min(Math.ceil(longest) + 14, Math.round(this.width * 0.42));
     const style = getComputedStyle(document.documentElement);
     const colour = name => style.getPropertyValue(`--${name}`).trim();
@@ -302,7 +302,8 @@ export const timeline = {
     this.lanes.slice(this.top, this.top + this.rows).forEach((lane, k) => {
       const y = 20 + k * this.row;
       g.fillStyle = c.ink;
-      g.fillText(fit(g, lane.title, this.label - 10), 4, y + 13);
+      const room = this.label - 10;
+      g.fillText(lane.titleWidth <= room ? lane.title : fit(g, lane.title, room), 4, y + 13);
       g.save();
       g.beginPath();
       g.rect(this.label, y, this.width - this.label, this.row);

@@ -459,14 +459,16 @@ class Isolation(Page):
             self.assertIn(part, tips[0])
 
 
-# Of each edge: [from box to box, whether its ends are on their borders, boxes that it goes through].
+# Of each edge: [from box to box, on whose border it begins, and ends, boxes and other edges' labels that it goes through, its head].
 ROUTES = """(() => {
   const boxes = [...document.querySelectorAll("g.callback")].map(g => [g.querySelector("title").textContent.split(": ")[0], g.querySelector("rect").getBBox()]);
   const isWithin = (p, b, margin) => p.x > b.x + margin && p.x < b.x + b.width - margin && p.y > b.y + margin && p.y < b.y + b.height - margin;
-  return [...document.querySelectorAll("path.edge")].map(path => {
+  const labels = [...document.querySelectorAll("g.label > rect")].map((rect, i) => [`label ${i}`, rect.getBBox()]);
+  return [...document.querySelectorAll("path.edge")].map((path, number) => {
+    const others = [...boxes, ...labels.filter((_, i) => i !== number)];
     const length = path.getTotalLength(), through = new Set();
     for (let at = 0; at <= length; at += 1)
-      for (const [id, box] of boxes) if (isWithin(path.getPointAtLength(at), box, 1)) through.add(id);
+      for (const [id, box] of others) if (isWithin(path.getPointAtLength(at), box, 1)) through.add(id);
     const on = at => boxes.filter(([, box]) => isWithin(path.getPointAtLength(at), box, -1)).map(([id]) => id);
     return [path.querySelector("title").textContent.split(" by ")[0], on(0), on(length), [...through], path.getAttribute("marker-end")];
   });
