@@ -107,6 +107,9 @@ class Live {
     } else {
       feed_options_.url = url_of(options.target);
     }
+    feed_options_.watched = !options.command.empty() ? shell_words(options.command)
+                            : options.target.empty() ? "what runs here"
+                                                     : feed_options_.url;
     feed_options_.spec = spec;
     feed_options_.interval = options.interval;
     feed_ = std::make_unique<Feed>(feed_options_);
@@ -206,6 +209,7 @@ class Live {
     auto last = history_.latest();
     last.state = live::SourceState::lost;
     last.source = feed_options_.url;
+    last.watched = feed_options_.watched;
     last.message = fmt::format("no answer from the relay daemon for {} s", silence_.count() / 1000);
     last.events_per_second = 0;
     last.changes.clear();

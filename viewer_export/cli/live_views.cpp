@@ -16,8 +16,8 @@ namespace cie::cli {
 namespace {
 
 constexpr const char* kOpenWarning =
-    R"(cie live: warning: this is no loopback address. Everybody who reaches this machine can read the names of
-hosts, processes, threads, callbacks and topics, response times and verdicts there: without a password,
+    R"(cie live: warning: this is no loopback address. Everybody who reaches this machine can read the command with
+its arguments, names of hosts, processes, threads, callbacks and topics, response times and verdicts there: without a password,
 and not encrypted. To keep it to this machine: --listen PORT, and a tunnel (ssh -L) for who is elsewhere.
 )";
 
@@ -29,10 +29,18 @@ void print(const std::string& text) {
   }
 }
 
+viewer_export::TextStyle style_of(bool is_terminal) {
+  auto style = text_style(is_terminal);
+  style.unicode = is_terminal && is_utf8_locale();
+  return style;
+}
+
 }  // namespace
 
 LiveViews::LiveViews(const LiveOptions& options, const live::History& history)
-    : options_(options), history_(history), pages_(history, options.sort, options.filter) {
+    : options_(options),
+      history_(history),
+      pages_(history, options.sort, options.filter, style_of(true)) {
   if (!options.listen_address.empty()) {
     server_.emplace(options.listen_address, options.listen_port);
     const auto note = fmt::format("{} and {}metrics", server_->url(), server_->url());
@@ -51,7 +59,7 @@ LiveViews::~LiveViews() = default;
 
 void LiveViews::show_text() const {
   print(live::batch_text(history_.latest(), options_.sort, options_.filter,
-                         text_style(::isatty(STDOUT_FILENO) == 1)));
+                         style_of(::isatty(STDOUT_FILENO) == 1)));
 }
 
 void LiveViews::show_json() const {

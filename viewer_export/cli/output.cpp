@@ -125,6 +125,14 @@ viewer_export::TextStyle text_style(bool is_terminal) {
   return style;
 }
 
+bool is_utf8_locale() {
+  const auto locale = ::newlocale(LC_CTYPE_MASK, "", nullptr);
+  if (locale == nullptr) return false;
+  const bool is_utf8 = std::string_view(::nl_langinfo_l(CODESET, locale)) == "UTF-8";
+  ::freelocale(locale);
+  return is_utf8;
+}
+
 viewer_export::TextStyle text_style(const OutputFile& output) {
   return text_style(output.is_terminal());
 }
@@ -134,10 +142,7 @@ viewer_export::TextStyle screen_style(const OutputFile& output) {
   auto style = text_style(output);
   if (!output.is_terminal()) return style;
   style.columns = std::max(kNarrowest, terminal_columns(STDOUT_FILENO));
-  if (const auto locale = ::newlocale(LC_CTYPE_MASK, "", nullptr); locale != nullptr) {
-    style.unicode = std::string_view(::nl_langinfo_l(CODESET, locale)) == "UTF-8";
-    ::freelocale(locale);
-  }
+  style.unicode = is_utf8_locale();
   return style;
 }
 

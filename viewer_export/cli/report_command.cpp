@@ -54,7 +54,8 @@ int report_command(const Arguments& arguments) {
   line.flag("--threads", has_threads, "Text: the threads, and what each was told to run as");
   line.flag("--chains", has_chains, "Text: the chains, hop by hop");
   line.flag("--ids", has_ids, "Text: logical ids in place of short names");
-  line.option("--expect", "WHAT", expected, "Text: isolated makes shared threads a violation");
+  line.option("--expect", "WHAT", expected,
+              "Text, html: isolated makes shared threads a violation");
   const WindowOption window(line);
   const ReaderOption reader(line);
   if (!line.parse(arguments)) {
@@ -104,8 +105,9 @@ int report_command(const Arguments& arguments) {
     if (has_chains) viewer_export::write_report_chains(output.stream(), result.report, style);
     output.commit();
   } else if (format == "html") {
-    write_data(output,
-               [&](std::ostream& out) { page.write(out, result, spec ? &*spec : nullptr, input); });
+    write_data(output, [&](std::ostream& out) {
+      page.write(out, result, options.spec, input, expected == "isolated");
+    });
   } else {
     write_data(output, [&](std::ostream& out) {
       (format == "json" ? viewer_export::write_report_json : viewer_export::write_report_csv)(

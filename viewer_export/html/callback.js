@@ -1,9 +1,9 @@
 // One callback: histogram of its response times, where its time goes, its slowest runs.
-import {colour, el, link, svg} from "./dom.js";
+import {colour, el, link, scrolled, svg} from "./dom.js";
 import {laneOf, slowest} from "./instances.js";
-import {histograms, report, title} from "./recording.js";
+import {fullName, histograms, name, report} from "./recording.js";
 import {timeline} from "./timeline.js";
-import {count, percent, plural, time} from "./words.js";
+import {SIGN, count, percent, plural, roundTime, time} from "./words.js";
 
 // What is known where a response time is not, or not of all runs.
 export const boundsOf = c => {
@@ -36,12 +36,34 @@ const barsOf = buckets => {
   }
   return [...bars].sort((a, b) => a[0] - b[0]);
 };
+// Quantiles and deadline with rows for their labels, so that none hides another.
+const ROW = 13;
+const marksOf = (c, place, W) => {
+  const {p50, p99, max} = c.response_time_ns;
+  const all = [
+    ["p50", p50],
+    ["p99", p99],
+    ["max", max],
+  ];
+  if (c.response_deadline_ns !== null) all.push(["deadline", c.response_deadline_ns]);
+  const ends = [];
+  return all
+    .map(([what, ns]) => ({what, ns, at: place(ns), text: `${what} ${time(ns)}`}))
+    .sort((a, b) => a.at - b.at)
+    .map(mark => {
+      const width = mark.text.length * 6.3 + 6;
+      const from = Math.min(mark.at + 3, W - width);
+      let row = 0;
+      while (ends[row] > from) ++row;
+      ends[row] = from + width;
+      return {...mark, row, from};
+    });
+};
 const histogram = (c, bars) => {
-  const W = 640;
-  const H = 210;
+  const W = matchMedia("(max-width: 46rem)").matches ? 360 : 640;
+  const H = 230;
   const left = 46;
   const right = 40;
-  const top = 18;
   const bottom = 34;
   const first = bars[0][0];
   const last = bars[bars.length - 1][0] + 1;
@@ -49,6 +71,8 @@ const histogram = (c, bars) => {
   const low = Math.min(first / PER_DECADE, deadline ?? Number.POSITIVE_INFINITY) - 0.05;
   const high = Math.max(last / PER_DECADE, deadline ?? Number.NEGATIVE_INFINITY) + 0.05;
   const x = e => left + ((e - low) / (high - low)) * (W - left - right);
+  const marks = marksOf(c, ns => Math.min(Math.max(x(Math.log10(Math.max(ns, 1))), left), W - right), W);
+  const top = ROW * (1 + Math.max(...marks.map(m => m.row))) + 10;
   const most = Math.max(...bars.map(b => b[1]));
   const all = bars.reduce((n, b) => n + b[1], 0);
   const y = n => H - bottom - (n / most) * (H - top - bottom);
@@ -60,11 +84,6 @@ const histogram = (c, bars) => {
     sum += n;
     path += `L${x((bin + 1) / PER_DECADE)},${share(sum / all)}`;
   }
-  const marks = [
-    ["p50", c.response_time_ns.p50, "middle"],
-    ["p99", c.response_time_ns.p99, "end"],
-    ["max", c.response_time_ns.max, "start"],
-  ];
   const id = `hist-${report.callbacks.indexOf(c)}`;
   return svg(
     "svg",
@@ -72,16 +91,12 @@ const histogram = (c, bars) => {
     svg(
       "title",
       {id},
-      `Response times of ${title(c)}: ${count(all)} runs, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
+      `Response times of ${name(c)}: ${count(all)} runs, p50 ${time(c.response_time_ns.p50)}, p99 ${time(c.response_time_ns.p99)}, max ${time(c.response_time_ns.max)}`,
     ),
     svg("line", {class: "axis", x1: left, x2: W - right, y1: H - bottom, y2: H - bottom}),
     axisTicks(low, high).map(e => [
       svg("line", {class: "axis", x1: x(e), x2: x(e), y1: top, y2: H - bottom + 4}),
-      svg(
-        "text",
-        {class: "soft", x: x(e), y: H - bottom + 16, "text-anchor": "middle"},
-        time(10 ** e).replace(/\.0+(?=\u202f)/, ""),
-      ),
+      svg("text", {class: "soft", x: x(e), y: H - bottom + 16, "text-anchor": "middle"}, roundTime(10 ** e)),
     ]),
     bars.map(([bin, n]) =>
       svg(
@@ -105,23 +120,22 @@ const histogram = (c, bars) => {
     svg("text", {class: "soft", x: left - 6, y: H - bottom, "text-anchor": "end"}, "0"),
     svg("text", {class: "soft", x: W - right + 5, y: share(1) + 4}, "100\u202f%"),
     svg("text", {class: "soft", x: W - right + 5, y: H - bottom}, "0"),
-    marks.map(([name, ns, anchor]) => {
-      const at = Math.min(Math.max(x(Math.log10(Math.max(ns, 1))), left), W - right);
-      return [
-        svg("line", {class: "axis", x1: at, x2: at, y1: top - 4, y2: H - bottom}),
-        svg("text", {x: at + {end: -3, middle: 0, start: 3}[anchor], y: top - 6, "text-anchor": anchor}, name),
-      ];
-    }),
-    deadline === null
-      ? null
-      : [
-          svg("line", {class: "mark", x1: x(deadline), x2: x(deadline), y1: top, y2: H - bottom}),
-          svg("text", {x: x(deadline) + 4, y: top + 12}, `deadline ${time(c.response_deadline_ns)}`),
-        ],
+    marks.map(({what, at, row, from, text}) => [
+      svg("line", {
+        class: what === "deadline" ? "mark" : what === "p50" ? "axis" : "quantile",
+        x1: at,
+        x2: at,
+        y1: ROW * row + 3,
+        y2: H - bottom,
+      }),
+      svg("text", {x: from, y: ROW * (row + 1) - 2}, text),
+    ]),
     svg(
       "text",
       {class: "soft", x: (left + W - right) / 2, y: H - 3, "text-anchor": "middle"},
-      "response time (bars: runs, left; line: share of runs at most as long, right)",
+      W > 400
+        ? "response time (bars: runs, left; line: share of runs at most as long, right)"
+        : "response time (bars: runs; line: share as long at most)",
     ),
   );
 };
@@ -179,19 +193,20 @@ export const details = index => {
   const worst = lane ? slowest(lane, 8) : [];
   const parts = meanParts(c);
   return [
-    el("h3", {id: "detail"}, title(c)),
+    el("h3", {id: "detail", title: fullName(c)}, name(c)),
     el(
       "p",
       {class: "soft"},
       [
+        fullName(c),
         `${c.kind}${c.source ? ` on ${c.source}` : ""} of ${c.node || "no node"}`,
         c.period_ns === null ? null : `period ${time(c.period_ns)}`,
-        c.symbol || null,
         threads ? `threads: ${threads}` : null,
       ]
         .filter(Boolean)
         .join("; "),
     ),
+    c.symbol ? el("p", {class: "soft line", title: c.symbol}, el("code", {}, c.symbol)) : null,
     el(
       "div",
       {class: "two"},
@@ -235,9 +250,8 @@ export const details = index => {
       ),
     ),
     worst.length
-      ? el(
-          "div",
-          {class: "scroll"},
+      ? scrolled(
+          "Table of slowest runs",
           el(
             "table",
             {},
@@ -272,7 +286,7 @@ export const details = index => {
                     el(
                       "td",
                       {class: at === 0 && lane.isLate(i) ? "fail" : null},
-                      Number.isNaN(ns) ? "\u2013" : time(ns),
+                      `${at === 0 && lane.isLate(i) ? `${SIGN.FAIL} ` : ""}${Number.isNaN(ns) ? "\u2013" : time(ns)}`,
                     ),
                   ),
                   el("td", {}, lane.tid(i)),

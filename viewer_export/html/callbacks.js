@@ -1,24 +1,28 @@
 // The table of callbacks: sorted, filtered, one of them chosen.
 import {boundsOf, details} from "./callback.js";
-import {el, link} from "./dom.js";
-import {atLeast, report, responseTime, section, title} from "./recording.js";
+import {el, link, scrolled} from "./dom.js";
+import {atLeast, claims, fullName, isCalled, name, report, responseTime, section, wordsIn} from "./recording.js";
 import {COLOUR, SIGN, count, plural, time} from "./words.js";
 
 const stat = (c, key, which) => (c[key] === null ? null : c[key][which]);
-const ISOLATION = {isolated: ["PASS", "yes"], not_isolated: ["FAIL", "NO"], never_ran: ["NOT_APPLICABLE", "never ran"]};
+const ISOLATION = {
+  isolated: ["PASS", "yes"],
+  not_isolated: [claims.claimed ? "FAIL" : "NOT_APPLICABLE", "NO"],
+  never_ran: ["NOT_APPLICABLE", "never ran"],
+};
 const isolationOf = c => ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
 const nsOf = r => (r === null ? null : r.ns);
 
 const COLUMNS = [
-  ["callback", c => title(c), "text"],
-  ["isolated", c => isolationOf(c)[1], "text"],
-  ["threads", c => c.threads.length],
-  ["runs", c => c.instances],
+  ["callback", c => name(c), "text"],
   ["response p50", c => nsOf(responseTime(c, "p50")), "time", "p50"],
   ["response p99", c => nsOf(responseTime(c, "p99")), "time", "p99"],
   ["response max", c => nsOf(responseTime(c, "max")), "time", "max"],
   ["deadline", c => c.response_deadline_ns, "time"],
   ["late", c => c.late],
+  ["isolated", c => isolationOf(c)[1], "text"],
+  ["threads", c => c.threads.length],
+  ["runs", c => c.instances],
   ["start latency max", c => stat(c, "start_latency_ns", "max"), "time"],
   ["execution max", c => stat(c, "execution_time_ns", "max"), "time"],
   ["preempted max", c => stat(c, "preempted_ns", "max"), "time"],
@@ -47,31 +51,31 @@ export const callbacks = () => {
     el(
       "tr",
       {},
-      shown.map(([name, get, kind, which], at) => {
+      shown.map(([header, get, kind, which], at) => {
         const value = get(c, i);
         if (at === 0)
           return el(
             "td",
             {class: "name"},
-            link(value, () => choose(i)),
+            link(value, () => choose(i), fullName(c)),
           );
-        if (name === "isolated") {
+        if (header === "isolated") {
           const [verdict] = isolationOf(c);
           return el("td", {class: `text ${COLOUR[verdict]}`}, `${SIGN[verdict]} ${value}`);
         }
-        const isBeyond = name === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
-        const isLate = isBeyond || (name === "late" && value > 0);
+        const isBeyond = header === "response max" && c.response_deadline_ns !== null && value > c.response_deadline_ns;
+        const isBad = isBeyond || ((header === "late" || header === "missed") && value > 0);
         const told = which ? responseTime(c, which) : null;
         const text = value === null ? "\u2013" : told ? atLeast(told) : kind === "time" ? time(value) : count(value);
         return el(
           "td",
           {
-            class: isLate || (name === "missed" && value > 0) ? "fail" : null,
+            class: isBad ? "fail" : null,
             title: (which && boundsOf(c)) || null,
             "data-ns": kind === "time" ? value : null,
             "data-bound": told?.isBound,
           },
-          isLate ? `${SIGN.FAIL} ${text}` : text,
+          isBad ? `${SIGN.FAIL} ${text}` : text,
         );
       }),
     ),
@@ -79,8 +83,8 @@ export const callbacks = () => {
   const order = report.callbacks.map((_, i) => i);
   const state = el("p", {class: "soft", role: "status"});
   const draw = () => {
-    const words = filter.value.toLowerCase().split(/\s+/).filter(Boolean);
-    const visible = order.filter(i => words.every(w => title(report.callbacks[i]).toLowerCase().includes(w)));
+    const words = wordsIn(filter.value);
+    const visible = order.filter(i => isCalled(report.callbacks[i], words));
     body.replaceChildren(...visible.map(i => rows[i]));
     state.textContent =
       visible.length === order.length ? "" : `${count(visible.length)} of ${plural(order.length, "callback")}`;
@@ -103,7 +107,7 @@ export const callbacks = () => {
     );
     draw();
   };
-  const headers = shown.map(([name, , kind], at) =>
+  const headers = shown.map(([header, , kind], at) =>
     el(
       "th",
       {scope: "col", class: kind === "text" ? "text" : null},
@@ -120,7 +124,7 @@ export const callbacks = () => {
                 : -1,
             ),
         },
-        name,
+        header,
       ),
     ),
   );
@@ -135,10 +139,10 @@ export const callbacks = () => {
     "callbacks",
     "Callbacks",
     el("div", {class: "bar"}, filter, state),
-    el(
-      "div",
-      {class: "scroll tall", tabindex: "0", role: "region", "aria-label": "Table of callbacks"},
+    scrolled(
+      "Table of callbacks",
       el("table", {id: "callback-table"}, el("thead", {}, el("tr", {}, headers)), body),
+      true,
     ),
     el(
       "p",
@@ -147,6 +151,6 @@ export const callbacks = () => {
     ),
     detail,
   );
-  const byMax = shown.findIndex(([name]) => name === "response max");
+  const byMax = shown.findIndex(([header]) => header === "response max");
   sort(byMax < 0 ? 0 : byMax, byMax < 0 ? 1 : -1);
 };

@@ -1,7 +1,7 @@
 // Chains of callbacks: path latency, reaction time, data age, hop by hop.
-import {el} from "./dom.js";
+import {el, scrolled} from "./dom.js";
 import {graph} from "./graph.js";
-import {callbackByIndex, processByIndex, report, section, severalHosts, title, whereabouts} from "./recording.js";
+import {callbackByIndex, inWords, name, report, section, severalHosts, shortNames} from "./recording.js";
 import {count, plural, time} from "./words.js";
 
 export const chains = () => {
@@ -10,16 +10,12 @@ export const chains = () => {
     if (drawn) section("chains", "Who takes whose messages", drawn);
     return;
   }
-  // A chain without a name of its own is named by all its callbacks.
-  const short = c =>
-    (c.hops.length > 2 && c.name === c.hops.join(" -> ")
-      ? `${c.hops[0]} \u2026 ${c.hops[c.hops.length - 1]}`
-      : c.name) + (severalHosts && c.process !== null ? whereabouts(processByIndex.get(c.process)) : "");
+  const short = c => shortNames.chains[report.chains.indexOf(c)];
   // Which host a hop is on is said where the chain passes from one to another.
   const hopName = (c, i) =>
     severalHosts && c.process === null && c.hop_table.length === c.callbacks.length
-      ? title(callbackByIndex.get(c.callbacks[i]))
-      : c.hop_table[i].from;
+      ? name(callbackByIndex.get(c.callbacks[i]))
+      : inWords(c.hop_table[i].from);
   const cells = s => (s === null ? ["\u2013", "\u2013", "\u2013"] : [time(s.p50), time(s.p99), time(s.max)]);
   const header = names =>
     el(
@@ -35,9 +31,8 @@ export const chains = () => {
     "chains",
     "Chains of callbacks",
     graph(),
-    el(
-      "div",
-      {class: "scroll"},
+    scrolled(
+      "Table of chains",
       el(
         "table",
         {id: "chain-table"},
@@ -75,10 +70,9 @@ export const chains = () => {
       el(
         "details",
         {},
-        el("summary", {}, `Where ${short(c)} spends its time`),
-        el(
-          "div",
-          {class: "scroll"},
+        el("summary", {title: c.name}, `Where ${short(c)} spends its time`),
+        scrolled(
+          `Hops of ${short(c)}`,
           el(
             "table",
             {},
@@ -90,7 +84,7 @@ export const chains = () => {
                 el(
                   "tr",
                   {},
-                  el("td", {class: "name"}, hopName(c, i)),
+                  el("td", {class: "name", title: c.hop_table[i].from}, hopName(c, i)),
                   [hop.processing_ns, hop.communication_ns].flatMap(cells).map(t => el("td", {}, t)),
                 ),
               ),

@@ -14,7 +14,11 @@ const fill = (node, attributes, children) => {
 };
 export const el = (tag, attributes, ...children) => fill(document.createElement(tag), attributes, children);
 export const svg = (tag, attributes, ...children) => fill(document.createElementNS(SVG, tag), attributes, children);
-export const link = (text, action) => el("button", {class: "link", type: "button", onclick: action}, text);
+export const link = (text, action, tip) =>
+  el("button", {class: "link", type: "button", onclick: action, title: tip}, text);
+// What is wider, or higher, than there is room for: keys scroll it, too.
+export const scrolled = (label, child, isTall) =>
+  el("div", {class: isTall ? "scroll tall" : "scroll", tabindex: "0", role: "region", "aria-label": label}, child);
 // What a colour stands for, in a key.
 export const colour = (kind, text) =>
   el(

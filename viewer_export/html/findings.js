@@ -1,8 +1,20 @@
 // The first minute: verdict, worst callback, what is missing.
 import {choose} from "./callbacks.js";
 import {el, link} from "./dom.js";
-import {laneOf, partsOf, slowest, waitedFor} from "./instances.js";
-import {input, page, report, responseTime, section, spec, title, verdicts} from "./recording.js";
+import {laneOf, partsOf, slowest, waitedFor, worstRun} from "./instances.js";
+import {
+  claims,
+  fullName,
+  inWords,
+  input,
+  name,
+  page,
+  report,
+  responseTime,
+  section,
+  spec,
+  verdicts,
+} from "./recording.js";
 import {timeline} from "./timeline.js";
 import {COLOUR, SIGN, WORD, count, percent, plural, time} from "./words.js";
 
@@ -34,22 +46,25 @@ export const head = () => {
       el(
         "div",
         {},
-        el("h1", {}, "Callback report"),
+        el("h1", {id: "fact"}, claims.fact),
+        claims.isolation === null ? null : el("p", {}, `${claims.isolation}.`),
         el(
           "p",
           {class: "soft"},
-          t.paths.join(", "),
+          `Callback report of ${t.paths.join(", ")}`,
           el("br"),
           `${began}${t.begin_ns === null ? "no packets" : time(t.end_ns - t.begin_ns)}, ${plural(t.events, "event")}, `,
           `${plural(report.processes.length, "process", "processes")} on ${t.hosts.join(", ") || "an unnamed host"}`,
           spec === null ? ", without a scheduling spec" : `, against ${spec}`,
         ),
       ),
-      el(
-        "div",
-        {class: `verdict ${COLOUR[verdicts.verdict]}`, id: "verdict"},
-        `${SIGN[verdicts.verdict]} ${verdicts.verdict}`,
-      ),
+      claims.verdict === null
+        ? null
+        : el(
+            "div",
+            {class: `verdict ${COLOUR[claims.verdict]}`, id: "verdict"},
+            `${SIGN[claims.verdict]} ${claims.verdict}`,
+          ),
     ),
   );
 };
@@ -69,7 +84,7 @@ const why = (lane, i, [, kind, ns]) => {
 // Whether each callback that ran had a thread of its own: a line for what is known, and one for what is not.
 const isolation = () => {
   const all = report.callbacks;
-  const named = list => `${list.slice(0, 3).map(title).join(", ")}${list.length > 3 ? " and others" : ""}`;
+  const named = list => `${list.slice(0, 3).map(name).join(", ")}${list.length > 3 ? " and others" : ""}`;
   if (all.length === 0) return [sentence("INCONCLUSIVE", "No callback was seen in this recording.")];
   const ran = all.filter(c => c.isolation !== "never_ran");
   const never = all.length - ran.length;
@@ -78,11 +93,12 @@ const isolation = () => {
   const unknown = ran.filter(c => c.isolation === null);
   const lines = [];
   if (ran.length === 0) return [sentence("INCONCLUSIVE", `None of the ${plural(all.length, "callback")} ran.`)];
+  const sharing = claims.claimed ? "FAIL" : "NOT_APPLICABLE";
   if (shared.length) {
     const those = never === 0 ? plural(ran.length, "callback") : `${plural(ran.length, "callback")} that ran`;
     lines.push(
       sentence(
-        "FAIL",
+        sharing,
         `${count(shared.length)} of ${those} did not have a thread of their own: ${named(shared)}${others}`,
       ),
     );
@@ -107,18 +123,27 @@ const isolation = () => {
     );
   return lines;
 };
+const isAccused = rule => claims.accused.includes(rule.id);
 export const inShort = () => {
   const lines = [];
   const failing = verdicts.rules.filter(r => r.verdict === "FAIL");
   const open = verdicts.rules.filter(r => r.verdict === "INCONCLUSIVE");
-  for (const [rules, verdict, says] of [
-    [failing, "FAIL", "Enforcement does not hold: "],
+  const accused = failing.filter(isAccused);
+  const others = failing.filter(r => !isAccused(r));
+  for (const [rules, verdict, says, sign] of [
+    [accused, "FAIL", claims.claimed ? "Enforcement does not hold: " : ""],
+    [
+      others,
+      "FAIL",
+      "No executor and no spec claims that callbacks have threads of their own. cie verify demands it all the same: ",
+      "NOT_APPLICABLE",
+    ],
     [open, "INCONCLUSIVE", failing.length ? "" : "Whether enforcement holds is not decided: "],
   ]) {
     if (rules.length)
       lines.push(
         sentence(
-          verdict,
+          sign || verdict,
           says,
           `${plural(rules.length, "rule")} ${rules.length === 1 ? WORD[verdict] : WORD[verdict].replace("is ", "are ")}: `,
           rules.map(r => `${r.id} ${r.name}`).join(", "),
@@ -145,6 +170,7 @@ export const inShort = () => {
     const isLate = deadline !== null && r.ns > deadline;
     const lane = laneOf(worst);
     const i = lane ? slowest(lane, 1)[0] : undefined;
+    const shown = lane ? worstRun(lane) : undefined;
     const parts = i === undefined ? [] : partsOf(lane, i).sort((a, b) => b[2] - a[2]);
     const took = r.isBound
       ? ` took at least ${time(r.ns)} from release to end at worst; when it was released is not known exactly`
@@ -153,7 +179,7 @@ export const inShort = () => {
       sentence(
         isLate ? "FAIL" : "NOT_APPLICABLE",
         "Slowest: ",
-        link(title(c), () => choose(worst, true)),
+        link(name(c), () => choose(worst, true), fullName(c)),
         took,
         deadline === null || (r.isBound && !isLate)
           ? ""
@@ -162,7 +188,7 @@ export const inShort = () => {
         parts.length
           ? `In that run it ${parts[0][0] === "preempted" ? "was " : ""}${parts[0][0]} for ${time(parts[0][2])}, ${percent(parts[0][2] / lane.response(i))} of it${why(lane, i, parts[0])}. `
           : "",
-        i === undefined ? "" : link("Show it", () => timeline.show(lane, i)),
+        shown === undefined ? "" : link("Show it", () => timeline.show(lane, shown)),
       ),
     );
   }
@@ -170,11 +196,11 @@ export const inShort = () => {
   if (missed.length)
     lines.push(
       sentence(
-        "FAIL",
+        claims.claimed ? "FAIL" : "NOT_APPLICABLE",
         `${plural(
           missed.reduce((n, c) => n + c.missed_releases, 0),
           "release",
-        )} of ${plural(missed.length, "timer")} ${missed.length === 1 ? "was" : "were"} missed: ${missed.slice(0, 3).map(title).join(", ")}${missed.length > 3 ? " and others" : ""}.`,
+        )} of ${plural(missed.length, "timer")} ${missed.length === 1 ? "was" : "were"} missed: ${missed.slice(0, 3).map(name).join(", ")}${missed.length > 3 ? " and others" : ""}.`,
       ),
     );
   for (const d of report.defects.filter(d => d.severity !== "info")) {
@@ -190,11 +216,23 @@ export const inShort = () => {
 
 // --- rules --------------------------------------------------------------------------------------
 export const rules = () => {
-  const chips = ["FAIL", "INCONCLUSIVE", "PASS", "NOT_APPLICABLE"].flatMap(v =>
-    verdicts.rules
-      .filter(r => r.verdict === v)
-      .map(r => el("li", {class: COLOUR[v], title: `${r.name} ${WORD[v]}`}, `${SIGN[v]} ${r.id} ${r.name}`)),
-  );
+  const of = verdict => verdicts.rules.filter(r => r.verdict === verdict);
+  const chips = listed => {
+    const items = listed.flatMap(v =>
+      of(v).map(r => el("li", {class: COLOUR[v], title: `${r.name} ${WORD[v]}`}, `${SIGN[v]} ${r.id} ${r.name}`)),
+    );
+    return items.length ? el("ul", {class: "chips"}, items) : null;
+  };
+  // What holds needs no room.
+  const kept = [
+    ["PASS", "passes", "pass"],
+    ["NOT_APPLICABLE", "does not apply", "do not apply"],
+  ]
+    .filter(([v]) => of(v).length)
+    .map(([v, one, many]) => `${SIGN[v]} ${plural(of(v).length, "rule")} ${of(v).length === 1 ? one : many}`);
+  const folded = kept.length
+    ? el("details", {}, el("summary", {}, kept.join(", ")), chips(["PASS", "NOT_APPLICABLE"]))
+    : null;
   const FIRST = 2;
   const MOST = 100;
   const where = e =>
@@ -207,11 +245,15 @@ export const rules = () => {
       .filter(Boolean)
       .join(", ");
   const told = s => [
-    el("p", {}, s.subject, ` (${count(s.checked)} checked)`),
+    el("p", {title: s.subject}, inWords(s.subject), ` (${count(s.checked)} checked)`),
     el(
       "ul",
       {class: "evidence"},
-      s.evidence.slice(0, 3).map(e => el("li", {}, e.note || e.event, el("span", {class: "soft"}, ` (${where(e)})`))),
+      s.evidence
+        .slice(0, 3)
+        .map(e =>
+          el("li", {title: e.note || null}, inWords(e.note) || e.event, el("span", {class: "soft"}, ` (${where(e)})`)),
+        ),
       s.evidence.length > 3
         ? el("li", {class: "soft"}, `and ${count(s.evidence.length - 3)} more: cie verify ${input} --format json`)
         : null,
@@ -224,7 +266,7 @@ export const rules = () => {
         const subjects = r.subjects.filter(s => s.verdict === v);
         return el(
           "details",
-          {open: v === "FAIL"},
+          {open: v === "FAIL" && isAccused(r)},
           el(
             "summary",
             {class: COLOUR[v]},
@@ -245,5 +287,5 @@ export const rules = () => {
         );
       }),
   );
-  section("rules", "Does enforcement hold?", el("ul", {class: "chips"}, chips), findings);
+  section("rules", "Does enforcement hold?", chips(["FAIL", "INCONCLUSIVE"]), findings, folded);
 };

@@ -1,6 +1,6 @@
 // What the timeline knows: columns of numbers per lane.
 // Unknown is NaN. Times are relative to lanes.base_ns.
-import {lanes, report, title} from "./recording.js";
+import {lanes, name, report} from "./recording.js";
 
 export const decode = async () => {
   const packed = Uint8Array.from(atob(lanes.columns), c => c.charCodeAt(0));
@@ -50,7 +50,7 @@ export const decode = async () => {
     lane.isExact = i => place[i] % 2 === 1;
     lane.response = i => (lane.isExact(i) ? lane.wait[i] + lane.duration[i] : Number.NaN);
     lane.callbackReport = report.callbacks[lane.callback];
-    lane.title = title(lane.callbackReport);
+    lane.title = name(lane.callbackReport);
     lane.deadline = lane.callbackReport.response_deadline_ns;
     lane.isLate = i => lane.deadline !== null && lane.response(i) > lane.deadline;
   }
@@ -62,6 +62,18 @@ export const slowest = (lane, n) => {
   for (let i = 0; i < lane.count; ++i) if (!Number.isNaN(lane.response(i))) known.push(i);
   known.sort((a, b) => lane.response(b) - lane.response(a) || a - b);
   return known.slice(0, n);
+};
+// The number of the slowest, by what is certain of its response time where none is known; undefined: there is none.
+export const worstRun = lane => {
+  const [known] = slowest(lane, 1);
+  if (known !== undefined) return known;
+  let worst;
+  let longest = -1;
+  for (let i = 0; i < lane.count; ++i) {
+    const least = (lane.wait[i] > 0 ? lane.wait[i] : 0) + lane.duration[i];
+    if (least > longest) [worst, longest] = [i, least];
+  }
+  return worst;
 };
 // Whom an instance waited for: runs of others, or earlier ones of its own callback, on its thread between its release
 // and its start, longest in sum first: [lane, ns]. Of runs that are not drawn nothing is known.

@@ -1,18 +1,17 @@
 // The live page: draws each snapshot (cie.live/1) that the server sends. Text of the system goes
 // into text nodes only.
 
-import {el} from "./dom.js";
-import {time} from "./words.js";
+import {el, svg} from "./dom.js";
+import {COLOUR, SIGN, plural, time} from "./words.js";
 
 const byId = id => document.getElementById(id);
 const columns = [
-  {title: "callback", text: true, value: name},
-  {title: "pid", value: c => c.pid},
-  {title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
-  {title: "p50", value: c => c.window.response_time_ns?.p50 ?? -1, show: duration},
-  {title: "p99", value: c => c.window.response_time_ns?.p99 ?? -1, show: duration},
-  {title: "max", value: c => c.window.response_time_ns?.max ?? -1, show: duration},
-  {title: "last", value: c => c.last_response_ns ?? -1, show: duration},
+  {title: "callback", text: true, value: c => c.name, tip: fullName},
+  {title: "p50", value: c => c.window.response_time_ns?.p50 ?? -1, show: duration, isTime: true},
+  {title: "p99", value: c => c.window.response_time_ns?.p99 ?? -1, show: duration, isTime: true, isFirst: true},
+  {title: "max", value: c => c.window.response_time_ns?.max ?? -1, show: duration, isTime: true},
+  {title: "last minutes", value: c => c.last_response_ns ?? -1, draw: curve},
+  {title: "last", value: c => c.last_response_ns ?? -1, show: duration, isTime: true},
   {title: "deadline", value: c => c.deadline_ns ?? -1, show: duration},
   {
     title: "late",
@@ -21,16 +20,22 @@ const columns = [
     bad: c => c.total.late > 0,
   },
   {title: "missed", value: c => c.total.missed_releases, bad: c => c.total.missed_releases > 0},
+  {title: "runs/s", value: c => c.window.instances / seconds(), show: v => v.toFixed(1)},
+  {title: "pid", value: c => c.pid},
 ];
 const keptInstances = 200;
 const keptChanges = 200;
+// Of the curves: what is kept of a callback is at most one number for each of these.
+const sampleNs = 2e9;
+const keptSamples = 150;
 const state = {
   snapshot: null,
-  sort: 4,
+  sort: columns.findIndex(column => column.isFirst),
   descending: true,
   paused: false,
   chosen: null,
   instances: new Map(),
+  curves: new Map(), // by callback: [number of the sample, longest response time in it]
   changes: [],
 };
 
@@ -38,8 +43,9 @@ const state = {
 function withHost(host, text) {
   return state.snapshot.hosts.length > 0 ? `${host} ${text}` : text;
 }
-function name(callback) {
-  return withHost(callback.host, callback.logical_id);
+// What tells a callback from all others.
+function fullName(callback) {
+  return `${withHost(callback.host, callback.logical_id)} (pid ${callback.pid})`;
 }
 const isolations = {isolated: "isolated", not_isolated: "not isolated", never_ran: "never ran"};
 function seconds() {
@@ -71,6 +77,35 @@ function table(target, titles, rows) {
   target.replaceChildren(head, body);
 }
 
+// The callback's longest response times, from its deadline's zero on.
+function curve(c) {
+  const samples = state.curves.get(c.index) ?? [];
+  if (!samples.length) return null;
+  const [W, H] = [120, 22];
+  const last = Math.floor(state.snapshot.realtime_ns / sampleNs);
+  const first = Math.min(samples[0][0], last - 1);
+  const longest = Math.max(...samples.map(([, ns]) => ns));
+  const top = Math.max(longest, c.deadline_ns ?? 0, 1);
+  const x = at => ((at - first) / Math.max(last - first, 1)) * W;
+  const y = ns => H - 1 - (ns / top) * (H - 2);
+  const span = duration((last - first + 1) * sampleNs);
+  return svg(
+    "svg",
+    {
+      class: "curve",
+      viewBox: `0 0 ${W} ${H}`,
+      preserveAspectRatio: "none",
+      role: "img",
+      "aria-label": `Response times of ${c.name} in ${span}: at most ${duration(longest)}`,
+    },
+    svg("title", {}, `at most ${duration(longest)} in ${span}`),
+    c.deadline_ns === null
+      ? null
+      : svg("line", {class: "mark", x1: 0, x2: W, y1: y(c.deadline_ns), y2: y(c.deadline_ns)}),
+    svg("polyline", {points: samples.map(([at, ns]) => `${x(at).toFixed(1)},${y(ns).toFixed(1)}`).join(" ")}),
+  );
+}
+
 function drawCallbacks() {
   const head = el("tr");
   columns.forEach((column, i) => {
@@ -87,7 +122,7 @@ function drawCallbacks() {
   });
   const wanted = byId("filter").value.toLowerCase();
   const chosen = state.snapshot.callbacks.filter(c =>
-    `${c.logical_id}\n${c.host}\n${c.pid}`.toLowerCase().includes(wanted),
+    `${c.logical_id}\n${c.name}\n${c.host}\n${c.pid}`.toLowerCase().includes(wanted),
   );
   const {value} = columns[state.sort];
   const compare = (a, b) => (value(a) < value(b) ? -1 : value(a) > value(b) ? 1 : 0);
@@ -98,12 +133,17 @@ function drawCallbacks() {
     row.dataset.index = String(c.index);
     row.classList.toggle("ended", c.ended);
     row.classList.toggle("chosen", c.index === state.chosen);
-    columns.forEach((column, i) => {
+    columns.forEach((column, _i) => {
+      if (column.draw) {
+        row.append(el("td", {}, column.draw(c)));
+        return;
+      }
       const shown = column.show ? column.show(column.value(c)) : String(column.value(c));
-      const bound = !c.exact && i >= 3 && i <= 6 && shown !== "-" ? ">" : "";
-      const cell = el("td", {}, bound + shown);
+      const bound = !c.exact && column.isTime && shown !== "-" ? ">" : "";
+      const isBad = Boolean(column.bad?.(c));
+      const cell = el("td", {title: column.tip?.(c)}, (isBad ? `${SIGN.FAIL} ` : "") + bound + shown);
       if (column.text) cell.classList.add("name");
-      if (column.bad?.(c)) cell.classList.add("bad");
+      if (isBad) cell.classList.add("bad");
       row.append(cell);
     });
     const open = () => {
@@ -112,7 +152,9 @@ function drawCallbacks() {
     };
     row.addEventListener("click", open);
     row.addEventListener("keydown", event => {
-      if (event.key === "Enter") open();
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      open();
     });
     body.append(row);
   }
@@ -134,7 +176,7 @@ function drawDetail() {
     String(i.tid),
     i.cpu === null ? "-" : String(i.cpu),
     (() => {
-      const cell = el("td", {}, (i.exact ? "" : ">") + duration(i.response_ns));
+      const cell = el("td", {}, (i.late ? `${SIGN.FAIL} ` : "") + (i.exact ? "" : ">") + duration(i.response_ns));
       if (i.late) cell.classList.add("bad");
       return cell;
     })(),
@@ -145,14 +187,39 @@ function drawDetail() {
   const scroll = el("div", {class: "scroll tall"});
   scroll.append(list);
   detail.replaceChildren(
-    el("h3", {}, name(callback)),
+    el("h3", {title: fullName(callback)}, callback.name),
     el(
       "p",
       {},
-      `${callback.kind}, ${isolations[callback.isolation] ?? "isolation unknown"}, ${callback.total.instances} instances since the start`,
+      `${fullName(callback)}: ${callback.kind}, ${isolations[callback.isolation] ?? "isolation unknown"}, ${callback.total.instances} instances since the start`,
     ),
     scroll,
   );
+}
+
+// Why it fails, a line for each rule: the gravest first, as the snapshot has them.
+function drawReasons() {
+  const most = 3;
+  const byRule = new Map();
+  for (const v of state.snapshot.verdicts.filter(v => v.verdict === "FAIL"))
+    byRule.set(v.rule, [...(byRule.get(v.rule) ?? []), v]);
+  const rules = [...byRule.values()];
+  const lines = rules
+    .slice(0, most)
+    .map(([first, ...others]) =>
+      el(
+        "li",
+        {},
+        el("span", {class: "sign fail", "aria-hidden": "true"}, SIGN.FAIL),
+        el("strong", {}, `${first.rule} ${first.name}`),
+        others.length ? ` (${plural(others.length + 1, "subject")})` : "",
+        `: ${first.says}`,
+      ),
+    );
+  if (rules.length > most)
+    lines.push(el("li", {}, el("a", {href: "#violations"}, `and ${plural(rules.length - most, "more rule")}`)));
+  byId("reasons").hidden = !lines.length;
+  byId("reasons").replaceChildren(...lines);
 }
 
 function drawVerdicts() {
@@ -163,19 +230,21 @@ function drawVerdicts() {
       item.append(
         el("span", {class: "sign fail", "aria-hidden": "true"}, "\u2717"),
         el("strong", {}, `${v.rule} ${v.name}`),
-        `, ${v.subject}: ${v.note}`,
+        `, ${v.says}`,
       );
       return item;
     });
   byId("violations").replaceChildren(...(items.length ? items : [el("li", {}, "none")]));
   table(
     byId("changes"),
-    ["time", "rule", "subject", "was", "is"],
-    [...state.changes].reverse().map(c => [c.at, `${c.rule} ${c.name}`, c.subject, c.from, c.to]),
+    ["time", "rule", "subject and evidence", "was", "is"],
+    [...state.changes].reverse().map(c => [c.at, `${c.rule} ${c.name}`, c.says, c.from, c.to]),
   );
 }
 
 function drawThreads() {
+  const key = (row, id) => JSON.stringify([row.host, row.pid, id]);
+  const names = new Map(state.snapshot.callbacks.map(c => [key(c, c.logical_id), c.name]));
   const sorted = [...state.snapshot.threads].sort((a, b) => (b.cpu_percent ?? -1) - (a.cpu_percent ?? -1));
   table(
     byId("threads"),
@@ -185,7 +254,7 @@ function drawThreads() {
       String(t.pid),
       String(t.tid),
       t.cpu_percent === null ? "-" : t.cpu_percent.toFixed(1),
-      t.callbacks.join(", ") || t.role,
+      t.callbacks.map(id => names.get(key(t, id)) ?? id).join(", ") || t.role,
     ]),
   );
 }
@@ -193,13 +262,14 @@ function drawThreads() {
 function draw() {
   const s = state.snapshot;
   if (!s) return;
-  byId("source").textContent = `${s.source.url}, ${s.source.state}`;
+  byId("source").textContent = `${s.source.watched || s.source.url}, ${s.source.state}`;
+  byId("source").title = s.source.url;
   byId("message").textContent = [s.source.message, ...s.hosts.filter(isInTrouble).map(inWords)]
     .filter(Boolean)
     .join("; ");
   const verdict = byId("verdict");
-  verdict.textContent = s.verdict;
-  verdict.className = `verdict ${{PASS: "pass", FAIL: "fail"}[s.verdict] ?? "open"}`;
+  verdict.textContent = `${SIGN[s.verdict]} ${s.verdict}`;
+  verdict.className = `verdict ${COLOUR[s.verdict] === "soft" ? "open" : COLOUR[s.verdict]}`;
   const lost = s.lost_events === null ? `unknown, ${s.lost_packets} packets` : String(s.lost_events);
   byId("facts").replaceChildren(
     ...[
@@ -209,19 +279,33 @@ function draw() {
       ...(s.delay_ns === null ? [] : [`${duration(s.delay_ns)} old`]),
     ].map(text => el("li", {}, text)),
   );
+  drawReasons();
   drawCallbacks();
   drawDetail();
   drawVerdicts();
   drawThreads();
 }
 
+// The samples of a callback, with what came since the snapshot before.
+function sampled(samples, c, now) {
+  const longest = Math.max(...c.recent.map(i => i.response_ns), -1);
+  if (longest < 0) return samples;
+  const at = Math.floor(now / sampleNs);
+  const last = samples[samples.length - 1];
+  if (last?.[0] === at) return [...samples.slice(0, -1), [at, Math.max(last[1], longest)]];
+  return [...samples, [at, longest]].filter(([when]) => when > at - keptSamples);
+}
+
 function take(snapshot) {
   const at = new Date(snapshot.realtime_ns / 1e6).toLocaleTimeString();
   const instances = new Map();
+  const curves = new Map();
   for (const c of snapshot.callbacks) {
+    curves.set(c.index, sampled(state.curves.get(c.index) ?? [], c, snapshot.realtime_ns));
     instances.set(c.index, [...(state.instances.get(c.index) ?? []), ...c.recent].slice(-keptInstances));
   }
   state.instances = instances;
+  state.curves = curves;
   state.changes = [...state.changes, ...snapshot.changes.map(c => ({...c, at}))].slice(-keptChanges);
   if (state.paused) return;
   state.snapshot = snapshot;

@@ -5,8 +5,10 @@ import {time} from "./words.js";
 export const {
   report,
   verdicts,
+  head: claims, // what somebody claimed, and what is violated of it
   input, // of a command that reads the same again
   spec, // its name; null without one
+  names: shortNames, // of callbacks and chains by row, and what is said instead of ids
   histograms, // of response times, by row of report.callbacks: [ns, runs] of each bucket
   timeline: lanes,
 } = JSON.parse(document.getElementById("document").textContent);
@@ -23,7 +25,19 @@ export const section = (id, title, ...children) => {
   return part;
 };
 export const whereabouts = process => ` (pid ${process.pid}${severalHosts ? ` on ${process.host}` : ""})`;
-export const title = c => c.logical_id + (severalProcesses ? whereabouts(processByIndex.get(c.process)) : "");
+const nameByIndex = new Map(report.callbacks.map((c, row) => [c.index, shortNames.callbacks[row]]));
+const words = new Map(Object.entries(shortNames.words));
+// What people call a callback, and what tells it from all others.
+export const name = c => nameByIndex.get(c.index);
+export const fullName = c => c.logical_id + (severalProcesses ? whereabouts(processByIndex.get(c.process)) : "");
+// Whether all these words are in one of its names.
+export const isCalled = (c, wanted) => {
+  const names = `${name(c)}\n${fullName(c)}`.toLowerCase();
+  return wanted.every(word => names.includes(word));
+};
+export const wordsIn = text => text.toLowerCase().split(/\s+/).filter(Boolean);
+// A logical id, or a subject or note of a verdict, by short names.
+export const inWords = text => words.get(text) ?? text;
 // A response time that people read: exact where it is known, else what it is at least (isBound).
 export const responseTime = (c, which) => {
   const exact = c.response_time_ns;

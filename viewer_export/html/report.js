@@ -4,9 +4,9 @@ import {defects} from "./defects.js";
 // The page of a report.
 import {el} from "./dom.js";
 import {head, inShort, rules, worstIndex} from "./findings.js";
-import {decode, waitedFor} from "./instances.js";
+import {decode, laneOf, waitedFor, worstRun} from "./instances.js";
 import {matrix} from "./matrix.js";
-import {lanes, page, report} from "./recording.js";
+import {fullName, lanes, page, report} from "./recording.js";
 import {threads} from "./threads.js";
 import {timeline} from "./timeline.js";
 
@@ -14,9 +14,9 @@ decode()
   .then(() => {
     head();
     inShort();
-    rules();
-    callbacks();
     timeline.build();
+    callbacks();
+    rules();
     matrix();
     chains();
     threads();
@@ -30,6 +30,9 @@ decode()
     );
     const worst = worstIndex();
     if (report.callbacks.length) choose(Math.max(worst, 0));
+    const lane = worst < 0 ? undefined : laneOf(worst);
+    const run = lane ? worstRun(lane) : undefined;
+    if (run !== undefined) timeline.lookAt(lane, run);
     addEventListener("beforeprint", () => {
       for (const d of document.querySelectorAll("details")) d.open = true;
     });
@@ -40,5 +43,5 @@ decode()
     document.documentElement.dataset.ready = "failed";
   });
 
-// For the browser's console, and for tests: cie.lanes, cie.waitedFor(lane, i).
-export {lanes, waitedFor};
+// For the browser's console, and for tests.
+export {fullName, lanes, timeline, waitedFor};

@@ -1,6 +1,6 @@
 // Threads, and how they were scheduled.
-import {el} from "./dom.js";
-import {processByIndex, report, section, severalHosts} from "./recording.js";
+import {el, scrolled} from "./dom.js";
+import {inWords, processByIndex, report, section, severalHosts} from "./recording.js";
 import {time} from "./words.js";
 
 export const threads = () => {
@@ -20,9 +20,8 @@ export const threads = () => {
   section(
     "threads",
     "Threads",
-    el(
-      "div",
-      {class: "scroll tall", tabindex: "0", role: "region", "aria-label": "Table of threads"},
+    scrolled(
+      "Table of threads",
       el(
         "table",
         {},
@@ -62,11 +61,12 @@ export const threads = () => {
               el("td", {class: "text"}, sched(t.sched)),
               el("td", {class: "text"}, t.sched === null ? "\u2013" : t.sched.cpus.join(" ")),
               el("td", {}, time(t.busy_ns)),
-              el("td", {class: "text name"}, t.callbacks.join(", ")),
+              el("td", {class: "text name", title: t.callbacks.join(", ")}, t.callbacks.map(inWords).join(", ")),
             ),
           ),
         ),
       ),
+      true,
     ),
   );
 };

@@ -1,8 +1,16 @@
 // The timeline: a lane for each callback, drawn on a canvas.
 import {colour, el} from "./dom.js";
 import {partsOf} from "./instances.js";
-import {lanes, section} from "./recording.js";
-import {count, plural, time} from "./words.js";
+import {isCalled, lanes, section, wordsIn} from "./recording.js";
+import {count, plural, roundTime, time} from "./words.js";
+
+const MOST_ROWS = 26;
+// As much of a text as fits.
+const fit = (g, text, width) => {
+  let length = text.length;
+  while (length > 1 && g.measureText(`${text.slice(0, length)}\u2026`).width > width) --length;
+  return `${text.slice(0, length)}\u2026`;
+};
 
 export const timeline = {
   build() {
@@ -12,12 +20,13 @@ export const timeline = {
     this.canvas = el("canvas", {
       tabindex: "0",
       role: "img",
-      "aria-label": "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything.",
+      "aria-label":
+        "Timeline of callbacks. Arrow keys move, plus and minus zoom, 0 shows everything, n and p go to the lane's next and previous run.",
     });
     this.tip = el(
       "p",
       {class: "tip soft", role: "status"},
-      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything. Point at a run to read it.",
+      "Wheel or + and \u2212 zoom, dragging or arrow keys move, 0 shows everything, n and p go from run to run. Point at a run to read it.",
     );
     this.search = el("input", {
       type: "search",
@@ -53,7 +62,7 @@ export const timeline = {
         colour("wait", "released, not started"),
         colour("run", "runs"),
         colour("preempted", "preempted meanwhile (its share)"),
-        colour("fail", "beyond its deadline, or never ended"),
+        colour("fail", "tall: beyond its deadline, or never ended"),
       ),
       kept < of
         ? el(
@@ -119,6 +128,8 @@ export const timeline = {
         PageDown: () => this.scroll(10),
         0: () => this.all(),
         Home: () => this.all(),
+        n: () => this.toNeighbour(1),
+        p: () => this.toNeighbour(-1),
       }[e.key];
       if (action && !e.ctrlKey && !e.metaKey && !e.altKey) {
         action();
@@ -132,8 +143,8 @@ export const timeline = {
     this.all();
   },
   choose() {
-    const words = this.search.value.toLowerCase().split(/\s+/).filter(Boolean);
-    this.lanes = lanes.lanes.filter(l => words.every(w => l.title.toLowerCase().includes(w)));
+    const words = wordsIn(this.search.value);
+    this.lanes = lanes.lanes.filter(l => isCalled(l.callbackReport, words));
   },
   all() {
     this.view(this.begin, this.end);
@@ -161,16 +172,28 @@ export const timeline = {
     this.draw();
   },
   show(lane, i) {
+    this.lookAt(lane, i);
+    this.canvas.scrollIntoView({block: "center"});
+    this.canvas.focus({preventScroll: true});
+  },
+  // A run in the middle, with as much before and behind it as it takes itself.
+  lookAt(lane, i) {
     this.search.value = "";
     this.choose();
     const response = lane.wait[i] > 0 ? lane.wait[i] : 0;
     const length = response + (lane.duration[i] || 1000);
     this.marked = {lane, i};
+    this.rows = Math.min(this.lanes.length, MOST_ROWS);
     this.top = Math.max(0, Math.min(this.lanes.indexOf(lane) - 3, this.lanes.length - this.rows));
-    this.view(lane.start[i] - response - length, lane.start[i] + length * 2);
+    this.view(lane.start[i] - response - length, lane.start[i] - response + length * 2);
     this.tell(lane, i);
-    this.canvas.scrollIntoView({block: "center"});
-    this.canvas.focus({preventScroll: true});
+  },
+  // To the marked run's neighbour.
+  toNeighbour(by) {
+    if (!this.marked) return;
+    const {lane, i} = this.marked;
+    const next = i + by;
+    if (next >= 0 && next < lane.count) this.lookAt(lane, next);
   },
   tell(lane, i) {
     const parts = [
@@ -230,14 +253,18 @@ export const timeline = {
     const canvas = this.canvas;
     const ratio = devicePixelRatio || 1;
     this.width = canvas.clientWidth || 800;
-    this.label = this.width < 600 ? 90 : 240;
     this.row = 18;
-    this.rows = Math.max(1, Math.min(this.lanes.length, 26));
+    this.rows = Math.max(1, Math.min(this.lanes.length, MOST_ROWS));
     const height = 20 + this.rows * this.row + 4;
     canvas.style.height = `${height}px`;
     canvas.width = Math.round(this.width * ratio);
     canvas.height = Math.round(height * ratio);
     const g = canvas.getContext("2d");
+    const font = "12px system-ui, sans-serif";
+    g.font = font;
+    for (const lane of this.lanes) lane.titleWidth ??= g.measureText(lane.title).width;
+    const longest = this.lanes.reduce((most, lane) => Math.max(most, lane.titleWidth), 0);
+    this.label = Math.min(Math.ceil(longest) + 14, Math.round(this.width * 0.42));
     const style = getComputedStyle(document.documentElement);
     const colour = name => style.getPropertyValue(`--${name}`).trim();
     g.scale(ratio, ratio);
@@ -246,14 +273,11 @@ export const timeline = {
     const span = this.to - this.from;
     const scale = (this.width - this.label) / span;
     const X = t => this.label + (t - this.from) * scale;
-    g.font = "11px system-ui, sans-serif";
+    g.font = font;
     g.strokeStyle = colour("line");
-    const step = 10 ** Math.ceil(Math.log10(span / 8));
-    for (const s of [step / 5, step / 2, step])
-      if (span / s <= 10) {
-        this.step = s;
-        break;
-      }
+    const most = Math.max(2, Math.floor((this.width - this.label) / 80));
+    const least = 10 ** Math.floor(Math.log10(span / most));
+    this.step = [1, 2, 5, 10].map(n => n * least).find(s => span / s <= most);
     g.fillStyle = colour("soft");
     const firstTick = Math.ceil((this.from - this.begin) / this.step) * this.step + this.begin;
     for (let t = firstTick; t <= this.to; t += this.step) {
@@ -263,7 +287,9 @@ export const timeline = {
       g.stroke();
       // Four digits would not tell neighbours apart.
       const isFine = this.step < (t - this.begin) / 2000 && t !== firstTick;
-      g.fillText(isFine ? `+${time(t - firstTick)}` : time(t - this.begin), X(t) + 2, 11);
+      const text = roundTime(isFine ? t - firstTick : t - this.begin);
+      const shown = isFine ? `+${text}` : text;
+      if (X(t) + 2 + g.measureText(shown).width <= this.width) g.fillText(shown, X(t) + 2, 11);
     }
     const c = {
       wait: colour("wait"),
@@ -275,15 +301,9 @@ export const timeline = {
     };
     this.lanes.slice(this.top, this.top + this.rows).forEach((lane, k) => {
       const y = 20 + k * this.row;
-      g.save();
-      g.beginPath();
-      g.rect(0, y, this.label - 6, this.row);
-      g.clip();
       g.fillStyle = c.ink;
-      g.textAlign = "right";
-      g.fillText(lane.title, this.label - 8, y + 12.5);
-      g.restore();
-      g.textAlign = "left";
+      const room = this.label - 10;
+      g.fillText(lane.titleWidth <= room ? lane.title : fit(g, lane.title, room), 4, y + 13);
       g.save();
       g.beginPath();
       g.rect(this.label, y, this.width - this.label, this.row);
@@ -324,9 +344,9 @@ export const timeline = {
       }
       for (let p = 0; p < columns; ++p) {
         if (busy[p] === 0 && !late[p]) continue;
-        const h = Math.max(2, Math.min(1, busy[p]) * height);
+        const h = late[p] ? this.row : Math.max(2, Math.min(1, busy[p]) * height);
         g.fillStyle = late[p] ? c.fail : c.run;
-        g.fillRect(this.label + p, y + 3 + height - h, 1, h);
+        g.fillRect(this.label + p, late[p] ? y : y + 3 + height - h, 1, h);
       }
       return;
     }
@@ -335,7 +355,8 @@ export const timeline = {
       const open = Number.isNaN(lane.duration[i]);
       const end = open ? this.end : start + lane.duration[i];
       if (lane.wait[i] > 0) bar(start - lane.wait[i], start, "wait", y + 3 + height * 0.3, height * 0.4);
-      bar(start, end, open || lane.isLate(i) ? "fail" : "run", y + 3, height);
+      if (open || lane.isLate(i)) bar(start, end, "fail", y + 1, this.row - 2);
+      else bar(start, end, "run", y + 3, height);
       if (lane.preempted[i] > 0) bar(end - lane.preempted[i], end, "preempted", y + 3 + height * 0.7, height * 0.3);
       if (this.marked && this.marked.lane === lane && this.marked.i === i) {
         g.strokeStyle = c.ink;

@@ -11,6 +11,11 @@ export const time = ns => {
   const [unit, name] = size < 1e3 ? [1, "ns"] : size < 1e6 ? [1e3, "\u00b5s"] : size < 1e9 ? [1e6, "ms"] : [1e9, "s"];
   return `${unit === 1 ? String(Math.round(ns)) : (ns / unit).toPrecision(4)}\u202f${name}`;
 };
+// Without the zeros that say how exact it is.
+export const roundTime = ns =>
+  time(ns)
+    .replace(/(\.\d*?)0+(?=\u202f)/, "$1")
+    .replace(/\.(?=\u202f)/, "");
 export const SIGN = {PASS: "\u2713", FAIL: "\u2717", INCONCLUSIVE: "?", NOT_APPLICABLE: "\u2013"};
 export const COLOUR = {PASS: "pass", FAIL: "fail", INCONCLUSIVE: "open", NOT_APPLICABLE: "soft"};
 export const WORD = {

@@ -1,5 +1,6 @@
 #include "batch_text.hpp"
 
+#include "names.hpp"
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ std::string duration_or_dash(const std::optional<analysis::Summary>& summary,
 }
 
 std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_view filter,
-                           const viewer_export::TextStyle& style) {
+                           const Names& names, const viewer_export::TextStyle& style) {
   const auto chosen = choose(snapshot, key, filter);
   if (chosen.empty()) return {};
   const bool has_hosts = !snapshot.hosts.empty();
@@ -41,7 +42,7 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
   const auto seconds = static_cast<double>(std::max(snapshot.window_ns, kSecond / 10)) / kSecond;
   for (const auto* c : chosen) {
     table.add(
-        {{printable(c->logical_id), c->has_ended ? Look::faint : Look::plain},
+        {{names.of(*c), c->has_ended ? Look::faint : Look::plain},
          {has_hosts ? fmt::format("{}:{}", printable(c->host), c->pid) : std::to_string(c->pid),
           Look::faint},
          {fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), {}},
@@ -82,6 +83,17 @@ std::string thread_table(const Snapshot& snapshot, const viewer_export::TextStyl
   return text;
 }
 
+// "FAIL M2 one-callback-per-thread (4)": the gravest rule, and how many subjects violate it.
+std::string verdict_words(const Snapshot& s) {
+  std::string text(analysis::label(s.verdict));
+  const auto gravest = std::ranges::find(s.verdicts, Verdict::fail, &VerdictView::verdict);
+  if (gravest == s.verdicts.end()) return text;
+  const auto subjects = std::ranges::count_if(s.verdicts, [&](const VerdictView& v) {
+    return v.verdict == Verdict::fail && v.rule == gravest->rule;
+  });
+  return text + fmt::format(" {} {} ({})", gravest->rule, gravest->name, subjects);
+}
+
 }  // namespace
 
 std::string clock_time(std::int64_t realtime_ns) {
@@ -96,8 +108,8 @@ std::vector<std::string> headline(const Snapshot& s) {
   const auto lost = s.lost_events ? std::to_string(*s.lost_events)
                                   : fmt::format("unknown ({} packets)", s.lost_packets);
   std::vector<std::string> lines{
-      fmt::format("cie live  {}  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
-                  analysis::label(s.verdict), printable(s.source)),
+      fmt::format("cie live  {}  {}  {}", clock_time(s.realtime_ns), label(s.state),
+                  verdict_words(s)),
       fmt::format("{}, lost {}, {} events, {:.0f}/s{}, {}",
                   viewer_export::counted(static_cast<std::uint64_t>(violations), "violation"), lost,
                   s.events, s.events_per_second,
@@ -139,25 +151,28 @@ std::vector<std::string> host_lines(const Snapshot& s) {
 
 std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view filter,
                        const viewer_export::TextStyle& style) {
+  const Names names(snapshot, style);
   std::string text;
-  for (const auto& line : headline(snapshot))
+  auto lines = headline(snapshot);
+  lines.front() += "  " + printable(snapshot.watched);
+  for (const auto& line : lines)
     text += line + '\n';
   for (const auto& line : host_lines(snapshot))
     text += line + '\n';
-  text += callback_table(snapshot, key, filter, style);
+  text += callback_table(snapshot, key, filter, names, style);
   text += thread_table(snapshot, style);
   bool is_first = true;
   for (const auto& change : snapshot.changes) {
     if (is_first) text += '\n';
     is_first = false;
     const auto look = change.to == Verdict::fail ? Look::bad : Look::good;
-    text += viewer_export::paint(
-                fmt::format("{} {}",
-                            change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
-                            change.rule),
-                look, style) +
-            fmt::format(" {}, {}: {}\n", change.name, printable(change.subject),
-                        printable(change.note));
+    text +=
+        viewer_export::paint(
+            fmt::format("{} {}",
+                        change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
+                        change.rule),
+            look, style) +
+        fmt::format(" {}, {}\n", change.name, names.in_words(change.subject + ": " + change.note));
   }
   return text + '\n';
 }

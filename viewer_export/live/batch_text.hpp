@@ -15,7 +15,8 @@ namespace cie::live {
 std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view filter,
                        const viewer_export::TextStyle& style);
 
-// The first lines of every view: source, rate, losses. Without colours or line ends.
+// The first lines of every view: state, the gravest rule, rate, losses; without what is watched, for
+// which there may be little room. Without colours or line ends.
 std::vector<std::string> headline(const Snapshot& snapshot);
 // What a callback is called: with its machine in front, where several are followed.
 std::string name_of(const CallbackView& callback, const Snapshot& snapshot);

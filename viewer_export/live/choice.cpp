@@ -68,8 +68,8 @@ std::vector<const CallbackView*> choose(const Snapshot& snapshot, SortKey key,
   const auto wanted = lower(filter);
   std::vector<const CallbackView*> chosen;
   for (const auto& callback : snapshot.callbacks) {
-    const auto names = lower(callback.logical_id) + '\n' + lower(callback.host) + '\n' +
-                       std::to_string(callback.pid);
+    const auto names = lower(callback.logical_id) + '\n' + lower(callback.name) + '\n' +
+                       lower(callback.host) + '\n' + std::to_string(callback.pid);
     if (names.find(wanted) != std::string::npos) chosen.push_back(&callback);
   }
   std::ranges::stable_sort(chosen, [key](const CallbackView* a, const CallbackView* b) {

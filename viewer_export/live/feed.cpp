@@ -110,6 +110,7 @@ class Watch {
     auto snapshot = monitor_.describe(result, steady_clock::now());
     if (state) snapshot.state = *state;
     snapshot.source = options_.url;
+    snapshot.watched = options_.watched;
     snapshot.message = message_;
     snapshot.hosts = sessions_.hosts(result.report);
     return write_line(output_, json_line(snapshot, true));

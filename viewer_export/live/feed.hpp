@@ -15,6 +15,7 @@ namespace cie::live {
 
 struct FeedOptions {
   std::string url;                       // of a session, or of a relay daemon: all of its
+  std::string watched{};                 // as Snapshot::watched
   const SchedulingSpec* spec = nullptr;  // borrowed; may be null
   std::chrono::milliseconds interval{1000};
   bool is_reconnecting = true;  // when the connection is lost

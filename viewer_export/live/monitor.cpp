@@ -3,6 +3,8 @@
 #include <cie/analysis/deadline.hpp>
 #include <cie/analysis/report_rows.hpp>
 
+#include "names.hpp"
+
 #include <algorithm>
 #include <string>
 #include <utility>
@@ -31,6 +33,15 @@ void count_losses(const analysis::Report& report, Snapshot& snapshot) {
                                 .severity = std::string(label(defect.severity)),
                                 .count = defect.count});
   }
+}
+
+void name(Snapshot& snapshot) {
+  const Names names(snapshot, {.unicode = true});
+  for (auto& callback : snapshot.callbacks)
+    callback.name = names.of(callback);
+  const auto say = [&names](auto& verdict) { verdict.says = names.in_words(verdict.says); };
+  std::ranges::for_each(snapshot.verdicts, say);
+  std::ranges::for_each(snapshot.changes, say);
 }
 
 }  // namespace
@@ -208,6 +219,7 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
   snapshot.verdicts = std::move(noted.current);
   snapshot.verdicts_left_out = noted.left_out;
   snapshot.changes = std::move(noted.changes);
+  name(snapshot);
   return snapshot;
 }
 

@@ -55,6 +55,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kHelp{{
 Pages::Table Pages::callbacks(std::size_t columns) {
   const auto& latest = shown().latest();
   const auto chosen = choose(latest, sort_, filter_);
+  const auto short_names = names();
   constexpr std::size_t kNumbers = 8 + 4 * 10 + 7 + 7;
   const bool is_wide = columns >= kNumbers + 8 + 24;
   const auto numbers = kNumbers + (is_wide ? 8 : 0) - (is_wide ? 0 : 10);
@@ -77,7 +78,7 @@ Pages::Table Pages::callbacks(std::size_t columns) {
     const auto add = [&line](std::string text, Look look = Look::plain) {
       line.spans.push_back({std::move(text), look});
     };
-    add(left(name_of(*c, latest), name), c->has_ended ? Look::faint : Look::plain);
+    add(left(short_names.of(*c), name), c->has_ended ? Look::faint : Look::plain);
     if (is_wide) add(right(std::to_string(c->pid), 8), Look::faint);
     add(right(fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), 8));
     add(right(duration(c->response, &Summary::p50, c->is_exact), 10));
@@ -133,6 +134,7 @@ Pages::Table Pages::instances(std::size_t columns) const {
 
 Pages::Table Pages::threads(std::size_t columns) const {
   const auto& latest = shown().latest();
+  const auto short_names = names();
   std::vector<const ThreadView*> sorted;
   for (const auto& thread : latest.threads)
     sorted.push_back(&thread);
@@ -148,7 +150,7 @@ Pages::Table Pages::threads(std::size_t columns) const {
   for (const auto* thread : sorted) {
     std::string callbacks;
     for (const auto& id : thread->callbacks)
-      callbacks += (callbacks.empty() ? "" : ", ") + id;
+      callbacks += (callbacks.empty() ? "" : ", ") + short_names.in_words(id);
     if (callbacks.empty()) callbacks = thread->role;
     table.rows.push_back(text_line(
         left(latest.hosts.empty() ? thread->name : thread->host + ' ' + thread->name, kName) +
@@ -163,10 +165,12 @@ Pages::Table Pages::verdicts(std::size_t columns) const {
   const auto& latest = shown().latest();
   Table table;
   table.title = text_line(fmt::format("{:<13}{:<5}{}", "verdict", "rule", "subject: evidence"));
+  const auto short_names = names();
   constexpr std::size_t kBefore = 18;
   const auto width = columns > kBefore + kMinName ? columns - kBefore : kMinName;
   for (const auto& verdict : latest.verdicts) {
-    const auto text = printable(verdict.name + ", " + verdict.subject + ": " + verdict.note);
+    const auto text =
+        short_names.in_words(verdict.name + ", " + verdict.subject + ": " + verdict.note);
     std::string head = fmt::format("{:<5}", verdict.rule);
     Line line{.spans = {{fmt::format("{:<13}", analysis::label(verdict.verdict)),
                          look_of(verdict.verdict)}}};

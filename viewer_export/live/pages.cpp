@@ -30,8 +30,9 @@ Line cut(Line line, std::size_t columns) {
 
 }  // namespace
 
-Pages::Pages(const History& history, SortKey sort, std::string filter)
-    : history_(history), sort_(sort), filter_(std::move(filter)) {}
+Pages::Pages(const History& history, SortKey sort, std::string filter,
+             const viewer_export::TextStyle& style)
+    : history_(history), sort_(sort), filter_(std::move(filter)), style_(style) {}
 
 bool Pages::press(Key key, char character) {
   if (is_filtering_) return press_in_filter(key, character);
@@ -201,7 +202,7 @@ Line Pages::status() const {
     line.spans.push_back(
         {fmt::format("{} {} {}, {}",
                      change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
-                     change.rule, change.name, printable(change.subject)),
+                     change.rule, change.name, names().in_words(change.subject)),
          look_of(change.to)});
     return line;
   }
@@ -229,7 +230,9 @@ Frame Pages::draw(Size size) {
   auto lines = headline(latest);
   lines.resize(2);
   Frame frame;
-  frame.push_back(text_line(lines[0], Look::strong));
+  auto top = text_line(lines[0], latest.verdict == Verdict::fail ? Look::bad : Look::strong);
+  top.spans.push_back({"  " + printable(latest.watched)});
+  frame.push_back(std::move(top));
   frame.push_back(text_line(lines[1], latest.lost_events != 0 ? Look::bad : Look::plain));
   frame.push_back(status());
   auto table = page(size.columns);

@@ -4,6 +4,7 @@
 #include "choice.hpp"
 #include "frame.hpp"
 #include "history.hpp"
+#include "names.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +35,9 @@ struct Size {
 class Pages {
  public:
   // `history` is borrowed.
-  Pages(const History& history, SortKey sort, std::string filter);
+  // `style`: of names.
+  Pages(const History& history, SortKey sort, std::string filter,
+        const viewer_export::TextStyle& style = {});
 
   // `character` counts for Key::character alone. False: the user wants to end.
   bool press(Key key, char character = '\0');
@@ -60,6 +63,7 @@ class Pages {
   void open(Page page);
   void enter();
   const CallbackView* opened() const;
+  Names names() const { return {shown().latest(), style_}; }
   Line status() const;
   Line keys() const;
   Line selected_name() const;
@@ -75,6 +79,7 @@ class Pages {
   Page page_ = Page::callbacks;
   SortKey sort_;
   std::string filter_;
+  viewer_export::TextStyle style_;
   bool is_filtering_ = false;
   bool is_over_ = false;
   std::string failure_;

@@ -50,6 +50,7 @@ struct CallbackView {
   std::string host;
   std::int64_t pid = 0;
   std::string logical_id;  // "?3" while its registration was not seen
+  std::string name{};      // for people: "planner ← /pose"
   std::string kind;
   std::vector<std::int64_t> tids;
   std::optional<analysis::Isolation> isolation;  // empty: unknown
@@ -94,7 +95,8 @@ struct VerdictView {
   std::string subject;
   analysis::Verdict verdict = analysis::Verdict::fail;
   std::int64_t since_ns = 0;
-  std::string note;  // its first evidence
+  std::string note;    // its first evidence
+  std::string says{};  // which subject, and why, by short names
 };
 
 // A verdict became another one.
@@ -107,6 +109,7 @@ struct VerdictChange {
   analysis::Verdict from = analysis::Verdict::not_applicable;
   analysis::Verdict to = analysis::Verdict::not_applicable;
   std::string note;
+  std::string says{};  // which subject, and why, by short names
 };
 
 struct DefectView {
@@ -128,6 +131,7 @@ struct Snapshot {
   std::uint64_t sequence = 0;  // of snapshots, from 1
   SourceState state = SourceState::waiting;
   std::string source;            // the session's URL
+  std::string watched;           // for people: the command, or what they asked for
   std::string message;           // why it is lost or ended; empty otherwise
   std::vector<HostView> hosts;   // where all sessions of a relay daemon are followed
   std::int64_t time_ns = 0;      // of the latest event, by its host's clock
@@ -142,7 +146,7 @@ struct Snapshot {
   std::vector<DefectView> defects;
   std::vector<CallbackView> callbacks;
   std::vector<ThreadView> threads;
-  std::vector<VerdictView> verdicts;
+  std::vector<VerdictView> verdicts;  // the gravest first
   std::uint64_t verdicts_left_out = 0;
   std::vector<VerdictChange> changes;
 };

@@ -41,6 +41,7 @@ void fields(auto& visit, Is<CallbackView> auto& c) {
   visit("host", c.host);
   visit("pid", c.pid);
   visit("logical_id", c.logical_id);
+  visit("name", c.name);
   visit("kind", c.kind);
   visit("tids", c.tids);
   visit.derived("isolated", c.isolation == Isolation::isolated);
@@ -87,6 +88,7 @@ void fields(auto& visit, Is<VerdictView> auto& v) {
   visit("verdict", v.verdict);
   visit("since_ns", v.since_ns);
   visit("note", v.note);
+  visit("says", v.says);
 }
 
 void fields(auto& visit, Is<VerdictChange> auto& c) {
@@ -99,6 +101,7 @@ void fields(auto& visit, Is<VerdictChange> auto& c) {
   visit("from", c.from);
   visit("to", c.to);
   visit("note", c.note);
+  visit("says", c.says);
 }
 
 void fields(auto& visit, Is<HostView> auto& h) {
@@ -119,6 +122,7 @@ void fields(auto& visit, Is<Snapshot> auto& s) {
   visit("sequence", s.sequence);
   visit.object("source", [&s](auto& source) {
     source("url", s.source);
+    source("watched", s.watched);
     source("state", s.state);
     source("message", s.message);
   });

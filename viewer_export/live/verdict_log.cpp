@@ -1,5 +1,7 @@
 #include "verdict_log.hpp"
 
+#include "words/verify_words.hpp"
+
 #include <algorithm>
 #include <tuple>
 
@@ -13,6 +15,13 @@ std::string note_of(const SubjectVerdict& verdict) {
   if (verdict.evidence.empty()) return {};
   const auto& first = verdict.evidence.front();
   return first.event + ": " + first.note;
+}
+
+std::string sentence_of(const std::string& rule, const SubjectVerdict& verdict) {
+  const auto at = viewer_export::first_telling(rule);
+  const auto& all = verdict.evidence;
+  if (all.empty()) return verdict.subject;
+  return verdict.subject + ": " + (at < all.size() ? all[at] : all.front()).note;
 }
 
 }  // namespace
@@ -43,7 +52,8 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
                                  .subject = subject.subject,
                                  .from = before,
                                  .to = subject.verdict,
-                                 .note = note_of(subject)});
+                                 .note = note_of(subject),
+                                 .says = sentence_of(rule.id, subject)});
       }
       if (subject.verdict < Verdict::inconclusive) continue;
       noted.current.push_back({.rule = rule.id,
@@ -52,13 +62,15 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
                                .subject = subject.subject,
                                .verdict = subject.verdict,
                                .since_ns = known.since_ns,
-                               .note = note_of(subject)});
+                               .note = note_of(subject),
+                               .says = sentence_of(rule.id, subject)});
     }
   }
   // Subjects that are no longer judged need not be remembered.
   std::erase_if(known_, [this](const auto& entry) { return entry.second.round != round_; });
   std::ranges::stable_sort(noted.current, [](const VerdictView& a, const VerdictView& b) {
-    return a.verdict > b.verdict;
+    const auto rank = [](const VerdictView& v) { return viewer_export::rank_of(v.rule); };
+    return a.verdict != b.verdict ? a.verdict > b.verdict : rank(a) < rank(b);
   });
   if (noted.current.size() > kMaxListed) {
     noted.left_out = noted.current.size() - kMaxListed;

@@ -23,6 +23,9 @@ CHECK, CIE, MAKE_TRACE, EXAMPLES = sys.argv[1:5]
 TIMER = "/plan@Timer(20000000)"
 TRACK = "/track@Subscription(/points)"
 DRIVE = "/drive@Subscription(/points)"
+# Of the examples' callbacks.
+NAMES = ["drive \u2190 /t1", "drive \u21d0 /srv", "fast client /srv", "fast timer 10 ms", "plan timer 20 ms", "slow timer 20 ms",
+         "track \u2190 /t0", "track \u2190 /t0 #2"]
 
 
 def example(name):
@@ -209,21 +212,25 @@ class TraceProcessor(Files):
         report = json.loads(output_of(CIE, "report", example(name), "--format", "json"))
         answer = trace_processor.query(path, {
             "alarms": self.ALARMS,
-            "instances": "select s.name, p.pid, t.tid, s.ts, s.ts + s.dur from slice s"
+            "instances": "select extract_arg(s.arg_set_id, 'debug.logical_id'), p.pid, t.tid, s.ts, s.ts + s.dur from slice s"
                          " join thread_track tt on s.track_id = tt.id join thread t using(utid)"
                          " join process p using(upid) where s.category = 'callback' order by s.ts, t.tid",
             "counts": "select category, count(*) from slice group by category",
             "flows": "select count(*) from flow",
             "nested": "select count(*) from slice s join slice p on s.parent_id = p.id"
                       " where s.category = 'publish' and p.category = 'callback'",
-            "response": "select name, count(*), min(r), max(r), sum(r) from (select name,"
+            "response": "select id, count(*), min(r), max(r), sum(r) from (select"
+                        " extract_arg(arg_set_id, 'debug.logical_id') as id,"
                         " extract_arg(arg_set_id, 'debug.response_time_ns') as r from slice"
-                        " where category = 'callback') group by name",
+                        " where category = 'callback') group by id",
+            "names": "select distinct name, extract_arg(arg_set_id, 'debug.logical_id') from slice"
+                     " where category in ('callback', 'wait')",
             "threads": "select p.pid, tid, t.name from thread t join process p using(upid)",
             "running": "select cpu, tid, dur from sched join thread using(utid) where tid != 0",
             "states": "select count(*) from thread_state where state = 'Running' and utid != 0",
             "wakers": "select count(*) from thread_state where waker_utid is not null",
-            "values": "select name, extract_arg(arg_set_id, 'debug.response_time_ns') from slice"
+            "values": "select extract_arg(arg_set_id, 'debug.logical_id'),"
+                      " extract_arg(arg_set_id, 'debug.response_time_ns') from slice"
                       " where category = 'callback'",
             "curves": "select t.name, count(*), max(c.value) from counter c join counter_track t on c.track_id = t.id"
                       " where t.name glob 'response time *' group by 1",
@@ -243,8 +250,11 @@ class TraceProcessor(Files):
         for logical_id, *values in answer["response"]:
             self.assertEqual(values, [figures[logical_id][part] for part in ("count", "min", "max", "sum")])
             self.check_quantiles(figures[logical_id], [value for name, value in answer["values"] if name == logical_id])
+        names = {logical_id: name for name, logical_id in answer["names"]}
+        self.assertEqual(sorted(names.values()), NAMES)
         self.assertEqual({name: [count, most] for name, count, most in answer["curves"]},
-                         {"response time " + name: [figure["count"], figure["max"]] for name, figure in figures.items()})
+                         {"response time " + names[logical_id]: [figure["count"], figure["max"]]
+                          for logical_id, figure in figures.items()})
         verdicts = json.loads(subprocess.run([CIE, "verify", example(name), "-f", "json"], stdout=subprocess.PIPE,
                                              timeout=200, check=False).stdout)
         self.assertEqual(sorted(map(tuple, answer["violations"])),

@@ -12,7 +12,7 @@ import urllib.parse
 from pathlib import Path
 
 import support
-from support import CIE, SUBSCRIPTION, TIMER, Running, app, wait_for
+from support import CIE, SHORT_SUBSCRIPTION, SHORT_TIMER, TIMER, Running, app, wait_for
 
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "viewer_export" / "live" / "prometheus"
@@ -143,9 +143,14 @@ class Served(HostileClients, unittest.TestCase):
             url = f"http://127.0.0.1:{self.port}/"
             browser.open(url)
             names = "[...document.querySelectorAll('#callbacks tbody td:first-child')].map(cell => cell.textContent)"
-            wait_for(lambda: set(browser.evaluate(names)) == {TIMER, SUBSCRIPTION}, "the callbacks")
-            wait_for(lambda: browser.evaluate("document.getElementById('verdict').textContent") == "FAIL", "the verdict")
+            wait_for(lambda: set(browser.evaluate(names)) == {SHORT_TIMER, SHORT_SUBSCRIPTION}, "the callbacks")
+            wait_for(lambda: browser.evaluate("document.getElementById('verdict').textContent") == "\u2717 FAIL", "the verdict")
             wait_for(lambda: "M2" in browser.evaluate("document.getElementById('violations').textContent"), "the violation")
+            wait_for(lambda: browser.evaluate("document.querySelector('#reasons li').textContent").startswith("\u2717M2 "), "the reason")
+            self.assertLess(browser.evaluate("document.getElementById('reasons').getBoundingClientRect().bottom"), 500, "above the fold")
+            self.assertIn("--until-signal", browser.evaluate("document.getElementById('source').textContent"))
+            curves = "[...document.querySelectorAll('svg.curve polyline')].map(p => p.getAttribute('points').split(' ').length)"
+            wait_for(lambda: all(n > 2 for n in browser.evaluate(curves)) and len(browser.evaluate(curves)) == 2, "curves over some seconds")
             events = "parseInt(document.getElementById('facts').textContent)"
             before = browser.evaluate(events)
             wait_for(lambda: browser.evaluate(events) > before, "the next snapshot")
@@ -155,7 +160,7 @@ class Served(HostileClients, unittest.TestCase):
             self.assertEqual(browser.evaluate(events), paused)
             browser.evaluate("document.getElementById('pause').click()")
             browser.evaluate("const f = document.getElementById('filter'); f.value = 'timer'; f.dispatchEvent(new Event('input'))")
-            self.assertEqual(browser.evaluate(names), [TIMER])
+            self.assertEqual(browser.evaluate(names), [SHORT_TIMER])
             browser.evaluate("document.querySelector('#callbacks tbody tr').click()")
             rows = "document.querySelectorAll('#detail tbody tr').length"
             wait_for(lambda: browser.evaluate(rows) > 10, "instances")

@@ -15,7 +15,7 @@ import unittest
 from pathlib import Path
 
 import support
-from support import CIE, PATIENCE, SUBSCRIPTION, TIMER, Relay, Running, app, callback, live, wait_for
+from support import CIE, PATIENCE, SHORT_SUBSCRIPTION, SHORT_TIMER, SUBSCRIPTION, TIMER, Relay, Running, app, callback, live, wait_for
 
 MOST_RECENT = 32  # instances that a line shows of a callback
 
@@ -96,8 +96,8 @@ class Command(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(done.stdout.count("VIOLATED M2 one-callback-per-thread"), 1)
         last = done.stdout[done.stdout.rindex("cie live  "):]
-        self.assertIn("  ended  FAIL  net://", last)
-        for name in (TIMER, SUBSCRIPTION):
+        self.assertIn("  ended  FAIL M2 one-callback-per-thread (1)  ", last)
+        for name in (SHORT_TIMER, SHORT_SUBSCRIPTION.replace("\u2190", "<-")):
             self.assertIn(name, last)
 
     def test_signals_end_it_after_a_last_snapshot(self):

@@ -16,6 +16,8 @@ import isolated_main  # noqa: E402  pylint: disable=wrong-import-position,unused
 CIE, TRACED_APP, BURST_APP, LATE_CONSUMER = (os.path.abspath(path) for path in sys.argv[1:5])
 TIMER = "/test/node@Timer(1000000)"
 SUBSCRIPTION = "/test/node@Subscription(/test/topic)"
+SHORT_TIMER = "node timer 1 ms"
+SHORT_SUBSCRIPTION = "node \u2190 /test/topic"
 PATIENCE = 90  # seconds, for what a busy machine does late
 scratch = Path(os.sep)  # set by main()
 

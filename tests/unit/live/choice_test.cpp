@@ -45,6 +45,13 @@ TEST(Choice, FiltersByNameHostAndPidInAnyCase) {
   EXPECT_TRUE(names(snapshot, SortKey::name, "nobody").empty());
 }
 
+TEST(Choice, FiltersByTheShortNameToo) {
+  Snapshot snapshot;
+  snapshot.callbacks = {callback("/a/plan@Timer(100000000)", 1, 0), callback("/drive", 2, 0)};
+  snapshot.callbacks[0].name = "plan timer 100 ms";
+  EXPECT_EQ(names(snapshot, SortKey::name, "timer 100 MS"), (Names{"/a/plan@Timer(100000000)"}));
+}
+
 TEST(Choice, EveryKeyHasAName) {
   for (const auto* name : {"p99", "p50", "max", "rate", "late", "missed", "name"}) {
     const auto key = sort_key(name);

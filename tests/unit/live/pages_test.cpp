@@ -29,6 +29,8 @@ Snapshot first_snapshot() {
   s.sequence = 1;
   s.state = SourceState::streaming;
   s.source = "net://x/host/y/z";
+  s.watched = "cie run app.yaml";
+  s.verdict = analysis::Verdict::fail;
   s.window_ns = 5'000'000'000;
   s.callbacks = {callback(0, "/slow@Timer(1)", 9'000'000), callback(1, "/fast@Timer(1)", 1'000'000),
                  callback(2, "/bad\x1b]0;owned\x07\x1b[2J\n@Timer(1)", 500)};
@@ -98,21 +100,21 @@ TEST_F(PagesTest, FitEveryScreenAndHoldNoEscapeSequence) {
 }
 
 TEST_F(PagesTest, SortBySlowestAndByTheNextColumns) {
-  EXPECT_LT(place("/slow"), place("/fast"));
+  EXPECT_LT(place("slow timer"), place("fast timer"));
   type("ssssss");  // p99, p50, max, rate, late, missed, name
-  EXPECT_LT(place("/fast"), place("/slow"));
+  EXPECT_LT(place("fast timer"), place("slow timer"));
   EXPECT_NE(draw().find("*callback"), std::string::npos);
 }
 
 TEST_F(PagesTest, FilterAsItIsTyped) {
   type("/fasq");  // q is a letter here
   EXPECT_TRUE(pages_.press(Key::backspace));
-  EXPECT_NE(draw().find("/fast"), std::string::npos);
-  EXPECT_EQ(draw().find("/slow"), std::string::npos);
+  EXPECT_NE(draw().find("fast timer"), std::string::npos);
+  EXPECT_EQ(draw().find("slow timer"), std::string::npos);
   pages_.press(Key::enter);
   EXPECT_NE(draw().find("filter: fas"), std::string::npos);
   pages_.press(Key::back);
-  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  EXPECT_NE(draw().find("slow timer"), std::string::npos);
 }
 
 TEST_F(PagesTest, EnterShowsTheInstancesOfTheSelectedCallback) {
@@ -124,7 +126,7 @@ TEST_F(PagesTest, EnterShowsTheInstancesOfTheSelectedCallback) {
   EXPECT_NE(text.find(" 78 "), std::string::npos) << text;
   EXPECT_EQ(text.find(" 77 "), std::string::npos) << "that is another one's";
   pages_.press(Key::back);
-  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  EXPECT_NE(draw().find("slow timer"), std::string::npos);
 }
 
 TEST_F(PagesTest, APauseShowsOneMoment) {
@@ -133,7 +135,7 @@ TEST_F(PagesTest, APauseShowsOneMoment) {
   next.callbacks[0].logical_id = "/renamed";
   history_.add(next);
   EXPECT_NE(draw().find("PAUSED"), std::string::npos);
-  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  EXPECT_NE(draw().find("slow timer"), std::string::npos);
   type("p");
   EXPECT_NE(draw().find("/renamed"), std::string::npos);
 }
@@ -158,11 +160,11 @@ TEST_F(PagesTest, TheSelectionStaysInTheTableAndInSight) {
   EXPECT_NE(draw().find("/n99"), std::string::npos);
   pages_.press(Key::home);
   pages_.press(Key::up);
-  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  EXPECT_NE(draw().find("slow timer"), std::string::npos);
   pages_.press(Key::end);
   draw();
   history_.add(first_snapshot());  // the selected one is gone
-  EXPECT_NE(draw().find("/slow"), std::string::npos);
+  EXPECT_NE(draw().find("slow timer"), std::string::npos);
 }
 
 TEST_F(PagesTest, TheSelectedNameIsShownWhole) {
@@ -171,6 +173,44 @@ TEST_F(PagesTest, TheSelectedNameIsShownWhole) {
   long_name.callbacks = {callback(0, name, 5)};
   history_.add(long_name);
   EXPECT_NE(draw(Size{24, 80}).find(name), std::string::npos);
+}
+
+TEST_F(PagesTest, NamesAreShortAndSayTheProcessWhereSeveralHaveThem) {
+  auto two = first_snapshot();
+  two.callbacks = {callback(0, "/a/plan@Timer(100000000)", 5),
+                   callback(1, "/a/plan@Timer(100000000)", 4),
+                   callback(2, "/a/drive@Subscription(/pose)", 3)};
+  two.verdicts[0].subject = "callback /a/drive@Subscription(/pose)";
+  history_.add(two);
+  const auto text = draw(Size{24, 120});
+  EXPECT_NE(text.find("plan timer 100 ms (pid 100)"), std::string::npos) << text;
+  EXPECT_NE(text.find("plan timer 100 ms (pid 101)"), std::string::npos) << text;
+  EXPECT_NE(text.find("drive <- /pose "), std::string::npos) << text;
+  type("v");
+  EXPECT_NE(draw().find("callback drive <- /pose: "), std::string::npos) << draw();
+  Pages with_symbols{history_, SortKey::response, "", {.unicode = true}};
+  std::string symbols;
+  for (const auto& line : with_symbols.draw({})) {
+    for (const auto& span : line.spans)
+      symbols += span.text;
+  }
+  EXPECT_NE(symbols.find("drive ← /pose"), std::string::npos) << symbols;
+}
+
+TEST_F(PagesTest, TheTopLineNamesTheGravestRuleAndTheCommand) {
+  auto failing = first_snapshot();
+  failing.verdicts.push_back(failing.verdicts.front());
+  failing.verdicts.push_back({.rule = "R3",
+                              .name = "deadline",
+                              .subject = "callback /x",
+                              .verdict = analysis::Verdict::fail,
+                              .note = {}});
+  history_.add(failing);
+  const auto text = draw();
+  const auto top = text.substr(0, text.find('\n'));
+  EXPECT_NE(top.find("FAIL M2 one-callback-per-thread (2)  cie"), std::string::npos) << top;
+  EXPECT_NE(draw(Size{24, 120}).find("(2)  cie run app.yaml\n"), std::string::npos);
+  EXPECT_EQ(text.find("net://"), std::string::npos);
 }
 
 TEST_F(PagesTest, QuitsOnQAlone) {

@@ -14,6 +14,7 @@ Snapshot full() {
   s.sequence = 3;
   s.state = SourceState::lost;
   s.source = "net://x/host/y/z";
+  s.watched = "cie run app.yaml";
   s.message = "gone";
   s.hosts = {{.host = "y\"",
               .session = "z",
@@ -27,6 +28,7 @@ Snapshot full() {
   CallbackView c;
   c.index = 4;
   c.logical_id = "a\x1b[2J\"\n\xff";
+  c.name = "a ← /b";
   c.tids = {1, 2};
   c.deadline_ns = 8;
   c.response = analysis::Summary{.count = 1, .min = 2, .max = 3, .sum = 4, .mean = 5.5, .p50 = 6};
@@ -71,6 +73,8 @@ TEST(SnapshotJson, IsOneLineThatComesBackAsItWas) {
   EXPECT_EQ(line.find('\x1b'), std::string::npos);
   EXPECT_EQ(json_line(parse_snapshot(line), true), line);
   const auto back = parse_snapshot(line);
+  EXPECT_EQ(back.callbacks.at(0).name, "a ← /b");
+  EXPECT_EQ(back.watched, "cie run app.yaml");
   EXPECT_EQ(back.callbacks.at(0).logical_id, "a\x1b[2J\"\n\xEF\xBF\xBD");
   EXPECT_EQ(back.time_ns, std::numeric_limits<std::int64_t>::max());
   EXPECT_FALSE(back.lost_events);

@@ -43,5 +43,30 @@ TEST(VerdictLog, KnowsASubjectWithoutARowByItsName) {
   EXPECT_EQ(log.note(violated("callback show", {}), {30}).changes.size(), 1U);
 }
 
+TEST(VerdictLog, ListsTheGravestRuleFirst) {
+  auto verdicts = violated("callback plan", 3);
+  verdicts.rules.push_back(verdicts.rules.front());
+  verdicts.rules.back().id = "R3";
+  verdicts.rules.push_back(verdicts.rules.front());
+  verdicts.rules.back().id = "M2";
+  std::string order;
+  for (const auto& verdict : VerdictLog().note(verdicts, {10}).current)
+    order += verdict.rule + ' ';
+  EXPECT_EQ(order, "M2 R3 R2 ");
+}
+
+TEST(VerdictLog, SaysWhyByTheEventThatKnows) {
+  auto verdicts = violated("callback plan", 3);
+  verdicts.rules.front().id = "R3";
+  auto& evidence = verdicts.rules.front().subjects.front().evidence;
+  evidence.resize(2);
+  evidence[0].event = "callback_start";
+  evidence[0].note = "seq 5 starts";
+  evidence[1].note = "ends 3 ms after its release";
+  const auto noted = VerdictLog().note(verdicts, {10});
+  EXPECT_EQ(noted.current.at(0).note, "callback_start: seq 5 starts");
+  EXPECT_EQ(noted.current.at(0).says, "callback plan: ends 3 ms after its release");
+}
+
 }  // namespace
 }  // namespace cie::live

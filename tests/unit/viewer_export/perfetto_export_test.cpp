@@ -76,6 +76,29 @@ TEST(Perfetto, NamesThreadsAsTheReportDoes) {
   }
 }
 
+TEST(Perfetto, CallsCallbacksByShortNamesAndKeepsTheirIds) {
+  PerfettoExport perfetto({});
+  test::feed_application(perfetto);
+  auto analyzed = test::application_result();
+  analyzed.report.callbacks.resize(3);
+  analyzed.report.callbacks[0].logical_id = "/plan@Timer(20000000)";
+  analyzed.report.callbacks[1].logical_id = "/track@Subscription(/points)";
+  analyzed.report.callbacks[2].logical_id = "/drive@Subscription(/points)";
+  std::ostringstream out;
+  perfetto.write(out, analyzed);
+  const auto file = decode(out.str());
+  std::set<std::string> names;
+  for (const auto& [number, name] : file.names)
+    names.insert(name);
+  EXPECT_TRUE(names.contains("plan timer 20 ms"));
+  EXPECT_TRUE(names.contains("track ← /points"));
+  std::set<std::string> tracks;
+  for (const auto& [uuid, name] : file.tracks)
+    tracks.insert(name);
+  EXPECT_TRUE(tracks.contains("response time drive ← /points"));
+  EXPECT_NE(out.str().find("/plan@Timer(20000000)"), std::string::npos) << "as an argument";
+}
+
 TEST(Perfetto, EveryPairOfPublicationAndSubscriberHasAFlowOfItsOwn) {
   const auto file = decode(exported({}));
   std::vector<std::vector<std::uint64_t>> leaving;

@@ -5,6 +5,9 @@
 #include "json/json.hpp"
 #include "output/base64.hpp"
 #include "output/gzip_stream.hpp"
+#include "page_names.hpp"
+#include "text/headline.hpp"
+#include "text/report_head.hpp"
 #include "timelines/timeline_choice.hpp"
 
 #include <algorithm>
@@ -102,6 +105,25 @@ Json histograms_json(const analysis::Report& report) {
   return histograms;
 }
 
+// As the text report's first lines.
+Json head_json(const analysis::AnalysisResult& result, const ReportContext& context) {
+  const TextStyle style{.unicode = true};
+  const Judged judged(result.verdicts, result.report, context.verify, style);
+  const auto head = report_head(judged, context);
+  const Headline headline(judged, head.findings, style);
+  const auto fact = head.has_verdict() ? headline.fact() : head.isolation;
+  const bool is_told = fact.find(head.isolation) != std::string::npos;
+  Json accused = Json::array();
+  for (const auto& finding : head.findings)
+    accused.push_back(finding.rule->id);
+  return {
+      {"claimed", head.is_isolation_claimed},
+      {"accused", std::move(accused)},
+      {"verdict", head.has_verdict() ? Json(analysis::label(headline.verdict())) : Json(nullptr)},
+      {"fact", fact},
+      {"isolation", is_told ? Json(nullptr) : Json(head.isolation)}};
+}
+
 }  // namespace
 
 struct HtmlReport::State {
@@ -161,7 +183,8 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
 }
 
 void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result,
-                       const SchedulingSpec* spec, std::string_view input) {
+                       const SchedulingSpec* spec, std::string_view input,
+                       bool is_isolation_expected) {
   std::string columns;
   Json timeline = State::lanes_json(result.report, state_->choice.take(), columns);
   std::ostringstream compressed;
@@ -188,6 +211,9 @@ void HtmlReport::write(std::ostream& out, const analysis::AnalysisResult& result
     } else {
       json.value(std::string_view(spec->name()));
     }
+    add("head", head_json(result, {.verify = {.spec = spec},
+                                   .is_isolation_expected = is_isolation_expected}));
+    add("names", page_names(result));
     add("histograms", histograms_json(result.report));
     add("timeline", timeline);
   });

@@ -40,6 +40,10 @@ struct Words<analysis::InstanceState> {
       static_cast<std::uint64_t>(analysis::InstanceState::cut_by_window) + 1;
 };
 
+// Logical ids are such words, too: the number of the first.
+inline constexpr auto kFirstLogicalId =
+    Words<analysis::InstanceState>::kFirst + Words<analysis::InstanceState>::kCount;
+
 class Annotations {
  public:
   void add(Note note, std::int64_t value) {
@@ -60,6 +64,10 @@ class Annotations {
     } else {
       add(note, std::string_view(label(value)));
     }
+  }
+  // A logical id by its place among those that were interned.
+  void add_logical_id(std::uint32_t place) {
+    add_number<DebugAnnotation::string_value_iid>(Note::logical_id, kFirstLogicalId + place);
   }
   void clear() noexcept { bytes_.clear(); }
   // Fields of a TrackEvent.

@@ -1,7 +1,6 @@
 #include "perfetto_counters.hpp"
 
 #include <cie/analysis/deadline.hpp>
-#include <cie/tracepoints/utf8.hpp>
 
 #include <string>
 
@@ -45,8 +44,8 @@ std::uint64_t Counters::track(const Drawing& drawing, const Callback& callback,
                           : drawing.tracks.process_track(thread.host, thread.pid);
   const auto uuid = drawing.tracks.new_uuid();
   drawing.packets.set_machine(thread.host);
-  drawing.packets.counter_track(
-      uuid, parent, std::string(quantity) + valid_utf8(drawing.names.name(callback.name)), unit);
+  drawing.packets.counter_track(uuid, parent,
+                                std::string(quantity) + drawing.names.at(callback.name), unit);
   return uuid;
 }
 

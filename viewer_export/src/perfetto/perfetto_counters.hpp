@@ -2,7 +2,6 @@
 #pragma once
 
 #include "output/external_sorter.hpp"
-#include "output/name_table.hpp"
 #include "perfetto_packets.hpp"
 #include "perfetto_tracks.hpp"
 #include "timelines/recorded_items.hpp"
@@ -12,6 +11,7 @@
 #include <deque>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <tuple>
 #include <vector>
@@ -22,7 +22,7 @@ namespace cie::viewer_export::perfetto {
 struct Drawing {
   PacketBuffer& packets;
   Tracks& tracks;
-  const NameTable& names;  // of logical ids
+  const std::vector<std::string>& names;  // of callbacks, by RecordedInstance::name
 };
 
 class Counters {

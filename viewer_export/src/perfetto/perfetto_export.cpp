@@ -10,6 +10,7 @@
 #include "perfetto_tracks.hpp"
 #include "timelines/notes.hpp"
 #include "timelines/recorded_run.hpp"
+#include "words/callback_names.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -46,7 +47,8 @@ struct PerfettoExport::State {
   perfetto::Counters counters;
   perfetto::SchedRecorder sched;
   PacketBuffer packets;
-  Annotations notes;  // of what is drawn
+  std::vector<std::string> names;  // of callbacks, by RecordedInstance::name
+  Annotations notes;               // of what is drawn
   PerfettoCounts counts;
 
   void write_packets(std::ostream& out, const analysis::AnalysisResult& result);
@@ -64,7 +66,7 @@ struct PerfettoExport::State {
   // Puts them into `notes`.
   template <typename T>
   const Annotations& notes_of(const T& told);
-  perfetto::Drawing drawing() { return {packets, tracks, run.callbacks()}; }
+  perfetto::Drawing drawing() { return {packets, tracks, names}; }
   void flush(std::ostream& out) {
     out.write(packets.bytes().data(), static_cast<std::streamsize>(packets.bytes().size()));
     packets.clear();
@@ -90,12 +92,16 @@ void PerfettoExport::State::write_preamble(const analysis::Report& report, std::
     hosts.insert(process.host_index);
   for (const auto& thread : run.threads().all())
     hosts.insert(thread.host);
-  std::vector<std::string> names;
+  // Of ids: the process is told by where a slice is drawn.
+  const CallbackNames short_names(report, {.unicode = true});
+  std::vector<std::string> logical_ids;
   for (std::uint32_t i = 0; i < run.callbacks().size(); ++i) {
-    names.push_back(valid_utf8(run.callbacks().name(i)));
+    logical_ids.push_back(valid_utf8(run.callbacks().name(i)));
+    names.push_back(short_names.of_id(run.callbacks().name(i)));
   }
+  auto event_names = names;
   for (std::uint32_t i = 0; i < run.topics().size(); ++i) {
-    names.push_back("publish " + valid_utf8(run.topics().name(i)));
+    event_names.push_back("publish " + valid_utf8(run.topics().name(i)));
   }
   for (const auto host : hosts) {
     packets.set_machine(host);
@@ -104,7 +110,7 @@ void PerfettoExport::State::write_preamble(const analysis::Report& report, std::
   tracks.describe(packets, report, run.threads(), begin);
   for (const auto host : hosts) {
     packets.set_machine(host);
-    packets.interned(begin, names);
+    packets.interned(begin, event_names, logical_ids);
   }
 }
 
@@ -137,8 +143,9 @@ void PerfettoExport::State::draw(const RecordedInstance& record) {
   const perfetto::Slice slice{
       .track = *track, .category = Category::callback, .name_iid = std::uint64_t{record.name} + 1};
   const auto response = counters.response(drawing(), record);
-  packets.slice_begin(i.start.ns, slice, notes_of(i),
-                      record.takes_seen_message ? record.index + 1 : 0);
+  notes_of(i);
+  notes.add_logical_id(record.name);
+  packets.slice_begin(i.start.ns, slice, notes, record.takes_seen_message ? record.index + 1 : 0);
   if (end) {  // an instance without an end is drawn to the end of the trace
     packets.slice_end(*end, *track, response);
   }
@@ -159,6 +166,7 @@ void PerfettoExport::State::draw_wait(const RecordedInstance& record) {
   notes.clear();
   notes.add(Note::seq, i.seq);
   notes.add(Note::release_source, i.release_source);
+  notes.add_logical_id(record.name);
   const perfetto::Slice slice{
       .track = *track, .category = Category::wait, .name_iid = std::uint64_t{record.name} + 1};
   packets.slice_begin(i.release->ns, slice, notes);

@@ -124,7 +124,8 @@ void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock
   });
 }
 
-void PacketBuffer::interned(std::int64_t time, std::span<const std::string> names) {
+void PacketBuffer::interned(std::int64_t time, std::span<const std::string> names,
+                            std::span<const std::string> logical_ids) {
   packet_at(time, [&](pbf_builder<TracePacket>& packet) {
     add_sequence(packet, machine_, SequenceFlag::incremental_state_cleared);
     packet.add_bool(TracePacket::first_packet_on_sequence, true);
@@ -139,6 +140,10 @@ void PacketBuffer::interned(std::int64_t time, std::span<const std::string> name
     add_words<analysis::ReleaseSource>(data);
     add_words<CallbackStatus>(data);
     add_words<analysis::InstanceState>(data);
+    for (std::size_t i = 0; i < logical_ids.size(); ++i) {
+      add_interned(data, InternedData::debug_annotation_string_values, kFirstLogicalId + i,
+                   logical_ids[i]);
+    }
     for (std::size_t i = 0; i < names.size(); ++i) {
       add_interned(data, InternedData::event_names, i + 1, names[i]);
     }

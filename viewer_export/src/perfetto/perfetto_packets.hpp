@@ -62,9 +62,10 @@ class PacketBuffer {
 
   // The clocks at one moment and the kernel whose task states are used. First in a file.
   void preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns);
-  // What later slices of this machine name by number: names[i] is name_iid i + 1. After the
-  // preamble, before slices.
-  void interned(std::int64_t time, std::span<const std::string> names);
+  // What later slices of this machine name by number: names[i] is name_iid i + 1, and
+  // logical_ids[i] is Annotations::add_logical_id(i). After the preamble, before slices.
+  void interned(std::int64_t time, std::span<const std::string> names,
+                std::span<const std::string> logical_ids);
   void process(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::string_view name);
   void thread(std::int64_t time, std::uint64_t uuid, std::int64_t pid, std::int64_t tid,
               std::string_view name);

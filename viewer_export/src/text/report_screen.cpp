@@ -2,6 +2,7 @@
 #include <cie/viewer_export/report_writers.hpp>
 
 #include "headline.hpp"
+#include "report_head.hpp"
 #include "screen.hpp"
 #include "tables/report_tables.hpp"
 #include "verify_findings.hpp"
@@ -109,8 +110,8 @@ class ReportScreen {
         context_(context),
         style_(style),
         gap_(gap(style)),
-        findings_(claimed_findings()),
-        head_(judged_, findings_, style_) {
+        claims_(report_head(judged, context)),
+        head_(judged_, claims_.findings, style_) {
     for (const auto& callback : report_.callbacks) {
       if (has_run(callback)) callbacks_.push_back(&callback);
     }
@@ -150,31 +151,9 @@ class ReportScreen {
  private:
   const SchedulingSpec* spec() const { return context_.verify.spec; }
 
-  // Whether anybody said that every callback has a thread of its own.
-  bool is_isolation_claimed() const {
-    return context_.is_isolation_expected || spec() != nullptr ||
-           std::ranges::any_of(report_.processes,
-                               [](const auto& process) { return process.executor == "isolated"; });
-  }
-
-  // A deadline is claimed by whoever declares it.
-  std::vector<Finding> claimed_findings() const {
-    auto findings = findings_of(judged_);
-    if (!is_isolation_claimed()) {
-      std::erase_if(findings, [](const auto& finding) {
-        return finding.rule->id != analysis::kDeadlineRule;
-      });
-    }
-    return findings;
-  }
-
   Lines head() const {
-    const auto shared = callbacks_with(report_, Isolation::not_isolated);
-    const auto ran = std::ssize(report_.callbacks) - callbacks_with(report_, Isolation::never_ran);
-    const auto fact = !is_isolation_claimed() && shared > 0
-                          ? fmt::format("callbacks share threads: {} of {}", shared, ran)
-                          : isolation_fact(report_);
-    if (!is_isolation_claimed() && findings_.empty()) return head_.lines_of(fact);
+    const auto& fact = claims_.isolation;
+    if (!claims_.has_verdict()) return head_.lines_of(fact);
     auto lines = head_.lines();
     const bool is_told = head_.fact().find(fact) != std::string::npos;
     if (!is_told) append(lines, paragraph("  ", fact, 1, style_));
@@ -439,7 +418,7 @@ class ReportScreen {
   const ReportContext& context_;
   const TextStyle& style_;
   std::string_view gap_;
-  std::vector<Finding> findings_;
+  ReportHead claims_;
   Headline head_;
   std::vector<const CallbackReport*> callbacks_;  // that ran, the worst first
   std::vector<const ChainReport*> chains_;        // likewise

@@ -134,9 +134,8 @@ std::string runs_on_threads(const CallbackReport& callback) {
 std::string told_by_evidence(const Judged& judged, const RuleVerdict& rule,
                              const SubjectVerdict& subject) {
   constexpr std::size_t kMost = 3;
-  const bool is_start_first = rule.id == "R1" || rule.id == "R3" || rule.id == "R4";
   std::string text;
-  for (std::size_t i = is_start_first ? 1 : 0; i < std::min(subject.evidence.size(), kMost); ++i) {
+  for (auto i = first_telling(rule.id); i < std::min(subject.evidence.size(), kMost); ++i) {
     std::string_view note = subject.evidence[i].note;
     constexpr std::string_view kEnds = "ends; ";
     if (note.starts_with(kEnds)) note.remove_prefix(kEnds.size());
@@ -333,15 +332,13 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
 }
 
 std::vector<Finding> findings_of(const Judged& judged) {
-  constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
   std::vector<Finding> findings;
   for (const auto& rule : judged.verdicts.rules) {
     if (analysis::counted_verdict(rule) == Verdict::fail)
       findings.push_back(finding_of(judged, rule));
   }
-  std::ranges::stable_sort(findings, {}, [&](const Finding& finding) {
-    return std::ranges::find(kGravest, finding.rule->id) - kGravest.begin();
-  });
+  std::ranges::stable_sort(findings, {},
+                           [](const Finding& finding) { return rank_of(finding.rule->id); });
   return findings;
 }
 

@@ -39,7 +39,8 @@ constexpr std::array<std::string_view, kNotes> kLabels{"seq",
                                                        "cpu",
                                                        "pid",
                                                        "tid",
-                                                       "suppression"};
+                                                       "suppression",
+                                                       "logical_id"};
 
 bool is_wide(Note note) {
   return note == Note::writer_gid || note == Note::source_timestamp_realtime_ns;

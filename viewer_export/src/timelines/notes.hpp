@@ -43,9 +43,10 @@ enum class Note : std::uint8_t {
   cpu,
   pid,
   tid,
-  suppression
+  suppression,
+  logical_id
 };
-inline constexpr auto kNotes = static_cast<std::size_t>(Note::suppression) + 1;
+inline constexpr auto kNotes = static_cast<std::size_t>(Note::logical_id) + 1;
 
 // The note's name, as the enumeration has it.
 std::string_view label(Note note) noexcept;

@@ -1,8 +1,11 @@
 #include "verify_words.hpp"
 
+#include <cie/analysis/rule_pages.hpp>
+
 #include "text_layout.hpp"
 
-#include <string_view>
+#include <algorithm>
+#include <array>
 
 #include <fmt/format.h>
 
@@ -65,6 +68,15 @@ std::vector<std::string> useless_suppressions(const analysis::VerdictReport& ver
     }
   }
   return sentences;
+}
+
+std::size_t rank_of(std::string_view rule) {
+  constexpr std::array<std::string_view, 3> kGravest{"M2", "M3", analysis::kDeadlineRule};
+  return static_cast<std::size_t>(std::ranges::find(kGravest, rule) - kGravest.begin());
+}
+
+std::size_t first_telling(std::string_view rule) {
+  return rule == "R1" || rule == "R3" || rule == "R4" ? 1 : 0;
 }
 
 }  // namespace cie::viewer_export

@@ -4,7 +4,9 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/verdict.hpp>
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::viewer_export {
@@ -20,6 +22,13 @@ std::string words_of(const analysis::Suppression& suppression);
 
 // Entries that change nothing any more: whoever reads the file must not believe otherwise.
 std::vector<std::string> useless_suppressions(const analysis::VerdictReport& verdicts);
+
+// Where a violated rule stands among those told, the gravest first: the mapping, deadlines, then all
+// others, which keep their order.
+std::size_t rank_of(std::string_view rule);
+
+// The first evidence of its subjects that says why: of an instance's two events, the end knows all.
+std::size_t first_telling(std::string_view rule);
 
 // Calls visit() with every subject of a rule; with one that has no name if the rule has none.
 template <typename Visit>

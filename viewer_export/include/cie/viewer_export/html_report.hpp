@@ -26,10 +26,10 @@ class HtmlReport final : public analysis::Observer {
 
   void on_instance(const analysis::Instance& instance) override;
 
-  // `spec`, which was given to the analyzer, may be null; it is named. `input` as for write_report_text(). Call it
-  // once. Throws what the stream throws.
+  // `spec`, which was given to the analyzer, may be null; it is named. `input` as for write_report_text(),
+  // `is_isolation_expected` as in ReportContext. Call it once. Throws what the stream throws.
   void write(std::ostream& out, const analysis::AnalysisResult& result, const SchedulingSpec* spec,
-             std::string_view input = "TRACE");
+             std::string_view input = "TRACE", bool is_isolation_expected = false);
 
  private:
   struct State;
