@@ -6,15 +6,15 @@
 #include <iterator>
 #include <memory>
 
-#include <cie_messages.hpp>
+#include <example_messages.hpp>
 
 namespace example {
 
 class Listener {
  public:
   explicit Listener(const cie::ComponentOptions& options) : node_(options) {
-    subscription_ = node_.create_subscription<cie_msgs::Sample>(
-        "greetings", 10, [this](const cie_msgs::Sample& message) {
+    subscription_ = node_.create_subscription<example_msgs::Greeting>(
+        "greetings", 10, [this](const example_msgs::Greeting& message) {
           if (heard_ > 0 && message.seq != last_ + 1) ++gaps_;
           last_ = message.seq;
           ++heard_;
@@ -35,7 +35,7 @@ class Listener {
   std::uint64_t gaps_ = 0;
   std::uint64_t last_ = 0;
   cie::Node node_;
-  std::shared_ptr<cie::Subscription<cie_msgs::Sample>> subscription_;
+  std::shared_ptr<cie::Subscription<example_msgs::Greeting>> subscription_;
 };
 
 constexpr cie::ComponentClass kClasses[] = {cie::component_class<Listener>("example::Listener")};

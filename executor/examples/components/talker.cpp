@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include <cie_messages.hpp>
+#include <example_messages.hpp>
 
 namespace example {
 
@@ -15,10 +15,10 @@ class Talker {
  public:
   explicit Talker(const cie::ComponentOptions& options)
       : node_(options),
-        publisher_(node_.create_publisher<cie_msgs::Sample>("greetings", 10)),
-        message_(cie::make_message<cie_msgs::Sample>()) {
+        publisher_(node_.create_publisher<example_msgs::Greeting>("greetings", 10)),
+        message_(cie::make_message<example_msgs::Greeting>()) {
     const std::chrono::milliseconds period{options.parameter<std::int64_t>("period_ms", 100)};
-    cie::set_text(message_->frame_id, options.parameter<std::string>("text", "hi"));
+    cie::set_text(message_->text, options.parameter<std::string>("text", "hi"));
     timer_ = node_.create_wall_timer(period, [this] {
       ++message_->seq;
       publisher_->publish(*message_);
@@ -28,8 +28,8 @@ class Talker {
 
  private:
   cie::Node node_;
-  std::shared_ptr<cie::Publisher<cie_msgs::Sample>> publisher_;
-  cie::MessagePtr<cie_msgs::Sample> message_;
+  std::shared_ptr<cie::Publisher<example_msgs::Greeting>> publisher_;
+  cie::MessagePtr<example_msgs::Greeting> message_;
   std::shared_ptr<cie::Timer> timer_;  // goes before what it uses
 };
 

@@ -21,6 +21,15 @@ run(${CMAKE_COMMAND} -E env CIE_LOOPBACK=1 CIE_DISCOVERY_TAG=package "${SCRATCH}
 run("${SCRATCH}/build/scheduling")
 run("${SCRATCH}/build/desk")
 
+# The example of components, as the documentation has it.
+file(GLOB example "${prefix}/share/doc/*/executor/examples/components/app.yaml")
+get_filename_component(example "${example}" DIRECTORY)
+run(${CMAKE_COMMAND} -S "${example}" -B "${SCRATCH}/components" -G "${GENERATOR}"
+  -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Debug)
+run(${CMAKE_COMMAND} --build "${SCRATCH}/components")
+run(${CMAKE_COMMAND} -E env CIE_DISCOVERY_TAG=package timeout --preserve-status -s TERM 1
+  "${prefix}/bin/cie" run "${SCRATCH}/components/components/app.yaml")
+
 # The same without CMake. The desk's libraries are static; of the robot's, what is linked must be found.
 file(GLOB_RECURSE pc "${prefix}/lib/*/cie-analysis.pc" "${prefix}/lib/cie-analysis.pc")
 get_filename_component(pkgconfig "${pc}" DIRECTORY)
