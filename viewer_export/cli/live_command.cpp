@@ -94,7 +94,7 @@ class SignalDescriptor {
 class Live {
  public:
   Live(const LiveOptions& options, const SchedulingSpec* spec)
-      : options_(options), trigger_(options.save_limits, spec) {
+      : options_(options), trigger_(options.save_limits) {
     if (!options.flight_directory.empty()) saver_.emplace(options.flight_directory);
     if (options.target.empty()) {
       companion_ = std::make_unique<Companion>(

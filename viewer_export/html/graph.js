@@ -5,6 +5,7 @@ import {Graph, layout} from "./vendor/dagre.js";
 import {plural, time} from "./words.js";
 
 const MOST_CALLBACKS = 120;
+const MOST_EDGES = 300; // for which the layout takes a second
 const LONGEST = 32;
 const BOX = 36; // height
 const LABEL = 26; // height
@@ -67,7 +68,13 @@ const pathOf = ({graph, isSideways, labelDepth}, from, to, points) => {
 export const graph = () => {
   const edges = report.edges.filter(e => e.from !== null);
   const nodes = [...new Set(edges.flatMap(e => [e.from, e.to]))].map(index => callbackByIndex.get(index));
-  if (!edges.length || nodes.length > MOST_CALLBACKS) return null;
+  if (!edges.length) return null;
+  if (nodes.length > MOST_CALLBACKS || edges.length > MOST_EDGES)
+    return el(
+      "p",
+      {class: "soft"},
+      `${plural(nodes.length, "callback")} and ${plural(edges.length, "link")} are too many to draw here.`,
+    );
   // From above, unless that is too wide and from the left needs less room.
   const size = p => Math.max(p.W / 1200, p.H / 1000);
   const upright = placed(nodes, edges, false);

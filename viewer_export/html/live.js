@@ -79,10 +79,11 @@ function table(target, titles, rows) {
 
 // The callback's longest response times, from its deadline's zero on.
 function curve(c) {
-  const samples = state.curves.get(c.index) ?? [];
-  if (!samples.length) return null;
   const [W, H] = [120, 22];
+  // While the page is paused, samples go on; of what ended, old ones stay.
   const last = Math.floor(state.snapshot.realtime_ns / sampleNs);
+  const samples = (state.curves.get(c.index) ?? []).filter(([at]) => at <= last && at > last - keptSamples);
+  if (!samples.length) return null;
   const first = Math.min(samples[0][0], last - 1);
   const longest = Math.max(...samples.map(([, ns]) => ns));
   const top = Math.max(longest, c.deadline_ns ?? 0, 1);
@@ -133,10 +134,10 @@ function drawCallbacks() {
     row.dataset.index = String(c.index);
     row.classList.toggle("ended", c.ended);
     row.classList.toggle("chosen", c.index === state.chosen);
-    columns.forEach((column, _i) => {
+    for (const column of columns) {
       if (column.draw) {
         row.append(el("td", {}, column.draw(c)));
-        return;
+        continue;
       }
       const shown = column.show ? column.show(column.value(c)) : String(column.value(c));
       const bound = !c.exact && column.isTime && shown !== "-" ? ">" : "";
@@ -145,7 +146,7 @@ function drawCallbacks() {
       if (column.text) cell.classList.add("name");
       if (isBad) cell.classList.add("bad");
       row.append(cell);
-    });
+    }
     const open = () => {
       state.chosen = state.chosen === c.index ? null : c.index;
       draw();
@@ -228,7 +229,7 @@ function drawVerdicts() {
     .map(v => {
       const item = el("li");
       item.append(
-        el("span", {class: "sign fail", "aria-hidden": "true"}, "\u2717"),
+        el("span", {class: "sign fail", "aria-hidden": "true"}, SIGN.FAIL),
         el("strong", {}, `${v.rule} ${v.name}`),
         `, ${v.says}`,
       );

@@ -73,8 +73,11 @@ std::vector<const CallbackView*> choose(const Snapshot& snapshot, SortKey key,
     if (names.find(wanted) != std::string::npos) chosen.push_back(&callback);
   }
   std::ranges::stable_sort(chosen, [key](const CallbackView* a, const CallbackView* b) {
-    return std::tuple(-value_of(*a, key), std::string_view(a->logical_id), a->pid) <
-           std::tuple(-value_of(*b, key), std::string_view(b->logical_id), b->pid);
+    const auto place = [key](const CallbackView& c) {
+      return std::tuple(-value_of(c, key), std::string_view(c.name), std::string_view(c.logical_id),
+                        c.pid);
+    };
+    return place(*a) < place(*b);
   });
   return chosen;
 }

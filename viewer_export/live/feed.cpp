@@ -54,7 +54,6 @@ class Watch {
   Watch(const FeedOptions& options, int output)
       : options_(options),
         output_(output),
-        monitor_(options.spec),
         analyzer_({.spec = options.spec, .allow_crash = true, .is_live = true}, &monitor_),
         sessions_(options.url, analyzer_) {}
 

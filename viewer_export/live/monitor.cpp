@@ -62,24 +62,13 @@ std::string_view label(SourceState state) noexcept {
   return "ended";
 }
 
-void Monitor::look_up_deadline(OfCallback& callback, const std::string& logical_id,
-                               std::uint64_t declared_ns) const {
-  const auto* entry = spec_ != nullptr ? spec_->find_callback(logical_id) : nullptr;
-  const auto deadline = analysis::response_deadline(entry, declared_ns);
-  if (deadline) callback.deadline_ns = deadline->ns;
-  callback.has_deadline = true;
-}
-
 void Monitor::on_instance(const Instance& instance) {
   if (instance.state != InstanceState::complete) return;
   auto& callback = callbacks_[instance.callback];
-  if (!callback.has_deadline && !instance.logical_id.empty()) {
-    look_up_deadline(callback, std::string(instance.logical_id), instance.declared_deadline_ns);
-  }
   const auto least = *analysis::least_response_time(instance);
   const bool is_exact = is_known(instance.release_source);
   const auto response = *analysis::response_time_or_bound(instance);
-  const bool is_late = callback.deadline_ns && least.ns > *callback.deadline_ns;
+  const bool is_late = instance.response_deadline && least > *instance.response_deadline;
   callback.rolling.add(*instance.end, response, is_late, instance.missed);
   ++callback.counts[class_of(response.ns)];
   callback.response_sum_ns += static_cast<double>(response.ns);
@@ -127,9 +116,6 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
       callbacks_.erase(found);
       continue;
     }
-    if (!mine.has_deadline && known.logical_id.rfind('?', 0) != 0) {
-      look_up_deadline(mine, known.logical_id, known.deadline_ns.value_or(0));
-    }
     view.index = static_cast<std::uint32_t>(known.index);
     view.host = process.host;
     view.pid = process.pid;
@@ -138,7 +124,11 @@ void Monitor::describe_callbacks(const analysis::Report& report, steady_clock::t
     for (const auto& thread : known.threads)
       view.tids.push_back(thread.tid);
     view.isolation = known.isolation;
-    view.deadline_ns = mine.deadline_ns;
+    view.period_ns = known.period_ns.value_or(0);
+    if (known.response_deadline) {
+      view.deadline_ns = known.response_deadline->ns;
+      view.is_deadline_of_spec = known.deadline_ns != static_cast<std::uint64_t>(*view.deadline_ns);
+    }
     const auto sum = mine.rolling.sum(now);
     view.instances = sum.instances;
     view.late = sum.late;

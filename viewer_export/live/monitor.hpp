@@ -3,7 +3,6 @@
 
 #include <cie/analysis/analyzer.hpp>
 #include <cie/analysis/instance.hpp>
-#include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "cpu_usage.hpp"
 #include "rolling.hpp"
@@ -28,9 +27,6 @@ class Monitor final : public analysis::Observer {
   // Callbacks of a process that ended are shown this long after their last instance.
   static constexpr std::int64_t kKeptAfterEndNs = 60'000'000'000;
 
-  // `spec` is borrowed, may be null.
-  explicit Monitor(const SchedulingSpec* spec) : spec_(spec) {}
-
   void on_instance(const analysis::Instance& instance) override;
 
   // What is known now. `result`: of the analyzer that this observes.
@@ -39,8 +35,6 @@ class Monitor final : public analysis::Observer {
 
  private:
   struct OfCallback {
-    bool has_deadline = false;  // whether it was looked up
-    std::optional<std::int64_t> deadline_ns;
     Rolling rolling;
     ResponseCounts counts{};
     double response_sum_ns = 0;
@@ -50,8 +44,6 @@ class Monitor final : public analysis::Observer {
     std::optional<std::int64_t> last_end_ns;
     std::deque<RecentInstance> recent;
   };
-  void look_up_deadline(OfCallback& callback, const std::string& logical_id,
-                        std::uint64_t declared_ns) const;
   // What the clock of a host shows: times of several hosts have nothing in common.
   struct HostClock {
     analysis::Timestamp first{};   // start of the first instance
@@ -66,7 +58,6 @@ class Monitor final : public analysis::Observer {
   void describe_threads(const analysis::Report& report, std::chrono::steady_clock::time_point now,
                         Snapshot& snapshot);
 
-  const SchedulingSpec* spec_;
   std::unordered_map<analysis::CallbackIndex, OfCallback> callbacks_;
   VerdictLog verdicts_;
   CpuUsage cpu_;

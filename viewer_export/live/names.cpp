@@ -23,6 +23,7 @@ analysis::Report report_of(const Snapshot& snapshot) {
     row.index = analysis::CallbackIndex{view.index};
     row.process = process->second;
     row.logical_id = view.logical_id;
+    if (view.period_ns > 0) row.period_ns = view.period_ns;
   }
   return report;
 }

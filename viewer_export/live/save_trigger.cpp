@@ -30,15 +30,13 @@ void SaveTrigger::see_violations(const Snapshot& snapshot) {
 }
 
 void SaveTrigger::see_deadlines(const Snapshot& snapshot) {
-  if (spec_ == nullptr) return;
   for (const auto& callback : snapshot.callbacks) {
-    const auto* entry = spec_->find_callback(callback.logical_id);
-    if (entry == nullptr || !entry->response_deadline_ns) continue;
+    if (!callback.is_deadline_of_spec) continue;
     const auto before = std::exchange(late_[callback.index], callback.total_late);
     if (callback.total_late <= before) continue;
     add("a deadline",
         fmt::format("{} missed its deadline of {:.3f} ms, {} times so far", callback.logical_id,
-                    static_cast<double>(*entry->response_deadline_ns) * 1e-6, callback.total_late));
+                    static_cast<double>(*callback.deadline_ns) * 1e-6, callback.total_late));
   }
 }
 

@@ -1,8 +1,6 @@
 // Decides when what a live view sees is worth a flight recorder's snapshot.
 #pragma once
 
-#include <cie/tracepoints/scheduling_spec.hpp>
-
 #include "snapshot.hpp"
 #include "verdict_log.hpp"
 
@@ -28,9 +26,7 @@ class SaveTrigger {
  public:
   using Clock = std::chrono::steady_clock;
 
-  // `spec` is borrowed and may be null.
-  SaveTrigger(const SaveLimits& limits, const SchedulingSpec* spec)
-      : limits_(limits), spec_(spec) {}
+  explicit SaveTrigger(const SaveLimits& limits) : limits_(limits) {}
 
   void see(const Snapshot& snapshot);
   // The reason, if a snapshot is to be saved now. `is_end`: nothing will come any more, so it is
@@ -46,7 +42,6 @@ class SaveTrigger {
   void add(const std::string& kind, std::string reason);
 
   SaveLimits limits_;
-  const SchedulingSpec* spec_;
   std::set<VerdictKey> told_;
   std::map<std::uint32_t, std::uint64_t> late_;  // by CallbackView::index
   std::string reason_;  // the first of those since the last one saved; empty: there was none

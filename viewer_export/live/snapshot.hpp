@@ -56,6 +56,8 @@ struct CallbackView {
   std::optional<analysis::Isolation> isolation;  // empty: unknown
   bool has_ended = false;                        // its process has
   std::optional<std::int64_t> deadline_ns;
+  bool is_deadline_of_spec = false;  // and not the one that the callback declared
+  std::uint64_t period_ns = 0;       // of a timer; 0: none, or unknown
 
   // In the window.
   std::uint64_t instances = 0;

@@ -48,6 +48,8 @@ void fields(auto& visit, Is<CallbackView> auto& c) {
   visit("isolation", c.isolation);
   visit("ended", c.has_ended);
   visit("deadline_ns", c.deadline_ns);
+  visit("deadline_of_spec", c.is_deadline_of_spec);
+  visit("period_ns", c.period_ns);
   visit("exact", c.is_exact);
   visit.object("window", [&c](auto& window) {
     window("instances", c.instances);

@@ -78,7 +78,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   if (live.end) instance.cpu_end = live.end->cpu;
   instance.wakeup = live.wakeup;
   instance.waking = wake_of(live).waking;
-  instance.declared_deadline_ns = facts.deadline_ns;
+  instance.response_deadline = facts.response_deadline;
   instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
   instance.source_timestamp_realtime_ns = std::max<std::int64_t>(live.source_timestamp, 0);
   instance.writer_gid = live.writer_gid;

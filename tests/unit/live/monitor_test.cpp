@@ -32,8 +32,7 @@ constexpr const char* kTwoCallbacks = R"(
 
 struct Watched {
   explicit Watched(const char* text, const SchedulingSpec* spec = nullptr)
-      : monitor(spec),
-        analyzer({.spec = spec, .allow_crash = true, .is_live = true}, &monitor),
+      : analyzer({.spec = spec, .allow_crash = true, .is_live = true}, &monitor),
         trace(test::trace_of(text)) {}
   Snapshot until(std::int64_t time) {
     while (next < trace.events.size() && trace.events[next].head.time.ns <= time)
@@ -91,7 +90,33 @@ callback_groups:
     100 start plan release=100
     120 end plan)",
                   &spec);
+  const auto snapshot = watched.until(130);
+  const auto& plan = watched.callback(snapshot, "plan");
+  EXPECT_EQ(plan.total_late, 1U);
+  EXPECT_EQ(plan.deadline_ns, 19);
+  EXPECT_TRUE(plan.is_deadline_of_spec);
+}
+
+TEST(Monitor, AnEntryByThePeriodGivesANamedTimerItsDeadline) {
+  const auto spec = SchedulingSpec::parse(R"(
+callback_groups:
+  - id: /n@Timer(100)
+    response_deadline: 19
+)",
+                                          "spec.yaml");
+  Watched watched(R"(
+    callback plan timer id=/n@Timer(plan) period=100
+    100 start plan release=100
+    120 end plan)",
+                  &spec);
   EXPECT_EQ(watched.callback(watched.until(130), "plan").total_late, 1U);
+}
+
+TEST(Monitor, ADeadlineThatOnlyTheCallbackDeclaresIsNotTheSpecs) {
+  Watched watched(kTwoCallbacks);
+  const auto snapshot = watched.until(150);
+  EXPECT_EQ(watched.callback(snapshot, "plan").deadline_ns, 30);
+  EXPECT_FALSE(watched.callback(snapshot, "plan").is_deadline_of_spec);
 }
 
 TEST(Monitor, AViolationIsToldWhenItHappensAndOnlyThen) {
@@ -116,7 +141,7 @@ TEST(Monitor, AViolationIsToldWhenItHappensAndOnlyThen) {
 
 TEST(Monitor, SaysHowTheSourceDoes) {
   Watched watched(kTwoCallbacks);
-  Monitor fresh(nullptr);
+  Monitor fresh;
   Analyzer nothing({.is_live = true}, &fresh);
   EXPECT_EQ(fresh.describe(nothing.look(), {}).state, SourceState::waiting);
   EXPECT_EQ(watched.until(150).state, SourceState::streaming);
@@ -172,7 +197,7 @@ TEST(Monitor, WindowsAreByTheClockOfEachHost) {
 }
 
 TEST(Monitor, TellsHostsApartWhosePidsTidsAndIdsAreTheSame) {
-  Monitor monitor(nullptr);
+  Monitor monitor;
   Analyzer analyzer({.allow_crash = true, .is_live = true}, &monitor);
   const auto trace = test::application_on_two_hosts();
   for (const auto& event : trace.events)

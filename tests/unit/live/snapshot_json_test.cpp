@@ -31,6 +31,8 @@ Snapshot full() {
   c.name = "a ← /b";
   c.tids = {1, 2};
   c.deadline_ns = 8;
+  c.is_deadline_of_spec = true;
+  c.period_ns = 9;
   c.response = analysis::Summary{.count = 1, .min = 2, .max = 3, .sum = 4, .mean = 5.5, .p50 = 6};
   c.counts.back() = 7;
   c.recent = {{.seq = 1,

@@ -47,7 +47,7 @@ struct Instance {
   // inside another one of its thread. Valid while the observer is being told.
   std::span<const Preemptor> preempted_by;
   std::uint32_t missed = 0;
-  std::uint64_t declared_deadline_ns = 0;  // the callback's own; 0: none
+  std::optional<Duration> response_deadline;  // of its callback: the spec's, else its own
 
   std::int64_t source_timestamp_realtime_ns = 0;  // with writer_gid: the message taken; 0 none
   std::uint64_t writer_gid = 0;
