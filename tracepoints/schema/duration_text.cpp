@@ -30,7 +30,10 @@ std::optional<std::int64_t> scaled(std::string_view number, std::int64_t unit) n
   if (fraction.empty()) return std::nullopt;
   for (const char digit : fraction) {
     if (digit < '0' || digit > '9') return std::nullopt;
-    if (unit % 10 != 0 && digit != '0') return std::nullopt;  // finer than a nanosecond
+    if (unit % 10 != 0) {  // finer than a nanosecond
+      if (digit != '0') return std::nullopt;
+      continue;
+    }
     unit /= 10;
     if (__builtin_add_overflow(ns, unit * (digit - '0'), &ns)) return std::nullopt;
   }

@@ -30,7 +30,8 @@ constexpr const char* kDiffFooter =
   cie diff before.json after -f json -o diff.json    for programs
 
 Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, 2 wrong usage,
-4 input unreadable or result not writable.
+4 input unreadable or result not writable. More late runs alone are no regression: `cie verify`
+judges deadlines.
 )";
 
 double tolerance_of(const std::string& text) {
@@ -46,7 +47,13 @@ double tolerance_of(const std::string& text) {
 std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& input,
                                                  const ReaderOption& reader,
                                                  const std::optional<SchedulingSpec>& spec) {
-  if (!std::filesystem::is_directory(input)) return samples_in_report(input);
+  if (!std::filesystem::is_directory(input)) {
+    if (spec) {
+      throw UsageError("--spec is for recordings: \"" + printable(input.string()) +
+                       "\" has the deadlines that it was made with; name the recording");
+    }
+    return samples_in_report(input);
+  }
   analysis::SampleCollector collector;
   ProgressBar bar(reader.is_progress_wanted());
   const auto result = analyze_with_progress(

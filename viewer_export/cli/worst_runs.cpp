@@ -11,7 +11,8 @@ namespace cie::cli {
 using analysis::Instance;
 using viewer_export::WorstRun;
 
-std::optional<analysis::CallbackIndex> WorstRuns::behind(const Instance& instance) const {
+std::optional<WorstRun::Behind> WorstRuns::behind(const Instance& instance) const {
+  if (instance.tid < 0) return std::nullopt;  // its thread is not known
   const auto latency = analysis::start_latency(instance);
   const auto found = pasts_.find({instance.process, instance.tid});
   if (!latency || found == pasts_.end()) return std::nullopt;
@@ -24,7 +25,7 @@ std::optional<analysis::CallbackIndex> WorstRuns::behind(const Instance& instanc
   const auto most =
       std::ranges::max_element(times, {}, [](const auto& item) { return item.second; });
   if (most == times.end() || 2 * most->second < latency->ns) return std::nullopt;
-  return most->first;
+  return WorstRun::Behind{.callback = most->first, .time = {most->second}};
 }
 
 void WorstRuns::on_instance(const Instance& instance) {

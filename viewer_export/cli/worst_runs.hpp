@@ -30,7 +30,7 @@ class WorstRuns final : public analysis::Observer {
 
   // Of what the instance's thread ran before it, that which took most of its start latency; empty if
   // that is less than half.
-  std::optional<analysis::CallbackIndex> behind(const analysis::Instance& instance) const;
+  std::optional<viewer_export::WorstRun::Behind> behind(const analysis::Instance& instance) const;
 
   void note(const analysis::Instance& instance);
 

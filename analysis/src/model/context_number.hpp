@@ -1,6 +1,7 @@
 // A number of an event's context that may be absent, in a quarter of std::optional's room.
 #pragma once
 
+#include <compare>
 #include <concepts>
 #include <cstdint>
 #include <limits>
@@ -33,6 +34,9 @@ class ContextNumber {
   constexpr Number value_or(Number otherwise) const noexcept {
     return has_value() ? number_ : otherwise;
   }
+  // Of two of them: std::optional's own == would find absent and absent different.
+  friend constexpr bool operator==(const ContextNumber&, const ContextNumber&) noexcept = default;
+  friend constexpr auto operator<=>(const ContextNumber&, const ContextNumber&) noexcept = default;
 
  private:
   static constexpr std::int32_t kAbsent = std::numeric_limits<std::int32_t>::min();

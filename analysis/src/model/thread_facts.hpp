@@ -151,14 +151,20 @@ struct SwitchPriority {
   std::int32_t prio = 0;
 };
 
+// A CPU that a thread was switched in on: the first time and the last.
+struct UsedCpu {
+  EventRef first{};
+  EventRef last{};
+};
+
 // A stretch of time through which the kernel scheduled a thread with one priority (priority
 // inheritance aside).
 struct ScheduledAs {
   SwitchPriority first{};           // where it was seen first
   EventRef last{};                  // and last
   std::uint64_t starts_before = 0;  // callback starts seen on the thread before it
-  // CPUs that the thread was switched in on, each with the first time.
-  std::vector<EventRef> cpus{};
+  // Where the thread was switched in, by CPU.
+  std::vector<UsedCpu> cpus{};
 };
 
 // One thread incarnation: (process, tid, creation).

@@ -149,6 +149,7 @@ void Statistics::merge(const Statistics& other) {
 }
 
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
+  if (!values_) return 0;
   values_->settle();
   return values_->quantile(rank, count());
 }

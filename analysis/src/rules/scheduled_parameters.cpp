@@ -44,18 +44,23 @@ std::optional<std::string> untold(const ThreadParameters& asked) {
   return std::nullopt;
 }
 
-// `entry` asks for CPUs.
-void judge_cpus(const RuleContext& context, const ScheduledAs& scheduled, const SpecEntry& entry,
-                Judgement& judgement) {
+// `entry` asks for CPUs. What a thread used before its first instance, it may have used before it was
+// given its CPUs.
+void judge_cpus(const RuleContext& context, const ThreadFacts& thread, const ScheduledAs& scheduled,
+                const SpecEntry& entry, Judgement& judgement) {
   const auto& allowed = entry.parameters.cpus;
-  const auto outside = std::ranges::find_if(scheduled.cpus, [&allowed](const EventRef& on) {
-    return on.cpu &&
-           std::ranges::find(*allowed, static_cast<std::uint32_t>(*on.cpu)) == allowed->end();
+  const auto since = first_start_on(thread).time;
+  const auto outside = std::ranges::find_if(scheduled.cpus, [&](const UsedCpu& used) {
+    return used.last.cpu && used.last.time >= since &&
+           std::ranges::find(*allowed, static_cast<std::uint32_t>(*used.last.cpu)) ==
+               allowed->end();
   });
   if (outside == scheduled.cpus.end()) return;
-  judgement.fail(
-      evidence("sched_switch", *outside,
-               asks(context, entry) + "; the thread ran on CPU " + std::to_string(*outside->cpu)));
+  // Switched in before its first instance, and again, or still there.
+  const bool is_later = outside->first.time < since && outside->last.time > since;
+  judgement.fail(evidence(
+      "sched_switch", is_later ? outside->last : outside->first,
+      asks(context, entry) + "; the thread ran on CPU " + std::to_string(*outside->last.cpu)));
 }
 
 // Nothing is known of how it was scheduled.
@@ -89,7 +94,7 @@ std::string cpus_text(Stretches::const_iterator from, Stretches::const_iterator 
   std::set<std::int32_t> cpus;
   for (; from != to; ++from) {
     for (const auto& on : from->cpus) {
-      if (on.cpu) cpus.insert(*on.cpu);
+      if (on.first.cpu) cpus.insert(*on.first.cpu);
     }
   }
   std::string text = cpus.size() == 1 ? "CPU " : "CPUs ";
@@ -114,7 +119,7 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
                                 std::to_string(thread.tid) + " with " +
                                 priority_text(last.first.prio)));
   }
-  if (entry.parameters.cpus) judge_cpus(context, last, entry, judgement);
+  if (entry.parameters.cpus) judge_cpus(context, thread, last, entry, judgement);
   if (const auto what = untold(entry.parameters)) {
     judgement.doubt(evidence("thread_sched", begin, "sched_switch does not tell " + *what));
   }
@@ -203,7 +208,7 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
       "by the spec's CPUs: nobody read back what the kernel allows" +
           std::string(context.proof.kernel_loss(index) ? ", and its record has holes" : "")));
   for (; as != end; ++as)
-    judge_cpus(context, *as, *entry, judgement);
+    judge_cpus(context, thread, *as, *entry, judgement);
 }
 
 void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,

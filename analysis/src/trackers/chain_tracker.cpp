@@ -45,7 +45,8 @@ ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
 void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
                               std::int64_t source_timestamp, ChainNodeRef node) {
   auto& facts = model_.publishers[publisher];
-  if (!facts.first_source_timestamp) facts.first_source_timestamp = source_timestamp;
+  if (!facts.first_source_timestamp && source_timestamp > 0)
+    facts.first_source_timestamp = source_timestamp;
   auto& messages = messages_[publisher];
   messages.push(
       Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
@@ -77,6 +78,10 @@ void ChainTracker::resolve(ChainNode& node) {
   }
   const auto* found = find_message(*publisher, node.source_timestamp);
   if (found == nullptr) {
+    if (node.source_timestamp < 0) {  // a name, which has no place in time
+      node.link = ChainNode::Link::unseen;
+      return;
+    }
     const auto& first = model_.publishers[*publisher].first_source_timestamp;
     node.link = !first || node.source_timestamp < *first ? ChainNode::Link::outside
                                                          : ChainNode::Link::unseen;
@@ -110,12 +115,12 @@ void ChainTracker::link(ChainNode& node) {
   if (node.is_in_window) node.read = reads_[node.callback].add(node.start.time);
   // What it will be measured by when it ends.
   if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
-    const auto& [facts, hops, progress] = (*path)->second;
+    const auto& facts = (*path)->second.facts;
     prefetch_head(&facts.instances);
     prefetch_head(&facts.path_latency);
     prefetch_head(&facts.reaction_time);
     prefetch_head(&facts.data_age);
-    prefetch_to_write(&progress);
+    prefetch_to_write(&(*path)->second.progress);
     for (const auto& quantity : facts.processing)
       prefetch_head(&quantity);
     for (const auto& quantity : facts.communication)
@@ -289,8 +294,9 @@ void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const Eve
   keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
 }
 
-void ChainTracker::note_by_starts(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+void ChainTracker::note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                                   Duration to_last) {
+  auto& facts = chain.facts;
   facts.running.resize(nodes.size());
   facts.handover.resize(nodes.size() - 1);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -301,13 +307,14 @@ void ChainTracker::note_by_starts(ChainFacts& facts, const Nodes& nodes, const E
   }
   const auto& first = *nodes.front();
   facts.from_start.add(end.time - (first.start.time + to_last));
-  if (first.earliest) facts.path_latency_upper.add(end.time - (*first.earliest + to_last));
+  if (!first.earliest) return;
+  facts.path_latency_upper.add(end.time - (*first.earliest + to_last));
+  chain.upper_from.insert(first.callback);
 }
 
 void ChainTracker::forget_releases(CallbackIndex callback) {
   const auto forget = [callback](Chain& chain) {
-    if (chain.hops.empty() || chain.hops.front() != callback) return;
-    chain.facts.path_latency_upper = {};
+    if (chain.upper_from.contains(callback)) chain.facts.path_latency_upper = {};
   };
   std::ranges::for_each(specified_, forget);
   for (auto& [path, chain] : paths_)
@@ -334,7 +341,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
     ++facts.inexact;
   }
   const bool is_of_ros2 = !model_.callbacks[at(first.callback)].is_accounted;
-  if (is_of_ros2 && shift) note_by_starts(facts, nodes, end, *shift);
+  if (is_of_ros2 && shift) note_by_starts(chain, nodes, end, *shift);
 
   auto& progress = chain.progress;
   if (!shift) {
@@ -359,7 +366,8 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
 
 void ChainTracker::answer(Chain& chain, const ChainNode& first, const EventRef& end,
                           Duration to_last) {
-  auto& [facts, hops, progress] = chain;
+  auto& facts = chain.facts;
+  auto& progress = chain.progress;
   if (first.start.time <= progress.newest_start.time) return;
   const auto reaction_to = [&](Timestamp read) { return end.time - (read + to_last); };
   const auto& reads = reads_[first.callback];
@@ -401,12 +409,15 @@ void ChainTracker::finish() {
   for (const auto& chain : specified_)
     add(chain, chain.facts);
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
+    if (entry->second.facts.instances == 0) continue;
     // Paths are in lexical order: the ones that go on from this one follow it directly.
-    const auto next = std::next(entry);
     const auto& path = entry->first;
+    const auto next = std::find_if(std::next(entry), paths_.end(), [](const auto& other) {
+      return other.second.facts.instances != 0;
+    });
     const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
                          std::equal(path.begin(), path.end(), next->first.begin());
-    if (goes_on || entry->second.facts.instances == 0) continue;
+    if (goes_on) continue;
     auto facts = entry->second.facts;
     for (const auto hop : path) {
       const auto& id = model_.callbacks[at(hop)].logical_id;

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -79,6 +80,7 @@ class ChainTracker {
   struct Chain {
     ChainFacts facts;
     std::vector<CallbackIndex> hops;
+    std::set<CallbackIndex> upper_from;  // first callbacks of what stands in path_latency_upper
     Progress progress;
   };
   using Path = std::vector<CallbackIndex>;
@@ -102,7 +104,7 @@ class ChainTracker {
   static std::optional<Duration> to_last(const Nodes& nodes);
   static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
                            Duration to_last);
-  static void note_by_starts(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
+  static void note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                              Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);
   // Answers the reads before that of this chain instance.

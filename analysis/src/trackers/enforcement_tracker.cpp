@@ -21,6 +21,17 @@ bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack
          is_same(&ReadBack::util_max);
 }
 
+void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
+  constexpr std::size_t kMost = 4096;  // no machine has more; a forged recording may
+  const auto found =
+      std::ranges::find(cpus, where.cpu, [](const UsedCpu& used) { return used.first.cpu; });
+  if (found != cpus.end()) {
+    found->last = where;
+  } else if (cpus.size() < kMost) {
+    cpus.push_back({.first = where, .last = where});
+  }
+}
+
 }  // namespace
 
 const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
@@ -121,7 +132,9 @@ void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thre
   const auto* tid = tids_[registry_.host_of(head)].find(thread.tid);
   if (tid == nullptr || !tid->scheduled) return;
   note_priority(*tid->scheduled, thread, tid->prio);
-  thread.scheduled.back().cpus.push_back(*tid->scheduled);
+  auto here = *tid->scheduled;  // since then
+  here.time = head.time;
+  thread.scheduled.back().cpus.push_back({.first = *tid->scheduled, .last = here});
 }
 
 // A thread of ROS 2 is not announced and reads nothing back: it begins with its first instance.
@@ -143,7 +156,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {
       auto& thread = model_.threads[at(*index)];
       auto& state = threads_[*index];
-      if (!state.first_wait && !thread.fini && has_begun_work(thread) &&
+      if (!state.first_wait && !thread.fini && !thread.kernel_exit && has_begun_work(thread) &&
           !instances_.is_inside_unseen(*index)) {
         state.first_wait = timeline_.mark(host, event.prev_tid, head.time);
         state.inside_before = instances_.inside_execution(*index, host, head.time);
@@ -169,10 +182,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
     auto& thread = model_.threads[at(*index)];
     if (!thread.fini) check_cpu(head, *index, true);
     if (thread.scheduled.empty()) return;
-    auto& cpus = thread.scheduled.back().cpus;
-    if (std::ranges::find(cpus, head.cpu, &EventRef::cpu) == cpus.end()) {
-      cpus.push_back(thread.scheduled.back().last);
-    }
+    note_cpu(thread.scheduled.back().cpus, thread.scheduled.back().last);
   }
 }
 
@@ -268,8 +278,9 @@ void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, T
   const auto inside = instances_.inside_execution(index, host, end);
   if (!parts || !inside || !state.inside_before) return;
   if (!is_recorded(thread, state.first_wait->time, end)) return;
-  thread.foreign_ns = (parts->execution - (*inside - *state.inside_before)).ns;
   if (thread.kernel_exit) end = std::min(end, thread.kernel_exit->time);
+  if (end < state.first_wait->time) return;
+  thread.foreign_ns = (parts->execution - (*inside - *state.inside_before)).ns;
   thread.foreign_span_ns = (end - state.first_wait->time).ns;
 }
 

@@ -89,6 +89,8 @@ TEST(ContextNumber, StandsForAnOptional) {
   EXPECT_EQ(*pid, 4'194'304);
   EXPECT_EQ(std::optional<std::int64_t>(pid), 4'194'304);
   EXPECT_EQ(*ContextNumber<std::int64_t>(-1), -1);
+  EXPECT_EQ(kAbsent, ContextNumber<std::int64_t>()) << "of std::optional and it, they would differ";
+  EXPECT_LT(kAbsent, ContextNumber<std::int64_t>(-1));
 }
 
 TEST(ContextNumber, HoldsWhatTheKernelNumbers) {

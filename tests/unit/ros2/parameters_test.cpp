@@ -59,6 +59,22 @@ TEST(SwitchedParameters, FailOnACpuThatIsNotSpecified) {
   EXPECT_THAT(result.evidence("S1"), HasSubstr("the thread ran on CPU 3"));
 }
 
+TEST(SwitchedParameters, CountTheCpuThatTheFirstInstanceBeganOn) {
+  const auto result = judged_by(instance(10, 79, 3) + instance(20, 79));
+  EXPECT_EQ(result.verdict("S4"), Verdict::fail);
+  EXPECT_THAT(result.evidence("S4"), HasSubstr("the thread ran on CPU 3"));
+}
+
+// A thread is born on whatever CPU, and given its own before its first instance.
+TEST(SwitchedParameters, DoNotCountCpusOfBeforeTheFirstInstance) {
+  const auto born =
+      "\n5 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=79 cpu=3"
+      "\n6 sched:sched_switch prev_tid=7 prev_state=0 next_tid=0 next_prio=120 prev_prio=79 cpu=3";
+  const auto result = judged_by(born + instance(10, 79) + instance(20, 79));
+  EXPECT_EQ(result.verdict("S1"), Verdict::pass);
+  EXPECT_EQ(result.verdict("S4"), Verdict::pass);
+}
+
 // A configurator reaches the thread after it began, on whatever CPU it was.
 TEST(SwitchedParameters, CountCpusFromTheLastPriorityOn) {
   EXPECT_EQ(judged_by(instance(10, 120, 3) + instance(20, 79)).verdict("S1"), Verdict::pass);
@@ -195,6 +211,17 @@ TEST(SwitchedParameters, WorkOutsideCallbacksIsJudgedByTheSpecsBudget) {
   EXPECT_EQ(with_budget(181'818'182).verdict("M6"), Verdict::pass)
       << with_budget(181'818'182).evidence("M6");
   EXPECT_EQ(with_budget(181'818'181).verdict("M6"), Verdict::fail);
+}
+
+// It is switched out for the last time when it has exited: no wait, after which work would be foreign.
+TEST(SwitchedParameters, AThreadThatNeverWaitedHasNoTimeForWorkOutsideCallbacks) {
+  const auto result = judged_by(
+      "\n10 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=79 cpu=0"
+      "\n11 callback_start callback=0x30 tid=7 cpu=0\n12 callback_end callback=0x30 tid=7 cpu=0"
+      "\n13 sched:sched_process_exit tid=7 cpu=0"
+      "\n14 sched:sched_switch prev_tid=7 prev_state=128 next_tid=0 next_prio=120 prev_prio=79 cpu=0",
+      "callback_groups:\n  - id: /n@Timer(1)\n    foreign_work_budget: 1\n");
+  EXPECT_EQ(result.verdict("M6"), Verdict::inconclusive);
 }
 
 TEST(SwitchedParameters, WorkOutsideCallbacksOfASharedThreadIsNobodys) {

@@ -91,6 +91,17 @@ TEST(Ros2Services, ARequestMayBeToldAfterItWasServed) {
   EXPECT_FALSE(service.response_time_upper);
 }
 
+TEST(Ros2Services, ALaterRequestMayBeToldAfterItWasServed) {
+  const auto result = analyze_ros2(std::string(kClientAndService) + kServiceCall + R"(
+    50 callback_start pid=1 tid=3 callback=0x30
+    58 rmw_take_request pid=2 tid=2 rmw_service_handle=0x72 request=0x88 client_gid=1.15.3 sequence_number=6 taken=1
+    60 callback_start pid=2 tid=2 callback=0x50
+    67 callback_end pid=2 tid=2 callback=0x50
+    74 rmw_send_request pid=1 tid=3 rmw_client_handle=0x71 sequence_number=6
+    76 callback_end pid=1 tid=3 callback=0x30)");
+  EXPECT_THAT(result.chains(), ElementsAre(std::string(kServiceChain) + ": 2"));
+}
+
 TEST(Ros2Services, ClientsCountTheirRequestsThemselves) {
   const auto result =
       analyze_ros2(std::string(kClientAndService) + R"(

@@ -96,7 +96,7 @@ CallbackChange with_deadline(std::int64_t deadline_ns, std::uint64_t late_before
 
 // What comes before the command that tells the rest.
 TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
-  EXPECT_EQ(text_of({kSame, with_deadline(2'000'000, 3, 0), with_deadline(2'000'000, 7, 1)}),
+  EXPECT_EQ(diff_text_of({kSame, with_deadline(2'000'000, 3, 0), with_deadline(2'000'000, 7, 1)}),
             "Late: 10 of 200 runs before, 1 of 200 after; 2 callbacks have a deadline\n"
             "No regression; better: 2 of 3 callbacks, beyond a tolerance of 5 %\n"
             "  isolation  3 of 3 callbacks had a thread of their own before, 2 of 3 after\n"
@@ -109,7 +109,7 @@ TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
 }
 
 TEST(DiffText, HasAColumnOfDeadlinesThatDiffer) {
-  const auto text = text_of({with_deadline(2'000'000, 3, 0), with_deadline(500'000, 7, 1)});
+  const auto text = diff_text_of({with_deadline(2'000'000, 3, 0), with_deadline(500'000, 7, 1)});
   EXPECT_THAT(text, HasSubstr("  n7_1 timer 20 ms   500.0us     7    1"));
   EXPECT_THAT(text, HasSubstr("  n3_0 timer 20 ms   2.000ms     3    0"));
 }
@@ -118,13 +118,13 @@ TEST(DiffText, ShowsTheFiveThatWereLateMostOftenAndSaysWhetherOthersWere) {
   std::vector<CallbackChange> changes;
   for (std::uint64_t i = 0; i < 7; ++i)
     changes.push_back(with_deadline(2'000'000, i, 0));
-  const auto text = text_of(changes);
+  const auto text = diff_text_of(changes);
   EXPECT_THAT(text, HasSubstr("n6_0"));
   EXPECT_THAT(text, HasSubstr("  n2_0 timer 20 ms     2    0"));
   EXPECT_THAT(text, Not(HasSubstr("n1_0")));
   EXPECT_THAT(text, HasSubstr("\n  ... 2 more callbacks\n"));
   changes[1].lateness_before->late = 0;
-  EXPECT_THAT(text_of(changes), HasSubstr("\n  ... 2 more callbacks, never late\n"));
+  EXPECT_THAT(diff_text_of(changes), HasSubstr("\n  ... 2 more callbacks, never late\n"));
 }
 
 TEST(DiffText, OfNoRegressionSaysWhatIsBetter) {
@@ -151,6 +151,22 @@ TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {
   samples[2].isolation = Isolation::never_ran;
   samples[3].isolation.reset();
   EXPECT_EQ(isolation_count(samples), (IsolationCount{.own_thread = 1, .ran = 3, .unknown = 1}));
+}
+
+TEST(DiffText, RunsAreLateAgainstOneDeadlineOnly) {
+  auto change = kSame;
+  change.lateness_before =
+      analysis::Lateness{.deadline = {1'000}, .late = 5, .instances = 10, .max = 1'500};
+  change.lateness_after =
+      analysis::Lateness{.deadline = {2'000}, .late = 1, .instances = 10, .max = 2'500};
+  const auto text = diff_text_of({change});
+  EXPECT_THAT(text, Not(HasSubstr("Late:")));
+  EXPECT_THAT(
+      text,
+      HasSubstr("\n  deadlines  1 callback has another deadline than before: not compared\n"));
+  change.lateness_after.reset();
+  EXPECT_THAT(diff_text_of({change, kWorse}),
+              HasSubstr("1 callback has another deadline than before"));
 }
 
 }  // namespace

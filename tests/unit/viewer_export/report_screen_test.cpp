@@ -220,9 +220,12 @@ TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {
   auto& worst = waited.verify.worst_runs[0];  // of 2.5 ms
   worst.preempted.reset();
   worst.start_latency = analysis::Duration{2'400'000};
-  worst.behind = shared_report().callbacks[0].index;
+  worst.behind = {.callback = shared_report().callbacks[0].index, .time = {2'000'000}};
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
-              HasSubstr("run 3 at +1.500 ms: 2.400 ms of 2.500 ms behind plan timer 20 ms\n"));
+              HasSubstr("run 3 at +1.500 ms: 2.000 ms of 2.500 ms behind plan timer 20 ms\n"));
+  worst.behind->time = {1'200'000};  // less than half of it all
+  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, waited),
+              HasSubstr("run 3 at +1.500 ms: 2.400 ms waiting to start"));
 }
 
 TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {

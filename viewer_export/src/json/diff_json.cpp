@@ -26,6 +26,7 @@ Json json_of(const std::optional<analysis::Lateness>& lateness) {
   if (!lateness) return nullptr;
   return {{"deadline_ns", lateness->deadline.ns},
           {"late", lateness->late},
+          {"instances", lateness->instances},
           {"max_ns", optional_json(lateness->max)}};
 }
 

@@ -164,10 +164,14 @@ std::string isolation_words(const DiffContext& context) {
                      after.own_thread, after.ran, unknown(after));
 }
 
+// How late runs were before and after is compared against one deadline.
 std::vector<const CallbackChange*> with_deadline(const std::vector<CallbackChange>& changes) {
   std::vector<const CallbackChange*> found;
   for (const auto& change : changes) {
-    if (change.lateness_before && change.lateness_after) found.push_back(&change);
+    if (change.lateness_before && change.lateness_after &&
+        change.lateness_before->deadline == change.lateness_after->deadline) {
+      found.push_back(&change);
+    }
   }
   // Those that were late most often, then the slowest.
   std::ranges::stable_sort(found, std::greater{}, [](const CallbackChange* change) {
@@ -196,6 +200,20 @@ std::string lateness_words(const std::vector<const CallbackChange*>& changes,
   return fmt::format("Late: {} runs before, {} after; {} {} a deadline\n", share(before),
                      share(after), counted(changes.size(), "callback"),
                      changes.size() == 1 ? "has" : "have");
+}
+
+// Empty where each callback has the deadline that it had.
+std::string other_deadlines(const std::vector<CallbackChange>& changes) {
+  const auto deadline = [](const std::optional<analysis::Lateness>& lateness) {
+    return lateness ? std::optional(lateness->deadline) : std::nullopt;
+  };
+  const auto others = std::ranges::count_if(changes, [&deadline](const CallbackChange& change) {
+    return change.is_before && change.is_after &&
+           deadline(change.lateness_before) != deadline(change.lateness_after);
+  });
+  if (others == 0) return {};
+  return fmt::format("  {:<11}{} another deadline than before: not compared\n", "deadlines",
+                     others == 1 ? "1 callback has" : fmt::format("{} callbacks have", others));
 }
 
 // What the sides are called above columns: their last names where these are short and differ.
@@ -337,7 +355,8 @@ void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& chang
   }
   if (!urgent.empty()) out << lateness_words(urgent, style);
   out << fmt::format("{}, beyond a tolerance of {:g} %\n", outcome, 100 * context.tolerance)
-      << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context));
+      << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context))
+      << other_deadlines(changes);
   if (!by_rank.empty()) out << extreme("worst", by_rank.front(), Change::worse, names, style);
   const auto is_brief = !urgent.empty() && !context.is_all;
   if (!is_brief) {

@@ -310,9 +310,9 @@ std::string where_time_went(const Judged& judged, const WorstRun& worst) {
     parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
   };
   const auto response = format_duration(worst.response_time.ns);
-  const auto* behind = worst.behind ? judged.rows.find(*worst.behind) : nullptr;
-  if (worst.start_latency && behind != nullptr) {
-    return fmt::format("{}: {} of {} behind {}", text, format_duration(worst.start_latency->ns),
+  const auto* behind = worst.behind ? judged.rows.find(worst.behind->callback) : nullptr;
+  if (behind != nullptr && 2 * worst.behind->time.ns >= worst.response_time.ns) {
+    return fmt::format("{}: {} of {} behind {}", text, format_duration(worst.behind->time.ns),
                        response, judged.names.of(*behind));
   }
   if (worst.start_latency) add(*worst.start_latency, "waiting to start");

@@ -92,7 +92,8 @@ MessageLinks::Origin Publications::tell(const Publishing& publishing, WrittenMes
   if (context.process.own_topics.contains(publisher.topic)) return {};  // told by the process
   announce(publisher, publishing.head, context.process, context.sink);
   if (!publication.is_exact) {
-    publication.stamp = std::max(publishing.realtime, publisher.last_stamp + 1);
+    publication.stamp =
+        std::max(publishing.realtime, detail::wrapping_add(publisher.last_stamp, 1));
   }
   publisher.last_stamp = std::max(publisher.last_stamp, publication.stamp);
   emit(publishing.head,

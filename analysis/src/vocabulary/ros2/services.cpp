@@ -149,8 +149,8 @@ void Services::send_response(const Payload& p, Context& context) {
   const auto instance = process.served.find(*call);
   if (instance == process.served.end()) return;
   announce(*service, context.head, process, context.sink);
-  service->last_stamp =
-      std::max(p.number<std::int64_t>(3, context.realtime), service->last_stamp + 1);
+  service->last_stamp = std::max(p.number<std::int64_t>(3, context.realtime),
+                                 detail::wrapping_add(service->last_stamp, 1));
   responses_.add(*call, {.gid = service->gid, .stamp = service->last_stamp});
   emit(context.head,
        Publish{.publisher = service->id,

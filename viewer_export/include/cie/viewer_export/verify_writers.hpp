@@ -44,8 +44,13 @@ struct WorstRun {
   std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
   std::optional<analysis::Duration> blocked{};        // these three with the kernel's events
   std::optional<analysis::Duration> preempted{};
-  std::string preempted_by{};                       // who ran instead for the most of it
-  std::optional<analysis::CallbackIndex> behind{};  // what its thread ran for most of the latency
+  std::string preempted_by{};  // who ran instead for the most of it
+  // What its thread ran for most of the latency, and for how much of it.
+  struct Behind {
+    analysis::CallbackIndex callback{};
+    analysis::Duration time{};
+  };
+  std::optional<Behind> behind{};
 };
 
 // What the text says besides the verdicts.

@@ -1,0 +1,63 @@
+// What the thread of a callback's worst run did while it waited.
+#include "worst_runs.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::cli {
+namespace {
+
+using analysis::CallbackIndex;
+using analysis::Instance;
+
+constexpr CallbackIndex kLogger{0};
+constexpr CallbackIndex kMapper{1};
+constexpr CallbackIndex kUrgent{2};
+
+Instance run_of(CallbackIndex callback, std::int64_t release, std::int64_t start, std::int64_t end,
+                std::int64_t tid = 7) {
+  Instance instance;
+  instance.state = analysis::InstanceState::complete;
+  instance.callback = callback;
+  instance.tid = tid;
+  instance.release = analysis::Timestamp{release};
+  instance.release_source = analysis::ReleaseSource::exact;
+  instance.start = {start};
+  instance.end = analysis::Timestamp{end};
+  return instance;
+}
+
+std::optional<viewer_export::WorstRun::Behind> urgent_is_behind(const std::vector<Instance>& runs) {
+  WorstRuns worst;
+  for (const auto& run : runs)
+    worst.on_instance(run);
+  for (const auto& run : std::move(worst).take()) {
+    if (run.callback == kUrgent) return run.behind;
+  }
+  return std::nullopt;
+}
+
+TEST(WorstRuns, SayHowMuchOfTheLatencyTheOtherCallbackTook) {
+  // It waits 100: 52 for the logger, which began before, and 48 for the mapper.
+  const auto behind = urgent_is_behind(
+      {run_of(kLogger, 0, 2, 62), run_of(kMapper, 0, 62, 110), run_of(kUrgent, 10, 110, 111)});
+  ASSERT_TRUE(behind);
+  EXPECT_EQ(behind->callback, kLogger);
+  EXPECT_EQ(behind->time.ns, 62 - 10);
+}
+
+TEST(WorstRuns, LessThanHalfOfItIsNoReason) {
+  EXPECT_FALSE(urgent_is_behind({run_of(kLogger, 0, 2, 50), run_of(kUrgent, 10, 110, 111)}));
+}
+
+TEST(WorstRuns, WithoutThreadsNothingIsKnown) {
+  EXPECT_FALSE(
+      urgent_is_behind({run_of(kLogger, 0, 2, 100, -1), run_of(kUrgent, 10, 110, 111, -1)}));
+}
+
+}  // namespace
+}  // namespace cie::cli
