@@ -25,22 +25,22 @@ std::vector<std::string> names(const Snapshot& snapshot, SortKey key, std::strin
   return result;
 }
 
-using Names = std::vector<std::string>;
+using Chosen = std::vector<std::string>;
 
 TEST(Choice, SortsTheLargestFirstAndTheUnmeasuredLast) {
   Snapshot snapshot;
   snapshot.callbacks = {callback("b", -1, 5), callback("c", 10, 0), callback("a", 30, 0)};
-  EXPECT_EQ(names(snapshot, SortKey::response, ""), (Names{"a", "c", "b"}));
-  EXPECT_EQ(names(snapshot, SortKey::late, ""), (Names{"b", "a", "c"}));
-  EXPECT_EQ(names(snapshot, SortKey::name, ""), (Names{"a", "b", "c"}));
+  EXPECT_EQ(names(snapshot, SortKey::response, ""), (Chosen{"a", "c", "b"}));
+  EXPECT_EQ(names(snapshot, SortKey::late, ""), (Chosen{"b", "a", "c"}));
+  EXPECT_EQ(names(snapshot, SortKey::name, ""), (Chosen{"a", "b", "c"}));
 }
 
 TEST(Choice, FiltersByNameHostAndPidInAnyCase) {
   Snapshot snapshot;
   snapshot.callbacks = {callback("/Plan@Timer(1)", 1, 0), callback("/drive", 2, 0)};
   snapshot.callbacks[1].pid = 815;
-  EXPECT_EQ(names(snapshot, SortKey::name, "plan"), (Names{"/Plan@Timer(1)"}));
-  EXPECT_EQ(names(snapshot, SortKey::name, "815"), (Names{"/drive"}));
+  EXPECT_EQ(names(snapshot, SortKey::name, "plan"), (Chosen{"/Plan@Timer(1)"}));
+  EXPECT_EQ(names(snapshot, SortKey::name, "815"), (Chosen{"/drive"}));
   EXPECT_EQ(names(snapshot, SortKey::name, "ROBOT").size(), 2U);
   EXPECT_TRUE(names(snapshot, SortKey::name, "nobody").empty());
 }
@@ -49,7 +49,7 @@ TEST(Choice, FiltersByTheShortNameToo) {
   Snapshot snapshot;
   snapshot.callbacks = {callback("/a/plan@Timer(100000000)", 1, 0), callback("/drive", 2, 0)};
   snapshot.callbacks[0].name = "plan timer 100 ms";
-  EXPECT_EQ(names(snapshot, SortKey::name, "timer 100 MS"), (Names{"/a/plan@Timer(100000000)"}));
+  EXPECT_EQ(names(snapshot, SortKey::name, "timer 100 MS"), (Chosen{"/a/plan@Timer(100000000)"}));
 }
 
 TEST(Choice, EveryKeyHasAName) {
