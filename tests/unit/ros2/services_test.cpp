@@ -50,8 +50,8 @@ TEST(Ros2Services, ARequestLeadsToItsServicesCallback) {
 }
 
 TEST(Ros2Services, ResponseTimesAreBoundedByWhatTheClientDidBeforeItSent) {
-  const auto& service =
-      analyze_ros2(std::string(kClientAndService) + kServiceCall).callback(kServiceId);
+  const auto result = analyze_ros2(std::string(kClientAndService) + kServiceCall);
+  const auto& service = result.callback(kServiceId);
   EXPECT_EQ(service.response_time_lower->max, 27 - 20);
   // Some layers tell of a request when they have written it: after the thread's event before.
   EXPECT_EQ(service.response_time_upper->max, 27 - 10);
