@@ -47,8 +47,8 @@ endfunction()
 # it find. Where g++ 12 optimises, it gives false warnings about strings (-Warray-bounds).
 #
 # For the same reason those trees are unity builds (CMakePresets.json): twelve sources are compiled as one,
-# in a third of the time. So names in the anonymous namespaces of one target differ, or a source says
-# SKIP_UNITY_BUILD_INCLUSION.
+# in a third of the time; tests are so in every tree. So names in the anonymous namespaces of one target
+# differ, or a source says SKIP_UNITY_BUILD_INCLUSION.
 function(cie_precompile_headers target)
   if(CIE_PRECOMPILED_HEADERS)
     foreach(header algorithm chrono filesystem functional map memory mutex optional ostream set span string
