@@ -12,17 +12,10 @@ namespace {
 constexpr std::array<std::pair<std::string_view, std::int64_t>, 5> kUnits{
     {{"ns", 1}, {"us", 1'000}, {"ms", 1'000'000}, {"s", 1'000'000'000}, {"min", 60'000'000'000}}};
 
-std::optional<std::int64_t> decimal_digits(std::string_view text) noexcept {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  return is_whole && text.front() != '-' ? std::optional(value) : std::nullopt;
-}
-
 // "1.5" in units of `unit` ns.
 std::optional<std::int64_t> scaled(std::string_view number, std::int64_t unit) noexcept {
   const auto point = number.find('.');
-  const auto whole = decimal_digits(number.substr(0, point));
+  const auto whole = parse_digits(number.substr(0, point));
   std::int64_t ns = 0;
   if (!whole || __builtin_mul_overflow(*whole, unit, &ns)) return std::nullopt;
   if (point == std::string_view::npos) return ns;
@@ -41,6 +34,13 @@ std::optional<std::int64_t> scaled(std::string_view number, std::int64_t unit) n
 }
 
 }  // namespace
+
+std::optional<std::int64_t> parse_digits(std::string_view text) noexcept {
+  std::int64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
+  return is_whole && text.front() != '-' ? std::optional(value) : std::nullopt;
+}
 
 std::optional<std::int64_t> parse_duration(std::string_view text) noexcept {
   for (const auto& [name, unit] : kUnits) {

@@ -2,7 +2,6 @@
 
 #include <cie/tracepoints/duration_text.hpp>
 
-#include <charconv>
 #include <optional>
 #include <utility>
 
@@ -19,13 +18,6 @@ using analysis::TimeWindow;
       "--window does not understand \"{}\"; write FROM..TO, each of them nanoseconds as outputs "
       "show them, +1.5s from the begin, -200ms from the end, or nothing",
       text));
-}
-
-std::optional<std::int64_t> digits(std::string_view text) {
-  std::int64_t value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool is_whole = error == std::errc{} && end == text.data() + text.size();
-  return is_whole && text.front() != '-' ? std::optional(value) : std::nullopt;
 }
 
 Timestamp resolved(const WindowBound& bound, Timestamp fallback, const TimeWindow& recorded) {
@@ -57,7 +49,7 @@ WindowBound parse_window_bound(std::string_view text) {
     return sign == '+' ? WindowBound{.origin = WindowBound::Origin::begin, .offset = {*ns}}
                        : WindowBound{.origin = WindowBound::Origin::end, .offset = {-*ns}};
   }
-  const auto ns = digits(text);
+  const auto ns = parse_digits(text);
   if (!ns) refuse(text);
   return {.origin = WindowBound::Origin::clock, .offset = {*ns}};
 }

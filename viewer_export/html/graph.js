@@ -2,17 +2,22 @@
 import {drawing, el, scrolled, svg} from "./dom.js";
 import {callbackByIndex, fullName, name, report, severalHosts} from "./recording.js";
 import {Graph, layout} from "./vendor/dagre.js";
-import {plural, time} from "./words.js";
+import {cut, plural, time} from "./words.js";
 
 const MOST_CALLBACKS = 120;
 const MOST_EDGES = 300; // for which the layout takes a second
 const LONGEST = 32;
 const BOX = 36; // height
 const LABEL = 26; // height
-const cut = text => (text.length > LONGEST ? `${text.slice(0, LONGEST - 1)}\u2026` : text);
 const widthOf = lines => Math.max(...lines.map(line => line.length)) * 6.4 + 16;
-const linesOfBox = c => [cut(name(c)), ...(c.response_time_ns ? [`at most ${time(c.response_time_ns.max)}`] : [])];
-const linesOfEdge = e => [cut(e.topic), ...(e.communication_ns === null ? [] : [time(e.communication_ns.p50)])];
+const linesOfBox = c => [
+  cut(name(c), LONGEST),
+  ...(c.response_time_ns ? [`at most ${time(c.response_time_ns.max)}`] : []),
+];
+const linesOfEdge = e => [
+  cut(e.topic, LONGEST),
+  ...(e.communication_ns === null ? [] : [time(e.communication_ns.p50)]),
+];
 
 // Places boxes and labels in ranks from top to bottom, or from left to right: all of one axis as the layout has it,
 // "along" the messages, and "across" them.

@@ -198,6 +198,15 @@ function drawDetail() {
   );
 }
 
+const violation = (v, ...says) =>
+  el(
+    "li",
+    {},
+    el("span", {class: "sign fail", "aria-hidden": "true"}, SIGN.FAIL),
+    el("strong", {}, `${v.rule} ${v.name}`),
+    ...says,
+  );
+
 // Why it fails, a line for each rule: the gravest first, as the snapshot has them.
 function drawReasons() {
   const most = 3;
@@ -208,14 +217,7 @@ function drawReasons() {
   const lines = rules
     .slice(0, most)
     .map(([first, ...others]) =>
-      el(
-        "li",
-        {},
-        el("span", {class: "sign fail", "aria-hidden": "true"}, SIGN.FAIL),
-        el("strong", {}, `${first.rule} ${first.name}`),
-        others.length ? ` (${plural(others.length + 1, "subject")})` : "",
-        `: ${first.says}`,
-      ),
+      violation(first, others.length ? ` (${plural(others.length + 1, "subject")})` : "", `: ${first.says}`),
     );
   if (rules.length > most)
     lines.push(el("li", {}, el("a", {href: "#violations"}, `and ${plural(rules.length - most, "more rule")}`)));
@@ -224,17 +226,7 @@ function drawReasons() {
 }
 
 function drawVerdicts() {
-  const items = state.snapshot.verdicts
-    .filter(v => v.verdict === "FAIL")
-    .map(v => {
-      const item = el("li");
-      item.append(
-        el("span", {class: "sign fail", "aria-hidden": "true"}, SIGN.FAIL),
-        el("strong", {}, `${v.rule} ${v.name}`),
-        `, ${v.says}`,
-      );
-      return item;
-    });
+  const items = state.snapshot.verdicts.filter(v => v.verdict === "FAIL").map(v => violation(v, `, ${v.says}`));
   byId("violations").replaceChildren(...(items.length ? items : [el("li", {}, "none")]));
   table(
     byId("changes"),

@@ -1,7 +1,7 @@
 // Which callback ran on which thread.
 import {drawing, el, scrolled, svg} from "./dom.js";
 import {fullName, name, report, section} from "./recording.js";
-import {plural} from "./words.js";
+import {cut, plural} from "./words.js";
 
 export const matrix = () => {
   if (!report.callbacks.length) return;
@@ -19,7 +19,6 @@ export const matrix = () => {
     const {name: own, tid} = threads.get(columns[i]);
     return own && called.indexOf(own) === called.lastIndexOf(own) ? own : `${own || "thread"} ${tid}`;
   };
-  const cut = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}\u2026` : text);
   const room = (texts, most) => 6.6 * Math.min(most, Math.max(0, ...texts.map(text => text.length))) + 12;
   const LONGEST = 40;
   const LONGEST_THREAD = 24;

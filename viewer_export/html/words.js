@@ -24,3 +24,6 @@ export const WORD = {
   INCONCLUSIVE: "cannot be decided",
   NOT_APPLICABLE: "does not apply",
 };
+
+// With "…" where it is longer.
+export const cut = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}\u2026` : text);

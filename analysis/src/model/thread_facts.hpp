@@ -69,6 +69,11 @@ struct ProcessFacts {
   bool tells_responses = false;  // who takes clients'
 };
 
+// It emits none of cie's own events of its run.
+inline bool is_told_by_ros2_alone(const ProcessFacts& process) noexcept {
+  return process.is_told_by_ros2 && !process.run_begin;
+}
+
 // Its first event was recorded.
 inline bool has_begun_here(const ProcessFacts& process) noexcept {
   return process.run_begin || (process.is_told_by_ros2 && process.ros2_begin);

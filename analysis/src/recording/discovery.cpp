@@ -11,7 +11,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr int kMaxDepth = 16;
 constexpr std::size_t kMaxTraces = 100'000;
 
 }  // namespace

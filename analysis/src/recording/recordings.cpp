@@ -1,6 +1,8 @@
 #include <cie/analysis/recording.hpp>
 #include <cie/tracepoints/sha256.hpp>
 
+#include "discovery.hpp"
+
 #include <algorithm>
 #include <exception>
 #include <set>
@@ -11,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxFolders = 16;
 constexpr std::size_t kMaxRecordings = 100'000;
 constexpr const char* kIndexDirectory = "index";  // of LTTng's, beside the streams
 
@@ -78,7 +79,7 @@ bool has_streams(const fs::path& directory) {
   fs::recursive_directory_iterator entry(directory, error);
   if (error) return false;
   for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
-    if (entry.depth() >= kMaxFolders) entry.disable_recursion_pending();
+    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
     std::error_code ignored;
     const auto& path = entry->path();
     const bool is_stream = path.filename() != kManifestName && path.filename() != "metadata" &&
@@ -127,7 +128,7 @@ std::vector<fs::path> directories_with_manifest(const fs::path& trace) {
   fs::recursive_directory_iterator entry(trace, error);
   if (error) return found;
   for (const fs::recursive_directory_iterator end; entry != end && !error; entry.increment(error)) {
-    if (entry.depth() >= kMaxFolders) entry.disable_recursion_pending();
+    if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
     if (entry->path().filename() == kManifestName) found.push_back(entry->path().parent_path());
     if (found.size() > kMaxRecordings) break;
   }

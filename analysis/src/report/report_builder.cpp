@@ -369,7 +369,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .complete = is_complete(context, verdicts, index),
                         .host_index = process.host};
     if (!process.executor.empty()) entry.executor = process.executor;
-    if (process.is_told_by_ros2 && !process.run_begin) {
+    if (is_told_by_ros2_alone(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;
       const auto told = telling.find(index);
       if (told != telling.end()) entry.tells_messages = told->second;

@@ -133,9 +133,8 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
 bool is_never_read_back(const CallbackFacts& callback) noexcept { return !callback.is_accounted; }
 
 bool is_never_read_back(const Model& model, const ThreadFacts& thread) noexcept {
-  const auto& process = model.processes[at(thread.process)];
   return !thread.announced && thread.read_backs.count == 0 && !thread.fini && !thread.former_fini &&
-         process.is_told_by_ros2 && !process.run_begin;
+         is_told_by_ros2_alone(model.processes[at(thread.process)]);
 }
 
 const SpecEntry* sole_entry(const RuleContext& context, const ThreadFacts& thread) {

@@ -9,7 +9,6 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::int64_t kForever = std::numeric_limits<std::int64_t>::max() / 4;
-constexpr std::int64_t kPpb = 1'000'000'000;
 constexpr int kMaxSteps = 1'000'000;
 
 std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return a / b + (a % b != 0 ? 1 : 0); }
@@ -82,7 +81,7 @@ std::optional<std::int64_t> worst_response_time(std::span<const FixedPriorityTas
 std::int64_t reserved_ppb(std::span<const DeadlineServer> servers) {
   std::int64_t sum = 0;
   for (const auto& server : servers) {
-    const auto scaled = static_cast<Int128>(server.runtime) * kPpb;
+    const auto scaled = static_cast<Int128>(server.runtime) * kWholeProcessorPpb;
     sum += static_cast<std::int64_t>((scaled + server.period - 1) / server.period);
   }
   return sum;
@@ -104,8 +103,8 @@ bool is_density_low(std::span<const DeadlineServer> servers, std::int64_t proces
     sum += density;
     largest = std::max(largest, density);
   }
-  return sum <=
-         static_cast<Int128>(processors) * kPpb - static_cast<Int128>(processors - 1) * largest;
+  return sum <= static_cast<Int128>(processors) * kWholeProcessorPpb -
+                    static_cast<Int128>(processors - 1) * largest;
 }
 
 // Processor demand: sum over servers of max(0, floor((t - D) / T) + 1) * C.

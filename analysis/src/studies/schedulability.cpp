@@ -10,7 +10,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
 constexpr std::int64_t kAdmissiblePpb = 950'000'000;  // sched_rt_runtime_us / sched_rt_period_us
 
 bool is_fixed_priority(const ThreadSchedReport& sched) {

@@ -117,14 +117,14 @@ void ChainTracker::link(ChainNode& node) {
   if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
     const auto& facts = (*path)->second.facts;
     prefetch_head(&facts.instances);
-    prefetch_head(&facts.path_latency);
-    prefetch_head(&facts.reaction_time);
-    prefetch_head(&facts.data_age);
+    facts.path_latency.expect();
+    facts.reaction_time.expect();
+    facts.data_age.expect();
     prefetch_to_write(&(*path)->second.progress);
     for (const auto& quantity : facts.processing)
-      prefetch_head(&quantity);
+      quantity.expect();
     for (const auto& quantity : facts.communication)
-      prefetch_head(&quantity);
+      quantity.expect();
   }
 }
 

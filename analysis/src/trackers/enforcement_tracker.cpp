@@ -140,8 +140,7 @@ void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thre
 // A thread of ROS 2 is not announced and reads nothing back: it begins with its first instance.
 bool EnforcementTracker::has_begun_work(const ThreadFacts& thread) const {
   if (thread.announced) return !thread.applied.empty() || thread.first_audit;
-  const auto& process = model_.processes[at(thread.process)];
-  return !thread.ran.empty() && process.is_told_by_ros2 && !process.run_begin;
+  return !thread.ran.empty() && is_told_by_ros2_alone(model_.processes[at(thread.process)]);
 }
 
 void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,

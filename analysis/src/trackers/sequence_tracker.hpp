@@ -34,8 +34,8 @@ class SequenceTracker {
     EventRef before;
     EventRef after;
   };
-  std::vector<Hole> holes_;      // ascending, at most kMaxHoles
-  std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxHoles holes
+  std::vector<Hole> holes_;      // ascending, at most kMaxKeptHoles
+  std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxKeptHoles holes
   bool restarted_ = false;
 };
 

@@ -31,6 +31,9 @@ struct DeadlineServer {
   std::int64_t period = 0;
 };
 
+// One whole processor, in parts per billion.
+inline constexpr std::int64_t kWholeProcessorPpb = 1'000'000'000;
+
 // Parts per billion of one processor that the servers reserve, rounded up one by one.
 std::int64_t reserved_ppb(std::span<const DeadlineServer> servers);
 
