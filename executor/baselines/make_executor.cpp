@@ -1,8 +1,8 @@
 #include <cie/executor/executor.hpp>
+#include <cie/scheduling/executor_core.hpp>
+#include <cie/scheduling/shared_pool.hpp>
+#include <cie/scheduling/thread_per_group.hpp>
 
-#include "dispatch/executor_core.hpp"
-#include "dispatch/shared_pool.hpp"
-#include "dispatch/thread_per_group.hpp"
 #include "wait_set_loop.hpp"
 #include "wait_set_on_own_thread.hpp"
 
@@ -16,8 +16,9 @@ namespace {
 // An executor that dispatches as rclcpp does.
 class Baseline final : public Executor {
  public:
-  Baseline(ExecutorKind kind, ExecutorOptions options, const executor::PlacementFactory& placement)
-      : Executor(std::make_shared<executor::ExecutorCore>(kind, std::move(options), placement)) {}
+  Baseline(ExecutorKind kind, ExecutorOptions options,
+           const scheduling::PlacementFactory& placement)
+      : Executor(std::make_shared<scheduling::ExecutorCore>(kind, std::move(options), placement)) {}
 };
 
 std::unique_ptr<executor::Loop> new_wait_set_loop(GroupType, executor::FailureHandler& failures) {
@@ -25,7 +26,7 @@ std::unique_ptr<executor::Loop> new_wait_set_loop(GroupType, executor::FailureHa
 }
 
 std::unique_ptr<Executor> make_baseline(std::string_view name, ExecutorOptions options) {
-  using executor::PlacementParts;
+  using scheduling::PlacementParts;
   if (name == "single-waitset") {
     return std::make_unique<Baseline>(
         ExecutorKind::single_threaded, std::move(options), [](const PlacementParts& parts) {

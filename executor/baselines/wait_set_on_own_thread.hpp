@@ -1,7 +1,9 @@
 // All callbacks on the thread that spins, served from a DDS wait set.
 #pragma once
 
-#include "dispatch/own_thread.hpp"
+#include <cie/scheduling/own_thread.hpp>
+
+#include "scheduling_names.hpp"
 
 namespace cie::executor {
 

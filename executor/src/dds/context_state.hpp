@@ -3,6 +3,7 @@
 
 #include <cie/executor/context.hpp>
 #include <cie/scheduling/background_server.hpp>
+#include <cie/scheduling/served_node.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
@@ -17,13 +18,6 @@
 #include <vector>
 
 namespace cie::executor {
-
-// A thread beside those of callbacks: one that DDS made, or the one of parameters. Its receive
-// thread is part of every chain of callbacks between processes.
-struct AnnouncedThread {
-  std::string name;
-  std::shared_ptr<trace::Thread> trace;
-};
 
 class ContextState {
  public:

@@ -1,7 +1,6 @@
 #include <cie/executor/cancel_on_signals.hpp>
 #include <cie/executor/executor.hpp>
-
-#include "executor_core.hpp"
+#include <cie/scheduling/executor_core.hpp>
 
 #include <array>
 #include <atomic>
@@ -16,7 +15,7 @@
 namespace cie {
 namespace {
 
-using executor::ExecutorCore;
+using scheduling::ExecutorCore;
 
 constexpr std::array<int, 2> kSignals{SIGINT, SIGTERM};
 

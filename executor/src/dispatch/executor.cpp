@@ -1,14 +1,14 @@
 #include <cie/executor/executor.hpp>
 #include <cie/scheduling/clock.hpp>
 #include <cie/scheduling/events_loop.hpp>
+#include <cie/scheduling/executor_core.hpp>
+#include <cie/scheduling/own_thread.hpp>
 #include <cie/scheduling/serial_loop.hpp>
+#include <cie/scheduling/shared_pool.hpp>
+#include <cie/scheduling/thread_per_group.hpp>
 
-#include "executor_core.hpp"
 #include "node_state.hpp"
-#include "own_thread.hpp"
 #include "scheduling_names.hpp"
-#include "shared_pool.hpp"
-#include "thread_per_group.hpp"
 
 #include <memory>
 #include <utility>
@@ -16,32 +16,29 @@
 namespace cie {
 namespace {
 
-using executor::PlacementParts;
+using scheduling::PlacementParts;
 
-std::unique_ptr<executor::Placement> thread_per_group(const PlacementParts& parts) {
+std::unique_ptr<scheduling::Placement> thread_per_group(const PlacementParts& parts) {
   return std::make_unique<executor::ThreadPerGroup>(parts, executor::make_lean_loop);
 }
 
-std::unique_ptr<executor::Placement> shared_pool(const PlacementParts& parts) {
+std::unique_ptr<scheduling::Placement> shared_pool(const PlacementParts& parts) {
   return std::make_unique<executor::SharedPool>(parts, executor::make_lean_loop);
 }
 
 template <typename Loop>
-std::unique_ptr<executor::Placement> own_thread(const PlacementParts& parts) {
+std::unique_ptr<scheduling::Placement> own_thread(const PlacementParts& parts) {
   return std::make_unique<executor::OwnThread>(std::make_unique<Loop>(parts.failures));
 }
 
-std::shared_ptr<executor::ExecutorCore> make_core(ExecutorKind kind, ExecutorOptions options,
-                                                  const executor::PlacementFactory& placement) {
-  return std::make_shared<executor::ExecutorCore>(kind, std::move(options), placement);
+std::shared_ptr<scheduling::ExecutorCore> make_core(ExecutorKind kind, ExecutorOptions options,
+                                                    const scheduling::PlacementFactory& placement) {
+  return std::make_shared<scheduling::ExecutorCore>(kind, std::move(options), placement);
 }
 
 }  // namespace
 
-CallbackError::CallbackError(CallbackFailure failure)
-    : std::runtime_error(failure.text()), failure_(std::move(failure)) {}
-
-Executor::Executor(std::shared_ptr<executor::ExecutorCore> core) : core_(std::move(core)) {}
+Executor::Executor(std::shared_ptr<scheduling::ExecutorCore> core) : core_(std::move(core)) {}
 
 Executor::~Executor() {
   cancel();

@@ -1,12 +1,12 @@
 #include "node_state.hpp"
 
+#include <cie/scheduling/executor_core.hpp>
 #include <cie/tracepoints/logical_id.hpp>
 
 #include "client_callback.hpp"
 #include "dds/names.hpp"
 #include "dds/pinned_library.hpp"
 #include "dds/writer.hpp"
-#include "executor_core.hpp"
 #include "guard_condition_callback.hpp"
 #include "parameters/parameter_services.hpp"
 #include "services/service_ends.hpp"
@@ -97,7 +97,7 @@ void NodeState::add(const std::shared_ptr<Callback>& callback) {
   }
   if (executor == nullptr) return;
   try {
-    executor->serve_new(*this, callback);
+    executor->serve_new(*this, {callback});
   } catch (...) {
     const std::lock_guard lock{mutex_};
     std::erase(callbacks_, callback);

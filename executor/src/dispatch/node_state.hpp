@@ -3,6 +3,7 @@
 
 #include <cie/executor/node.hpp>
 #include <cie/scheduling/callback.hpp>
+#include <cie/scheduling/served_node.hpp>
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds/context_state.hpp"
@@ -18,19 +19,18 @@
 
 namespace cie::executor {
 
-class ExecutorCore;
 class ParameterServices;
 
 // Thread-safe. The lock is never held while the executor's is taken.
-class NodeState : public std::enable_shared_from_this<NodeState> {
+class NodeState final : public ServedNode, public std::enable_shared_from_this<NodeState> {
  public:
   NodeState(std::shared_ptr<ContextState> context, std::string_view name,
             std::string_view name_space, const Remaps& remaps,
             const ParameterOverrides& parameters = {});
 
-  ~NodeState();
+  ~NodeState() override;
 
-  const std::string& name() const noexcept { return name_; }
+  const std::string& name() const noexcept override { return name_; }
   NodeId id() const noexcept { return trace_.id(); }
   const std::shared_ptr<ContextState>& context() const noexcept { return context_; }
   const Graph::Member& graph_member() const noexcept { return graph_member_; }
@@ -47,7 +47,8 @@ class NodeState : public std::enable_shared_from_this<NodeState> {
   // Takes the callback in and tells the executor, which serves it before this returns. If it
   // refuses (throws), the callback is taken out again.
   void add(const std::shared_ptr<Callback>& callback);
-  std::vector<std::shared_ptr<Callback>> callbacks() const;
+  std::vector<std::shared_ptr<Callback>> callbacks() const override;
+  std::vector<AnnouncedThread> workers() const override { return context_->workers(); }
 
   // Takes the callback out and ends it. Throws std::logic_error if it is another node's.
   void remove(Callback& callback);
@@ -60,9 +61,8 @@ class NodeState : public std::enable_shared_from_this<NodeState> {
   // Ends that, for good; waits for the answer that is being given.
   void withdraw_parameters();
 
-  // Membership. join() throws std::logic_error when the node has an executor.
-  void join(std::shared_ptr<ExecutorCore> executor);
-  void leave();
+  void join(std::shared_ptr<ExecutorCore> executor) override;
+  void leave() override;
   std::shared_ptr<ExecutorCore> executor() const;
 
  private:

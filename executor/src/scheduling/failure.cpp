@@ -1,5 +1,7 @@
 #include <cie/scheduling/failure.hpp>
 
+#include <utility>
+
 namespace cie {
 
 std::string CallbackFailure::reason() const {
@@ -16,5 +18,8 @@ std::string CallbackFailure::text() const {
   const bool is_worker = callback == kNoCallback;
   return (is_worker ? "thread \"" : "callback \"") + logical_id + "\" threw: " + reason();
 }
+
+CallbackError::CallbackError(CallbackFailure failure)
+    : std::runtime_error(failure.text()), failure_(std::move(failure)) {}
 
 }  // namespace cie

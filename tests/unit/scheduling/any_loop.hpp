@@ -28,7 +28,7 @@ TYPED_TEST_P(AnyLoop, WaitsForTheRunningInstanceBeforeRemoveReturns) {
       std::this_thread::yield();
     has_ended = true;
   });
-  const Running running{loop, 1};
+  const RunningLoop running{loop, 1};
   loop.add(callback);
   callback->release();
   wait_for(started, 1);
@@ -54,7 +54,7 @@ TYPED_TEST_P(AnyLoop, AbandonsWhatRunsWithoutWaiting) {
     has_ended = true;
   });
   std::weak_ptr<Counted> watch = callback;
-  const Running running{loop, 1};
+  const RunningLoop running{loop, 1};
   loop.add(callback);
   callback->release();
   wait_for(started, 1);
@@ -75,7 +75,7 @@ TYPED_TEST_P(AnyLoop, ReportsAnExceptionAndGoesOn) {
     ++runs;
     throw 1;
   });
-  const Running running{loop, 1};
+  const RunningLoop running{loop, 1};
   loop.add(callback);
   callback->release();
   callback->release();
@@ -96,7 +96,7 @@ TYPED_TEST_P(AnyLoop, RunsEveryReleaseOfEveryCallbackOnce) {
         std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] { ++runs; }));
     all.push_back(callbacks.back());
   }
-  const Running running{loop, 1};
+  const RunningLoop running{loop, 1};
   for (const auto& callback : callbacks)
     loop.add(callback);
   std::vector<std::thread> releasers;
@@ -122,7 +122,7 @@ TYPED_TEST_P(AnyLoop, TakesACallbackBackThatWasReadyWhenItWent) {
   loop.add(callback);
   callback->release();
   loop.remove({callback});  // no thread has run it
-  const Running running{loop, 1};
+  const RunningLoop running{loop, 1};
   loop.add(callback);
   wait_for(runs, 1);
   loop.remove({callback});

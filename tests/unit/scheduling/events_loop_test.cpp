@@ -36,7 +36,7 @@ TEST_F(EventsLoopTest, ServesInTheOrderOfReadiness) {
     loop.add(callback);
   }
   {
-    const Running running{loop, 1};
+    const RunningLoop running{loop, 1};
     wait_for(runs, 3);
     loop.remove({a, b, c});
   }
@@ -50,7 +50,7 @@ TEST_F(EventsLoopTest, LetsAFullQueueHoldUpNobody) {
   for (const auto& callback : {a, b})
     loop.add(callback);
   {
-    const Running running{loop, 1};
+    const RunningLoop running{loop, 1};
     wait_for(runs, 5);
     loop.remove({a, b});
   }
@@ -65,7 +65,7 @@ TEST_F(EventsLoopTest, ForgetsAReadyCallbackThatIsRemovedAndKeepsTheOthers) {
   loop.remove({b});
   b.reset();  // nothing may touch it any more
   {
-    const Running running{loop, 1};
+    const RunningLoop running{loop, 1};
     wait_for(runs, 2);
     loop.remove({a, c});
   }

@@ -61,12 +61,12 @@ inline std::shared_ptr<GroupState> group(GroupType type) {
   return std::make_shared<GroupState>(kNoNode, type);
 }
 
-struct Running {
-  Running(Loop& running_loop, int threads) : loop(running_loop) {
+struct RunningLoop {
+  RunningLoop(Loop& running_loop, int threads) : loop(running_loop) {
     for (int i = 0; i < threads; ++i)
       workers.emplace_back([this] { loop.run(kNever); });
   }
-  ~Running() {
+  ~RunningLoop() {
     loop.stop();
     for (auto& worker : workers)
       worker.join();

@@ -19,7 +19,7 @@ TEST(PoolLoop, RunsEveryReleaseOnce) {
   const auto callback =
       std::make_shared<Counted>(group(GroupType::mutually_exclusive), [&] { ++runs; });
   {
-    const Running running{loop, 3};
+    const RunningLoop running{loop, 3};
     loop.add(callback);
     for (int i = 0; i < kReleases; ++i)
       callback->release();
@@ -51,7 +51,7 @@ TEST(PoolLoop, NeverOverlapsAMutuallyExclusiveGroup) {
     callbacks.push_back(counted.back());
   }
   {
-    const Running running{loop, 4};
+    const RunningLoop running{loop, 4};
     for (const auto& callback : callbacks)
       loop.add(callback);
     for (int i = 0; i < kReleases; ++i) {
@@ -78,7 +78,7 @@ TEST(PoolLoop, OverlapsAReentrantGroup) {
   };
   const auto first = std::make_shared<Counted>(shared, body);
   const auto second = std::make_shared<Counted>(shared, body);
-  const Running running{loop, 2};
+  const RunningLoop running{loop, 2};
   loop.add(first);
   loop.add(second);
   first->release();
@@ -104,7 +104,7 @@ TEST(PoolLoop, OverlapsOneReentrantCallbackWithItself) {
   for (int i = 0; i < kThreads; ++i)
     callback->release();
   loop.add(callback);
-  const Running running{loop, kThreads};
+  const RunningLoop running{loop, kThreads};
   wait_for(runs, kThreads);
   for (int i = 0; i < kThreads; ++i)  // and now with the threads asleep
     callback->release();

@@ -7,7 +7,7 @@
 namespace cie {
 
 class Executor;
-namespace executor {
+namespace scheduling {
 class ExecutorCore;
 }
 

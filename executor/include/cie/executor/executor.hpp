@@ -24,21 +24,9 @@
 
 namespace cie {
 
-namespace executor {
+namespace scheduling {
 class ExecutorCore;
 }
-
-// Thrown by spin() where nothing handles exceptions: whose exception it was, and within it that
-// exception (std::rethrow_if_nested, or failure().exception), of whatever type.
-class CallbackError : public std::runtime_error, public std::nested_exception {
- public:
-  // While the failure's exception is being handled.
-  explicit CallbackError(CallbackFailure failure);
-  const CallbackFailure& failure() const noexcept { return failure_; }
-
- private:
-  CallbackFailure failure_;
-};
 
 template <typename F>
 concept WorkerFunction = std::invocable<F&, std::stop_token> || std::invocable<F&>;
@@ -96,15 +84,15 @@ class Executor {
   std::vector<SchedulingProblem> scheduling_problems() const;
 
   // For the classes of this library.
-  const std::shared_ptr<executor::ExecutorCore>& core() const noexcept { return core_; }
+  const std::shared_ptr<scheduling::ExecutorCore>& core() const noexcept { return core_; }
 
  protected:
-  explicit Executor(std::shared_ptr<executor::ExecutorCore> core);
+  explicit Executor(std::shared_ptr<scheduling::ExecutorCore> core);
 
  private:
   void start_worker(const std::string& name, std::function<void(std::stop_token)> function);
 
-  std::shared_ptr<executor::ExecutorCore> core_;
+  std::shared_ptr<scheduling::ExecutorCore> core_;
 };
 
 // One thread for each callback group, and so for each callback that was not put into a group with

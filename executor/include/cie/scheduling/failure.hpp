@@ -4,6 +4,7 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include <exception>
+#include <stdexcept>
 #include <string>
 
 namespace cie {
@@ -18,6 +19,18 @@ struct CallbackFailure {
   std::string reason() const;
   // "callback \"/lidar@Timer(100000000)\" threw: no more fuel", or `thread "gnss" threw: …`.
   std::string text() const;
+};
+
+// Thrown by spin() where nothing handles exceptions: whose exception it was, and within it that
+// exception (std::rethrow_if_nested, or failure().exception), of whatever type.
+class CallbackError : public std::runtime_error, public std::nested_exception {
+ public:
+  // While the failure's exception is being handled.
+  explicit CallbackError(CallbackFailure failure);
+  const CallbackFailure& failure() const noexcept { return failure_; }
+
+ private:
+  CallbackFailure failure_;
 };
 
 namespace scheduling {

@@ -1,12 +1,12 @@
 // All callbacks on the thread that spins.
 #pragma once
 
-#include "placement.hpp"
+#include <cie/scheduling/placement.hpp>
 
 #include <cstdint>
 #include <memory>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 class OwnThread : public Placement {
  public:
@@ -28,4 +28,4 @@ class OwnThread : public Placement {
   const std::unique_ptr<Loop> loop_;
 };
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

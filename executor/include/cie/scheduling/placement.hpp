@@ -2,14 +2,12 @@
 #pragma once
 
 #include <cie/scheduling/callback.hpp>
+#include <cie/scheduling/cancellation.hpp>
 #include <cie/scheduling/failure.hpp>
 #include <cie/scheduling/loop.hpp>
 #include <cie/scheduling/loop_team.hpp>
 #include <cie/scheduling/options.hpp>
 #include <cie/scheduling/thread_configurator.hpp>
-
-#include "cancellation.hpp"
-#include "scheduling_names.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -17,7 +15,7 @@
 #include <set>
 #include <vector>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 // What an executor lends to its placement, which it outlives.
 struct PlacementParts {
@@ -89,4 +87,4 @@ class Placement {
 
 using PlacementFactory = std::function<std::unique_ptr<Placement>(const PlacementParts& parts)>;
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

@@ -1,12 +1,11 @@
-#include "placement.hpp"
-
+#include <cie/scheduling/placement.hpp>
 #include <cie/scheduling/pool_loop.hpp>
 #include <cie/scheduling/serial_loop.hpp>
 
 #include <algorithm>
 #include <iterator>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 std::unique_ptr<Loop> make_lean_loop(GroupType type, FailureHandler& failures) {
   if (type == GroupType::reentrant) return std::make_unique<PoolLoop>(failures);
@@ -40,4 +39,4 @@ void Placement::run(std::int64_t deadline_ns, Cancellation& cancellation) {
   cancellation.wait_until(deadline_ns);
 }
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

@@ -4,12 +4,10 @@
 #include <cie/scheduling/clock.hpp>
 #include <cie/scheduling/wakeup.hpp>
 
-#include "scheduling_names.hpp"
-
 #include <atomic>
 #include <cstdint>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 // One thread waits for it. A cancel() that came before ends the next wait at once.
 class Cancellation {
@@ -32,4 +30,4 @@ class Cancellation {
   Wakeup wakeup_;
 };
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

@@ -1,12 +1,11 @@
 // Which callbacks a placement serves, and until when.
-#include "dispatch/placement.hpp"
-
+#include <cie/scheduling/own_thread.hpp>
+#include <cie/scheduling/placement.hpp>
 #include <cie/scheduling/serial_loop.hpp>
+#include <cie/scheduling/shared_pool.hpp>
+#include <cie/scheduling/thread_per_group.hpp>
 
-#include "dispatch/own_thread.hpp"
-#include "dispatch/shared_pool.hpp"
-#include "dispatch/thread_per_group.hpp"
-#include "unit/scheduling/loop_support.hpp"
+#include "loop_support.hpp"
 
 #include <atomic>
 #include <memory>
@@ -15,7 +14,7 @@
 
 #include <gtest/gtest.h>
 
-namespace cie::executor {
+namespace cie::scheduling {
 namespace {
 
 class PlacementTest : public testing::Test {
@@ -148,4 +147,4 @@ TEST_F(PlacementTest, KnowsWhoWouldWaitForHimself) {
 }
 
 }  // namespace
-}  // namespace cie::executor
+}  // namespace cie::scheduling

@@ -1,4 +1,4 @@
-#include "shared_pool.hpp"
+#include <cie/scheduling/shared_pool.hpp>
 
 #include <algorithm>
 #include <string>
@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <sched.h>
 
-namespace cie::executor {
+namespace cie::scheduling {
 namespace {
 
 unsigned pool_size(const ExecutorOptions& options) {
@@ -64,4 +64,4 @@ Placement::Waiting SharedPool::stop() {
   };
 }
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

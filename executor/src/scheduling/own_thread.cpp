@@ -1,6 +1,6 @@
-#include "own_thread.hpp"
+#include <cie/scheduling/own_thread.hpp>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 Placement::Teams OwnThread::place(const Callbacks& callbacks) {
   for (const auto& callback : callbacks)
@@ -24,4 +24,4 @@ Placement::Waiting OwnThread::stop() {
       [this, callbacks = Callbacks(served().begin(), served().end())] { loop_->remove(callbacks); };
 }
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

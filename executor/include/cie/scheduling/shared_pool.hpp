@@ -1,9 +1,9 @@
 // All callbacks on the threads of one pool.
 #pragma once
 
-#include "placement.hpp"
+#include <cie/scheduling/placement.hpp>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 class SharedPool final : public Placement {
  public:
@@ -28,4 +28,4 @@ class SharedPool final : public Placement {
   TeamPtr team_;
 };
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

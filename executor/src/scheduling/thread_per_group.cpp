@@ -1,9 +1,9 @@
-#include "thread_per_group.hpp"
+#include <cie/scheduling/thread_per_group.hpp>
 
 #include <algorithm>
 #include <utility>
 
-namespace cie::executor {
+namespace cie::scheduling {
 namespace {
 
 ThreadPlan plan_for(const Placement::Callbacks& callbacks_of_group) {
@@ -117,4 +117,4 @@ Placement::Waiting ThreadPerGroup::stop() {
   };
 }
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

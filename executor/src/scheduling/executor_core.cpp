@@ -1,16 +1,13 @@
-#include "executor_core.hpp"
-
 #include <cie/scheduling/audit_thread.hpp>
+#include <cie/scheduling/executor_core.hpp>
 #include <cie/scheduling/threads.hpp>
-
-#include "node_state.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <stdexcept>
 #include <utility>
 
-namespace cie::executor {
+namespace cie::scheduling {
 namespace {
 
 void open_gates(const Placement::Teams& teams) {
@@ -36,13 +33,13 @@ ExecutorCore::ExecutorCore(ExecutorKind kind, ExecutorOptions options,
 
 // --- membership -------------------------------------------------------------------------------
 
-bool ExecutorCore::is_member(const NodeState& node) const {
+bool ExecutorCore::is_member(const ServedNode& node) const {
   return std::ranges::any_of(nodes_, [&node](const auto& each) { return each.get() == &node; });
 }
 
 void ExecutorCore::serve(const Callbacks& callbacks) { open_gates(placement_->serve(callbacks)); }
 
-void ExecutorCore::add_node(const std::shared_ptr<NodeState>& node) {
+void ExecutorCore::add_node(const std::shared_ptr<ServedNode>& node) {
   const std::lock_guard lock{mutex_};
   node->join(shared_from_this());
   nodes_.push_back(node);
@@ -57,9 +54,9 @@ void ExecutorCore::add_node(const std::shared_ptr<NodeState>& node) {
   }
 }
 
-void ExecutorCore::serve_new(NodeState& node, const std::shared_ptr<Callback>& callback) {
+void ExecutorCore::serve_new(ServedNode& node, const Callbacks& callbacks) {
   const std::lock_guard lock{mutex_};
-  if (is_serving_ && is_member(node)) serve({callback});
+  if (is_serving_ && is_member(node)) serve(callbacks);
 }
 
 // Who does not wait may be on a thread of a team that leaves, and drop the last that holds the
@@ -97,7 +94,7 @@ void ExecutorCore::join_departed(Departed which) {
   }
 }
 
-void ExecutorCore::remove_node(NodeState& node) {
+void ExecutorCore::remove_node(ServedNode& node) {
   Placement::Vacating vacating;
   {
     const std::lock_guard lock{mutex_};
@@ -117,7 +114,7 @@ void ExecutorCore::remove_node(NodeState& node) {
   vacate(vacating, true);
 }
 
-void ExecutorCore::drop_node(NodeState& node) {
+void ExecutorCore::drop_node(ServedNode& node) {
   Placement::Vacating vacating;
   bool waits = false;
   {
@@ -134,7 +131,7 @@ void ExecutorCore::drop_node(NodeState& node) {
 
 void ExecutorCore::drop_all_nodes() {
   for (;;) {
-    std::shared_ptr<NodeState> node;
+    std::shared_ptr<ServedNode> node;
     {
       const std::lock_guard lock{mutex_};
       if (nodes_.empty()) return;
@@ -158,9 +155,9 @@ void ExecutorCore::withdraw(const Callbacks& callbacks) {
 
 // --- what the spec may name -------------------------------------------------------------------------
 
-void ExecutorCore::configure_workers_of(const NodeState& node) {
+void ExecutorCore::configure_workers_of(const ServedNode& node) {
   std::vector<SchedulingProblem> problems;
-  for (const AnnouncedThread& worker : node.context()->workers()) {
+  for (const AnnouncedThread& worker : node.workers()) {
     if (!configured_workers_.insert(worker.trace).second) continue;
     const auto found = configurator_.configure(worker.trace, {.name = worker.name});
     problems.insert(problems.end(), found.begin(), found.end());
@@ -178,7 +175,7 @@ KnownIds ExecutorCore::known_ids() const {
   return known;
 }
 
-void ExecutorCore::configure_new_workers(const NodeState& node) {
+void ExecutorCore::configure_new_workers(const ServedNode& node) {
   const std::lock_guard lock{mutex_};
   if (is_serving_ && is_member(node)) configure_workers_of(node);
 }
@@ -321,4 +318,4 @@ void ExecutorCore::on_failure(CallbackFailure failure) noexcept {
   cancel();
 }
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

@@ -1,11 +1,11 @@
 // A thread for each callback group, and so for each callback that is alone in its own.
 #pragma once
 
-#include "placement.hpp"
+#include <cie/scheduling/placement.hpp>
 
 #include <map>
 
-namespace cie::executor {
+namespace cie::scheduling {
 
 // A reentrant group has several.
 class ThreadPerGroup final : public Placement {
@@ -30,4 +30,4 @@ class ThreadPerGroup final : public Placement {
   std::map<const GroupState*, TeamPtr> teams_;
 };
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling

@@ -2,15 +2,13 @@
 // They differ in their placement of callbacks on threads.
 #pragma once
 
-#include <cie/executor/executor.hpp>
+#include <cie/scheduling/cancellation.hpp>
 #include <cie/scheduling/failure.hpp>
+#include <cie/scheduling/placement.hpp>
+#include <cie/scheduling/served_node.hpp>
 #include <cie/scheduling/spawned_threads.hpp>
 #include <cie/scheduling/thread_configurator.hpp>
 #include <cie/tracepoints/trace.hpp>
-
-#include "cancellation.hpp"
-#include "placement.hpp"
-#include "scheduling_names.hpp"
 
 #include <atomic>
 #include <condition_variable>
@@ -22,31 +20,28 @@
 #include <string>
 #include <vector>
 
-namespace cie::executor {
-
-class ContextState;
-class NodeState;
+namespace cie::scheduling {
 
 class ExecutorCore final : public FailureHandler,
                            public std::enable_shared_from_this<ExecutorCore> {
  public:
   ExecutorCore(ExecutorKind kind, ExecutorOptions options, const PlacementFactory& placement);
 
-  void add_node(const std::shared_ptr<NodeState>& node);
+  void add_node(const std::shared_ptr<ServedNode>& node);
   // Throws std::logic_error for a stranger, and in a callback that it would have to wait for.
-  void remove_node(NodeState& node);
+  void remove_node(ServedNode& node);
   // Likewise for who goes: a stranger is none of ours, and a callback is waited for by its end().
-  void drop_node(NodeState& node);
+  void drop_node(ServedNode& node);
   void drop_all_nodes();
   // These are about to end: none of them will run any more. Waits for those that run, unless the
   // caller is a callback itself.
   void withdraw(const std::vector<std::shared_ptr<Callback>>& callbacks);
-  // A callback that a node got: served at once while spinning, if the node still belongs here.
-  void serve_new(NodeState& node, const std::shared_ptr<Callback>& callback);
+  // Callbacks that a node got: served at once while spinning, if the node still belongs here.
+  void serve_new(ServedNode& node, const std::vector<std::shared_ptr<Callback>>& callbacks);
 
   // The threads that serve the node beside those of callbacks, as far as they are new; while
   // spinning, and if the node belongs here. Throws SchedulingRefused.
-  void configure_new_workers(const NodeState& node);
+  void configure_new_workers(const ServedNode& node);
 
   void spin(std::int64_t deadline_ns);
   void cancel() noexcept;
@@ -73,7 +68,7 @@ class ExecutorCore final : public FailureHandler,
   class Spin;
 
   // With mutex_ held.
-  bool is_member(const NodeState& node) const;
+  bool is_member(const ServedNode& node) const;
   Callbacks all_callbacks() const;
   // Puts callbacks on threads, and lets them run.
   void serve(const Callbacks& callbacks);
@@ -84,7 +79,7 @@ class ExecutorCore final : public FailureHandler,
   // All of them: after those that are departing.
   Placement::Teams take_departed(Departed which);
   void join_departed(Departed which);
-  void configure_workers_of(const NodeState& node);
+  void configure_workers_of(const ServedNode& node);
   KnownIds known_ids() const;
 
   const ExecutorOptions options_;
@@ -101,7 +96,7 @@ class ExecutorCore final : public FailureHandler,
   mutable std::mutex mutex_;  // of what follows, but for running the placement and cancelling it
   const std::unique_ptr<Placement> placement_;
   bool is_serving_ = false;
-  std::vector<std::shared_ptr<NodeState>> nodes_;
+  std::vector<std::shared_ptr<ServedNode>> nodes_;
   std::set<std::weak_ptr<trace::Thread>, std::owner_less<>> configured_workers_;
   Placement::Teams departed_;  // stopped by a callback, and so not joined yet
   int departing_ = 0;          // calls that are about to add to these
@@ -113,4 +108,4 @@ class ExecutorCore final : public FailureHandler,
   SpawnedThreads spawned_{configurator_, *this};
 };
 
-}  // namespace cie::executor
+}  // namespace cie::scheduling
