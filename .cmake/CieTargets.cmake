@@ -20,6 +20,17 @@ if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
 endif()
 
+# cie_find_ros(PREFIXES): the prefixes of ROS 2 that AMENT_PREFIX_PATH names, if one has rclcpp; else none.
+function(cie_find_ros result)
+  set(${result} "" PARENT_SCOPE)
+  string(REPLACE ":" ";" prefixes "$ENV{AMENT_PREFIX_PATH}")
+  foreach(prefix IN LISTS prefixes)
+    if(EXISTS "${prefix}/share/rclcpp/cmake/rclcppConfig.cmake")
+      set(${result} "${prefixes}" PARENT_SCOPE)
+    endif()
+  endforeach()
+endfunction()
+
 # Warnings, sanitizers: everything of ours is compiled with them, nothing of others.
 function(cie_compile_options target)
   target_compile_options(${target} PRIVATE
@@ -155,6 +166,13 @@ endfunction()
 function(cie_install_package)
   set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/cie)
   install(EXPORT cieTargets NAMESPACE cie:: DESTINATION ${package_dir} COMPONENT dev)
+  set(CIE_COMPONENTS "")
+  foreach(component scheduling executor analysis)
+    if(TARGET cie_${component})
+      list(APPEND CIE_COMPONENTS ${component})
+    endif()
+  endforeach()
+  list(JOIN CIE_COMPONENTS " " CIE_COMPONENTS)
   configure_package_config_file("${PROJECT_SOURCE_DIR}/.cmake/cieConfig.cmake.in"
     "${PROJECT_BINARY_DIR}/cieConfig.cmake" INSTALL_DESTINATION ${package_dir})
   write_basic_package_version_file("${PROJECT_BINARY_DIR}/cieConfigVersion.cmake"

@@ -1,0 +1,299 @@
+#include "entity.hpp"
+
+#include "distributions.hpp"
+
+#include <cstdlib>
+#include <exception>
+#include <typeinfo>
+#include <utility>
+
+#include <cxxabi.h>
+#include <rcl/subscription.h>
+#include <rclcpp/exceptions.hpp>
+#include <rclcpp/logging.hpp>
+#include <rclcpp/message_info.hpp>
+
+namespace cie_rclcpp {
+namespace {
+
+std::string demangled(const std::type_info& type) {
+  const std::unique_ptr<char, void (*)(void*)> name{
+      abi::__cxa_demangle(type.name(), nullptr, nullptr, nullptr), std::free};
+  return name ? name.get() : type.name();
+}
+
+// How many messages the middleware keeps; 0: all, or what it likes.
+std::size_t bounded_depth(const rclcpp::QoS& qos) {
+  return qos.history() == rclcpp::HistoryPolicy::KeepLast ? qos.depth() : 0;
+}
+
+// rclcpp's clear_…() throws where rcl fails, which leaves nothing to be done.
+template <typename Function>
+void quietly(Function function) noexcept {
+  try {
+    function();
+  } catch (const std::exception& error) {
+    RCLCPP_WARN(rclcpp::get_logger("cie_rclcpp"), "%s", error.what());
+  }
+}
+
+auto notice_of_middleware(Entity::Notice notice) {
+  return [notice = std::move(notice)](std::size_t count) {
+    notice(Inbox::Source::middleware, count, 0);
+  };
+}
+
+// Which publishers a subscription also hears through the process is a protected member function.
+class OtherWay : public rclcpp::SubscriptionBase {
+ public:
+  static bool has(const rclcpp::SubscriptionBase& subscription, const rmw_gid_t& publisher) {
+    return (subscription.*(&OtherWay::matches_any_intra_process_publishers))(&publisher);
+  }
+};
+
+class SubscriptionEntity final : public Entity {
+ public:
+  explicit SubscriptionEntity(const rclcpp::SubscriptionBase::SharedPtr& subscription)
+      : subscription_(subscription),
+        process_(subscription->get_intra_process_waitable()),
+        topic_(subscription->get_topic_name()),
+        depth_(bounded_depth(subscription->get_actual_qos())),
+        form_(form_of(*subscription)) {}
+
+  std::string name() const override { return topic_; }
+  cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::subscription; }
+  std::size_t depth() const override { return depth_; }
+  std::size_t process_depth() const override {
+    return process_.expired() ? 0 : (depth_ > 0 ? depth_ : 1024);
+  }
+
+  void connect(Notice notice) override {
+    if (const auto process = process_.lock()) {
+      process->set_on_ready_callback([notice](std::size_t count, int entity) {
+        notice(Inbox::Source::process, count, entity);
+      });
+    }
+    if (const auto subscription = subscription_.lock()) {
+      subscription->set_on_new_message_callback(notice_of_middleware(std::move(notice)));
+    }
+  }
+  void disconnect() noexcept override {
+    if (const auto process = process_.lock()) quietly([&] { process->clear_on_ready_callback(); });
+    if (const auto subscription = subscription_.lock()) {
+      quietly([&] { subscription->clear_on_new_message_callback(); });
+    }
+  }
+
+  bool run_next(Inbox::Source source, int entity, const Begin& begin) override {
+    if (source == Inbox::Source::process) return run_of_process(entity, begin);
+    const auto subscription = subscription_.lock();
+    if (!subscription) return false;
+    if (form_ == MessageForm::serialized) return run_serialized(*subscription, begin);
+    if (subscription->can_loan_messages()) return run_loaned(*subscription, begin);
+    auto message = subscription->create_message();
+    rclcpp::MessageInfo info;
+    const bool is_taken = subscription->take_type_erased(message.get(), info) &&
+                          is_for_this_callback(*subscription, info);
+    if (is_taken) {
+      begin(info.get_rmw_message_info().source_timestamp);
+      subscription->handle_message(message, info);
+    }
+    subscription->return_message(message);
+    return is_taken;
+  }
+
+ private:
+  // What a publisher of the same process sent comes through the process, too.
+  static bool is_for_this_callback(const rclcpp::SubscriptionBase& subscription,
+                                   const rclcpp::MessageInfo& info) {
+    return !OtherWay::has(subscription, info.get_rmw_message_info().publisher_gid);
+  }
+
+  bool run_of_process(int entity, const Begin& begin) {
+    const auto process = process_.lock();
+    if (!process) return false;
+    auto message = process->take_data_by_entity_id(static_cast<std::size_t>(entity));
+    if (!message) return false;
+    begin(0);
+    execute_waitable(*process, message);
+    return true;
+  }
+
+  static bool run_serialized(rclcpp::SubscriptionBase& subscription, const Begin& begin) {
+    auto message = subscription.create_serialized_message();
+    rclcpp::MessageInfo info;
+    const bool is_taken = subscription.take_serialized(*message, info);
+    if (is_taken) {
+      begin(info.get_rmw_message_info().source_timestamp);
+      subscription.handle_serialized_message(message, info);
+    }
+    subscription.return_serialized_message(message);
+    return is_taken;
+  }
+
+  static bool run_loaned(rclcpp::SubscriptionBase& subscription, const Begin& begin) {
+    void* message = nullptr;
+    rclcpp::MessageInfo info;
+    const auto handle = subscription.get_subscription_handle();
+    const rcl_ret_t taken =
+        rcl_take_loaned_message(handle.get(), &message, &info.get_rmw_message_info(), nullptr);
+    if (taken == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return false;
+    if (taken != RCL_RET_OK) rclcpp::exceptions::throw_from_rcl_error(taken);
+    const auto give_back = [&handle](void* loan) {
+      if (rcl_return_loaned_message_from_subscription(handle.get(), loan) != RCL_RET_OK) {
+        rcl_reset_error();
+      }
+    };
+    const std::unique_ptr<void, decltype(give_back)> loan{message, give_back};
+    begin(info.get_rmw_message_info().source_timestamp);
+    subscription.handle_loaned_message(message, info);
+    return true;
+  }
+
+  const std::weak_ptr<rclcpp::SubscriptionBase> subscription_;
+  const std::weak_ptr<rclcpp::Waitable> process_;
+  const std::string topic_;
+  const std::size_t depth_;
+  const MessageForm form_;
+};
+
+class ServiceEntity final : public Entity {
+ public:
+  explicit ServiceEntity(const rclcpp::ServiceBase::SharedPtr& service)
+      : service_(service),
+        name_(service->get_service_name()),
+        depth_(bounded_depth(service->get_request_subscription_actual_qos())) {}
+
+  std::string name() const override { return name_; }
+  cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::service; }
+  std::size_t depth() const override { return depth_; }
+  void connect(Notice notice) override {
+    if (const auto service = service_.lock()) {
+      service->set_on_new_request_callback(notice_of_middleware(std::move(notice)));
+    }
+  }
+  void disconnect() noexcept override {
+    if (const auto service = service_.lock()) {
+      quietly([&] { service->clear_on_new_request_callback(); });
+    }
+  }
+  bool run_next(Inbox::Source, int, const Begin& begin) override {
+    const auto service = service_.lock();
+    if (!service) return false;
+    auto header = service->create_request_header();
+    auto request = service->create_request();
+    if (!service->take_type_erased_request(request.get(), *header)) return false;
+    begin(0);
+    service->handle_request(header, request);
+    return true;
+  }
+
+ private:
+  const std::weak_ptr<rclcpp::ServiceBase> service_;
+  const std::string name_;
+  const std::size_t depth_;
+};
+
+class ClientEntity final : public Entity {
+ public:
+  explicit ClientEntity(const rclcpp::ClientBase::SharedPtr& client)
+      : client_(client),
+        name_(client->get_service_name()),
+        depth_(bounded_depth(client->get_response_subscription_actual_qos())) {}
+
+  std::string name() const override { return name_; }
+  cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::client; }
+  std::size_t depth() const override { return depth_; }
+  void connect(Notice notice) override {
+    if (const auto client = client_.lock()) {
+      client->set_on_new_response_callback(notice_of_middleware(std::move(notice)));
+    }
+  }
+  void disconnect() noexcept override {
+    if (const auto client = client_.lock()) {
+      quietly([&] { client->clear_on_new_response_callback(); });
+    }
+  }
+  bool run_next(Inbox::Source, int, const Begin& begin) override {
+    const auto client = client_.lock();
+    if (!client) return false;
+    auto header = client->create_request_header();
+    auto response = client->create_response();
+    if (!client->take_type_erased_response(response.get(), *header)) return false;
+    begin(0);
+    client->handle_response(header, response);
+    return true;
+  }
+
+ private:
+  const std::weak_ptr<rclcpp::ClientBase> client_;
+  const std::string name_;
+  const std::size_t depth_;
+};
+
+// "rclcpp_action::Server" of the type with all its template arguments.
+std::string name_of_class(const rclcpp::Waitable& waitable) {
+  const std::string name = demangled(typeid(waitable));
+  return name.substr(0, name.find('<'));
+}
+
+class WaitableEntity final : public Entity {
+ public:
+  explicit WaitableEntity(const rclcpp::Waitable::SharedPtr& waitable)
+      : waitable_(waitable),
+        name_(name_of_class(*waitable)),
+        is_event_(dynamic_cast<const QosEventHandler*>(waitable.get()) != nullptr) {}
+
+  std::string name() const override { return name_; }
+  cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::waitable; }
+  void connect(Notice notice) override {
+    if (const auto waitable = waitable_.lock()) {
+      waitable->set_on_ready_callback([notice = std::move(notice)](std::size_t count, int entity) {
+        notice(Inbox::Source::middleware, count, entity);
+      });
+    }
+  }
+  void disconnect() noexcept override {
+    if (const auto waitable = waitable_.lock()) {
+      quietly([&] { waitable->clear_on_ready_callback(); });
+    }
+  }
+  // A waitable may have nothing to take and yet something to do; a QoS event may not.
+  bool run_next(Inbox::Source, int entity, const Begin& begin) override {
+    const auto waitable = waitable_.lock();
+    if (!waitable) return false;
+    auto data = waitable->take_data_by_entity_id(static_cast<std::size_t>(entity));
+    if (is_event_ && !data) return false;
+    begin(0);
+    execute_waitable(*waitable, data);
+    return true;
+  }
+
+ private:
+  const std::weak_ptr<rclcpp::Waitable> waitable_;
+  const std::string name_;
+  const bool is_event_;
+};
+
+}  // namespace
+
+std::unique_ptr<Entity> make_entity(const rclcpp::SubscriptionBase::SharedPtr& subscription) {
+  return std::make_unique<SubscriptionEntity>(subscription);
+}
+std::unique_ptr<Entity> make_entity(const rclcpp::ServiceBase::SharedPtr& service) {
+  return std::make_unique<ServiceEntity>(service);
+}
+std::unique_ptr<Entity> make_entity(const rclcpp::ClientBase::SharedPtr& client) {
+  return std::make_unique<ClientEntity>(client);
+}
+std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable) {
+  return std::make_unique<WaitableEntity>(waitable);
+}
+
+// A user's handler is kept as a std::function, rclcpp's own as the lambda that it is.
+bool is_default_event_handler(const rclcpp::Waitable& waitable) {
+  return dynamic_cast<const QosEventHandler*>(&waitable) != nullptr &&
+         demangled(typeid(waitable)).find("std::function<") == std::string::npos;
+}
+
+}  // namespace cie_rclcpp

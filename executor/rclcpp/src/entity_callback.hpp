@@ -1,0 +1,47 @@
+// A subscription, service, client or waitable of rclcpp as a callback that an executor of cie runs.
+#pragma once
+
+#include <cie/scheduling/callback.hpp>
+#include <cie/scheduling/clock.hpp>
+
+#include "entity.hpp"
+#include "inbox.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <utility>
+
+namespace cie_rclcpp {
+
+// Told, from any thread, that an entity may have gone. It must neither block nor throw.
+using OnGone = std::function<void()>;
+
+class EntityCallback final : public cie::scheduling::Callback {
+ public:
+  // Listens from now on. Throws what rclcpp throws.
+  EntityCallback(std::shared_ptr<cie::scheduling::GroupState> group, cie::trace::CallbackInfo info,
+                 std::unique_ptr<Entity> entity, const OnGone& on_gone);
+  ~EntityCallback() override { end(); }
+
+  std::int64_t next_due() const noexcept override { return cie::scheduling::kNever; }
+  void serve(cie::scheduling::ReadySink* sink) override;
+  std::uint64_t queued() const noexcept override { return inbox_->queued(); }
+
+ private:
+  bool run_one() override;
+  void dispose() noexcept override;
+  cie::trace::Callback::Release release_by(Inbox::Taken taken,
+                                           std::int64_t source_timestamp_ns) noexcept;
+
+  const std::unique_ptr<Entity> entity_;
+  const std::shared_ptr<Inbox> inbox_;
+  // Whether the publisher's clock was seen ahead of this machine's.
+  std::atomic<bool> has_foreign_clock_{false};
+};
+
+// Calls `on_gone` when the last copy of it goes.
+std::shared_ptr<void> farewell(OnGone on_gone);
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,178 @@
+#include "executor_state.hpp"
+
+#include <cie/scheduling/placement.hpp>
+#include <cie/scheduling/thread_per_group.hpp>
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+namespace cie_rclcpp {
+namespace {
+
+using cie::scheduling::ExecutorCore;
+using cie::scheduling::PlacementParts;
+
+constexpr const char* kWatcher = "cie-groups";
+
+std::shared_ptr<ExecutorCore> make_core(cie::ExecutorOptions options) {
+  return std::make_shared<ExecutorCore>(cie::ExecutorKind::isolated, std::move(options),
+                                        [](const PlacementParts& parts) {
+                                          return std::make_unique<cie::scheduling::ThreadPerGroup>(
+                                              parts, cie::scheduling::make_lean_loop);
+                                        });
+}
+
+}  // namespace
+
+ExecutorState::ExecutorState(cie::ExecutorOptions options)
+    : changed_(std::make_shared<cie::scheduling::Wakeup>()),
+      core_(make_core(std::move(options))),
+      server_(std::make_shared<InternalServer>()) {
+  server_->on_failure = [core = std::weak_ptr{core_}](std::exception_ptr failure) {
+    if (const auto alive = core.lock()) {
+      alive->on_failure(
+          {.callback = cie::kNoCallback, .logical_id = "cie-rclcpp", .exception = failure});
+    }
+  };
+}
+
+ExecutorState::~ExecutorState() {
+  core_->cancel();
+  core_->end_spawned_threads();
+  core_->drop_all_nodes();
+  core_->wait_until_idle();
+}
+
+// --- membership -----------------------------------------------------------------------------------
+
+std::optional<ExecutorState::NodePtr> ExecutorState::find(const NodeBase& node) const {
+  const auto found =
+      std::ranges::find_if(nodes_, [&node](const NodePtr& each) { return each->is_of(node); });
+  return found == nodes_.end() ? std::nullopt : std::optional{*found};
+}
+
+ExecutorState::NodePtr ExecutorState::member_for(const NodeBase::SharedPtr& node) {
+  const std::lock_guard lock{mutex_};
+  if (const auto member = find(*node)) return *member;
+  auto member =
+      std::make_shared<ServedNode>(node, server_, [changed = changed_] { changed->notify(); });
+  core_->add_node(member);
+  nodes_.push_back(member);
+  return member;
+}
+
+void ExecutorState::add_node(const NodeBase::SharedPtr& node) {
+  member_for(node)->add_whole();
+  changed_->notify();
+}
+
+void ExecutorState::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
+                              const NodeBase::SharedPtr& node) {
+  member_for(node)->add_group(group);
+  changed_->notify();
+}
+
+void ExecutorState::remove_node(const NodeBase& node) {
+  std::optional<NodePtr> member;
+  {
+    const std::lock_guard lock{mutex_};
+    member = find(node);
+  }
+  if (!member || !(*member)->is_whole()) {
+    throw std::runtime_error{"Node needs to be associated with this executor."};
+  }
+  vacate(*member, (*member)->remove_whole());
+}
+
+void ExecutorState::remove_group(const rclcpp::CallbackGroup& group) {
+  std::vector<NodePtr> nodes;
+  {
+    const std::lock_guard lock{mutex_};
+    nodes = nodes_;
+  }
+  const auto holds = [&group](const NodePtr& node) {
+    return std::ranges::any_of(node->groups(ServedNode::Added::by_hand),
+                               [&group](const auto& each) { return each.lock().get() == &group; });
+  };
+  const auto found = std::ranges::find_if(nodes, holds);
+  if (found == nodes.end()) {
+    throw std::runtime_error{"Callback group needs to be associated with this executor."};
+  }
+  vacate(*found, (*found)->remove_group(group));
+}
+
+void ExecutorState::vacate(const NodePtr& node, const Callbacks& callbacks) {
+  core_->withdraw(callbacks);
+  for (const auto& callback : callbacks)
+    callback->end();
+  if (!node->is_empty()) return;
+  {
+    const std::lock_guard lock{mutex_};
+    std::erase(nodes_, node);
+  }
+  core_->drop_node(*node);
+}
+
+std::vector<rclcpp::CallbackGroup::WeakPtr> ExecutorState::groups(ServedNode::Added added) const {
+  const std::lock_guard lock{mutex_};
+  std::vector<rclcpp::CallbackGroup::WeakPtr> all;
+  for (const NodePtr& node : nodes_) {
+    const auto of_node = node->groups(added);
+    all.insert(all.end(), of_node.begin(), of_node.end());
+  }
+  return all;
+}
+
+// --- what users create and drop -------------------------------------------------------------------
+
+void ExecutorState::look_at_all() {
+  std::vector<NodePtr> nodes;
+  {
+    const std::lock_guard lock{mutex_};
+    nodes = nodes_;
+  }
+  for (const NodePtr& node : nodes) {
+    const auto changes = node->look();
+    if (!changes.came.empty()) core_->serve_new(*node, changes.came);
+    if (!changes.gone.empty() || node->has_gone()) {
+      if (node->has_gone()) node->remove_whole();
+      vacate(node, changes.gone);
+    }
+  }
+}
+
+// What it finds wrong (a refused parameter) stops the executor, as it would have at the beginning.
+void ExecutorState::watch(const std::stop_token& stop) {
+  const std::stop_callback wake_up{stop, [this] { changed_->notify(); }};
+  while (!stop.stop_requested()) {
+    try {
+      if (core_->is_spinning()) look_at_all();
+    } catch (...) {
+      core_->on_failure({.callback = cie::kNoCallback,
+                         .logical_id = kWatcher,
+                         .exception = std::current_exception()});
+    }
+    changed_->wait_until(cie::scheduling::kNever);
+  }
+}
+
+void ExecutorState::spin(std::int64_t deadline_ns) {
+  std::call_once(watching_, [this] {
+    core_->spawn_thread(kWatcher, [this](const std::stop_token& stop) { watch(stop); });
+  });
+  look_at_all();
+  changed_->notify();  // what is created from here on is found by the watcher, once it serves
+  server_->is_open.store(true);
+  server_->thread.wakeup().notify();
+  try {
+    core_->spin(deadline_ns);
+  } catch (...) {
+    server_->is_open.store(false);
+    throw;
+  }
+  server_->is_open.store(false);
+}
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,58 @@
+// What CallbackIsolatedExecutor is made of.
+#pragma once
+
+#include <cie/scheduling/executor_core.hpp>
+#include <cie/scheduling/wakeup.hpp>
+
+#include "internal_endpoint.hpp"
+#include "served_node.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+namespace cie_rclcpp {
+
+// Which nodes and groups belong to it, and what of them is served. Thread-safe.
+class ExecutorState {
+ public:
+  explicit ExecutorState(cie::ExecutorOptions options);
+  ExecutorState(const ExecutorState&) = delete;
+  ExecutorState& operator=(const ExecutorState&) = delete;
+  ~ExecutorState();
+
+  void add_node(const NodeBase::SharedPtr& node);
+  void remove_node(const NodeBase& node);
+  void add_group(const rclcpp::CallbackGroup::SharedPtr& group, const NodeBase::SharedPtr& node);
+  void remove_group(const rclcpp::CallbackGroup& group);
+  std::vector<rclcpp::CallbackGroup::WeakPtr> groups(ServedNode::Added added) const;
+
+  void spin(std::int64_t deadline_ns);
+  cie::scheduling::ExecutorCore& core() noexcept { return *core_; }
+  const std::shared_ptr<cie::scheduling::ExecutorCore>& shared_core() const noexcept {
+    return core_;
+  }
+
+ private:
+  using NodePtr = std::shared_ptr<ServedNode>;
+
+  // The member for a node; made, and told to the core, if there is none.
+  NodePtr member_for(const NodeBase::SharedPtr& node);
+  std::optional<NodePtr> find(const NodeBase& node) const;
+  // Takes callbacks off their threads, and the node off the executor if nothing of it is left.
+  void vacate(const NodePtr& node, const Callbacks& callbacks);
+  void look_at_all();
+  void watch(const std::stop_token& stop);
+
+  const std::shared_ptr<cie::scheduling::Wakeup> changed_;
+  const std::shared_ptr<cie::scheduling::ExecutorCore> core_;
+  const std::shared_ptr<InternalServer> server_;
+  mutable std::mutex mutex_;  // of what follows
+  std::vector<NodePtr> nodes_;
+  std::once_flag watching_;
+};
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,149 @@
+#include "inbox.hpp"
+
+#include <cie/scheduling/clock.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <mutex>
+
+#include <time.h>
+
+namespace cie_rclcpp {
+namespace {
+
+std::int64_t realtime_now() noexcept {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+}  // namespace
+
+// Room for four times the queue: what is taken has not been written over meanwhile.
+ArrivalQueue::ArrivalQueue(std::size_t depth)
+    : depth_(depth),
+      size_(std::bit_ceil(std::clamp<std::size_t>(depth == 0 ? 1024 : depth * 4, 64, 65536))),
+      slots_(std::make_unique<Slot[]>(size_)) {}
+
+void ArrivalQueue::add(const Arrival& arrival) noexcept {
+  const std::uint64_t stored = stored_.load(std::memory_order_relaxed);
+  Slot& slot = slots_[stored & (size_ - 1)];
+  slot.monotonic_ns.store(arrival.monotonic_ns, std::memory_order_release);
+  slot.realtime_ns.store(arrival.realtime_ns, std::memory_order_release);
+  slot.entity.store(arrival.entity, std::memory_order_release);
+  stored_.store(stored + 1, std::memory_order_release);
+}
+
+std::optional<Arrival> ArrivalQueue::take() noexcept {
+  std::uint64_t next = next_.load(std::memory_order_relaxed);
+  std::uint64_t stored = 0;
+  std::uint64_t first = 0;
+  do {
+    stored = stored_.load(std::memory_order_acquire);
+    if (next >= stored) return std::nullopt;
+    first = first_kept(next, stored);
+  } while (!next_.compare_exchange_weak(next, first + 1, std::memory_order_acq_rel,
+                                        std::memory_order_relaxed));
+  if (first > next) overwritten_.fetch_add(first - next, std::memory_order_release);
+  const Slot& slot = slots_[first & (size_ - 1)];
+  Arrival arrival{.monotonic_ns = slot.monotonic_ns.load(std::memory_order_acquire),
+                  .realtime_ns = slot.realtime_ns.load(std::memory_order_acquire),
+                  .entity = slot.entity.load(std::memory_order_acquire),
+                  .was_full = depth_ > 0 && stored - first == depth_};
+  if (stored_.load(std::memory_order_acquire) >= first + size_) {
+    arrival.monotonic_ns = -1;  // written over
+    arrival.realtime_ns = 0;
+  }
+  return arrival;
+}
+
+std::optional<Arrival> ArrivalQueue::take_later() noexcept {
+  auto arrival = take();
+  if (arrival) overwritten_.fetch_add(1, std::memory_order_release);
+  return arrival;
+}
+
+std::optional<std::int64_t> ArrivalQueue::oldest() const noexcept {
+  const std::uint64_t stored = stored_.load(std::memory_order_acquire);
+  const std::uint64_t next = next_.load(std::memory_order_acquire);
+  if (next >= stored) return std::nullopt;
+  return slots_[first_kept(next, stored) & (size_ - 1)].monotonic_ns.load(
+      std::memory_order_acquire);
+}
+
+std::uint64_t ArrivalQueue::queued() const noexcept {
+  const std::uint64_t stored = stored_.load(std::memory_order_acquire);
+  const std::uint64_t next = next_.load(std::memory_order_acquire);
+  return next < stored ? stored - first_kept(next, stored) : 0;
+}
+
+// In this order: whoever takes advances next_ first, so that the sum is never too high.
+std::uint64_t ArrivalQueue::overwritten() const noexcept {
+  const std::uint64_t passed = overwritten_.load(std::memory_order_acquire);
+  const std::uint64_t next = next_.load(std::memory_order_acquire);
+  const std::uint64_t stored = stored_.load(std::memory_order_acquire);
+  return next < stored ? passed + (first_kept(next, stored) - next) : passed;
+}
+
+Inbox::Inbox(std::size_t middleware_depth, std::size_t process_depth)
+    : middleware_(middleware_depth) {
+  if (process_depth > 0) process_.emplace(process_depth);
+}
+
+void Inbox::announce(Source source, std::size_t count, int entity) noexcept {
+  const bool is_earlier = registering_.load() == std::this_thread::get_id();
+  Arrival arrival{.entity = entity};
+  if (!is_earlier) {
+    arrival.monotonic_ns = cie::scheduling::monotonic_now();
+    arrival.realtime_ns = realtime_now();
+  }
+  const std::lock_guard lock{mutex_};
+  for (; count > 0; --count) {
+    queue(source).add(arrival);
+    if (trace_ != nullptr) trace_->release(overwritten());
+  }
+  if (sink_ != nullptr) sink_->on_ready(*callback_);
+}
+
+void Inbox::set_target(cie::scheduling::ReadySink* sink,
+                       cie::scheduling::Callback* callback) noexcept {
+  const std::lock_guard lock{mutex_};
+  sink_ = sink;
+  callback_ = callback;
+}
+
+void Inbox::set_trace(cie::trace::Callback* trace) noexcept {
+  const std::lock_guard lock{mutex_};
+  trace_ = trace;
+}
+
+void Inbox::wake() noexcept {
+  const std::lock_guard lock{mutex_};
+  if (sink_ != nullptr) sink_->on_ready(*callback_);
+}
+
+std::optional<Inbox::Taken> Inbox::take() noexcept {
+  Source source = Source::middleware;
+  if (process_) {
+    const auto theirs = middleware_.oldest();
+    const auto ours = process_->oldest();
+    if (ours && (!theirs || *ours < *theirs)) source = Source::process;
+  }
+  const auto arrival = queue(source).take();
+  if (!arrival) return std::nullopt;
+  return Taken{.source = source, .arrival = *arrival};
+}
+
+std::optional<Arrival> Inbox::take_later(Source source) noexcept {
+  return queue(source).take_later();
+}
+
+std::uint64_t Inbox::queued() const noexcept {
+  return middleware_.queued() + (process_ ? process_->queued() : 0);
+}
+
+std::uint64_t Inbox::overwritten() const noexcept {
+  return middleware_.overwritten() + (process_ ? process_->overwritten() : 0);
+}
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,41 @@
+// What rclcpp serves for itself, on a thread beside those of callbacks.
+#pragma once
+
+#include <cie/scheduling/background_server.hpp>
+
+#include "entity.hpp"
+#include "entity_callback.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <functional>
+#include <memory>
+
+namespace cie_rclcpp {
+
+// The thread of it, and what it needs to know of its executor.
+struct InternalServer {
+  // Told of what a function of the user's threw there, such as a parameter's.
+  std::function<void(std::exception_ptr)> on_failure;
+  std::atomic<bool> is_open{false};  // while the executor spins
+  cie::scheduling::BackgroundServer thread{"cie-rclcpp"};
+};
+
+// Parameter services, /parameter_events and the like: no callback of the user's, none in the trace.
+class InternalEndpoint final : public cie::scheduling::BackgroundServer::Endpoint {
+ public:
+  // Listens from now on. Throws what rclcpp throws.
+  InternalEndpoint(std::shared_ptr<InternalServer> server, std::unique_ptr<Entity> entity,
+                   const OnGone& on_gone);
+  ~InternalEndpoint() override;
+
+  void serve() noexcept override;
+
+ private:
+  const std::shared_ptr<InternalServer> server_;
+  const std::unique_ptr<Entity> entity_;
+  const std::shared_ptr<std::atomic<std::uint64_t>> waiting_;
+};
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,302 @@
+#include "served_node.hpp"
+
+#include <cie/tracepoints/logical_id.hpp>
+
+#include "distributions.hpp"
+#include "entity_callback.hpp"
+#include "timer_callback.hpp"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include <rclcpp/logging.hpp>
+
+namespace cie_rclcpp {
+namespace {
+
+using cie::CallbackKind;
+using cie::GroupType;
+using cie::scheduling::GroupState;
+
+bool is_same(const std::weak_ptr<void>& one, const std::weak_ptr<void>& other) {
+  return !one.owner_before(other) && !other.owner_before(one);
+}
+
+void listen(rclcpp::GuardCondition& condition, OnGone on_change) {
+  condition.set_on_trigger_callback(
+      [on_change = std::move(on_change)](std::size_t) { on_change(); });
+}
+
+std::int64_t period_of(const rclcpp::TimerBase::SharedPtr& timer) {
+  std::int64_t period = 0;
+  if (rcl_timer_get_period(timer->get_timer_handle().get(), &period) != RCL_RET_OK) {
+    rcl_reset_error();
+  }
+  return period;
+}
+
+}  // namespace
+
+ServedNode::ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
+                       OnGone on_change)
+    : node_(node),
+      name_(node->get_fully_qualified_name()),
+      server_(std::move(server)),
+      on_change_(std::move(on_change)),
+      trace_(name_) {}
+
+ServedNode::~ServedNode() {
+  remove_whole();
+  release_groups([](const Group&) { return true; });
+}
+
+Callbacks ServedNode::callbacks() const {
+  const std::lock_guard lock{mutex_};
+  Callbacks all;
+  for (const Group& group : groups_) {
+    for (const Served& served : group.served) {
+      if (served.callback) all.push_back(served.callback);
+    }
+  }
+  return all;
+}
+
+std::vector<cie::scheduling::AnnouncedThread> ServedNode::workers() const {
+  return {{.name = "cie-rclcpp", .trace = server_->thread.thread()}};
+}
+
+// --- groups ---------------------------------------------------------------------------------------
+
+void ServedNode::claim(Group group) {
+  const auto claimed = group.group.lock();
+  if (claimed->get_associated_with_executor_atomic().exchange(true)) {
+    throw std::runtime_error{"Callback group has already been added to an executor."};
+  }
+  groups_.push_back(std::move(group));
+}
+
+void ServedNode::add_whole() {
+  const auto node = node_.lock();
+  if (node->get_associated_with_executor_atomic().exchange(true)) {
+    throw std::runtime_error{"Node '" + name_ + "' has already been added to an executor."};
+  }
+  const std::lock_guard lock{mutex_};
+  is_whole_ = true;
+  listen(node->get_notify_guard_condition(), on_change_);
+}
+
+void ServedNode::add_group(const rclcpp::CallbackGroup::SharedPtr& group) {
+  const std::lock_guard lock{mutex_};
+  Group added{.group = group, .added = Added::by_hand};
+  if (const auto node = node_.lock()) added.notice = notice_of(*group, node->get_context());
+  claim(std::move(added));
+  if (const auto& notice = groups_.back().notice) listen(*notice, on_change_);
+}
+
+template <typename Condition>
+Callbacks ServedNode::release_groups(Condition condition) {
+  std::vector<Group> released;
+  {
+    const std::lock_guard lock{mutex_};
+    const auto stay = std::stable_partition(groups_.begin(), groups_.end(),
+                                            [&](const Group& group) { return !condition(group); });
+    std::move(stay, groups_.end(), std::back_inserter(released));
+    groups_.erase(stay, groups_.end());
+  }
+  Callbacks callbacks;
+  for (Group& group : released) {
+    if (group.notice) group.notice->set_on_trigger_callback(nullptr);
+    if (const auto alive = group.group.lock()) {
+      alive->get_associated_with_executor_atomic().store(false);
+    }
+    for (Served& served : group.served) {
+      if (served.callback) callbacks.push_back(std::move(served.callback));
+    }
+  }
+  return callbacks;
+}
+
+Callbacks ServedNode::remove_whole() {
+  {
+    const std::lock_guard lock{mutex_};
+    if (!is_whole_) return {};
+    is_whole_ = false;
+  }
+  if (const auto node = node_.lock()) {
+    node->get_notify_guard_condition().set_on_trigger_callback(nullptr);
+    node->get_associated_with_executor_atomic().store(false);
+  }
+  return release_groups([](const Group& group) { return group.added == Added::with_node; });
+}
+
+Callbacks ServedNode::remove_group(const rclcpp::CallbackGroup& group) {
+  return release_groups([&group](const Group& each) { return each.group.lock().get() == &group; });
+}
+
+bool ServedNode::is_whole() const {
+  const std::lock_guard lock{mutex_};
+  return is_whole_;
+}
+
+bool ServedNode::is_empty() const {
+  const std::lock_guard lock{mutex_};
+  return !is_whole_ && groups_.empty();
+}
+
+std::vector<rclcpp::CallbackGroup::WeakPtr> ServedNode::groups(Added added) const {
+  const std::lock_guard lock{mutex_};
+  std::vector<rclcpp::CallbackGroup::WeakPtr> found;
+  for (const Group& group : groups_) {
+    if (group.added == added) found.push_back(group.group);
+  }
+  return found;
+}
+
+// --- what came and went ---------------------------------------------------------------------------
+
+ServedNode::Changes ServedNode::look() {
+  const std::lock_guard lock{mutex_};
+  Changes changes;
+  if (is_whole_) find_groups();
+  for (Group& group : groups_) {
+    find_entities(group, changes.came);
+    for (Served& served : group.served) {
+      if (served.entity.expired() && served.callback) changes.gone.push_back(served.callback);
+    }
+    std::erase_if(group.served, [](const Served& served) { return served.entity.expired(); });
+  }
+  std::erase_if(groups_, [](const Group& group) { return group.group.expired(); });
+  return changes;
+}
+
+void ServedNode::find_groups() {
+  const auto node = node_.lock();
+  if (!node) return;
+  node->for_each_callback_group([this](const rclcpp::CallbackGroup::SharedPtr& group) {
+    if (!group->automatically_add_to_executor_with_node() ||
+        group->get_associated_with_executor_atomic().load()) {
+      return;
+    }
+    claim({.group = group});
+  });
+}
+
+template <typename EntityPtr, typename Serve>
+void ServedNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
+  const bool is_known = std::ranges::any_of(
+      group.served, [&](const Served& served) { return is_same(served.entity, entity); });
+  if (is_known) return;
+  Served served;
+  try {
+    served = serve();
+  } catch (const std::exception& error) {
+    // A waitable that cannot tell that it is ready, for example. Once, because it is known now.
+    RCLCPP_ERROR(
+        rclcpp::get_logger("cie_rclcpp"),
+        "a callback of node %s is not served, because rclcpp cannot tell when it is ready: "
+        "%s",
+        name_.c_str(), error.what());
+  }
+  served.entity = entity;
+  group.served.push_back(std::move(served));
+}
+
+void ServedNode::find_entities(Group& group, Callbacks& came) {
+  const auto alive = group.group.lock();
+  if (!alive) return;
+  const std::size_t before = group.served.size();
+  std::set<const rclcpp::Waitable*> of_subscriptions;
+  std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions;
+  std::vector<rclcpp::ServiceBase::SharedPtr> services;
+  std::vector<rclcpp::ClientBase::SharedPtr> clients;
+  std::vector<rclcpp::TimerBase::SharedPtr> timers;
+  std::vector<rclcpp::Waitable::SharedPtr> waitables;
+  const auto into = [](auto& list) { return [&list](const auto& each) { list.push_back(each); }; };
+  alive->collect_all_ptrs(into(subscriptions), into(services), into(clients), into(timers),
+                          into(waitables));
+  for (const auto& timer : timers)
+    serve_new(group, timer, [&] { return as_timer(group, timer); });
+  for (const auto& subscription : subscriptions) {
+    of_subscriptions.insert(subscription->get_intra_process_waitable().get());
+    serve_new(group, subscription, [&] {
+      const std::string_view topic = subscription->get_topic_name();
+      const bool is_own = topic == "/clock" || (topic == "/parameter_events" &&
+                                                !std::exchange(group.has_own_events, true));
+      return is_own ? as_internal(make_entity(subscription))
+                    : as_callback(group, make_entity(subscription));
+    });
+  }
+  for (const auto& service : services) {
+    serve_new(group, service, [&] {
+      return is_internal_service(service->get_service_name())
+                 ? as_internal(make_entity(service))
+                 : as_callback(group, make_entity(service));
+    });
+  }
+  for (const auto& client : clients)
+    serve_new(group, client, [&] { return as_callback(group, make_entity(client)); });
+  for (const auto& waitable : waitables) {
+    if (of_subscriptions.contains(waitable.get())) continue;
+    serve_new(group, waitable, [&] {
+      return is_default_event_handler(*waitable) ? as_internal(make_entity(waitable))
+                                                 : as_callback(group, make_entity(waitable));
+    });
+  }
+  for (std::size_t i = before; i < group.served.size(); ++i) {
+    if (group.served[i].callback) came.push_back(group.served[i].callback);
+  }
+}
+
+// Those that rclcpp's nodes offer by themselves. Since Iron one tells of types.
+bool ServedNode::is_internal_service(const std::string& service) const {
+  static constexpr std::array<std::string_view, 7> kOwn{
+      "describe_parameters",      "get_parameter_types", "get_parameters",
+      "get_type_description",     "list_parameters",     "set_parameters",
+      "set_parameters_atomically"};
+  const std::string_view text{service};
+  return text.size() > name_.size() + 1 && text.starts_with(name_) && text[name_.size()] == '/' &&
+         std::ranges::find(kOwn, text.substr(name_.size() + 1)) != kOwn.end();
+}
+
+// --- as callbacks ---------------------------------------------------------------------------------
+
+std::shared_ptr<GroupState> ServedNode::state_of(Group& group) {
+  if (!group.state) {
+    const bool is_reentrant = group.group.lock()->type() == rclcpp::CallbackGroupType::Reentrant;
+    group.state = std::make_shared<GroupState>(
+        trace_.id(), is_reentrant ? GroupType::reentrant : GroupType::mutually_exclusive);
+  }
+  return group.state;
+}
+
+ServedNode::Served ServedNode::as_callback(Group& group, std::unique_ptr<Entity> entity) {
+  const auto state = state_of(group);
+  cie::trace::CallbackInfo info{.group = state->id(), .node = trace_.id(), .kind = entity->kind()};
+  const std::string name = entity->name();
+  info.logical_id = cie::trace::unique_logical_id(cie::logical_id(name_, info.kind, name));
+  info.source = name;
+  info.queue_depth = static_cast<std::uint32_t>(entity->depth());
+  return {.callback = std::make_shared<EntityCallback>(state, std::move(info), std::move(entity),
+                                                       on_change_)};
+}
+
+ServedNode::Served ServedNode::as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer) {
+  const auto state = state_of(group);
+  const std::int64_t period = period_of(timer);
+  cie::trace::CallbackInfo info{
+      .group = state->id(), .node = trace_.id(), .kind = CallbackKind::timer};
+  info.logical_id = cie::trace::unique_logical_id(
+      cie::logical_id(name_, CallbackKind::timer, std::to_string(period)));
+  info.period_ns = static_cast<std::uint64_t>(period);
+  return {.callback = std::make_shared<TimerCallback>(state, std::move(info), timer, on_change_)};
+}
+
+ServedNode::Served ServedNode::as_internal(std::unique_ptr<Entity> entity) {
+  return {.internal = std::make_unique<InternalEndpoint>(server_, std::move(entity), on_change_)};
+}
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,101 @@
+// A node of rclcpp, or some of its callback groups, as an executor of cie serves it.
+#pragma once
+
+#include <cie/scheduling/served_node.hpp>
+#include <cie/tracepoints/trace.hpp>
+
+#include "internal_endpoint.hpp"
+
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <rclcpp/callback_group.hpp>
+#include <rclcpp/guard_condition.hpp>
+#include <rclcpp/node_interfaces/node_base_interface.hpp>
+
+namespace cie_rclcpp {
+
+using NodeBase = rclcpp::node_interfaces::NodeBaseInterface;
+using Callbacks = std::vector<std::shared_ptr<cie::scheduling::Callback>>;
+
+// Users create callbacks with rclcpp and drop them; look() finds out. Thread-safe.
+class ServedNode final : public cie::scheduling::ServedNode {
+ public:
+  // `on_change` is told, from any thread, that it is worth to look.
+  ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
+             OnGone on_change);
+  ~ServedNode() override;
+
+  const std::string& name() const noexcept override { return name_; }
+  Callbacks callbacks() const override;
+  std::vector<cie::scheduling::AnnouncedThread> workers() const override;
+  void join(std::shared_ptr<cie::scheduling::ExecutorCore>) override {}
+  void leave() override {}
+
+  bool is_of(const NodeBase& node) const { return node_.lock().get() == &node; }
+  bool has_gone() const { return node_.expired(); }
+
+  // All groups that go with the node, now and later. Throws std::runtime_error, in rclcpp's words, if
+  // the node has an executor.
+  void add_whole();
+  // One group. Likewise.
+  void add_group(const rclcpp::CallbackGroup::SharedPtr& group);
+  // Undoes these; returns the callbacks that are no longer served, which the caller ends.
+  Callbacks remove_whole();
+  Callbacks remove_group(const rclcpp::CallbackGroup& group);
+  bool is_whole() const;
+  bool is_empty() const;  // nothing was added, or everything removed
+
+  // What came and went since the last time.
+  struct Changes {
+    Callbacks came;
+    Callbacks gone;
+  };
+  Changes look();
+
+  enum class Added : std::uint8_t { by_hand, with_node };
+  std::vector<rclcpp::CallbackGroup::WeakPtr> groups(Added added) const;
+
+ private:
+  // Something of a group that is served: as a callback, or internally.
+  struct Served {
+    std::weak_ptr<void> entity{};
+    std::shared_ptr<cie::scheduling::Callback> callback{};
+    std::unique_ptr<InternalEndpoint> internal{};
+  };
+  struct Group {
+    std::weak_ptr<rclcpp::CallbackGroup> group;
+    Added added = Added::with_node;
+    std::shared_ptr<rclcpp::GuardCondition> notice{};      // of a group that was added by hand
+    std::shared_ptr<cie::scheduling::GroupState> state{};  // from its first callback on
+    std::vector<Served> served{};
+    bool has_own_events = false;  // rclcpp's subscription to /parameter_events was found
+  };
+
+  // All with mutex_ held.
+  void claim(Group group);
+  void find_groups();
+  void find_entities(Group& group, Callbacks& came);
+  template <typename EntityPtr, typename Serve>
+  void serve_new(Group& group, const EntityPtr& entity, Serve serve);
+  std::shared_ptr<cie::scheduling::GroupState> state_of(Group& group);
+  Served as_callback(Group& group, std::unique_ptr<Entity> entity);
+  Served as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer);
+  Served as_internal(std::unique_ptr<Entity> entity);
+  bool is_internal_service(const std::string& service) const;
+  template <typename Condition>
+  Callbacks release_groups(Condition condition);
+
+  const std::weak_ptr<NodeBase> node_;
+  const std::string name_;
+  const std::shared_ptr<InternalServer> server_;
+  const OnGone on_change_;
+  cie::trace::Node trace_;
+  mutable std::mutex mutex_;  // of what follows
+  bool is_whole_ = false;
+  std::vector<Group> groups_;
+};
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,151 @@
+#include "timer_callback.hpp"
+
+#include <cie/scheduling/clock.hpp>
+
+#include "distributions.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include <rcl/error_handling.h>
+#include <rcl/time.h>
+#include <rcl/timer.h>
+
+namespace cie_rclcpp {
+namespace {
+
+using cie::ReleaseKind;
+using cie::scheduling::kNever;
+using cie::scheduling::monotonic_now;
+
+// A timer's clock is a protected member of its base.
+class ClockOf : public rclcpp::TimerBase {
+ public:
+  static rclcpp::Clock::SharedPtr get(const rclcpp::TimerBase& timer) {
+    return timer.*(&ClockOf::clock_);
+  }
+};
+
+std::int64_t period_of(const rcl_timer_t& timer) {
+  std::int64_t period = 0;
+  if (rcl_timer_get_period(&timer, &period) != RCL_RET_OK) rcl_reset_error();
+  return std::max<std::int64_t>(period, 1);
+}
+
+// Whether time is what somebody publishes on /clock.
+bool is_simulated(const rcl_timer_t& timer) noexcept {
+  rcl_clock_t* clock = nullptr;
+  bool is_enabled = false;
+  if (rcl_timer_clock(const_cast<rcl_timer_t*>(&timer), &clock) != RCL_RET_OK ||
+      clock->type != RCL_ROS_TIME ||
+      rcl_is_enabled_ros_time_override(clock, &is_enabled) != RCL_RET_OK) {
+    return false;
+  }
+  return is_enabled;
+}
+
+}  // namespace
+
+TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
+                             cie::trace::CallbackInfo info,
+                             const rclcpp::TimerBase::SharedPtr& timer, OnGone on_gone)
+    : Callback(std::move(group), std::move(info)),
+      timer_(timer),
+      handle_(timer->get_timer_handle()),
+      period_ns_(period_of(*handle_)),
+      on_gone_(std::move(on_gone)),
+      is_steady_(timer->is_steady()),
+      inbox_(std::make_shared<Inbox>(1, 0)),
+      grid_(period_ns_) {
+  tells_reset_ = tell_of_reset(
+      *timer, [inbox = inbox_, gone = farewell(on_gone_)](std::size_t) { inbox->wake(); });
+  if (is_steady_) {
+    if (time_until_next_call() < kNever) grid_.begin(measured_next());
+    return;
+  }
+  rcl_jump_threshold_t any_step{};
+  any_step.on_clock_change = true;
+  any_step.min_forward.nanoseconds = 1;
+  any_step.min_backward.nanoseconds = -1;
+  jumps_ = ClockOf::get(*timer)->create_jump_callback(
+      nullptr, [inbox = inbox_](const rcl_time_jump_t&) { inbox->wake(); }, any_step);
+}
+
+// kNever: it was cancelled.
+std::int64_t TimerCallback::time_until_next_call() const noexcept {
+  bool is_cancelled = false;
+  std::int64_t until = 0;
+  if (rcl_timer_is_canceled(handle_.get(), &is_cancelled) != RCL_RET_OK || is_cancelled ||
+      rcl_timer_get_time_until_next_call(handle_.get(), &until) != RCL_RET_OK) {
+    rcl_reset_error();
+    return kNever;
+  }
+  return until;
+}
+
+std::int64_t TimerCallback::next_due() const noexcept {
+  const std::int64_t until = time_until_next_call();
+  if (until == kNever) {
+    if (timer_.expired()) {
+      on_gone_();
+      return kNever;
+    }
+    return tells_reset_ ? kNever : monotonic_now() + period_ns_;
+  }
+  if (!is_steady_ && is_simulated(*handle_)) return kNever;  // a step of that clock tells
+  // Read after rcl read it, so that the thread does not wake too early by what lies between.
+  const std::int64_t now = monotonic_now();
+  return until < kNever - now ? now + until : kNever;
+}
+
+// rcl reads the clock between two readings of ours: the closest pair of a few says it best.
+std::int64_t TimerCallback::measured_next() const noexcept {
+  std::int64_t next = 0;
+  std::int64_t narrowest = std::numeric_limits<std::int64_t>::max();
+  for (int attempt = 0; attempt < 8 && narrowest > 200; ++attempt) {
+    const std::int64_t before = monotonic_now();
+    const std::int64_t until = time_until_next_call();
+    const std::int64_t after = monotonic_now();
+    if (until == kNever || after - before >= narrowest) continue;
+    narrowest = after - before;
+    next = before + (after - before) / 2 + until;
+  }
+  return next;
+}
+
+void TimerCallback::serve(cie::scheduling::ReadySink* sink) { inbox_->set_target(sink, this); }
+
+cie::trace::Callback::Release TimerCallback::release() noexcept {
+  if (!is_steady_) return {.kind = ReleaseKind::timer};
+  const std::int64_t next = measured_next();
+  if (next == 0) return {.kind = ReleaseKind::timer};  // cancelled just now
+  const TimerExpiry expiry = grid_.on_call(next);
+  return {.kind = ReleaseKind::timer, .release_ns = expiry.expiry_ns, .missed = expiry.missed};
+}
+
+bool TimerCallback::run_one() {
+  const auto timer = timer_.lock();
+  if (!timer) {
+    on_gone_();
+    return false;
+  }
+  std::optional<Instance> instance;
+  std::unique_lock lock{mutex_};
+  if (time_until_next_call() > 0) return false;
+  return call_timer(*timer, [&] {
+    const auto released = release();
+    lock.unlock();
+    instance.emplace(*this, released);
+  });
+}
+
+void TimerCallback::dispose() noexcept {
+  inbox_->set_target(nullptr, nullptr);
+  jumps_.reset();
+  if (const auto timer = timer_.lock()) end_telling_of_reset(*timer);
+}
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,52 @@
+// A timer of rclcpp as a callback that an executor of cie runs.
+#pragma once
+
+#include <cie/scheduling/callback.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
+
+#include "entity_callback.hpp"
+#include "inbox.hpp"
+#include "timer_grid.hpp"
+
+#include <cstdint>
+#include <memory>
+
+#include <rclcpp/clock.hpp>
+#include <rclcpp/timer.hpp>
+
+namespace cie_rclcpp {
+
+// Releases are the expiries of a steady timer, exactly. Those of a timer on ROS or system time are
+// not known on CLOCK_MONOTONIC, and so are not said.
+class TimerCallback final : public cie::scheduling::Callback {
+ public:
+  TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group, cie::trace::CallbackInfo info,
+                const rclcpp::TimerBase::SharedPtr& timer, OnGone on_gone);
+  ~TimerCallback() override { end(); }
+
+  // Of a timer that was cancelled: a period from now, where its reset() would not tell us.
+  std::int64_t next_due() const noexcept override;
+  void serve(cie::scheduling::ReadySink* sink) override;
+  bool has_queue() const noexcept override { return false; }
+  bool has_timer() const noexcept override { return true; }
+
+ private:
+  bool run_one() override;
+  void dispose() noexcept override;
+  std::int64_t time_until_next_call() const noexcept;
+  std::int64_t measured_next() const noexcept;
+  cie::trace::Callback::Release release() noexcept;
+
+  const std::weak_ptr<rclcpp::TimerBase> timer_;
+  const std::shared_ptr<const rcl_timer_t> handle_;
+  const std::int64_t period_ns_;
+  const OnGone on_gone_;
+  const bool is_steady_;
+  const std::shared_ptr<Inbox> inbox_;  // for its target alone
+  bool tells_reset_ = false;
+  rclcpp::JumpHandler::SharedPtr jumps_;
+  cie::PriorityMutex mutex_;  // of what follows, and of taking an expiry
+  TimerGrid grid_;
+};
+
+}  // namespace cie_rclcpp

@@ -1,0 +1,54 @@
+// The expiries of rcl's timer, which rcl tells only as a remaining time.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <limits>
+#include <optional>
+
+namespace cie_rclcpp {
+
+struct TimerExpiry {
+  std::int64_t expiry_ns = 0;
+  std::uint32_t missed = 0;
+};
+
+// rcl moves a timer by whole periods: its expiries lie on a grid until somebody resets it. A measured
+// expiry within 20 µs of the grid (or a quarter of the period) is that instant of the grid, so that
+// the error is that of the first measurement for ever; another one begins a new grid.
+class TimerGrid {
+ public:
+  explicit TimerGrid(std::int64_t period_ns) noexcept
+      : period_ns_(std::max<std::int64_t>(period_ns, 1)) {}
+
+  // Knows where the grid lies before the first expiry.
+  void begin(std::int64_t next_ns) noexcept { anchor_ns_ = next_ns - period_ns_; }
+
+  // The instance that was just called for; `next_ns`: the expiry after it, as measured.
+  TimerExpiry on_call(std::int64_t next_ns) noexcept {
+    const std::int64_t measured = next_ns - period_ns_;
+    const std::int64_t tolerance = std::min<std::int64_t>(20'000, period_ns_ / 4);
+    if (anchor_ns_) {
+      const std::int64_t periods = (measured - *anchor_ns_ + period_ns_ / 2) / period_ns_;
+      const std::int64_t expiry = *anchor_ns_ + periods * period_ns_;
+      if (periods >= 1 && std::abs(measured - expiry) <= tolerance) {
+        anchor_ns_ = expiry;
+        return {.expiry_ns = expiry, .missed = limited(periods - 1)};
+      }
+    }
+    anchor_ns_ = measured;
+    return {.expiry_ns = measured, .missed = 0};
+  }
+
+ private:
+  static std::uint32_t limited(std::int64_t missed) noexcept {
+    constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+    return static_cast<std::uint32_t>(std::min(missed, kMost));
+  }
+
+  std::int64_t period_ns_;
+  std::optional<std::int64_t> anchor_ns_;  // the latest expiry
+};
+
+}  // namespace cie_rclcpp
