@@ -24,8 +24,15 @@ namespace cie_rclcpp {
 
 #if __has_include(<rclcpp/event_handler.hpp>)
 using QosEventHandler = rclcpp::EventHandlerBase;
+inline constexpr bool kOwnHandlersAreFunctions = true;
+// Whether a waitable's notice is whole from the first on. In Humble, set_on_ready_callback() gives the
+// middleware a lambda where it expects a std::function, for as long as it takes to put the function
+// beside it: called meanwhile, or at once for what came before, a notice has its count and no number.
+inline constexpr bool kNoticesAreWhole = true;
 #else
 using QosEventHandler = rclcpp::QOSEventHandlerBase;
+inline constexpr bool kOwnHandlersAreFunctions = false;
+inline constexpr bool kNoticesAreWhole = false;
 #endif
 
 // Takes the expiry off rcl's timer and runs the user's function between `begin` and the return. Since

@@ -2,6 +2,7 @@
 
 #include "distributions.hpp"
 
+#include <atomic>
 #include <cstdlib>
 #include <exception>
 #include <typeinfo>
@@ -247,11 +248,15 @@ class WaitableEntity final : public Entity {
   std::string name() const override { return name_; }
   cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::waitable; }
   void connect(Notice notice) override {
-    if (const auto waitable = waitable_.lock()) {
-      waitable->set_on_ready_callback([notice = std::move(notice)](std::size_t count, int entity) {
-        notice(Inbox::Source::middleware, count, entity);
-      });
-    }
+    const auto waitable = waitable_.lock();
+    if (!waitable) return;
+    const auto is_partial = std::make_shared<std::atomic<bool>>(!kNoticesAreWhole);
+    // The number by reference, so that one that is not there is not read.
+    waitable->set_on_ready_callback(
+        [notice = std::move(notice), is_partial](std::size_t count, const int& entity) {
+          notice(Inbox::Source::middleware, count, is_partial->load() ? kAnyEntity : entity);
+        });
+    is_partial->store(false);
   }
   void disconnect() noexcept override {
     if (const auto waitable = waitable_.lock()) {
@@ -262,6 +267,7 @@ class WaitableEntity final : public Entity {
   bool run_next(Inbox::Source, int entity, const Begin& begin) override {
     const auto waitable = waitable_.lock();
     if (!waitable) return false;
+    if (entity == kAnyEntity && !is_event_) return run_all(*waitable, begin);
     auto data = waitable->take_data_by_entity_id(static_cast<std::size_t>(entity));
     if (is_event_ && !data) return false;
     begin(0);
@@ -270,6 +276,19 @@ class WaitableEntity final : public Entity {
   }
 
  private:
+  static constexpr int kAnyEntity = -1;
+  static constexpr std::size_t kMostEntities = 5;  // an action client's
+
+  // One of them is ready, and it is not known which: an action's ignore a take that brings nothing.
+  static bool run_all(rclcpp::Waitable& waitable, const Begin& begin) {
+    begin(0);
+    for (std::size_t each = 0; each < kMostEntities; ++each) {
+      auto data = waitable.take_data_by_entity_id(each);
+      if (data) execute_waitable(waitable, data);
+    }
+    return true;
+  }
+
   const std::weak_ptr<rclcpp::Waitable> waitable_;
   const std::string name_;
   const bool is_event_;
@@ -290,10 +309,14 @@ std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable)
   return std::make_unique<WaitableEntity>(waitable);
 }
 
-// A user's handler is kept as a std::function, rclcpp's own as the lambda that it is.
+// A user's handler is kept as a std::function. So is rclcpp's own since Iron, which only warns of
+// what is incompatible.
 bool is_default_event_handler(const rclcpp::Waitable& waitable) {
-  return dynamic_cast<const QosEventHandler*>(&waitable) != nullptr &&
-         demangled(typeid(waitable)).find("std::function<") == std::string::npos;
+  if (dynamic_cast<const QosEventHandler*>(&waitable) == nullptr) return false;
+  const std::string name = demangled(typeid(waitable));
+  const bool is_function = name.find("std::function<") != std::string::npos;
+  return !is_function ||
+         (kOwnHandlersAreFunctions && name.find("incompatible") != std::string::npos);
 }
 
 }  // namespace cie_rclcpp

@@ -51,7 +51,8 @@ std::unique_ptr<Entity> make_entity(const rclcpp::ServiceBase::SharedPtr& servic
 std::unique_ptr<Entity> make_entity(const rclcpp::ClientBase::SharedPtr& client);
 std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable);
 
-// Whether the waitable is a handler of QoS events that rclcpp made itself, which only warns.
+// Whether the waitable is a handler of QoS events that rclcpp made itself, which only warns. Since Iron
+// a user's handler of incompatible QoS or type cannot be told from it.
 bool is_default_event_handler(const rclcpp::Waitable& waitable);
 
 }  // namespace cie_rclcpp
