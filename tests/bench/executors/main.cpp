@@ -1,6 +1,4 @@
-// cie-bench-executors: what one message costs under each executor.
-#include <cie/executor/executor.hpp>
-
+// cie-bench-executors and cie-bench-rclcpp: what one message costs under each executor.
 #include "measurement.hpp"
 #include "table.hpp"
 #include "workload.hpp"
@@ -8,6 +6,7 @@
 #include <chrono>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,7 +18,7 @@ namespace bench {
 namespace {
 
 struct Settings {
-  std::vector<std::string> executors{cie::kExecutorNames.begin(), cie::kExecutorNames.end()};
+  std::vector<std::string> executors = executor_names();
   std::vector<std::string> policies{"fifo", "other"};
   std::vector<std::string> placements{"intra", "inter"};
   std::vector<std::string> phases{"staggered", "aligned"};
@@ -101,10 +100,9 @@ int main(int argc, char** argv) {
 and context switches of all threads of all processes (those of DDS too), CPU time, and the
 )"
       "time from publish to callback. System calls need root and tracefs."};
-  app.name("cie-bench-executors");
+  app.name(std::filesystem::path{argv[0]}.filename());
   app.add_option("--executors", settings.executors)
-      ->check(CLI::IsMember(
-          std::vector<std::string>(cie::kExecutorNames.begin(), cie::kExecutorNames.end())))
+      ->check(CLI::IsMember(bench::executor_names()))
       ->delimiter(',');
   app.add_option("--paths", settings.placements, "intra: one process, inter: two")
       ->check(CLI::IsMember({"intra", "inter"}))
@@ -137,7 +135,7 @@ and context switches of all threads of all processes (those of DDS too), CPU tim
   try {
     return bench::run(settings);
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "cie-bench-executors: %s\n", error.what());
+    std::fprintf(stderr, "%s: %s\n", argv[0], error.what());
     return 2;
   }
 }

@@ -9,12 +9,6 @@
 namespace bench {
 namespace {
 
-// The published callback-isolated executor over rclcpp of Humble, N = 8, spread phases: system
-// calls per message that were measured on a machine of two CPUs.
-constexpr unsigned kPublishedPairs = 8;
-constexpr double kPublishedInter = 8.2;
-constexpr double kPublishedIntra = 5.0;
-
 const char* name_of(Placement placement) {
   return placement == Placement::intra ? "intra" : "inter";
 }
@@ -74,9 +68,6 @@ void print_ratios_of(const Row& isolated, const std::map<std::string, const Row*
     print_cell(ratio(calls, other.per_message(other.counts.system_calls)));
     print_cell(ratio(switches, other.per_message(other.counts.context_switches)));
   }
-  if (w.pairs == kPublishedPairs && w.phases == Phases::staggered) {
-    print_cell(ratio(calls, w.placement == Placement::intra ? kPublishedIntra : kPublishedInter));
-  }
   std::printf("\n");
 }
 
@@ -127,14 +118,11 @@ void print_ratios(const std::vector<Row>& rows) {
     if (name != "isolated" && std::ranges::find(names, name) == names.end()) names.push_back(name);
   }
   if (names.empty()) return;
-  std::printf(
-      "\nisolated as a multiple of (system calls, context switches; last: system calls of "
-      "the published\ncallback-isolated executor, %.1f inter and %.1f intra at N = %u)\n",
-      kPublishedInter, kPublishedIntra, kPublishedPairs);
+  std::printf("\nisolated as a multiple of (system calls, context switches)\n");
   std::printf("%-6s %-5s %-9s %5s", "policy", "path", "phases", "N");
   for (const auto& name : names)
     std::printf(" %19s", name.c_str());
-  std::printf(" %9s\n", "published");
+  std::printf("\n");
   for (const auto& isolated : rows) {
     if (isolated.workload.executor != "isolated") continue;
     std::map<std::string, const Row*> others;

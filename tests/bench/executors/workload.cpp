@@ -103,6 +103,10 @@ struct Subscribing {
 
 }  // namespace
 
+std::vector<std::string> executor_names() {
+  return {cie::kExecutorNames.begin(), cie::kExecutorNames.end()};
+}
+
 void run_part(const Workload& workload, Part part, const std::string& tag, Board& board) {
   become_real_time(workload.fifo_priority);
   const cie::Context context{{.domain = 99,

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace bench {
 
@@ -16,7 +17,7 @@ enum class Phases : std::uint8_t { aligned, staggered };
 enum class Passing : std::uint8_t { copy, pointer, serialized, shared };
 
 struct Workload {
-  std::string executor = "isolated";  // one of cie::kExecutorNames
+  std::string executor = "isolated";  // one of executor_names()
   Placement placement = Placement::intra;
   Phases phases = Phases::staggered;
   unsigned pairs = 8;  // timers, and subscriptions
@@ -27,6 +28,9 @@ struct Workload {
   bool best_effort = false;
   int fifo_priority = 50;  // 0: as started
 };
+
+// Of which this program has the workload.
+std::vector<std::string> executor_names();
 
 // What the measured processes tell the measuring one, in memory that they share.
 struct Board {
