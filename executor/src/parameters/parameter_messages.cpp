@@ -133,13 +133,17 @@ void fill_parameters(Sequence& sequence, const std::vector<Parameter>& parameter
 
 // --- services ---------------------------------------------------------------------------------
 
-// What is not declared is "not set", as in ROS 2.
-ParameterValue value_or_nothing(const ParameterStore& store, const std::string& name) {
+// What `read` says of each name; as in rclcpp nothing at all if one of them is not declared.
+template <typename Read>
+auto of_all(const std::vector<std::string>& names, Read read) {
+  std::vector<decltype(read(names.front()))> all;
   try {
-    return store.get(name);
+    for (const std::string& name : names)
+      all.push_back(read(name));
   } catch (const ParameterError&) {
-    return {};
+    all.clear();
   }
+  return all;
 }
 
 SetParametersResult set(ParameterStore& store, const std::vector<Parameter>& parameters) {
@@ -159,19 +163,21 @@ void fill_result(rcl_interfaces_msg_SetParametersResult& message,
 }
 
 void get_parameters(ParameterStore& store, const void* request, void* response) {
-  const auto names =
-      texts(static_cast<const rcl_interfaces_srv_GetParameters_Request*>(request)->names);
+  const auto found =
+      of_all(texts(static_cast<const rcl_interfaces_srv_GetParameters_Request*>(request)->names),
+             [&store](const std::string& name) { return store.get(name); });
   auto& values = static_cast<rcl_interfaces_srv_GetParameters_Response*>(response)->values;
-  fill_sequence(values, names.size());
-  for (std::size_t i = 0; i < names.size(); ++i)
-    fill_value(values._buffer[i], value_or_nothing(store, names[i]));
+  fill_sequence(values, found.size());
+  for (std::size_t i = 0; i < found.size(); ++i)
+    fill_value(values._buffer[i], found[i]);
 }
 
 void get_parameter_types(ParameterStore& store, const void* request, void* response) {
-  std::vector<std::uint8_t> types;
-  for (const std::string& name :
-       texts(static_cast<const rcl_interfaces_srv_GetParameterTypes_Request*>(request)->names))
-    types.push_back(static_cast<std::uint8_t>(kind_of(value_or_nothing(store, name))));
+  const auto types = of_all(
+      texts(static_cast<const rcl_interfaces_srv_GetParameterTypes_Request*>(request)->names),
+      [&store](const std::string& name) {
+        return static_cast<std::uint8_t>(kind_of(store.get(name)));
+      });
   fill_numbers(static_cast<rcl_interfaces_srv_GetParameterTypes_Response*>(response)->types, types);
 }
 
@@ -191,16 +197,16 @@ void set_parameters_atomically(ParameterStore& store, const void* request, void*
               set(store, parameters));
 }
 
-void fill_descriptor(rcl_interfaces_msg_ParameterDescriptor& message, const ParameterStore& store,
-                     const std::string& name) {
-  set_text(message.name, name);
+struct Described {
+  std::string name;
+  ParameterKind kind;
   ParameterDescriptor descriptor;
-  try {
-    descriptor = store.describe(name);
-    message.type = static_cast<std::uint8_t>(kind_of(store.get(name)));
-  } catch (const ParameterError&) {
-    // not declared: but for the name, empty, as in ROS 2
-  }
+};
+
+void fill_descriptor(rcl_interfaces_msg_ParameterDescriptor& message, const Described& parameter) {
+  const ParameterDescriptor& descriptor = parameter.descriptor;
+  set_text(message.name, parameter.name);
+  message.type = static_cast<std::uint8_t>(parameter.kind);
   set_text(message.description, descriptor.description);
   set_text(message.additional_constraints, descriptor.additional_constraints);
   message.read_only = descriptor.is_read_only;
@@ -218,13 +224,16 @@ void fill_descriptor(rcl_interfaces_msg_ParameterDescriptor& message, const Para
 }
 
 void describe_parameters(ParameterStore& store, const void* request, void* response) {
-  const auto names =
-      texts(static_cast<const rcl_interfaces_srv_DescribeParameters_Request*>(request)->names);
+  const auto described = of_all(
+      texts(static_cast<const rcl_interfaces_srv_DescribeParameters_Request*>(request)->names),
+      [&store](const std::string& name) {
+        return Described{name, kind_of(store.get(name)), store.describe(name)};
+      });
   auto& descriptors =
       static_cast<rcl_interfaces_srv_DescribeParameters_Response*>(response)->descriptors;
-  fill_sequence(descriptors, names.size());
-  for (std::size_t i = 0; i < names.size(); ++i)
-    fill_descriptor(descriptors._buffer[i], store, names[i]);
+  fill_sequence(descriptors, described.size());
+  for (std::size_t i = 0; i < described.size(); ++i)
+    fill_descriptor(descriptors._buffer[i], described[i]);
 }
 
 void list_parameters(ParameterStore& store, const void* request, void* response) {

@@ -124,6 +124,22 @@ class Decoder:
         assert rest == bytes(self.padding), rest
 
 
+class Encoder:
+    """The counterpart, from a position that is a multiple of four."""
+
+    def __init__(self):
+        self.octets = b""
+
+    def number(self, value, size=4):
+        self.octets += bytes(-len(self.octets) % size) + value.to_bytes(size, "little")
+        return self
+
+    def text(self, text):
+        octets = text.encode() + b"\0"
+        self.number(len(octets)).octets += octets
+        return self
+
+
 def cdr_string(text, encoding=LITTLE):
     octets = text.encode() + b"\0"
     order = "little" if encoding == LITTLE else "big"
@@ -308,6 +324,12 @@ class Endpoints(OnTheWire):
         self.assertEqual((answer.number(1), answer.number(1), answer.number(8), answer.number(8)),
                          (2, 0, 5, 0))
         self.assertEqual((answer.text(), [answer.number() for _ in range(5)]), ("", [0] * 5))
+        answer.end()
+        # Beside a name that is not declared nothing is told: an empty sequence, as rclcpp answers.
+        names = Encoder().number(2).text("gain").text("no").octets
+        self.peer.write(requests, LITTLE + struct.pack("<Qq", 9, 2) + names)
+        answer = Decoder(self.peer.next_sample(replies))
+        self.assertEqual((answer.number(8), answer.number(8), answer.number()), (9, 2, 0))
         answer.end()
 
 
