@@ -1,13 +1,30 @@
 #include "dds_qos.hpp"
 
+#include <chrono>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
 #include <fmt/format.h>
 
 namespace cie::executor::dds {
+namespace {
+
+dds_duration_t to_dds(std::optional<std::chrono::nanoseconds> duration, std::string_view what,
+                      std::string_view object) {
+  if (!duration) return DDS_INFINITY;
+  if (duration->count() <= 0) {
+    throw std::logic_error{
+        fmt::format("the {} in the QoS of \"{}\" cannot be {} ns: write more, "
+                    "or none for an unlimited one",
+                    what, object, duration->count())};
+  }
+  return duration->count();
+}
+
+}  // namespace
 
 QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_data) {
   const bool keeps_all = qos.history() == History::keep_all;
@@ -25,6 +42,12 @@ QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_dat
                        qos.reliability() == Reliability::reliable ? DDS_RELIABILITY_RELIABLE
                                                                   : DDS_RELIABILITY_BEST_EFFORT,
                        DDS_INFINITY);
+  dds_qset_deadline(result.get(), to_dds(qos.deadline(), "deadline", object));
+  dds_qset_lifespan(result.get(), to_dds(qos.lifespan(), "lifespan", object));
+  dds_qset_liveliness(result.get(),
+                      qos.liveliness() == Liveliness::automatic ? DDS_LIVELINESS_AUTOMATIC
+                                                                : DDS_LIVELINESS_MANUAL_BY_TOPIC,
+                      to_dds(qos.liveliness_lease_duration(), "lease duration", object));
   dds_qset_writer_data_lifecycle(result.get(), false);
   if (qos.durability() == Durability::transient_local) {
     dds_qset_durability(result.get(), DDS_DURABILITY_TRANSIENT_LOCAL);

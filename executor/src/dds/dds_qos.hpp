@@ -18,7 +18,7 @@ using QosPtr = std::unique_ptr<dds_qos_t, DeleteQos>;
 // The policies that rmw_cyclonedds sets for the same QoS: a reliable writer blocks rather than
 // drops, disposal is left to the application, transient-local history is as deep as the queue.
 // `user_data` travels with the discovery of the entity. Throws std::logic_error naming `object` for
-// KeepLast{0}.
+// KeepLast{0} and durations that are not positive.
 QosPtr to_dds(const QoS& qos, std::string_view object, std::string_view user_data = {});
 
 }  // namespace cie::executor::dds

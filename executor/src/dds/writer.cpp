@@ -81,6 +81,11 @@ std::uint32_t Writer::matched() const {
   return status.current_count;
 }
 
+void Writer::assert_liveliness() const {
+  dds::check(dds_assert_liveliness(writer_.get()), "asserting the liveliness of the publisher",
+             name_);
+}
+
 std::shared_ptr<const void> Writer::with_library(std::shared_ptr<const void> message) const {
   if (library_ == nullptr) return message;
   const void* const address = message.get();
@@ -103,5 +108,6 @@ void publish_shared(Writer& writer, std::shared_ptr<const void> message) {
 const std::string& topic_of(const Writer& writer) noexcept { return writer.topic(); }
 std::uint64_t writer_gid_of(const Writer& writer) noexcept { return writer.gid(); }
 std::uint32_t matched_readers(const Writer& writer) { return writer.matched(); }
+void assert_liveliness(const Writer& writer) { writer.assert_liveliness(); }
 
 }  // namespace cie::executor

@@ -48,6 +48,7 @@ class Writer {
   const std::string& topic() const noexcept { return name_; }
   std::uint64_t gid() const noexcept { return gid_; }
   std::uint32_t matched() const;
+  void assert_liveliness() const;
   const LayoutPtr& layout() const noexcept { return topic_.layout(); }
   dds_entity_t entity() const noexcept { return writer_.get(); }
 

@@ -20,6 +20,7 @@ void publish_shared(Writer& writer, std::shared_ptr<const void> message);
 const std::string& topic_of(const Writer& writer) noexcept;
 std::uint64_t writer_gid_of(const Writer& writer) noexcept;
 std::uint32_t matched_readers(const Writer& writer);
+void assert_liveliness(const Writer& writer);
 }  // namespace executor
 
 namespace executor {
@@ -46,6 +47,8 @@ class Publisher {
   void publish(std::shared_ptr<const T> message) {
     executor::publish_shared(*writer_, std::move(message));
   }
+  // Says that the publisher is alive, as publishing does: for Liveliness::manual_by_topic.
+  void assert_liveliness() const { executor::assert_liveliness(*writer_); }
   const std::string& topic() const noexcept { return executor::topic_of(*writer_); }
   // The writer's number in traces and in MessageInfo.
   std::uint64_t writer_gid() const noexcept { return executor::writer_gid_of(*writer_); }
