@@ -130,7 +130,9 @@ ContextState::DomainClaim::~DomainClaim() {
 }
 
 ContextState::ContextState(const Context::Options& options)
-    : options_((validate(options), options)), claim_(options.domain) {
+    : options_((validate(options), options)),
+      warnings_(std::make_shared<Warnings>(options.on_warning)),
+      claim_(options.domain) {
   const auto before = thread_ids();
   const std::string domain = fmt::format("domain {}", options_.domain);
   if (options_.shared_memory) check_for_roudi();

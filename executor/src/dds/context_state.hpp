@@ -9,6 +9,7 @@
 #include "dds_entity.hpp"
 #include "graph.hpp"
 #include "scheduling_names.hpp"
+#include "warnings.hpp"
 
 #include <cstdint>
 #include <memory>
@@ -29,6 +30,8 @@ class ContextState {
   const Context::Options& options() const noexcept { return options_; }
   dds_entity_t participant() const noexcept { return participant_.get(); }
   Graph& graph() noexcept { return *graph_; }
+  // May outlive this, in what DDS still calls.
+  const std::shared_ptr<Warnings>& warnings() const noexcept { return warnings_; }
   std::vector<AnnouncedThread> workers() const;
   // Answers the parameter services of all nodes. Started by the first call. Thread-safe. Throws
   // std::system_error.
@@ -48,6 +51,7 @@ class ContextState {
   };
 
   Context::Options options_;
+  std::shared_ptr<Warnings> warnings_;
   DomainClaim claim_;
   dds::Entity domain_;  // only with a configuration of our own
   dds::Entity participant_;

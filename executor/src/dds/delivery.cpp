@@ -15,6 +15,7 @@
 
 #include <cie/scheduling/clock.hpp>
 
+#include "message_data.hpp"
 #include "scheduling_names.hpp"
 
 // Exported by libddsc 0.10, declared in none of its installed headers.
@@ -58,6 +59,11 @@ void Delivery::announce() noexcept {
 void Delivery::lost(std::uint32_t count) noexcept {
   const std::lock_guard lock{mutex_};
   if (trace_ != nullptr) trace_->sample_lost(count);
+}
+
+void Delivery::unreadable() noexcept {
+  lost(1);
+  if (tell_unreadable_ && !is_unreadable_told_.test_and_set()) tell_unreadable_();
 }
 
 std::uint64_t writer_gid(const unsigned char (&guid)[16]) noexcept {
@@ -113,6 +119,10 @@ bool store(ddsi_rhc* cache, const ddsi_writer_info* writer, ddsi_serdata* sample
   if (sample->kind != SDK_DATA) return pass_on();  // a writer or an instance that ends
   const auto recipient = self(cache).delivery->recipient();
   if (recipient && !is_for(*recipient, sample)) return true;
+  if (is_unreadable(*sample)) {
+    self(cache).delivery->unreadable();
+    return true;  // a reliable writer need not send it again
+  }
   const Arrival arrival{.time_ns = monotonic_now(), .writer_gid = gid_of(writer->guid)};
   return self(cache).delivery->deliver(sample, arrival, pass_on);
 }

@@ -10,10 +10,13 @@
 #include "scheduling/queue_count.hpp"
 #include "scheduling_names.hpp"
 
+#include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 struct dds_rhc;
 struct ddsi_serdata;
@@ -37,6 +40,8 @@ class Delivery {
   // Samples whose service header names somebody else are dropped, unseen. Before the reader exists.
   void accept_only(std::uint64_t recipient) noexcept { recipient_ = recipient; }
   std::optional<std::uint64_t> recipient() const noexcept { return recipient_; }
+  // Called once, when a sample came that cannot be read. Before the reader exists.
+  void on_unreadable(std::function<void()> tell) { tell_unreadable_ = std::move(tell); }
   // Has the target look again, although nothing arrived.
   void wake() noexcept;
 
@@ -55,6 +60,8 @@ class Delivery {
   }
   // Samples that DDS lost or rejected before they reached the queue.
   void lost(std::uint32_t count) noexcept;
+  // One came that cannot be read: it is lost.
+  void unreadable() noexcept;
 
   const ArrivalLog& arrivals() const noexcept { return arrivals_; }
   QueueCount& count() noexcept { return count_; }
@@ -71,6 +78,8 @@ class Delivery {
   trace::Callback* trace_ = nullptr;
   bool is_closed_ = false;
   std::optional<std::uint64_t> recipient_;
+  std::function<void()> tell_unreadable_;
+  std::atomic_flag is_unreadable_told_;
 };
 
 // A sample cache for dds_create_reader_rhc() that passes every sample through `delivery` and leaves

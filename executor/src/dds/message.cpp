@@ -2,6 +2,8 @@
 
 #include <cstring>
 #include <new>
+#include <stdexcept>
+#include <string>
 
 #include <dds/dds.h>
 
@@ -31,6 +33,11 @@ void free_contents(void* contents) noexcept { dds_free(contents); }
 }  // namespace executor
 
 void set_text(char*& field, std::string_view text) {
+  if (const auto zero = text.find('\0'); zero != std::string_view::npos) {
+    throw std::invalid_argument{"a text of " + std::to_string(text.size()) +
+                                " bytes has a zero behind the first " + std::to_string(zero) +
+                                ": a message's texts end there"};
+  }
   auto* const copy = static_cast<char*>(executor::allocate_contents(text.size() + 1));
   if (!text.empty()) std::memcpy(copy, text.data(), text.size());
   executor::free_contents(field);

@@ -37,6 +37,7 @@ struct MessageData final : ddsi_serdata {
   std::shared_ptr<const void> message;
   std::atomic<unsigned char*> bytes{nullptr};
   std::atomic<bool> is_refused{false};
+  bool is_unreadable = false;
 };
 
 const MessageLayout& layout_of(const ddsi_sertype* type) noexcept {
@@ -91,6 +92,8 @@ ddsi_serdata* from_bytes(const ddsi_sertype* type, ddsi_serdata_kind kind, CdrBy
   }
   MessageData* const data = make_data(type, kind);
   if (data == nullptr) return nullptr;
+  data->is_unreadable =
+      kind == SDK_DATA && layout_of(type).texts().have_inner_zero(bytes.message());
   bytes.complete(end);
   data->bytes.store(memory.release(), std::memory_order_release);
   return data;
@@ -306,6 +309,10 @@ std::shared_ptr<const void> message_of(const ddsi_serdata& sample) noexcept {
 
 bool is_refused(const ddsi_serdata& sample) noexcept {
   return static_cast<const MessageData&>(sample).is_refused;
+}
+
+bool is_unreadable(const ddsi_serdata& sample) noexcept {
+  return sample.ops == &kDataOperations && static_cast<const MessageData&>(sample).is_unreadable;
 }
 
 }  // namespace cie::executor

@@ -31,4 +31,8 @@ std::shared_ptr<const void> message_of(const ::ddsi_serdata& sample) noexcept;
 // Whether bytes were wanted of the sample's message, and it has a value that its type forbids.
 bool is_refused(const ::ddsi_serdata& sample) noexcept;
 
+// Whether it came as bytes and with a text that no message can hold: one with a zero inside. Such a
+// sample must not be taken, because its text would be cut there.
+bool is_unreadable(const ::ddsi_serdata& sample) noexcept;
+
 }  // namespace cie::executor

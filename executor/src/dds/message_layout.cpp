@@ -16,7 +16,7 @@
 namespace cie::executor {
 namespace {
 
-bool is_plain(const dds_topic_descriptor& type) {
+bool has_plain_layout(const dds_topic_descriptor& type) {
   auto extensibility = DDSI_SERTYPE_EXT_MUTABLE;
   return type.m_nkeys == 0 && (type.m_flagset & DDS_TOPIC_CONTAINS_UNION) == 0 &&
          dds_stream_extensibility(type.m_ops, &extensibility) &&
@@ -30,8 +30,9 @@ MessageLayout::MessageLayout(const dds_topic_descriptor& type)
     : type_name_(type.m_typename),
       size_(type.m_size),
       operations_(type.m_ops,
-                  type.m_ops + dds_stream_countops(type.m_ops, type.m_nkeys, type.m_keys)),
-      is_plain_(executor::is_plain(type)) {}
+                  type.m_ops + dds_stream_countops(type.m_ops, type.m_nkeys, type.m_keys)) {
+  if (has_plain_layout(type)) texts_.emplace(operations_);
+}
 
 void* MessageLayout::allocate() const { return allocate_contents(size_); }
 

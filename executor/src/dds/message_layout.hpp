@@ -1,9 +1,12 @@
 // What must be known of a message type once the code that came with it may be gone.
 #pragma once
 
+#include "cdr_texts.hpp"
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +20,9 @@ namespace cie::executor {
 class MessageLayout {
  public:
   explicit MessageLayout(const dds_topic_descriptor& type);
+  MessageLayout(const MessageLayout&) = delete;
+  MessageLayout& operator=(const MessageLayout&) = delete;
+  ~MessageLayout() = default;
 
   const std::string& type_name() const noexcept { return type_name_; }
   std::size_t size() const noexcept { return size_; }
@@ -24,7 +30,9 @@ class MessageLayout {
   const std::vector<std::uint32_t>& operations() const noexcept { return operations_; }
   // Whether this library's own serialisation can do it: without keys, unions, optional members or
   // members that may be added later. Types of ROS 2 are like that.
-  bool is_plain() const noexcept { return is_plain_; }
+  bool is_plain() const noexcept { return texts_.has_value(); }
+  // Of a plain layout.
+  const CdrTexts& texts() const noexcept { return *texts_; }
 
   // Zeroed memory for a message; throws std::bad_alloc.
   void* allocate() const;
@@ -37,7 +45,7 @@ class MessageLayout {
   std::string type_name_;
   std::size_t size_;
   std::vector<std::uint32_t> operations_;
-  bool is_plain_;
+  std::optional<CdrTexts> texts_;
 };
 
 using LayoutPtr = std::shared_ptr<const MessageLayout>;

@@ -10,5 +10,6 @@ ddsi_serdata* make_message_data(const ddsi_sertype&, std::shared_ptr<const void>
 }
 std::shared_ptr<const void> message_of(const ddsi_serdata&) noexcept { return nullptr; }
 bool is_refused(const ddsi_serdata&) noexcept { return false; }
+bool is_unreadable(const ddsi_serdata&) noexcept { return false; }
 
 }  // namespace cie::executor

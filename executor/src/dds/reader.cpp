@@ -34,6 +34,11 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
   delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
                                          keeps_all || is_keyed ? 0 : qos.depth());
   if (reply) delivery_->accept_only(reply->recipient);
+  delivery_->on_unreadable([warnings = context_->warnings(), name = topic.ros] {
+    warnings->tell("\"" + name +
+                   "\": a message had a text with a zero inside, which texts end at "
+                   "here: it counts as lost, and others like it");
+  });
   const auto dds_qos = dds::to_dds(qos, topic.ros, user_data);
   const dds_entity_t participant = context_->participant();
   const std::unique_ptr<dds_listener_t, DeleteListener> listener{

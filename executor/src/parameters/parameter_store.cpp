@@ -27,8 +27,19 @@ bool is_in(const FloatingPointRange& range, double value) noexcept {
   return std::abs(steps - std::round(steps)) <= kTolerance * std::max(1.0, std::abs(steps));
 }
 
+bool has_zero(std::string_view text) { return text.find('\0') != std::string_view::npos; }
+
+// What no message could tell the network.
+bool holds_zero(const ParameterValue& value) {
+  if (const auto* const text = std::get_if<std::string>(&value)) return has_zero(*text);
+  const auto* const texts = std::get_if<std::vector<std::string>>(&value);
+  return texts != nullptr &&
+         std::ranges::any_of(*texts, [](const std::string& text) { return has_zero(text); });
+}
+
 // Empty if the value fits.
 std::string misfit(const ParameterDescriptor& descriptor, const ParameterValue& value) {
+  if (holds_zero(value)) return "a text has a zero inside, and texts end at a zero on the network";
   const auto* const integer = std::get_if<std::int64_t>(&value);
   const auto& integers = descriptor.integer_range;
   if (integer != nullptr && integers && !is_in(*integers, *integer)) {
@@ -137,6 +148,10 @@ ParameterValue ParameterStore::declare(std::string_view name, ParameterValue val
                                        ParameterDescriptor descriptor) {
   const Changing changing{*this};
   if (name.empty()) fail(name, "needs a name");
+  if (has_zero(name) || has_zero(descriptor.description) ||
+      has_zero(descriptor.additional_constraints)) {
+    fail(name.substr(0, name.find('\0')), "has a zero in its name or description: remove it");
+  }
   if (has(name)) fail(name, "is declared already");
   const auto text = overrides_.find(name);
   if (text != overrides_.end()) {

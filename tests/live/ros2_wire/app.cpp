@@ -30,6 +30,12 @@ void print(const std::string& line) {
   std::cout << line << std::endl;
 }
 
+cie::Context::Options warning_options() {
+  auto options = cie::Context::Options::from_environment();
+  options.on_warning = [](const std::string& text) { print("warning " + text); };
+  return options;
+}
+
 class App {
  public:
   void obey(const std::string& line) {
@@ -89,7 +95,7 @@ class App {
     }
   }
 
-  cie::Context context_;
+  cie::Context context_{warning_options()};
   cie::CallbackIsolatedExecutor executor_;
   std::unique_ptr<cie::Node> node_;
   std::shared_ptr<cie::Publisher<String>> publisher_;

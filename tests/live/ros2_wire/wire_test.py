@@ -245,6 +245,19 @@ class Endpoints(OnTheWire):
         self.peer.write("rt/lab/heard", cdr_string("good"))
         self.app.wait_for(lambda line: line.startswith("heard ") and line == "heard good")
 
+    def test_a_string_that_c_would_cut_is_no_message_and_is_told_once(self):
+        self.tell("node talker /lab")
+        self.tell("subscription heard")
+        self.peer.make("pub", "rt/lab/heard", STRING)
+        for text, encoding in (("one\0two", LITTLE), ("\0", BIG), ("whole", LITTLE)):
+            self.peer.write("rt/lab/heard", cdr_string(text, encoding))
+        lines = []
+        while "heard whole" not in lines:
+            lines.append(self.app.wait_for(lambda line: True))
+        self.assertEqual(lines, [
+            'warning "/lab/heard": a message had a text with a zero inside, which texts end at here: '
+            "it counts as lost, and others like it", "heard whole"])
+
     def test_a_service_answers_a_client_of_ros_2(self):
         self.tell("node adder /lab")
         self.tell("service add")

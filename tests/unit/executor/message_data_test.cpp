@@ -118,6 +118,20 @@ TEST_F(MessageData, RefusesATextWithoutEnd) {
   EXPECT_EQ(received(*strings, octets), nullptr);
 }
 
+// It is a message, but not one that a C string could hold: who takes it would get "he".
+TEST_F(MessageData, IsUnreadableWithAZeroInATextThatCameAsBytes) {
+  EXPECT_FALSE(is_unreadable(*received(*strings, kHello)));
+  for (const std::size_t at : {8U, 10U, 12U}) {
+    Octets octets = kHello;
+    octets[at] = 0;
+    const SerdataPtr data = received(*strings, octets);
+    ASSERT_NE(data, nullptr);
+    EXPECT_TRUE(is_unreadable(*data)) << at;
+  }
+  Octets empty{0x00, 0x01, 0x00, 0x00, 1, 0, 0, 0, 0};
+  EXPECT_FALSE(is_unreadable(*received(*strings, empty)));
+}
+
 // Whatever the network brings, it is refused or it is a message (the sanitizers watch).
 TEST_F(MessageData, SurvivesEveryByte) {
   const TypePtr samples = type_of<Sample>();

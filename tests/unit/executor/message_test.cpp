@@ -1,6 +1,9 @@
 // Messages in a user's hands: texts and sequences that the message owns (the sanitizers count).
 #include <cie/executor/message.hpp>
 
+#include <stdexcept>
+#include <string_view>
+
 #include <cie_ros_messages.hpp>
 #include <dds/dds.h>
 #include <gtest/gtest.h>
@@ -39,6 +42,19 @@ TEST(MessageContents, OwnStructsInASequence) {
   EXPECT_STREQ(cloud->fields._buffer[0].name, "x");
   EXPECT_EQ(cloud->fields._buffer[0].datatype, 7);
   EXPECT_EQ(cloud->fields._buffer[3].name, nullptr);
+}
+
+TEST(MessageContents, HaveNoTextThatWouldBeCut) {
+  const auto text = make_message<std_msgs::msg::String>();
+  set_text(text->data, "before");
+  try {
+    set_text(text->data, std::string_view{"ab\0cd", 5});
+    FAIL() << "was accepted";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(),
+                 "a text of 5 bytes has a zero behind the first 2: a message's texts end there");
+  }
+  EXPECT_STREQ(text->data, "before");
 }
 
 TEST(MessageTypes, OfRos2HaveItsNamesOnTheWire) {

@@ -63,6 +63,17 @@ TEST_F(Parameters, KnowEveryType) {
   }
 }
 
+TEST_F(Parameters, HaveNoTextsThatNoMessageCouldHold) {
+  const std::string cut{"front\0rear", 10};
+  store.declare("frame", "front", {});
+  EXPECT_THAT(refused("frame", cut), HasSubstr("\"frame\": a text has a zero inside"));
+  store.declare("frames", std::vector<std::string>{"front"}, {});
+  EXPECT_THAT(refused("frames", std::vector<std::string>{"front", cut}), HasSubstr("zero inside"));
+  EXPECT_THROW(store.declare("other", cut, {}), ParameterError);
+  EXPECT_THROW(store.declare(cut, 1, {}), ParameterError);
+  EXPECT_THROW(store.declare("other", 1, {.description = cut}), ParameterError);
+}
+
 TEST_F(Parameters, AreDeclaredOnceAndBeforeUse) {
   store.declare("rate", 10, {});
   EXPECT_THAT(

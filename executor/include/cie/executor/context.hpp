@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -39,6 +40,10 @@ class Context {
 
     // In the form of the ROS 2 that looks on; another one sees nodes without names.
     RosGraph ros_graph = RosGraph::humble;
+    // Told, each thing once, what keeps messages away that nobody else is told of: QoS that do not
+    // fit, texts that no message can hold. From threads of DDS, one call at a time: short, and
+    // without calls of nodes. Empty: a line on stderr.
+    std::function<void(const std::string&)> on_warning{};
 
     // CIE_DOMAIN_ID (else ROS_DOMAIN_ID, else 0), CIE_LOOPBACK (1 or 0), CIE_DISCOVERY_TAG,
     // CIE_SHARED_MEMORY (1 or 0), CIE_ROS_GRAPH (none, humble, iron; else what fits ROS_DISTRO,

@@ -60,7 +60,8 @@ MessagePtr<T> make_message() {
   return MessagePtr<T>{static_cast<T*>(executor::allocate_message(MessageTraits<T>::descriptor()))};
 }
 
-// Replaces the text of a message's string.
+// Replaces the text of a message's string. One with a zero inside, which the string would end at,
+// throws std::invalid_argument.
 void set_text(char*& field, std::string_view text);
 
 // Makes a message's sequence `length` elements long. Existing elements are kept, with what they
