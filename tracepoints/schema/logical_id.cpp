@@ -22,8 +22,13 @@ std::string_view kind_name(CallbackKind kind) noexcept {
 }  // namespace
 
 std::string logical_id(std::string_view qualified_node, CallbackKind kind, std::string_view what) {
+  return logical_id(qualified_node, kind_name(kind), what);
+}
+
+std::string logical_id(std::string_view qualified_node, std::string_view kind,
+                       std::string_view what) {
   std::string id{qualified_node};
-  id.append("@").append(kind_name(kind)).append("(").append(what).append(")");
+  id.append("@").append(kind).append("(").append(what).append(")");
   return id;
 }
 

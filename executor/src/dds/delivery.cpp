@@ -57,8 +57,11 @@ void Delivery::announce() noexcept {
 }
 
 void Delivery::lost(std::uint32_t count) noexcept {
-  const std::lock_guard lock{mutex_};
-  if (trace_ != nullptr) trace_->sample_lost(count);
+  {
+    const std::lock_guard lock{mutex_};
+    if (trace_ != nullptr) trace_->sample_lost(count);
+  }
+  if (tell_lost_) tell_lost_(count);
 }
 
 void Delivery::unreadable() noexcept {

@@ -40,6 +40,8 @@ class Delivery {
   // Samples whose service header names somebody else are dropped, unseen. Before the reader exists.
   void accept_only(std::uint64_t recipient) noexcept { recipient_ = recipient; }
   std::optional<std::uint64_t> recipient() const noexcept { return recipient_; }
+  // Told how many more were lost. Before the reader exists.
+  void on_lost(std::function<void(std::uint32_t)> tell) { tell_lost_ = std::move(tell); }
   // Called once, when a sample came that cannot be read. Before the reader exists.
   void on_unreadable(std::function<void()> tell) { tell_unreadable_ = std::move(tell); }
   // Has the target look again, although nothing arrived.
@@ -78,6 +80,7 @@ class Delivery {
   trace::Callback* trace_ = nullptr;
   bool is_closed_ = false;
   std::optional<std::uint64_t> recipient_;
+  std::function<void(std::uint32_t)> tell_lost_;
   std::function<void()> tell_unreadable_;
   std::atomic_flag is_unreadable_told_;
 };

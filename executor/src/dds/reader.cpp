@@ -19,21 +19,20 @@ void on_sample_lost(dds_entity_t, const dds_sample_lost_status_t status, void* d
   }
 }
 
-struct DeleteListener {
-  void operator()(dds_listener_t* listener) const noexcept { dds_delete_listener(listener); }
-};
-
 }  // namespace
 
 Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
                const dds_topic_descriptor& type, const std::string& user_data,
-               std::optional<Reply> reply)
-    : context_(std::move(context)), topic_(*context_, topic, type) {
+               std::optional<Reply> reply, std::shared_ptr<const EndpointEvents> events)
+    : context_(std::move(context)),
+      events_(events != nullptr ? std::move(events) : std::make_shared<const EndpointEvents>()),
+      topic_(*context_, topic, type) {
   const bool keeps_all = qos.history() == History::keep_all;
   const bool is_keyed = type.m_nkeys != 0;  // then the depth holds for each key's value
   delivery_ = std::make_shared<Delivery>(keeps_all ? kUnboundedLogDepth : qos.depth(),
                                          keeps_all || is_keyed ? 0 : qos.depth());
   if (reply) delivery_->accept_only(reply->recipient);
+  delivery_->on_lost(events_->message_lost);
   delivery_->on_unreadable([warnings = context_->warnings(), name = topic.ros] {
     warnings->tell("\"" + name +
                    "\": a message had a text with a zero inside, which texts end at "
@@ -41,9 +40,8 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
   });
   const auto dds_qos = dds::to_dds(qos, topic.ros, user_data);
   const dds_entity_t participant = context_->participant();
-  const std::unique_ptr<dds_listener_t, DeleteListener> listener{
-      dds_create_listener(delivery_.get())};
-  dds_lset_sample_lost(listener.get(), on_sample_lost);
+  const ListenerPtr listener = reader_listener(*events_);
+  dds_lset_sample_lost_arg(listener.get(), on_sample_lost, delivery_.get(), true);
   // The cache belongs to the reader from here on; if there is no reader, it leaks nothing but
   // itself, because Cyclone does not say whether it took it.
   reader_ = dds::Entity{dds_create_reader_rhc(participant, topic_.entity(), dds_qos.get(),

@@ -6,6 +6,7 @@
 
 #include "dds_entity.hpp"
 #include "delivery.hpp"
+#include "endpoint_events.hpp"
 #include "graph.hpp"
 #include "message_pool.hpp"
 #include "names.hpp"
@@ -27,10 +28,10 @@ class Reader {
   struct Reply {
     std::uint64_t recipient = 0;  // the `guid` of the headers that are meant; others never enter
   };
-  // `user_data` is seen by whoever discovers the reader. Throws dds::Error, std::logic_error (QoS).
+  // `user_data` is seen by whoever discovers the reader; `events` may be null. Throws dds::Error, std::logic_error (QoS).
   Reader(std::shared_ptr<ContextState> context, const TopicName& topic, const QoS& qos,
          const dds_topic_descriptor& type, const std::string& user_data = {},
-         std::optional<Reply> reply = {});
+         std::optional<Reply> reply = {}, std::shared_ptr<const EndpointEvents> events = {});
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
   // Deletes the reader first, which waits for its listener: not in a callback of DDS.
@@ -62,6 +63,7 @@ class Reader {
 
  private:
   std::shared_ptr<ContextState> context_;
+  std::shared_ptr<const EndpointEvents> events_;
   std::shared_ptr<Delivery> delivery_;
   Topic topic_;
   dds::Entity reader_;

@@ -27,12 +27,17 @@ void check_present(const void* message, const Writer& writer) {
 
 Writer::Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node,
                const TopicName& topic, const QoS& qos, const dds_topic_descriptor& type,
-               const std::string& user_data)
-    : context_(std::move(context)), name_(topic.ros), topic_(*context_, topic, type) {
+               const std::string& user_data, std::shared_ptr<const EndpointEvents> events)
+    : context_(std::move(context)),
+      events_(events != nullptr ? std::move(events) : std::make_shared<const EndpointEvents>()),
+      name_(topic.ros),
+      topic_(*context_, topic, type) {
   const auto dds_qos = dds::to_dds(qos, name_, user_data);
   const dds_entity_t participant = context_->participant();
-  writer_ = dds::Entity{dds_create_writer(participant, topic_.entity(), dds_qos.get(), nullptr),
-                        "creating the DDS writer", name_};
+  const ListenerPtr listener = writer_listener(*events_);
+  writer_ =
+      dds::Entity{dds_create_writer(participant, topic_.entity(), dds_qos.get(), listener.get()),
+                  "creating the DDS writer", name_};
   dds_guid_t guid{};
   dds::check(dds_get_guid(writer_.get(), &guid), "asking for the GUID", name_);
   gid_ = writer_gid(guid.v);

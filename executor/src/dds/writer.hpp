@@ -7,6 +7,7 @@
 #include <cie/tracepoints/trace.hpp>
 
 #include "dds_entity.hpp"
+#include "endpoint_events.hpp"
 #include "graph.hpp"
 #include "names.hpp"
 #include "topic.hpp"
@@ -25,9 +26,10 @@ class ContextState;
 class Writer {
  public:
   // `node` empty: a writer of ours that is not traced. `user_data` is seen by whoever discovers the
-  // writer. Throws dds::Error, std::logic_error (QoS).
+  // writer; `events` may be null. Throws dds::Error, std::logic_error (QoS).
   Writer(std::shared_ptr<ContextState> context, std::optional<NodeId> node, const TopicName& topic,
-         const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data = {});
+         const QoS& qos, const dds_topic_descriptor& type, const std::string& user_data = {},
+         std::shared_ptr<const EndpointEvents> events = {});
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
   ~Writer() = default;
@@ -58,6 +60,7 @@ class Writer {
 
   std::shared_ptr<ContextState> context_;
   std::shared_ptr<void> library_;
+  std::shared_ptr<const EndpointEvents> events_;
   std::string name_;
   Topic topic_;
   dds::Entity writer_;

@@ -7,6 +7,7 @@
 #include "dds/names.hpp"
 #include "dds/pinned_library.hpp"
 #include "dds/writer.hpp"
+#include "endpoint_callbacks.hpp"
 #include "guard_condition_callback.hpp"
 #include "parameters/parameter_services.hpp"
 #include "services/service_ends.hpp"
@@ -88,19 +89,20 @@ std::shared_ptr<GroupState> NodeState::group_or_new(const std::shared_ptr<Callba
   return group->state();
 }
 
-void NodeState::add(const std::shared_ptr<Callback>& callback) {
+void NodeState::add(const std::vector<std::shared_ptr<Callback>>& callbacks) {
   std::shared_ptr<ExecutorCore> executor;
   {
     const std::lock_guard lock{mutex_};
-    callbacks_.push_back(callback);
+    callbacks_.insert(callbacks_.end(), callbacks.begin(), callbacks.end());
     executor = executor_;
   }
   if (executor == nullptr) return;
   try {
-    executor->serve_new(*this, {callback});
+    executor->serve_new(*this, callbacks);
   } catch (...) {
     const std::lock_guard lock{mutex_};
-    std::erase(callbacks_, callback);
+    for (const auto& callback : callbacks)
+      std::erase(callbacks_, callback);
     throw;
   }
 }
@@ -123,6 +125,12 @@ void NodeState::remove(Callback& callback) {
   }
   if (executor != nullptr) executor->withdraw({removed});
   callback.end();
+}
+
+void NodeState::remove(SubscriptionCallback& subscription) {
+  for (const auto& event : subscription.events())
+    remove(*event);
+  remove(static_cast<Callback&>(subscription));
 }
 
 void NodeState::end() {
@@ -237,7 +245,7 @@ std::shared_ptr<TimerCallback> create_timer(NodeState& node, Recurrence recurren
   }
   auto timer = std::make_shared<TimerCallback>(std::move(group), info, interval.count(),
                                                std::move(function), options);
-  node.add(timer);
+  node.add({timer});
   return handle_of(node, std::move(timer));
 }
 
@@ -269,23 +277,28 @@ std::shared_ptr<GuardConditionCallback> create_guard_condition(NodeState& node,
   info.source = name;
   auto guard_condition = std::make_shared<GuardConditionCallback>(std::move(group), std::move(info),
                                                                   std::move(function));
-  node.add(guard_condition);
+  node.add({guard_condition});
   return handle_of(node, std::move(guard_condition));
 }
 
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
-    MessageFunction function, const CallbackOptions& options, const std::type_info& symbol) {
+    MessageFunction function, const SubscriptionOptions& options, const std::type_info& symbol) {
   const std::string name = node.resolved(topic);
   auto group = node.group_or_new(options.group);
-  auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type);
+  auto events = endpoint_callbacks(node, name, options.name, options.event_callbacks);
+  auto reader = std::make_unique<Reader>(node.context(), message_topic(name), qos, type,
+                                         std::string{}, std::nullopt, std::move(events.events));
+  *events.entity = reader->entity();
   reader->announce(node.graph_member());
   auto info = describe(node, *group, CallbackKind::subscription, name, options, symbol);
   info.source = name;
   info.queue_depth = qos.depth();
   auto subscription = std::make_shared<SubscriptionCallback>(
       std::move(group), std::move(info), std::move(reader), std::move(function));
-  node.add(subscription);
+  subscription->set_events(events.callbacks);
+  events.callbacks.insert(events.callbacks.begin(), subscription);
+  node.add(events.callbacks);
   return handle_of(node, std::move(subscription));
 }
 
@@ -312,7 +325,7 @@ std::shared_ptr<SubscriptionCallback> create_service(
           const std::shared_ptr<const void>& request, const MessageInfo& facts) {
         replier->answer(request.get(), facts.writer_gid);
       });
-  node.add(callback);
+  node.add({callback});
   return handle_of(node, std::move(callback));
 }
 
@@ -340,17 +353,31 @@ std::shared_ptr<ClientCallback> create_client(NodeState& node, std::string_view 
   info.queue_depth = qos.depth();
   auto client = std::make_shared<ClientCallback>(std::move(group), std::move(info), std::move(end),
                                                  options.timeout.count());
-  node.add(client);
+  node.add({client});
   return handle_of(node, std::move(client));
 }
 
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
-                                      const dds_topic_descriptor& type, void (*code)() noexcept) {
-  auto writer = std::make_shared<Writer>(node.context(), node.id(),
-                                         message_topic(node.resolved(topic)), qos, type);
+                                      const dds_topic_descriptor& type,
+                                      const PublisherOptions& options, void (*code)() noexcept) {
+  const std::string name = node.resolved(topic);
+  auto events = endpoint_callbacks(node, name, options.event_callbacks);
+  auto writer = std::make_shared<Writer>(node.context(), node.id(), message_topic(name), qos, type,
+                                         std::string{}, std::move(events.events));
+  *events.entity = writer->entity();
   writer->announce(node.graph_member());
   writer->keep_loaded(pin_library_of(reinterpret_cast<const void*>(code)));
-  return writer;
+  if (events.callbacks.empty()) return writer;
+  node.add(events.callbacks);
+  Writer* const raw = writer.get();
+  return {raw, [owner = node.weak_from_this(), writer = std::move(writer),
+                callbacks = std::move(events.callbacks)](Writer*) mutable {
+            if (const auto state = owner.lock()) {
+              for (const auto& callback : callbacks)
+                state->remove(*callback);
+            }
+            writer.reset();
+          }};
 }
 
 }  // namespace executor

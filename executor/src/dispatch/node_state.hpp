@@ -44,14 +44,16 @@ class NodeState final : public ServedNode, public std::enable_shared_from_this<N
   std::shared_ptr<GroupState> group_or_new(const std::shared_ptr<CallbackGroup>& group);
   std::shared_ptr<GroupState> new_group(GroupType type);
 
-  // Takes the callback in and tells the executor, which serves it before this returns. If it
-  // refuses (throws), the callback is taken out again.
-  void add(const std::shared_ptr<Callback>& callback);
+  // Takes the callbacks in and tells the executor, which serves them before this returns. If it
+  // refuses (throws), they are taken out again.
+  void add(const std::vector<std::shared_ptr<Callback>>& callbacks);
   std::vector<std::shared_ptr<Callback>> callbacks() const override;
   std::vector<AnnouncedThread> workers() const override { return context_->workers(); }
 
   // Takes the callback out and ends it. Throws std::logic_error if it is another node's.
   void remove(Callback& callback);
+  // With those of its events.
+  void remove(SubscriptionCallback& subscription);
   // The node goes: all its callbacks end, and it leaves its executor and the network.
   void end();
 

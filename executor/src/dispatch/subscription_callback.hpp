@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
+#include <vector>
 
 namespace cie::executor {
 
@@ -21,12 +22,16 @@ class SubscriptionCallback final : public ReaderCallback {
   ~SubscriptionCallback() override { end(); }
 
   std::int64_t next_due() const noexcept override { return kNever; }
+  // The callbacks of its events, which end with it. Set before it is served.
+  void set_events(std::vector<std::shared_ptr<Callback>> events) { events_ = std::move(events); }
+  const std::vector<std::shared_ptr<Callback>>& events() const noexcept { return events_; }
 
  private:
   bool run_one() override;
   void dispose() noexcept override;
 
   MessageFunction function_;
+  std::vector<std::shared_ptr<Callback>> events_;
 };
 
 }  // namespace cie::executor

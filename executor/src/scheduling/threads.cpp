@@ -49,6 +49,18 @@ std::string short_period(std::uint64_t ns) {
   return fmt::format("{}ns", ns);
 }
 
+// "DeadlineMissed" of "/lidar@RequestedDeadlineMissed(/scan)"; the name of a plain waitable.
+std::string_view event_or_name(const trace::CallbackInfo& info) {
+  std::string_view kind = info.logical_id;
+  kind.remove_prefix(kind.find('@') + 1);
+  kind = kind.substr(0, kind.find('('));
+  if (kind == "Waitable") return info.source;
+  for (const std::string_view whose : {"Requested", "Offered", "Subscription", "Publication"}) {
+    if (kind.starts_with(whose)) kind.remove_prefix(whose.size());
+  }
+  return kind;
+}
+
 // Runs, or would if it had a CPU: a thread that has not come to its first instructions does.
 bool is_runnable(std::uint32_t tid) {
   std::ifstream file{fmt::format("/proc/self/task/{}/stat", tid)};
@@ -91,6 +103,8 @@ std::string thread_label(const trace::CallbackInfo& info) {
   std::string node{last_part(id.substr(0, id.find('@')))};
   std::string source = info.kind == CallbackKind::timer
                            ? (info.period_ns == 0 ? "once" : short_period(info.period_ns))
+                       : info.kind == CallbackKind::waitable
+                           ? std::string{event_or_name(info)}
                            : info.source.substr(info.source.starts_with('/') ? 1 : 0);
   const std::size_t source_room = std::max(kRoom / 2, kRoom - 1 - std::min(node.size(), kRoom - 1));
   source.resize(std::min(source.size(), source_room));

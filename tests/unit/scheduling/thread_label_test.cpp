@@ -24,11 +24,21 @@ trace::CallbackInfo subscription(std::string id, std::string source) {
   return info;
 }
 
+trace::CallbackInfo waitable(std::string id, std::string source) {
+  auto info = subscription(std::move(id), std::move(source));
+  info.kind = CallbackKind::waitable;
+  return info;
+}
+
 TEST(ThreadLabel, SaysWhoAndWhatInFifteenBytes) {
   EXPECT_EQ(thread_label(timer("/car/lidar@Timer(100000000)", 100'000'000)), "lidar:100ms");
   EXPECT_EQ(thread_label(timer("/lidar@Timer(1500)", 1500)), "lidar:1500ns");
   EXPECT_EQ(thread_label(timer("/lidar@Timer(2000)", 2000)), "lidar:2us");
   EXPECT_EQ(thread_label(subscription("/a@Subscription(/b)", "/b")), "a:b");
+  EXPECT_EQ(thread_label(waitable("/lidar@Waitable(camera)", "camera")), "lidar:camera");
+  EXPECT_EQ(thread_label(waitable("/car/imu@RequestedDeadlineMissed(/scan)", "/scan")),
+            "imu:DeadlineMis");
+  EXPECT_EQ(thread_label(waitable("/imu@LivelinessLost(/scan)", "/scan")), "imu:LivelinessL");
   // Topics that differ in their beginnings stay apart.
   EXPECT_EQ(thread_label(subscription("/cloud_fusion@S(x)", "/front/points")), "cloud_f:front/p");
   EXPECT_EQ(thread_label(subscription("/cloud_fusion@S(x)", "/rear/points")), "cloud_f:rear/po");

@@ -4,6 +4,7 @@
 #include <cie/executor/callback_group.hpp>
 #include <cie/executor/client.hpp>
 #include <cie/executor/context.hpp>
+#include <cie/executor/event_callbacks.hpp>
 #include <cie/executor/guard_condition.hpp>
 #include <cie/executor/message.hpp>
 #include <cie/executor/parameters.hpp>
@@ -53,10 +54,11 @@ std::shared_ptr<GuardConditionCallback> create_guard_condition(NodeState& node,
                                                                const std::type_info& symbol);
 std::shared_ptr<SubscriptionCallback> create_subscription(
     NodeState& node, std::string_view topic, const QoS& qos, const dds_topic_descriptor& type,
-    MessageFunction function, const CallbackOptions& options, const std::type_info& symbol);
+    MessageFunction function, const SubscriptionOptions& options, const std::type_info& symbol);
 // `code` lies in the component that publishes: it stays loaded while others have messages of it.
 std::shared_ptr<Writer> create_writer(NodeState& node, std::string_view topic, const QoS& qos,
-                                      const dds_topic_descriptor& type, void (*code)() noexcept);
+                                      const dds_topic_descriptor& type,
+                                      const PublisherOptions& options, void (*code)() noexcept);
 std::shared_ptr<SubscriptionCallback> create_service(
     NodeState& node, std::string_view service, const QoS& qos,
     const dds_topic_descriptor& request_type, const dds_topic_descriptor& response_type,
@@ -123,18 +125,26 @@ class Node final {
   }
 
   template <Message T>
-  [[nodiscard]] std::shared_ptr<Publisher<T>> create_publisher(std::string_view topic,
-                                                               const QoS& qos) {
-    return std::make_shared<Publisher<T>>(executor::create_writer(
-        *state_, topic, qos, MessageTraits<T>::descriptor(), &executor::code_of_publisher<T>));
+  [[nodiscard]] std::shared_ptr<Publisher<T>> create_publisher(
+      std::string_view topic, const QoS& qos, const PublisherOptions& options = {}) {
+    return std::make_shared<Publisher<T>>(
+        executor::create_writer(*state_, topic, qos, MessageTraits<T>::descriptor(), options,
+                                &executor::code_of_publisher<T>));
+  }
+
+  template <Message T, SubscriptionFunction<T> F>
+  [[nodiscard]] std::shared_ptr<Subscription<T>> create_subscription(
+      std::string_view topic, const QoS& qos, F function, const SubscriptionOptions& options) {
+    return std::make_shared<Subscription<T>>(executor::create_subscription(
+        *state_, topic, qos, MessageTraits<T>::descriptor(),
+        executor::erase_message_type<T>(std::move(function)), options, typeid(F)));
   }
 
   template <Message T, SubscriptionFunction<T> F>
   [[nodiscard]] std::shared_ptr<Subscription<T>> create_subscription(
       std::string_view topic, const QoS& qos, F function, const CallbackOptions& options = {}) {
-    return std::make_shared<Subscription<T>>(executor::create_subscription(
-        *state_, topic, qos, MessageTraits<T>::descriptor(),
-        executor::erase_message_type<T>(std::move(function)), options, typeid(F)));
+    return create_subscription<T>(topic, qos, std::move(function),
+                                  SubscriptionOptions{options, {}});
   }
 
   // Services are named like topics. Requests and responses are reliable; each side keeps the last

@@ -47,7 +47,8 @@ class Publisher {
   void publish(std::shared_ptr<const T> message) {
     executor::publish_shared(*writer_, std::move(message));
   }
-  // Says that the publisher is alive, as publishing does: for Liveliness::manual_by_topic.
+  // Says that the publisher is alive, as publishing does: for Liveliness::manual_by_topic, before
+  // its lease is over. Afterwards subscriptions of this process need it to publish.
   void assert_liveliness() const { executor::assert_liveliness(*writer_); }
   const std::string& topic() const noexcept { return executor::topic_of(*writer_); }
   // The writer's number in traces and in MessageInfo.
