@@ -1,6 +1,7 @@
 // An application of ours, for wire_test.py, which tells it line by line what to make and do:
 //
 //   node NAME NAMESPACE   publisher|subscription|service|client NAME   drop WHAT
+//   offering|asking NAME (a publisher, a subscription with deadline and lease)
 //   parameter NAME INTEGER   say TEXT   shout TEXT (by pointer)   call A B
 #include <cie/executor/executor.hpp>
 #include <cie/executor/node.hpp>
@@ -55,6 +56,12 @@ class App {
     } else if (verb == "subscription") {
       subscription_ = node_->create_subscription<String>(
           first, 10, [](const String& message) { print("heard " + std::string{message.data}); });
+    } else if (verb == "offering") {
+      publisher_ = node_->create_publisher<String>(first, demanding());
+    } else if (verb == "asking") {
+      subscription_ = node_->create_subscription<String>(
+          first, demanding(),
+          [](const String& message) { print("heard " + std::string{message.data}); }, telling());
     } else if (verb == "service") {
       service_ = node_->create_service<Request, Response>(
           first,
@@ -83,6 +90,35 @@ class App {
   void end() { executor_.cancel(); }
 
  private:
+  static cie::QoS demanding() {
+    return cie::QoS{10}
+        .deadline(std::chrono::milliseconds{250})
+        .lifespan(std::chrono::seconds{4})
+        .liveliness(cie::Liveliness::manual_by_topic)
+        .liveliness_lease_duration(std::chrono::milliseconds{1500});
+  }
+  // Every event is a line, with what it changed.
+  static cie::SubscriptionOptions telling() {
+    cie::SubscriptionOptions options;
+    auto& events = options.event_callbacks;
+    const auto counts = [](const auto& info) {
+      return std::to_string(info.total_count_change) + " of " + std::to_string(info.total_count);
+    };
+    events.deadline_callback = [counts](const auto& info) { print("missed " + counts(info)); };
+    events.matched_callback = [counts](const auto& info) {
+      print("matched " + counts(info) + ", now " + std::to_string(info.current_count));
+    };
+    events.message_lost_callback = [counts](const auto& info) { print("lost " + counts(info)); };
+    events.incompatible_qos_callback = [counts](const auto& info) {
+      print("incompatible " + std::string{label(info.last_policy_kind)} + " " + counts(info));
+    };
+    events.liveliness_callback = [](const auto& info) {
+      print("alive " + std::to_string(info.alive_count) + ", not " +
+            std::to_string(info.not_alive_count));
+    };
+    return options;
+  }
+
   void say(const std::string& text, bool by_pointer) {
     while (publisher_->subscription_count() == 0)
       std::this_thread::sleep_for(std::chrono::milliseconds{1});

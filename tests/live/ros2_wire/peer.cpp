@@ -1,7 +1,8 @@
 // The other side of the wire, for wire_test.py: shows what it discovers and receives, as bytes, and
 // sends the bytes it is given. It knows Cyclone DDS and no type, and shares no code with executor/.
 //
-//   sub TOPIC TYPE volatile|transient_local [USER_DATA]     pub … likewise     write TOPIC HEX
+//   sub TOPIC TYPE volatile|transient_local[,deadline=NS][,lease=NS,manual] [USER_DATA]
+//   pub … likewise     write TOPIC HEX
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -185,6 +186,14 @@ std::string qos_fields(const dds_qos_t* qos) {
     add("service_depth", depth);
     add("service_limit", std::max({limits[0], limits[1], limits[2]}));
   }
+  dds_duration_t duration{};
+  if (dds_qget_deadline(qos, &duration)) add("deadline", duration);
+  if (dds_qget_lifespan(qos, &duration)) add("lifespan", duration);
+  dds_liveliness_kind_t liveliness{};
+  if (dds_qget_liveliness(qos, &liveliness, &duration)) {
+    add("manual_by_topic", liveliness == DDS_LIVELINESS_MANUAL_BY_TOPIC);
+    add("lease", duration);
+  }
   bool is_disposing = false;
   if (dds_qget_writer_data_lifecycle(qos, &is_disposing)) add("autodispose", is_disposing);
   dds_data_representation_id_t* representations = nullptr;
@@ -226,10 +235,10 @@ class Peer {
       write(topic, from_hex(rest));
       return;
     }
-    std::string durability;
+    std::string policies;
     std::string user_data;
-    words >> durability >> user_data;
-    add(verb, topic, rest, durability == "transient_local", user_data);
+    words >> policies >> user_data;
+    add(verb, topic, rest, policies, user_data);
   }
 
   void look() {
@@ -246,8 +255,15 @@ class Peer {
     ddsi_sertype* type;
   };
 
+  // 0: the policy is not there.
+  static dds_duration_t duration(const std::string& policies, const std::string& policy) {
+    const auto at = policies.find(policy);
+    return at == std::string::npos ? 0 : std::stoll(policies.substr(at + policy.size()));
+  }
+
   void add(const std::string& kind, const std::string& topic, const std::string& type,
-           bool is_transient, const std::string& user_data) {
+           const std::string& policies, const std::string& user_data) {
+    const bool is_transient = policies.starts_with("transient_local");
     auto* sertype = new ddsi_sertype{};
     ddsi_sertype_init(sertype, type.c_str(), &kRawTypeOperations, &kRawOperations, true);
     sertype->allowed_data_representation = DDS_DATA_REPRESENTATION_FLAG_XCDR1;
@@ -258,6 +274,14 @@ class Peer {
     dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, DDS_INFINITY);
     dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, is_transient ? 1 : 100);
     if (is_transient) dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+    if (const auto deadline = duration(policies, "deadline=")) dds_qset_deadline(qos, deadline);
+    if (const auto lease = duration(policies, "lease=")) {
+      dds_qset_liveliness(qos,
+                          policies.find("manual") == std::string::npos
+                              ? DDS_LIVELINESS_AUTOMATIC
+                              : DDS_LIVELINESS_MANUAL_BY_TOPIC,
+                          lease);
+    }
     if (!user_data.empty()) dds_qset_userdata(qos, user_data.data(), user_data.size());
     if (kind == "sub") {
       readers_[topic] = checked(dds_create_reader(participant_, entity, qos, nullptr), "reader");

@@ -55,6 +55,12 @@ class Process:
                 return line
         raise AssertionError("never came")
 
+    def wait_for_all(self, expected):
+        """Until each of the lines came, in whatever order."""
+        missing = set(expected)
+        while missing:
+            missing.discard(self.wait_for(lambda line: line in missing))
+
     def end(self):
         self.process.stdin.close()
         code = self.process.wait(BOUND)
@@ -223,6 +229,35 @@ class Endpoints(OnTheWire):
                     "service_cleanup": 0, "service_keep_all": 0, "service_depth": 3,
                     "service_limit": -1, "autodispose": 0}
         self.assertEqual(writer | expected, writer)
+
+    def test_deadline_lifespan_and_liveliness_are_offered_and_asked_for(self):
+        self.tell("node talker /lab")
+        self.tell("offering chatter")
+        self.tell("asking heard")
+        expected = {"deadline": 250_000_000, "manual_by_topic": 1, "lease": 1_500_000_000}
+        writer = self.peer.wait_for_json(seen="pub", topic="rt/lab/chatter")
+        self.assertEqual(writer | expected | {"lifespan": 4_000_000_000}, writer)
+        reader = self.peer.wait_for_json(seen="sub", topic="rt/lab/heard")
+        self.assertEqual(reader | expected, reader)
+        # Who asks for that much is connected.
+        self.peer.make("sub", "rt/lab/chatter", STRING, "volatile,deadline=250000000,lease=1500000000,manual")
+        self.app.tell("say hello")
+        self.assertEqual(self.peer.next_sample("rt/lab/chatter")[4:], cdr_string("hello")[4:] + bytes(2))
+
+    def test_a_subscription_is_told_what_becomes_of_its_publishers(self):
+        self.tell("node listener /lab")
+        self.tell("asking heard")
+        self.peer.make("pub", "rt/lab/heard", STRING, "volatile,deadline=300000000,lease=1500000000,manual")
+        self.app.wait_for(lambda line: line == "incompatible deadline 1 of 1")
+        self.peer.make("pub", "rt/lab/heard", STRING, "volatile,deadline=250000000")
+        self.app.wait_for(lambda line: line == "incompatible liveliness 1 of 2")
+        self.peer.make("pub", "rt/lab/heard", STRING, "volatile,deadline=100000000,lease=1000000000,manual")
+        self.app.wait_for_all({"matched 1 of 1, now 1", "alive 1, not 0"})
+        self.peer.write("rt/lab/heard", cdr_string("once"))
+        # Nothing comes for longer than the deadline, then for longer than the lease.
+        self.app.wait_for_all({"heard once", "missed 1 of 1", "alive 0, not 1"})
+        self.peer.write("rt/lab/heard", cdr_string("zero\0inside"))
+        self.app.wait_for_all({"lost 1 of 1", "alive 1, not 0"})
 
     def test_strings_are_plain_cdr_both_ways(self):
         self.tell("node talker /lab")

@@ -30,8 +30,11 @@ void run() {
     std::atomic<int> triggered{0};
     auto passing = std::make_unique<cie::Node>(context, "goes", "/passing");
     executor.add_node(*passing);
-    auto subscription =
-        passing->create_subscription<Sample>("data", 10, [&](const Sample&) { ++received; });
+    std::atomic<int> matched{0};
+    cie::SubscriptionOptions options;
+    options.event_callbacks.matched_callback = [&](const auto&) { ++matched; };
+    auto subscription = passing->create_subscription<Sample>(
+        "data", 10, [&](const Sample&) { ++received; }, options);
     const auto timer = passing->create_wall_timer(3ms, [&] { ++expired; });
     const auto removed = node.create_guard_condition("go", [&] { ++triggered; });
     const auto echo = node.create_publisher<Sample>("echo", 1);
@@ -43,7 +46,7 @@ void run() {
       once.reset();
       has_ended = true;
     });
-    while (received == 0 || expired == 0 || triggered == 0 || !has_ended)
+    while (received == 0 || matched == 0 || expired == 0 || triggered == 0 || !has_ended)
       std::this_thread::sleep_for(1ms);
     subscription.reset();
     node.remove(removed);
