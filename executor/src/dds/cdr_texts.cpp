@@ -167,7 +167,7 @@ CdrTexts::CdrTexts(const std::vector<std::uint32_t>& operations)
 }
 
 bool CdrTexts::have_inner_zero(const unsigned char* message) const noexcept {
-  return begin_ != end_ && Search{message}.finds_zero(begin_, end_);
+  return are_possible() && Search{message}.finds_zero(begin_, end_);
 }
 
 }  // namespace cie::executor

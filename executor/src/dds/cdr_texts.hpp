@@ -18,6 +18,8 @@ class CdrTexts {
   // Of a message in plain CDR and in this machine's byte order that was checked to be one of the
   // type. Looks no further than the last text may be.
   bool have_inner_zero(const unsigned char* message) const noexcept;
+  // Whether a message of the type may have any.
+  bool are_possible() const noexcept { return begin_ != end_; }
 
  private:
   const std::uint32_t* begin_;

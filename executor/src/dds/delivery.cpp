@@ -10,7 +10,9 @@
 #include <dds/ddsc/dds_rhc.h>
 #include <dds/ddsi/ddsi_rhc.h>
 #include <dds/ddsi/ddsi_serdata.h>
+#include <dds/ddsi/ddsi_sertype.h>
 #include <dds/ddsi/q_bswap.h>
+#include <dds/ddsi/q_protocol.h>
 // clang-format on
 
 #include <cie/scheduling/clock.hpp>
@@ -89,6 +91,7 @@ struct RecordingCache {
   dds_rhc base;
   dds_rhc* inner = nullptr;  // owned; null until associated
   std::shared_ptr<Delivery> delivery;
+  LayoutPtr searched;
 };
 
 RecordingCache& self(void* cache) noexcept { return *static_cast<RecordingCache*>(cache); }
@@ -116,13 +119,30 @@ bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
   return guid == recipient;
 }
 
+// In bytes of Cyclone's making. Those of our own types are searched as they come.
+bool has_cut_text(const MessageLayout& layout, const ddsi_serdata* sample) noexcept {
+  if (sample->iox_chunk != nullptr) return false;
+  ddsrt_iovec_t part{};
+  ddsi_serdata* const held = ddsi_serdata_to_ser_ref(sample, 0, ddsi_serdata_size(sample), &part);
+  const auto* const bytes = static_cast<const unsigned char*>(part.iov_base);
+  std::uint16_t identifier = 0;
+  std::memcpy(&identifier, bytes, sizeof identifier);
+  const bool is_plain =
+      identifier == ddsi_sertype_get_native_enc_identifier(CDR_ENC_VERSION_1, CDR_ENC_FORMAT_PLAIN);
+  const bool is_cut =
+      is_plain && layout.texts().have_inner_zero(bytes + sizeof identifier + sizeof(std::uint16_t));
+  ddsi_serdata_to_ser_unref(held, &part);
+  return is_cut;
+}
+
 bool store(ddsi_rhc* cache, const ddsi_writer_info* writer, ddsi_serdata* sample,
            ddsi_tkmap_instance* instance) noexcept {
   const auto pass_on = [=] { return dds_rhc_store(inner(cache), writer, sample, instance); };
   if (sample->kind != SDK_DATA) return pass_on();  // a writer or an instance that ends
   const auto recipient = self(cache).delivery->recipient();
   if (recipient && !is_for(*recipient, sample)) return true;
-  if (is_unreadable(*sample)) {
+  const MessageLayout* const searched = self(cache).searched.get();
+  if (is_unreadable(*sample) || (searched != nullptr && has_cut_text(*searched, sample))) {
     self(cache).delivery->unreadable();
     return true;  // a reliable writer need not send it again
   }
@@ -205,10 +225,11 @@ constexpr dds_rhc_ops kOperations{
 
 }  // namespace
 
-dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery) {
+dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery, LayoutPtr searched) {
   auto cache = std::make_unique<RecordingCache>();
   cache->base.common.ops = &kOperations;
   cache->delivery = std::move(delivery);
+  cache->searched = std::move(searched);
   return &cache.release()->base;
 }
 

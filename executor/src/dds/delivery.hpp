@@ -6,6 +6,7 @@
 #include <cie/tracepoints/priority_mutex.hpp>
 #include <cie/tracepoints/trace.hpp>
 
+#include "message_layout.hpp"
 #include "scheduling/arrival_log.hpp"
 #include "scheduling/queue_count.hpp"
 #include "scheduling_names.hpp"
@@ -90,7 +91,10 @@ class Delivery {
 // arrival of the very sample is known: not in the listener (it does not say which sample it is
 // called for), and not on the wire. It uses interfaces of Cyclone DDS 0.10 that are exported but
 // not promised; the build asks for that version.
-::dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery);
+//
+// `searched`: the layout of samples that Cyclone serialises and that are to be searched for texts
+// that no message can hold; null for other samples.
+::dds_rhc* make_recording_cache(std::shared_ptr<Delivery> delivery, LayoutPtr searched);
 
 // 64 bits of a writer's 16-byte GUID, the same in every process; never 0.
 std::uint64_t writer_gid(const unsigned char (&guid)[16]) noexcept;

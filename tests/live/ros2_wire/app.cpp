@@ -1,4 +1,5 @@
-// An application of ours, for wire_test.py, which tells it line by line what to make and do:
+// An application of ours, for wire_test.py, which tells it line by line what to make and do. With
+// the argument "serialized" Cyclone serialises every message.
 //
 //   node NAME NAMESPACE   publisher|subscription|service|client NAME   drop WHAT
 //   offering|asking NAME (a publisher, a subscription with deadline and lease)
@@ -31,14 +32,16 @@ void print(const std::string& line) {
   std::cout << line << std::endl;
 }
 
-cie::Context::Options warning_options() {
+cie::Context::Options warning_options(bool pass_pointers) {
   auto options = cie::Context::Options::from_environment();
+  options.pass_pointers = pass_pointers;
   options.on_warning = [](const std::string& text) { print("warning " + text); };
   return options;
 }
 
 class App {
  public:
+  explicit App(bool pass_pointers) : context_{warning_options(pass_pointers)} {}
   void obey(const std::string& line) {
     std::istringstream words{line};
     std::string verb;
@@ -131,7 +134,7 @@ class App {
     }
   }
 
-  cie::Context context_{warning_options()};
+  cie::Context context_;
   cie::CallbackIsolatedExecutor executor_;
   std::unique_ptr<cie::Node> node_;
   std::shared_ptr<cie::Publisher<String>> publisher_;
@@ -143,8 +146,8 @@ class App {
 
 }  // namespace
 
-int main() {
-  App app;
+int main(int argc, char** argv) {
+  App app{argc != 2 || std::string{argv[1]} != "serialized"};
   std::thread spinning{[&app] { app.spin(); }};
   for (std::string line; std::getline(std::cin, line);)
     app.obey(line);
