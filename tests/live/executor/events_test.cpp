@@ -349,13 +349,16 @@ callback_groups:
                                                                         "spec.yaml"));
   CallbackIsolatedExecutor executor{options};
   executor.add_node(node);
+  std::atomic<bool> is_served{false};
+  const auto timer = node.create_wall_timer(1ms, [&is_served] { is_served = true; });
   const Spinning spinning{executor};
+  ASSERT_TRUE(eventually([&] { return is_served.load(); }));
   SubscriptionOptions matched;
   matched.event_callbacks.matched_callback = [](const auto&) {};
   EXPECT_THROW((void)node.create_subscription<Sample>(
                    "data", 10, [](const Sample&) {}, matched),
                SchedulingRefused);
-  EXPECT_THAT(ids(node), ElementsAre());
+  EXPECT_THAT(ids(node), ElementsAre(timer->logical_id()));
   const auto subscription = node.create_subscription<Sample>("data", 10, [](const Sample&) {});
   EXPECT_EQ(subscription->logical_id(), "/node@Subscription(/data)");
 }

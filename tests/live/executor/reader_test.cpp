@@ -7,8 +7,10 @@
 #include "dds/message_pool.hpp"
 #include "support.hpp"
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -154,6 +156,22 @@ TEST_P(ReaderTest, OfAKeyedTopicIsCountedWhenItIsEmpty) {
     ++taken;
   EXPECT_EQ(taken, 3);
   EXPECT_EQ(reader.delivery().count().overwritten(), 1U);
+}
+
+TEST_P(ReaderTest, CountsWhatItsLifespanEndedAsOverwritten) {
+  Reader reader = make<Sample>(QoS{KeepLast{5}});
+  const auto passing = node.create_publisher<Sample>(
+      "/data", QoS{KeepLast{5}}.lifespan(std::chrono::milliseconds{1}));
+  const auto lasting = node.create_publisher<Sample>("/data", QoS{KeepLast{5}});
+  publish(*passing, 1);
+  publish(*lasting, 2);
+  publish(*passing, 3);
+  std::this_thread::sleep_for(std::chrono::milliseconds{50});
+  const auto message = take<Sample>(reader);
+  ASSERT_NE(message, nullptr);
+  EXPECT_EQ(message->seq, 2U);
+  EXPECT_EQ(take<Sample>(reader), nullptr);
+  EXPECT_EQ(reader.delivery().count().overwritten(), 2U);
 }
 
 // The end of a writer arrives as a notice without data; it is no message.
