@@ -131,7 +131,26 @@ std::shared_ptr<void> guard_condition(Node& node, std::function<void()> body,
       }};
   return triggered;
 }
-constexpr std::array<Maker, 5> kMakers{timer, subscription, service, client, guard_condition};
+// Of a subscription whose publisher is silent.
+std::shared_ptr<void> event(Node& node, std::function<void()> body,
+                            const std::shared_ptr<CallbackGroup>& group) {
+  struct Ends {
+    std::shared_ptr<Publisher<Sample>> publisher;
+    std::shared_ptr<Subscription<Sample>> subscription;
+  };
+  const QoS qos = QoS{1}.deadline(1ms);
+  SubscriptionOptions options;
+  options.event_callbacks.deadline_callback = [body = std::move(body)](const auto&) { body(); };
+  options.event_callbacks.group = group;
+  auto ends = std::make_shared<Ends>();
+  ends->subscription = node.create_subscription<Sample>(
+      "silent", qos, [](const Sample&) {}, options);
+  ends->publisher = node.create_publisher<Sample>("silent", qos);
+  ends->publisher->publish(*make_message<Sample>());
+  return ends;
+}
+constexpr std::array<Maker, 6> kMakers{timer,  subscription,    service,
+                                       client, guard_condition, event};
 
 class Lifetimes : public testing::TestWithParam<Kind> {
  protected:
