@@ -48,7 +48,7 @@ INSTANTIATE_TEST_SUITE_P(Executors, Workers, every_executor(), name_of);
 
 TEST_P(Workers, RunUnderTheirNamesUntilTheExecutorGoes) {
   const auto idle = make();  // the tracer's own thread comes with the first executor
-  const std::size_t before = thread_count();
+  const std::size_t before = settled(thread_count);
   std::atomic<int> ended{0};
   std::string name;
   std::atomic<bool> has_run{false};
@@ -68,7 +68,7 @@ TEST_P(Workers, RunUnderTheirNamesUntilTheExecutorGoes) {
   }
   EXPECT_EQ(ended, 2);
   EXPECT_EQ(name, "pump");
-  EXPECT_EQ(thread_count(), before);
+  EXPECT_EQ(settled(thread_count), before);
 }
 
 TEST_P(Workers, AreConfiguredBeforeTheyRun) {
@@ -89,7 +89,7 @@ TEST_P(Workers, AreConfiguredBeforeTheyRun) {
 
 TEST_P(Workers, NeverRunWhenTheirParametersAreRefused) {
   const auto idle = make();
-  const std::size_t before = thread_count();
+  const std::size_t before = settled(thread_count);
   std::atomic<bool> has_run{false};
   const auto executor = make(with_spec(kImpossible));
   try {
@@ -103,7 +103,7 @@ TEST_P(Workers, NeverRunWhenTheirParametersAreRefused) {
     EXPECT_THAT(refused.what(), HasSubstr("test.yaml:2"));
   }
   EXPECT_FALSE(has_run);
-  EXPECT_EQ(thread_count(), before);
+  EXPECT_EQ(settled(thread_count), before);
 }
 
 TEST_P(Workers, RunAllTheSameWhenAWarningIsEnough) {
