@@ -34,9 +34,9 @@ Reader::Reader(std::shared_ptr<ContextState> context, const TopicName& topic, co
   if (reply) delivery_->accept_only(reply->recipient);
   delivery_->on_lost(events_->message_lost);
   delivery_->on_unreadable([warnings = context_->warnings(), name = topic.ros] {
-    warnings->tell("\"" + name +
-                   "\": a message had a text with a zero inside, which texts end at "
-                   "here: it counts as lost, and others like it");
+    warnings->tell("a message on \"" + name +
+                   "\" has a text with a zero inside, where texts of ours end: it is lost, and so "
+                   "are others like it");
   });
   const auto dds_qos = dds::to_dds(qos, topic.ros, user_data);
   const dds_entity_t participant = context_->participant();

@@ -380,8 +380,8 @@ class Texts(OnTheWire):
         while "heard whole" not in lines:
             lines.append(self.app.wait_for(lambda line: True))
         self.assertEqual(lines, [
-            'warning "/lab/heard": a message had a text with a zero inside, which texts end at here: '
-            "it counts as lost, and others like it", "heard whole"])
+            'warning a message on "/lab/heard" has a text with a zero inside, where texts of ours end: '
+            "it is lost, and so are others like it", "heard whole"])
 
 
 class TextsThatCycloneSerialises(Texts):
