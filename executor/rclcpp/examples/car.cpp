@@ -35,6 +35,18 @@ rclcpp::NodeOptions node_options(const Words& words) {
   return rclcpp::NodeOptions{}.use_intra_process_comms(words.contains("--intra-process"));
 }
 
+// Humble takes the middleware's own structure, Iron and later rclcpp's.
+template <typename Node>
+auto services_qos(Node&) {
+  if constexpr (requires(Node & node) {
+                  node.template create_client<SetBool>("", rclcpp::ServicesQoS{});
+                }) {
+    return rclcpp::ServicesQoS{};
+  } else {
+    return rmw_qos_profile_services_default;
+  }
+}
+
 class WithGroups : public rclcpp::Node {
  public:
   WithGroups(const std::string& name, const Words& words)
@@ -123,8 +135,8 @@ class Plan : public WithGroups {
         [](const SetBool::Request::SharedPtr request, SetBool::Response::SharedPtr response) {
           response->success = request->data;
         },
-        rmw_qos_profile_services_default, own_group());
-    client_ = create_client<SetBool>("enable", rmw_qos_profile_services_default, of_client);
+        services_qos(*this), own_group());
+    client_ = create_client<SetBool>("enable", services_qos(*this), of_client);
     timer_ = create_wall_timer(
         100ms,
         [this, cancels = words.contains("--cancel-timer")] {

@@ -5,7 +5,8 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
-#include <typeinfo>
+#include <stdexcept>
+#include <utility>
 
 #include <rclcpp/callback_group.hpp>
 #include <rclcpp/executor.hpp>
@@ -34,6 +35,16 @@ using QosEventHandler = rclcpp::QOSEventHandlerBase;
 inline constexpr bool kOwnHandlersAreFunctions = false;
 inline constexpr bool kNoticesAreWhole = false;
 #endif
+
+// A subscription lists its handlers, since Iron by event.
+inline const QosEventHandler& event_handler(const std::shared_ptr<QosEventHandler>& handler) {
+  return *handler;
+}
+template <typename Event>
+const QosEventHandler& event_handler(
+    const std::pair<const Event, std::shared_ptr<QosEventHandler>>& handler) {
+  return *handler.second;
+}
 
 // Takes the expiry off rcl's timer and runs the user's function between `begin` and the return. Since
 // Jazzy call() brings data for it. False if the timer was cancelled meanwhile.

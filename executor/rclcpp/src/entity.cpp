@@ -9,8 +9,11 @@
 #include <utility>
 
 #include <cxxabi.h>
+#include <rcl/error_handling.h>
+#include <rcl/event.h>
 #include <rcl/subscription.h>
 #include <rclcpp/exceptions.hpp>
+#include <rclcpp/experimental/subscription_intra_process_base.hpp>
 #include <rclcpp/logging.hpp>
 #include <rclcpp/message_info.hpp>
 
@@ -44,12 +47,56 @@ auto notice_of_middleware(Entity::Notice notice) {
   };
 }
 
+bool has_handler_of_lost(const rclcpp::SubscriptionBase& subscription) {
+  for (const auto& handler : subscription.get_event_handlers()) {
+    const QosEventHandler& each = event_handler(handler);
+    if (demangled(typeid(each)).find("message_lost") != std::string::npos) return true;
+  }
+  return false;
+}
+
 // Which publishers a subscription also hears through the process is a protected member function.
 class OtherWay : public rclcpp::SubscriptionBase {
  public:
   static bool has(const rclcpp::SubscriptionBase& subscription, const rmw_gid_t& publisher) {
     return (subscription.*(&OtherWay::matches_any_intra_process_publishers))(&publisher);
   }
+};
+
+// Tells how many messages the middleware lost. It keeps the middleware's reader while it lives.
+class LostMessages {
+ public:
+  LostMessages(std::shared_ptr<rcl_subscription_t> subscription, Entity::Notice notice)
+      : subscription_(std::move(subscription)), notice_(std::move(notice)) {
+    has_event_ = rcl_subscription_event_init(&event_, subscription_.get(),
+                                             RCL_SUBSCRIPTION_MESSAGE_LOST) == RCL_RET_OK &&
+                 rcl_event_set_callback(&event_, &LostMessages::on_lost, this) == RCL_RET_OK;
+    if (!has_event_) rcl_reset_error();  // a middleware that does not tell
+  }
+  LostMessages(const LostMessages&) = delete;
+  LostMessages& operator=(const LostMessages&) = delete;
+  ~LostMessages() {
+    if (has_event_ && rcl_event_set_callback(&event_, nullptr, nullptr) != RCL_RET_OK) {
+      rcl_reset_error();
+    }
+    if (rcl_event_fini(&event_) != RCL_RET_OK) rcl_reset_error();
+  }
+
+ private:
+  static void on_lost(const void* self, std::size_t) {
+    const auto& lost = *static_cast<const LostMessages*>(self);
+    rmw_message_lost_status_t status{};
+    if (rcl_take_event(&lost.event_, &status) != RCL_RET_OK) {
+      rcl_reset_error();
+    } else if (status.total_count_change > 0) {
+      lost.notice_(Inbox::Source::lost, status.total_count_change, 0);
+    }
+  }
+
+  const std::shared_ptr<rcl_subscription_t> subscription_;
+  const Entity::Notice notice_;
+  mutable rcl_event_t event_ = rcl_get_zero_initialized_event();
+  bool has_event_ = false;
 };
 
 class SubscriptionEntity final : public Entity {
@@ -74,11 +121,16 @@ class SubscriptionEntity final : public Entity {
         notice(Inbox::Source::process, count, entity);
       });
     }
-    if (const auto subscription = subscription_.lock()) {
-      subscription->set_on_new_message_callback(notice_of_middleware(std::move(notice)));
+    const auto subscription = subscription_.lock();
+    if (!subscription) return;
+    // Whoever takes the event takes it from others: a handler of the user's has it alone.
+    if (!has_handler_of_lost(*subscription)) {
+      lost_ = std::make_unique<LostMessages>(subscription->get_subscription_handle(), notice);
     }
+    subscription->set_on_new_message_callback(notice_of_middleware(std::move(notice)));
   }
   void disconnect() noexcept override {
+    lost_.reset();
     if (const auto process = process_.lock()) quietly([&] { process->clear_on_ready_callback(); });
     if (const auto subscription = subscription_.lock()) {
       quietly([&] { subscription->clear_on_new_message_callback(); });
@@ -156,6 +208,7 @@ class SubscriptionEntity final : public Entity {
   const std::string topic_;
   const std::size_t depth_;
   const MessageForm form_;
+  std::unique_ptr<LostMessages> lost_;
 };
 
 class ServiceEntity final : public Entity {
@@ -307,6 +360,11 @@ std::unique_ptr<Entity> make_entity(const rclcpp::ClientBase::SharedPtr& client)
 }
 std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable) {
   return std::make_unique<WaitableEntity>(waitable);
+}
+
+bool is_of_subscription(const rclcpp::Waitable& waitable) {
+  return dynamic_cast<const rclcpp::experimental::SubscriptionIntraProcessBase*>(&waitable) !=
+         nullptr;
 }
 
 // A user's handler is kept as a std::function. So is rclcpp's own since Iron, which only warns of

@@ -51,6 +51,9 @@ std::unique_ptr<Entity> make_entity(const rclcpp::ServiceBase::SharedPtr& servic
 std::unique_ptr<Entity> make_entity(const rclcpp::ClientBase::SharedPtr& client);
 std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable);
 
+// Whether the waitable is a subscription's end within the process, which may outlive it.
+bool is_of_subscription(const rclcpp::Waitable& waitable);
+
 // Whether the waitable is a handler of QoS events that rclcpp made itself, which only warns. Since Iron
 // a user's handler of incompatible QoS or type cannot be told from it.
 bool is_default_event_handler(const rclcpp::Waitable& waitable);

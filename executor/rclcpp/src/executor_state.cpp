@@ -148,7 +148,7 @@ void ExecutorState::watch(const std::stop_token& stop) {
   const std::stop_callback wake_up{stop, [this] { changed_->notify(); }};
   while (!stop.stop_requested()) {
     try {
-      if (core_->is_spinning()) look_at_all();
+      look_at_all();
     } catch (...) {
       core_->on_failure({.callback = cie::kNoCallback,
                          .logical_id = kWatcher,

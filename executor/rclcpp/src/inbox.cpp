@@ -98,6 +98,10 @@ void Inbox::announce(Source source, std::size_t count, int entity) noexcept {
     arrival.realtime_ns = realtime_now();
   }
   const std::lock_guard lock{mutex_};
+  if (source == Source::lost) {
+    if (trace_ != nullptr) trace_->sample_lost(static_cast<std::uint32_t>(count));
+    return;
+  }
   for (; count > 0; --count) {
     queue(source).add(arrival);
     if (trace_ != nullptr) trace_->release(overwritten());

@@ -63,8 +63,9 @@ class ArrivalQueue {
 // that an entity holds, so that neither needs the other to live.
 class Inbox {
  public:
-  // Of a subscription: from the middleware, and from publishers of the same process.
-  enum class Source : std::uint8_t { middleware, process };
+  // Of a subscription: from the middleware, and from publishers of the same process; and what the
+  // middleware lost before it could be queued.
+  enum class Source : std::uint8_t { middleware, process, lost };
 
   Inbox(std::size_t middleware_depth, std::size_t process_depth);
 

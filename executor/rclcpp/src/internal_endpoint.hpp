@@ -35,7 +35,14 @@ class InternalEndpoint final : public cie::scheduling::BackgroundServer::Endpoin
  private:
   const std::shared_ptr<InternalServer> server_;
   const std::unique_ptr<Entity> entity_;
-  const std::shared_ptr<std::atomic<std::uint64_t>> waiting_;
+  // How much of each source.
+  struct Waiting {
+    std::atomic<std::uint64_t> from_middleware{0};
+    std::atomic<std::uint64_t> from_process{0};
+  };
+  void serve(Inbox::Source source, std::atomic<std::uint64_t>& waiting) noexcept;
+
+  const std::shared_ptr<Waiting> waiting_;
 };
 
 }  // namespace cie_rclcpp

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <set>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -209,7 +208,6 @@ void ServedNode::find_entities(Group& group, Callbacks& came) {
   const auto alive = group.group.lock();
   if (!alive) return;
   const std::size_t before = group.served.size();
-  std::set<const rclcpp::Waitable*> of_subscriptions;
   std::vector<rclcpp::SubscriptionBase::SharedPtr> subscriptions;
   std::vector<rclcpp::ServiceBase::SharedPtr> services;
   std::vector<rclcpp::ClientBase::SharedPtr> clients;
@@ -221,7 +219,6 @@ void ServedNode::find_entities(Group& group, Callbacks& came) {
   for (const auto& timer : timers)
     serve_new(group, timer, [&] { return as_timer(group, timer); });
   for (const auto& subscription : subscriptions) {
-    of_subscriptions.insert(subscription->get_intra_process_waitable().get());
     serve_new(group, subscription, [&] {
       const std::string_view topic = subscription->get_topic_name();
       const bool is_own = topic == "/clock" || (topic == "/parameter_events" &&
@@ -240,7 +237,7 @@ void ServedNode::find_entities(Group& group, Callbacks& came) {
   for (const auto& client : clients)
     serve_new(group, client, [&] { return as_callback(group, make_entity(client)); });
   for (const auto& waitable : waitables) {
-    if (of_subscriptions.contains(waitable.get())) continue;
+    if (is_of_subscription(*waitable)) continue;
     serve_new(group, waitable, [&] {
       return is_default_event_handler(*waitable) ? as_internal(make_entity(waitable))
                                                  : as_callback(group, make_entity(waitable));
