@@ -63,12 +63,14 @@ class OtherWay : public rclcpp::SubscriptionBase {
   }
 };
 
-// Tells how many messages the middleware lost. It keeps the middleware's reader while it lives.
+// Tells how many messages the middleware lost. A subscription keeps it with its notice: in some
+// distributions that goes before the middleware's reader, in others after it. Nobody else may keep the
+// reader, whose other notices would meet nothing.
 class LostMessages {
  public:
-  LostMessages(std::shared_ptr<rcl_subscription_t> subscription, Entity::Notice notice)
-      : subscription_(std::move(subscription)), notice_(std::move(notice)) {
-    has_event_ = rcl_subscription_event_init(&event_, subscription_.get(),
+  LostMessages(const std::shared_ptr<rcl_subscription_t>& subscription, Entity::Notice notice)
+      : subscription_(subscription), notice_(std::move(notice)) {
+    has_event_ = rcl_subscription_event_init(&event_, subscription.get(),
                                              RCL_SUBSCRIPTION_MESSAGE_LOST) == RCL_RET_OK &&
                  rcl_event_set_callback(&event_, &LostMessages::on_lost, this) == RCL_RET_OK;
     if (!has_event_) rcl_reset_error();  // a middleware that does not tell
@@ -76,7 +78,8 @@ class LostMessages {
   LostMessages(const LostMessages&) = delete;
   LostMessages& operator=(const LostMessages&) = delete;
   ~LostMessages() {
-    if (has_event_ && rcl_event_set_callback(&event_, nullptr, nullptr) != RCL_RET_OK) {
+    const auto alive = subscription_.lock();
+    if (alive && has_event_ && rcl_event_set_callback(&event_, nullptr, nullptr) != RCL_RET_OK) {
       rcl_reset_error();
     }
     if (rcl_event_fini(&event_) != RCL_RET_OK) rcl_reset_error();
@@ -93,7 +96,7 @@ class LostMessages {
     }
   }
 
-  const std::shared_ptr<rcl_subscription_t> subscription_;
+  const std::weak_ptr<rcl_subscription_t> subscription_;
   const Entity::Notice notice_;
   mutable rcl_event_t event_ = rcl_get_zero_initialized_event();
   bool has_event_ = false;
@@ -124,13 +127,16 @@ class SubscriptionEntity final : public Entity {
     const auto subscription = subscription_.lock();
     if (!subscription) return;
     // Whoever takes the event takes it from others: a handler of the user's has it alone.
+    std::shared_ptr<LostMessages> lost;
     if (!has_handler_of_lost(*subscription)) {
-      lost_ = std::make_unique<LostMessages>(subscription->get_subscription_handle(), notice);
+      lost = std::make_shared<LostMessages>(subscription->get_subscription_handle(), notice);
     }
-    subscription->set_on_new_message_callback(notice_of_middleware(std::move(notice)));
+    subscription->set_on_new_message_callback(
+        [notice = std::move(notice), lost = std::move(lost)](std::size_t count) {
+          notice(Inbox::Source::middleware, count, 0);
+        });
   }
   void disconnect() noexcept override {
-    lost_.reset();
     if (const auto process = process_.lock()) quietly([&] { process->clear_on_ready_callback(); });
     if (const auto subscription = subscription_.lock()) {
       quietly([&] { subscription->clear_on_new_message_callback(); });
@@ -208,7 +214,6 @@ class SubscriptionEntity final : public Entity {
   const std::string topic_;
   const std::size_t depth_;
   const MessageForm form_;
-  std::unique_ptr<LostMessages> lost_;
 };
 
 class ServiceEntity final : public Entity {
