@@ -89,7 +89,9 @@ cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)
 cie_program(cie-collect SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11 fmt::fmt)
 target_include_directories(cie-collect PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_install_manual()
-# An always-on recorder. systemd looks for units and users of packages below /usr/lib, whatever the architecture.
-install(FILES systemd/cie-record.service DESTINATION lib/systemd/system)
-install(FILES systemd/cie-record.sysusers DESTINATION lib/sysusers.d RENAME cie-record.conf)
-install(FILES systemd/cie-record.tmpfiles DESTINATION lib/tmpfiles.d RENAME cie-record.conf)
+# An always-on recorder, and a collector. systemd looks for units and users of packages below /usr/lib, whatever the architecture.
+foreach(unit cie-record cie-collect)
+  install(FILES systemd/${unit}.service DESTINATION lib/systemd/system)
+  install(FILES systemd/${unit}.sysusers DESTINATION lib/sysusers.d RENAME ${unit}.conf)
+  install(FILES systemd/${unit}.tmpfiles DESTINATION lib/tmpfiles.d RENAME ${unit}.conf)
+endforeach()
