@@ -1,0 +1,3 @@
+#pragma once
+
+inline void rcl_reset_error() {}

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <rclcpp/macros.hpp>
+#include <rclcpp/qos.hpp>
+#include <rmw_double/bus.hpp>
+
+namespace rclcpp {
+
+// What services and clients share: a queue of requests or of responses.
+class ServiceEnd {
+ public:
+  ServiceEnd(std::string name, const rmw_qos_profile_t& profile)
+      : name_(std::move(name)), reader_(std::make_shared<rmw_double::Reader>(profile)) {}
+  ServiceEnd(const ServiceEnd&) = delete;
+  ServiceEnd& operator=(const ServiceEnd&) = delete;
+  virtual ~ServiceEnd() { reader_->notice.clear(); }
+  const char* get_service_name() const { return name_.c_str(); }
+  std::shared_ptr<rmw_request_id_t> create_request_header() {
+    return std::make_shared<rmw_request_id_t>();
+  }
+
+ protected:
+  void listen(const std::string& topic) {
+    rmw_double::Bus::get().join(topic,
+                                {.owner = reader_, .reader = reader_, .qos = reader_->qos()});
+  }
+  void set_notice(std::function<void(std::size_t)> callback);
+  bool take(void* data, rmw_request_id_t& header);
+  virtual void copy(const void* from, void* to) const = 0;
+
+  const std::string name_;
+  const std::shared_ptr<rmw_double::Reader> reader_;
+};
+
+class ServiceBase : public ServiceEnd {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(ServiceBase)
+  ServiceBase(const std::string& name, const rmw_qos_profile_t& profile)
+      : ServiceEnd(name, profile) {
+    listen("request " + name);
+  }
+  QoS get_request_subscription_actual_qos() const { return QoS{reader_->qos()}; }
+  void set_on_new_request_callback(std::function<void(std::size_t)> callback) {
+    set_notice(std::move(callback));
+  }
+  void clear_on_new_request_callback() { reader_->notice.clear(); }
+  bool take_type_erased_request(void* request, rmw_request_id_t& header) {
+    return take(request, header);
+  }
+  virtual std::shared_ptr<void> create_request() = 0;
+  virtual void handle_request(std::shared_ptr<rmw_request_id_t> header,
+                              std::shared_ptr<void> request) = 0;
+
+ protected:
+  void respond(const rmw_request_id_t& header, std::shared_ptr<const void> response);
+};
+
+template <typename Type>
+class Service : public ServiceBase {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(Service)
+  using Request = typename Type::Request;
+  using Response = typename Type::Response;
+  using Function = std::function<void(std::shared_ptr<Request>, std::shared_ptr<Response>)>;
+  Service(const std::string& name, const rmw_qos_profile_t& profile, Function function)
+      : ServiceBase(name, profile), function_(std::move(function)) {}
+  std::shared_ptr<void> create_request() override { return std::make_shared<Request>(); }
+  void handle_request(std::shared_ptr<rmw_request_id_t> header,
+                      std::shared_ptr<void> request) override {
+    auto response = std::make_shared<Response>();
+    function_(std::static_pointer_cast<Request>(request), response);
+    respond(*header, response);
+  }
+
+ private:
+  void copy(const void* from, void* to) const override {
+    *static_cast<Request*>(to) = *static_cast<const Request*>(from);
+  }
+  Function function_;
+};
+
+}  // namespace rclcpp

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+#include <rcl/error_handling.h>
+#include <rcl/timer.h>
+#include <rclcpp/clock.hpp>
+
+namespace rclcpp {
+
+class TimerBase {
+ public:
+  RCLCPP_SMART_PTR_DEFINITIONS(TimerBase)
+  TimerBase(Clock::SharedPtr clock, std::chrono::nanoseconds period);
+  TimerBase(const TimerBase&) = delete;
+  TimerBase& operator=(const TimerBase&) = delete;
+  virtual ~TimerBase() = default;
+
+  void cancel() { rcl_timer_cancel(timer_handle_.get()); }
+  void reset() { rcl_timer_reset(timer_handle_.get()); }
+  bool is_canceled() const { return timer_handle_->canceled.load(); }
+  std::chrono::nanoseconds time_until_trigger() const;
+  std::shared_ptr<const rcl_timer_t> get_timer_handle() { return timer_handle_; }
+  virtual bool call() = 0;
+  virtual void execute_callback() = 0;
+  virtual bool is_steady() = 0;
+
+ protected:
+  Clock::SharedPtr clock_;
+  std::shared_ptr<rcl_timer_t> timer_handle_;
+
+ private:
+  JumpHandler::SharedPtr jumps_;
+};
+
+template <typename Function>
+class GenericTimer : public TimerBase {
+ public:
+  GenericTimer(Clock::SharedPtr clock, std::chrono::nanoseconds period, Function function)
+      : TimerBase(std::move(clock), period), function_(std::move(function)) {}
+  bool call() override { return rcl_timer_call(timer_handle_.get()) == RCL_RET_OK; }
+  void execute_callback() override {
+    if constexpr (std::is_invocable_v<Function, TimerBase&>) {
+      function_(*this);
+    } else {
+      function_();
+    }
+  }
+  bool is_steady() override { return clock_->get_clock_handle()->type == RCL_STEADY_TIME; }
+
+ private:
+  Function function_;
+};
+
+}  // namespace rclcpp
