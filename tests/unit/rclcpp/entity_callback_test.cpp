@@ -1,0 +1,164 @@
+// Which announcement a message is taken for.
+#include "entity_callback.hpp"
+
+#include <cie/scheduling/clock.hpp>
+
+#include "recorded_releases.hpp"
+
+#include <chrono>
+#include <deque>
+#include <map>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <time.h>
+
+namespace cie_rclcpp {
+namespace {
+
+using cie::scheduling::GroupState;
+using cie::scheduling::monotonic_now;
+using test::releases_of;
+
+std::int64_t realtime_now() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+// A queue in the middleware, by hand: keep-last, and announced once per message.
+struct Queue {
+  explicit Queue(std::size_t queue_depth) : depth(queue_depth) {}
+  // `ahead`: of the publisher's clock.
+  void send(std::int64_t ahead = 0) {
+    if (messages.size() == depth) messages.pop_front();
+    const std::int64_t sent = realtime_now() + ahead;
+    messages.push_back(sent);
+    const std::int64_t before = monotonic_now();
+    notice(Inbox::Source::middleware, 1, 0);
+    announced[sent] = {before, monotonic_now()};
+    std::this_thread::sleep_for(std::chrono::microseconds{1});  // times differ
+  }
+  std::size_t depth;
+  std::deque<std::int64_t> messages{};                                        // when they were sent
+  std::map<std::int64_t, std::pair<std::int64_t, std::int64_t>> announced{};  // between these two
+  Entity::Notice notice{};
+  std::function<void()> before_take = [] {};
+};
+
+class QueueEntity final : public Entity {
+ public:
+  explicit QueueEntity(Queue& queue) : queue_(queue) {}
+  std::string name() const override { return "/x"; }
+  cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::subscription; }
+  std::size_t depth() const override { return queue_.depth; }
+  void connect(Notice notice) override { queue_.notice = std::move(notice); }
+  void disconnect() noexcept override {}
+  bool run_next(Inbox::Source, int, const Begin& begin) override {
+    std::exchange(queue_.before_take, [] {})();
+    if (queue_.messages.empty()) return false;
+    const std::int64_t sent = queue_.messages.front();
+    queue_.messages.pop_front();
+    begin(sent);
+    return true;
+  }
+
+ private:
+  Queue& queue_;
+};
+
+class EntityCallbackTest : public testing::Test {
+ protected:
+  explicit EntityCallbackTest(std::size_t depth = 3) : queue_(depth) { test::forget_releases(); }
+  // By the announcement of its message.
+  void expect_own_release(std::size_t instance) {
+    const auto all = releases_of(callback_.id());
+    ASSERT_LT(instance, all.size());
+    const auto& [before, after] = queue_.announced.at(all[instance].source_timestamp_realtime_ns);
+    EXPECT_GE(all[instance].release_ns, before) << instance;
+    EXPECT_LE(all[instance].release_ns, after) << instance;
+  }
+  std::int64_t release(std::size_t instance) {
+    return releases_of(callback_.id()).at(instance).release_ns;
+  }
+
+  Queue queue_;
+  EntityCallback callback_{
+      std::make_shared<GroupState>(cie::kNoNode, cie::GroupType::mutually_exclusive),
+      {.kind = cie::CallbackKind::subscription,
+       .logical_id = cie::trace::unique_logical_id("/t@Subscription(/x)")},
+      std::make_unique<QueueEntity>(queue_),
+      [] {}};
+};
+
+TEST_F(EntityCallbackTest, RunsOnceForEachMessage) {
+  EXPECT_FALSE(callback_.execute_one());
+  queue_.send();
+  queue_.send();
+  EXPECT_EQ(callback_.queued(), 2U);
+  EXPECT_TRUE(callback_.execute_one());
+  EXPECT_TRUE(callback_.execute_one());
+  EXPECT_FALSE(callback_.execute_one());
+  const auto all = releases_of(callback_.id());
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].kind, cie::ReleaseKind::data);
+  EXPECT_GT(all[0].release_ns, 0);
+  EXPECT_GT(all[1].release_ns, all[0].release_ns);
+  expect_own_release(0);
+  expect_own_release(1);
+}
+
+// The announcement is there, its message is not (somebody else took it): no instance.
+TEST_F(EntityCallbackTest, DoesNotRunWithoutAMessage) {
+  queue_.send();
+  queue_.messages.clear();
+  EXPECT_FALSE(callback_.execute_one());
+  EXPECT_TRUE(releases_of(callback_.id()).empty());
+}
+
+// A full queue that is written to between the announcement's taking and the message's.
+TEST_F(EntityCallbackTest, SkipsTheAnnouncementOfAMessageThatWasOverwritten) {
+  for (int i = 0; i < 3; ++i)
+    queue_.send();
+  queue_.before_take = [this] { queue_.send(); };
+  for (int i = 0; i < 3; ++i)
+    EXPECT_TRUE(callback_.execute_one()) << i;
+  EXPECT_FALSE(callback_.execute_one());
+  for (std::size_t i = 0; i < 3; ++i)
+    expect_own_release(i);
+}
+
+// A publisher whose clock is ahead sends what looks later than its announcement; its timestamps say
+// nothing from then on, and each message keeps its announcement.
+TEST_F(EntityCallbackTest, BelievesNoForeignClock) {
+  constexpr std::int64_t kAhead = 1'000'000'000;
+  for (int i = 0; i < 2; ++i)
+    queue_.send(kAhead);
+  EXPECT_TRUE(callback_.execute_one());
+  EXPECT_TRUE(callback_.execute_one());
+  EXPECT_GT(release(0), 0);
+  EXPECT_GT(release(1), release(0));
+  for (int i = 0; i < 3; ++i)
+    queue_.send(kAhead);
+  std::int64_t latest = release(1);
+  for (std::size_t i = 2; i < 5; ++i) {
+    EXPECT_TRUE(callback_.execute_one());
+    EXPECT_GT(release(i), latest) << i;
+    latest = release(i);
+  }
+}
+
+TEST_F(EntityCallbackTest, TellsWhenItsEntityForgetsIt) {
+  int told = 0;
+  {
+    Entity::Notice kept;
+    kept = [gone = farewell([&told] { ++told; })](Inbox::Source, std::size_t, int) {};
+    const Entity::Notice copy = kept;
+    kept = nullptr;
+    EXPECT_EQ(told, 0);
+  }
+  EXPECT_EQ(told, 1);
+}
+
+}  // namespace
+}  // namespace cie_rclcpp

@@ -1,0 +1,201 @@
+// Nodes and groups come and go.
+#include <cie/scheduling/callback.hpp>
+
+#include "support.hpp"
+
+#include <stdexcept>
+
+namespace cie_rclcpp {
+namespace {
+
+using namespace test;
+
+class MembersTest : public WithContext {
+ protected:
+  static std::string message_of(const std::function<void()>& function) {
+    try {
+      function();
+    } catch (const std::runtime_error& error) {
+      return error.what();
+    }
+    return "nothing was thrown";
+  }
+  CallbackIsolatedExecutor executor_{cie::ExecutorOptions{}, in_context()};
+};
+
+TEST_F(MembersTest, ANodeHasOneExecutor) {
+  const auto shared = node("shared");
+  executor_.add_node(shared);
+  const std::string already = "Node '/test/shared' has already been added to an executor.";
+  EXPECT_EQ(message_of([&] { executor_.add_node(shared); }), already);
+  CallbackIsolatedExecutor other{cie::ExecutorOptions{}, in_context()};
+  EXPECT_EQ(message_of([&] { other.add_node(shared); }), already);
+  EXPECT_EQ(message_of([&] { other.remove_node(shared); }),
+            "Node needs to be associated with this executor.");
+  executor_.remove_node(shared);
+  EXPECT_EQ(message_of([&] { executor_.remove_node(shared); }),
+            "Node needs to be associated with this executor.");
+  other.add_node(shared);
+}
+
+TEST_F(MembersTest, AGroupHasOneExecutor) {
+  const auto shared = node("shared");
+  const auto base = shared->get_node_base_interface();
+  const auto group = shared->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
+  EXPECT_EQ(message_of([&] { executor_.remove_callback_group(group); }),
+            "Callback group needs to be associated with this executor.");
+  executor_.add_callback_group(group, base);
+  EXPECT_EQ(message_of([&] { executor_.add_callback_group(group, base); }),
+            "Callback group has already been added to an executor.");
+  EXPECT_EQ(executor_.get_manually_added_callback_groups().size(), 1U);
+  EXPECT_EQ(executor_.get_automatically_added_callback_groups_from_nodes().size(), 0U);
+  executor_.remove_callback_group(group);
+  EXPECT_EQ(executor_.get_all_callback_groups().size(), 0U);
+  executor_.add_callback_group(group, base);
+}
+
+TEST_F(MembersTest, AnExecutorThatGoesLetsGo) {
+  const auto kept = node("kept");
+  const auto group = kept->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
+  {
+    CallbackIsolatedExecutor other{cie::ExecutorOptions{}, in_context()};
+    other.add_node(kept);
+    other.add_callback_group(group, kept->get_node_base_interface());
+    other.spin_for(1ms);
+  }
+  executor_.add_node(kept);
+  executor_.add_callback_group(group, kept->get_node_base_interface());
+}
+
+TEST_F(MembersTest, GroupsOfOneNodeInTwoExecutors) {
+  const auto split = node("split");
+  std::atomic<int> here{0};
+  std::atomic<int> there{0};
+  const auto group = split->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
+  const auto one = split->create_wall_timer(1ms, [&] { ++here; });
+  const auto two = split->create_wall_timer(
+      1ms, [&] { ++there; }, group);
+  CallbackIsolatedExecutor other{cie::ExecutorOptions{}, in_context()};
+  executor_.add_node(split);
+  other.add_callback_group(group, split->get_node_base_interface());
+  {
+    const Spinning first{executor_};
+    EXPECT_TRUE(comes([&] { return here > 0; }));
+    EXPECT_EQ(there, 0);
+    const Spinning second{other};
+    EXPECT_TRUE(comes([&] { return there > 0; }));
+  }
+}
+
+TEST_F(MembersTest, RemovingANodeWaitsForWhatItsCallbackDoes) {
+  const auto working = node("working");
+  std::atomic<bool> is_inside{false};
+  std::atomic<bool> has_ended{false};
+  const auto timer = working->create_wall_timer(1ms, [&] {
+    is_inside = true;
+    std::this_thread::sleep_for(50ms);
+    has_ended = true;
+  });
+  executor_.add_node(working);
+  const Spinning spinning{executor_};
+  EXPECT_TRUE(comes([&] { return is_inside.load(); }));
+  executor_.remove_node(working);
+  EXPECT_TRUE(has_ended);
+  has_ended = false;
+  std::this_thread::sleep_for(10ms);
+  EXPECT_FALSE(has_ended) << "nothing of it runs any more";
+}
+
+TEST_F(MembersTest, ACallbackRemovesItsOwnNode) {
+  const auto leaving = node("leaving");
+  std::atomic<int> runs{0};
+  const auto timer = leaving->create_wall_timer(1ms, [&] {
+    ++runs;
+    executor_.remove_node(leaving);
+  });
+  executor_.add_node(leaving);
+  const Spinning spinning{executor_};
+  EXPECT_TRUE(comes([&] { return runs == 1; }));
+  std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(runs, 1);
+}
+
+TEST_F(MembersTest, AddedWhileItSpins) {
+  const Spinning spinning{executor_};
+  std::this_thread::sleep_for(5ms);
+  std::atomic<int> runs{0};
+  const auto late = node("late");
+  const auto timer = late->create_wall_timer(1ms, [&] { ++runs; });
+  executor_.add_node(late);
+  EXPECT_TRUE(comes([&] { return runs > 0; }));
+  executor_.remove_node(late);
+  const int until_now = runs;
+  std::this_thread::sleep_for(5ms);
+  EXPECT_EQ(runs, until_now);
+  executor_.add_node(late);
+  EXPECT_TRUE(comes([&] { return runs > until_now; })) << "and again";
+}
+
+TEST_F(MembersTest, ANodeMayGoWithoutBeingRemoved) {
+  std::atomic<int> runs{0};
+  const Spinning spinning{executor_};
+  for (int i = 0; i < 3; ++i) {
+    auto going = node("going");
+    auto timer = going->create_wall_timer(1ms, [&] { ++runs; });
+    executor_.add_node(going);
+    const int until_now = runs;
+    EXPECT_TRUE(comes([&] { return runs > until_now; }));
+    timer.reset();
+    going.reset();
+    EXPECT_TRUE(comes([&] { return executor_.get_all_callback_groups().empty(); }));
+  }
+}
+
+TEST_F(MembersTest, ATimerIsDroppedWhileItRuns) {
+  std::atomic<int> runs{0};
+  std::atomic<bool> may_end{false};
+  const auto dropping = node("dropping");
+  auto timer = dropping->create_wall_timer(1ms, [&] {
+    ++runs;
+    comes([&] { return may_end.load(); });
+  });
+  executor_.add_node(dropping);
+  const Spinning spinning{executor_};
+  EXPECT_TRUE(comes([&] { return runs > 0; }));
+  timer.reset();
+  may_end = true;
+  std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(runs, 1);
+}
+
+// Coming and going at random, beside messages: for the sanitizers.
+TEST_F(MembersTest, EverythingAtOnce) {
+  const auto steady = node("steady");
+  const auto publisher = steady->create_publisher<Message>("topic", 10);
+  std::atomic<int> received{0};
+  const auto timer =
+      steady->create_wall_timer(1ms, [&, i = 0U]() mutable { publisher->publish(Message{++i}); });
+  executor_.add_node(steady);
+  Spinning spinning{executor_};
+  for (int i = 0; i < 20; ++i) {
+    auto changing = node("changing");
+    executor_.add_node(changing);
+    std::vector<std::shared_ptr<void>> all;
+    for (int j = 0; j < 3; ++j) {
+      const auto group = changing->create_callback_group(
+          j == 2 ? CallbackGroupType::Reentrant : CallbackGroupType::MutuallyExclusive);
+      all.push_back(group);
+      all.push_back(changing->create_subscription<Message>(
+          "topic", 2, [&](const Message&) { ++received; }, in(group)));
+      all.push_back(changing->create_wall_timer(
+          1ms, [&] { ++received; }, group));
+    }
+    const int until_now = received;
+    EXPECT_TRUE(comes([&] { return received > until_now + 5; }));
+    if (i % 3 == 0) all.clear();
+    if (i % 2 == 0) executor_.remove_node(changing);
+  }
+}
+
+}  // namespace
+}  // namespace cie_rclcpp

@@ -1,0 +1,193 @@
+// What look() finds of a node, and as what.
+#include "served_node.hpp"
+
+#include "support.hpp"
+
+#include <algorithm>
+
+namespace cie_rclcpp {
+namespace {
+
+using namespace test;
+using cie::GroupType;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class ServedNodeTest : public WithContext {
+ protected:
+  static std::vector<std::string> ids(const Callbacks& callbacks) {
+    std::vector<std::string> all;
+    for (const auto& callback : callbacks)
+      all.push_back(callback->logical_id());
+    return all;
+  }
+  std::shared_ptr<ServedNode> serve(const rclcpp::Node::SharedPtr& node) {
+    auto served = std::make_shared<ServedNode>(node->get_node_base_interface(), server_,
+                                               [this] { ++changes_; });
+    served->add_whole();
+    return served;
+  }
+  rclcpp::CallbackGroup::SharedPtr group(
+      const rclcpp::Node::SharedPtr& node,
+      CallbackGroupType type = CallbackGroupType::MutuallyExclusive) {
+    groups_.push_back(node->create_callback_group(type));
+    return groups_.back();
+  }
+
+  std::shared_ptr<InternalServer> server_ = std::make_shared<InternalServer>();
+  std::atomic<int> changes_{0};
+  std::vector<rclcpp::CallbackGroup::SharedPtr> groups_;
+};
+
+TEST_F(ServedNodeTest, ANodeByItselfHasNoCallbacks) {
+  const auto empty = node("empty");
+  const auto served = serve(empty);
+  EXPECT_EQ(served->name(), "/test/empty");
+  const auto changes = served->look();
+  EXPECT_THAT(changes.came, IsEmpty()) << "services of parameters are rclcpp's own";
+  EXPECT_THAT(changes.gone, IsEmpty());
+  EXPECT_EQ(served->groups(ServedNode::Added::with_node).size(), 1U) << "the default group";
+}
+
+TEST_F(ServedNodeTest, WhatNamesNoGroupSharesTheDefaultOne) {
+  const auto shared = node("shared");
+  const auto timer = shared->create_wall_timer(10ms, [] {});
+  const auto one = shared->create_subscription<Message>("one", 7, [](const Message&) {});
+  const auto all = serve(shared)->look().came;
+  ASSERT_THAT(ids(all),
+              ElementsAre("/test/shared@Timer(10000000)", "/test/shared@Subscription(/test/one)"));
+  EXPECT_EQ(&all[0]->group(), &all[1]->group());
+  EXPECT_EQ(all[0]->group().type(), GroupType::mutually_exclusive);
+}
+
+TEST_F(ServedNodeTest, OneOfEachKindInItsGroup) {
+  const auto all_kinds = node("kinds");
+  const auto timer = all_kinds->create_wall_timer(
+      10ms, [] {}, group(all_kinds));
+  const auto subscription = all_kinds->create_subscription<Message>(
+      "topic", 7, [](const Message&) {}, in(group(all_kinds)));
+  const auto service = all_kinds->create_service<SetBool>(
+      "serve", [](const SetBool::Request::SharedPtr&, const SetBool::Response::SharedPtr&) {},
+      rmw_qos_profile_services_default, group(all_kinds, CallbackGroupType::Reentrant));
+  const auto client =
+      all_kinds->create_client<SetBool>("ask", rmw_qos_profile_services_default, group(all_kinds));
+  const auto all = serve(all_kinds)->look().came;
+  ASSERT_THAT(ids(all),
+              ElementsAre("/test/kinds@Timer(10000000)", "/test/kinds@Subscription(/test/topic)",
+                          "/test/kinds@Service(/test/serve)", "/test/kinds@Client(/test/ask)"));
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    EXPECT_EQ(all[i]->group().type(),
+              i == 2 ? GroupType::reentrant : GroupType::mutually_exclusive);
+    for (std::size_t j = 0; j < i; ++j)
+      EXPECT_NE(&all[i]->group(), &all[j]->group());
+  }
+}
+
+TEST_F(ServedNodeTest, ATimerFirstWithinAGroupThenSubscriptionsServicesClients) {
+  const auto mixed = node("mixed");
+  const auto of_all = group(mixed);
+  const auto client =
+      mixed->create_client<SetBool>("ask", rmw_qos_profile_services_default, of_all);
+  const auto subscription = mixed->create_subscription<Message>(
+      "topic", 1, [](const Message&) {}, in(of_all));
+  const auto timer = mixed->create_wall_timer(
+      10ms, [] {}, of_all);
+  EXPECT_THAT(ids(serve(mixed)->look().came),
+              ElementsAre("/test/mixed@Timer(10000000)", "/test/mixed@Subscription(/test/topic)",
+                          "/test/mixed@Client(/test/ask)"));
+}
+
+TEST_F(ServedNodeTest, EqualOnesAreToldApartInOrderOfCreation) {
+  const auto equal = node("equal");
+  std::vector<rclcpp::TimerBase::SharedPtr> timers;
+  for (int i = 0; i < 3; ++i)
+    timers.push_back(equal->create_wall_timer(
+        50ms, [] {}, group(equal)));
+  const auto one = equal->create_subscription<Message>("x", 1, [](const Message&) {});
+  const auto other = equal->create_subscription<Message>("x", 1, [](const Message&) {});
+  EXPECT_THAT(ids(serve(equal)->look().came),
+              ElementsAre("/test/equal@Subscription(/test/x)",
+                          "/test/equal@Subscription(/test/x)#2", "/test/equal@Timer(50000000)",
+                          "/test/equal@Timer(50000000)#2", "/test/equal@Timer(50000000)#3"));
+}
+
+// Only rclcpp's own subscription to /parameter_events is rclcpp's, a further one is the user's.
+TEST_F(ServedNodeTest, AUsersSubscriptionToParameterEventsIsACallback) {
+  const auto listening = node("listening");
+  const auto events = listening->create_subscription<rcl_interfaces::msg::ParameterEvent>(
+      "/parameter_events", 10, [](const rcl_interfaces::msg::ParameterEvent&) {});
+  const auto like_own = listening->create_service<SetBool>(
+      "/other/get_parameters",
+      [](const SetBool::Request::SharedPtr&, const SetBool::Response::SharedPtr&) {});
+  EXPECT_THAT(ids(serve(listening)->look().came),
+              ElementsAre("/test/listening@Subscription(/parameter_events)",
+                          "/test/listening@Service(/other/get_parameters)"));
+}
+
+TEST_F(ServedNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
+  const auto handling = node("handling");
+  rclcpp::SubscriptionOptions handled;
+  handled.event_callbacks.incompatible_qos_callback = [](rclcpp::QOSRequestedIncompatibleQoSInfo&) {
+  };
+  const auto one = handling->create_subscription<Message>(
+      "x", 1, [](const Message&) {}, handled);
+  const auto other = handling->create_subscription<Message>("y", 1, [](const Message&) {});
+  const auto all = serve(handling)->look().came;
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[2]->kind(), cie::CallbackKind::waitable);
+  EXPECT_THAT(all[2]->logical_id(), testing::HasSubstr("QOSEventHandler"));
+}
+
+TEST_F(ServedNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
+  const auto inside =
+      std::make_shared<rclcpp::Node>("inside", "/test", options().use_intra_process_comms(true));
+  const auto one = inside->create_subscription<Message>("x", 4, [](const Message&) {});
+  EXPECT_THAT(ids(serve(inside)->look().came), ElementsAre("/test/inside@Subscription(/test/x)"));
+}
+
+TEST_F(ServedNodeTest, FindsWhatIsCreatedAndDroppedLater) {
+  const auto changing = node("changing");
+  const auto served = serve(changing);
+  EXPECT_THAT(served->look().came, IsEmpty());
+  int told = changes_;
+  auto timer = changing->create_wall_timer(
+      10ms, [] {}, group(changing));
+  EXPECT_GT(changes_, told) << "rclcpp tells of what is created";
+  auto subscription = changing->create_subscription<Message>("x", 1, [](const Message&) {});
+  EXPECT_THAT(ids(served->look().came), ElementsAre("/test/changing@Subscription(/test/x)",
+                                                    "/test/changing@Timer(10000000)"));
+  EXPECT_THAT(served->look().came, IsEmpty()) << "each once";
+  told = changes_;
+  subscription.reset();
+  EXPECT_GT(changes_, told) << "what it was told of arrivals by goes with it";
+  {
+    const auto changes = served->look();
+    EXPECT_THAT(ids(changes.gone), ElementsAre("/test/changing@Subscription(/test/x)"));
+    EXPECT_THAT(changes.came, IsEmpty());
+  }
+  timer.reset();
+  groups_.clear();
+  EXPECT_THAT(ids(served->look().gone), ElementsAre("/test/changing@Timer(10000000)"));
+  EXPECT_THAT(served->look().gone, IsEmpty());
+  EXPECT_EQ(served->groups(ServedNode::Added::with_node).size(), 1U);
+}
+
+TEST_F(ServedNodeTest, AGroupThatIsNotAddedWithItsNodeIsLeftAlone) {
+  const auto partly = node("partly");
+  const auto by_hand = partly->create_callback_group(CallbackGroupType::MutuallyExclusive, false);
+  const auto timer = partly->create_wall_timer(
+      10ms, [] {}, by_hand);
+  const auto served = serve(partly);
+  EXPECT_THAT(served->look().came, IsEmpty());
+  served->add_group(by_hand);
+  EXPECT_THAT(ids(served->look().came), ElementsAre("/test/partly@Timer(10000000)"));
+  EXPECT_EQ(served->groups(ServedNode::Added::by_hand).size(), 1U);
+  EXPECT_THAT(ids(served->remove_whole()), IsEmpty());
+  EXPECT_FALSE(served->is_empty());
+  EXPECT_THAT(ids(served->remove_group(*by_hand)), ElementsAre("/test/partly@Timer(10000000)"));
+  EXPECT_TRUE(served->is_empty());
+  EXPECT_FALSE(by_hand->get_associated_with_executor_atomic());
+}
+
+}  // namespace
+}  // namespace cie_rclcpp

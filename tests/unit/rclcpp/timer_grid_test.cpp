@@ -1,0 +1,83 @@
+// E(k+1) = E(k) + (1 + missed(k+1)) * period, and E is within the error of measurement.
+#include "timer_grid.hpp"
+
+#include <cstdint>
+
+#include <gtest/gtest.h>
+
+namespace cie_rclcpp {
+namespace {
+
+constexpr std::int64_t kPeriod = 1'000'000;
+
+TEST(TimerGrid, KeepsTheFirstMeasurementForEver) {
+  TimerGrid grid{kPeriod};
+  const std::int64_t first = 5'000'123;
+  grid.begin(first);
+  std::int64_t expected = first;
+  // Each measurement is off by something else, the number of missed periods varies.
+  const std::int64_t errors[] = {0, 150, -20'000, 20'000, -1, 9'999, 77};
+  const std::uint32_t missed[] = {0, 0, 3, 0, 1, 0, 12};
+  for (std::size_t i = 0; i < std::size(errors); ++i) {
+    expected += missed[i] * kPeriod;
+    const auto expiry = grid.on_call(expected + kPeriod + errors[i]);
+    EXPECT_EQ(expiry.expiry_ns, expected) << i;
+    EXPECT_EQ(expiry.missed, missed[i]) << i;
+    expected += kPeriod;
+  }
+}
+
+TEST(TimerGrid, BeginsAnewWhereAResetMovedIt) {
+  TimerGrid grid{kPeriod};
+  grid.begin(kPeriod);
+  EXPECT_EQ(grid.on_call(2 * kPeriod).expiry_ns, kPeriod);
+  const std::int64_t moved = 2 * kPeriod + 300'000;
+  const auto expiry = grid.on_call(moved + kPeriod);
+  EXPECT_EQ(expiry.expiry_ns, moved);
+  EXPECT_EQ(expiry.missed, 0U);
+  EXPECT_EQ(grid.on_call(moved + 2 * kPeriod).expiry_ns, moved + kPeriod);
+}
+
+TEST(TimerGrid, BeginsAnewJustBeyondTheTolerance) {
+  for (const std::int64_t off : {20'001, -20'001}) {
+    TimerGrid grid{kPeriod};
+    grid.begin(10 * kPeriod);
+    EXPECT_EQ(grid.on_call(11 * kPeriod + off).expiry_ns, 10 * kPeriod + off);
+  }
+}
+
+TEST(TimerGrid, ToleratesAQuarterOfAShortPeriod) {
+  constexpr std::int64_t kShort = 40'000;
+  TimerGrid near{kShort};
+  near.begin(kShort);
+  EXPECT_EQ(near.on_call(2 * kShort + 10'000).expiry_ns, kShort);
+  TimerGrid far{kShort};
+  far.begin(kShort);
+  EXPECT_EQ(far.on_call(2 * kShort + 10'001).expiry_ns, kShort + 10'001);
+}
+
+// A reset to the instant that was called for already, or to an earlier one, is no expiry of that grid.
+TEST(TimerGrid, NeverGoesBack) {
+  TimerGrid grid{kPeriod};
+  grid.begin(5 * kPeriod);
+  EXPECT_EQ(grid.on_call(6 * kPeriod).expiry_ns, 5 * kPeriod);
+  const auto expiry = grid.on_call(6 * kPeriod);
+  EXPECT_EQ(expiry.expiry_ns, 5 * kPeriod);
+  EXPECT_EQ(expiry.missed, 0U);
+}
+
+TEST(TimerGrid, KnowsNothingBeforeTheFirstCall) {
+  TimerGrid grid{kPeriod};
+  const auto expiry = grid.on_call(7 * kPeriod + 5);
+  EXPECT_EQ(expiry.expiry_ns, 6 * kPeriod + 5);
+  EXPECT_EQ(expiry.missed, 0U);
+}
+
+TEST(TimerGrid, SaysNoMoreThanFitsOfWhatWasMissed) {
+  TimerGrid grid{1};
+  grid.begin(1);
+  EXPECT_EQ(grid.on_call(10'000'000'000).missed, 4'294'967'295U);
+}
+
+}  // namespace
+}  // namespace cie_rclcpp
