@@ -77,11 +77,17 @@ std::uint64_t ArrivalQueue::queued() const noexcept {
   return next < stored ? stored - first_kept(next, stored) : 0;
 }
 
-// In this order: whoever takes advances next_ first, so that the sum is never too high.
+// In this order: whoever takes advances next_ first, and what comes while it does is not set against
+// where it was. So the sum is never too high.
 std::uint64_t ArrivalQueue::overwritten() const noexcept {
-  const std::uint64_t passed = overwritten_.load(std::memory_order_acquire);
-  const std::uint64_t next = next_.load(std::memory_order_acquire);
-  const std::uint64_t stored = stored_.load(std::memory_order_acquire);
+  std::uint64_t passed = 0;
+  std::uint64_t next = 0;
+  std::uint64_t stored = 0;
+  do {
+    passed = overwritten_.load(std::memory_order_acquire);
+    next = next_.load(std::memory_order_acquire);
+    stored = stored_.load(std::memory_order_acquire);
+  } while (next_.load(std::memory_order_acquire) != next);
   return next < stored ? passed + (first_kept(next, stored) - next) : passed;
 }
 

@@ -79,6 +79,49 @@ TEST(ArrivalQueue, LosesTimesButNoAnnouncementWithoutABound) {
   EXPECT_FALSE(queue.take());
 }
 
+// Every announcement is taken, waits or was overwritten; and no look at the counter, at whatever
+// moment, is above what it is in the end.
+void count_under_concurrency(std::size_t depth, int takers) {
+  constexpr std::uint64_t kAnnounced = 300'000;
+  ArrivalQueue queue{depth};
+  std::atomic<bool> is_done{false};
+  std::atomic<std::uint64_t> taken{0};
+  std::atomic<std::uint64_t> highest{0};
+  std::vector<std::thread> threads;
+  for (int i = 0; i < takers; ++i) {
+    threads.emplace_back([&] {
+      std::int64_t latest = -1;
+      while (!is_done) {
+        const auto arrival = queue.take();
+        if (arrival) {
+          ++taken;
+          if (arrival->monotonic_ns >= 0) {
+            EXPECT_GT(arrival->monotonic_ns, latest);
+            latest = arrival->monotonic_ns;
+          }
+        }
+        const std::uint64_t seen = queue.overwritten();
+        std::uint64_t known = highest.load();
+        while (seen > known && !highest.compare_exchange_weak(known, seen)) {
+        }
+      }
+    });
+  }
+  for (std::uint64_t i = 0; i < kAnnounced; ++i)
+    queue.add(at(static_cast<std::int64_t>(i)));
+  is_done = true;
+  for (auto& thread : threads)
+    thread.join();
+  EXPECT_EQ(taken + queue.queued() + queue.overwritten(), kAnnounced);
+  EXPECT_LE(highest, queue.overwritten());
+  EXPECT_LE(highest, kAnnounced - taken);
+}
+TEST(ArrivalQueue, CountsRightBesideOneTaker) { count_under_concurrency(1, 1); }
+TEST(ArrivalQueue, CountsRightBesideMany) {
+  count_under_concurrency(1, 3);
+  count_under_concurrency(10, 3);
+}
+
 TEST(Inbox, WhatCameBeforeIsOfUnknownTime) {
   Inbox inbox{10, 0};
   inbox.connect([&] { inbox.announce(Source::middleware, 2, 0); });
