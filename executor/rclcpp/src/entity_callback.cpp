@@ -42,7 +42,8 @@ cie::trace::Callback::Release EntityCallback::release_by(
     return source_timestamp_ns > 0 && arrival.monotonic_ns >= 0 &&
            source_timestamp_ns > arrival.realtime_ns;
   };
-  if (is_later() && !arrival.was_full) has_foreign_clock_.store(true, std::memory_order_relaxed);
+  if (is_later() && !inbox_->may_be_overwritten(taken))
+    has_foreign_clock_.store(true, std::memory_order_relaxed);
   while (is_later() && !has_foreign_clock_.load(std::memory_order_relaxed)) {
     arrival = inbox_->take_later(taken.source).value_or(Arrival{});
   }

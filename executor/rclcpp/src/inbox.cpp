@@ -49,12 +49,17 @@ std::optional<Arrival> ArrivalQueue::take() noexcept {
   Arrival arrival{.monotonic_ns = slot.monotonic_ns.load(std::memory_order_acquire),
                   .realtime_ns = slot.realtime_ns.load(std::memory_order_acquire),
                   .entity = slot.entity.load(std::memory_order_acquire),
-                  .was_full = depth_ > 0 && stored - first == depth_};
+                  .number = first};
   if (stored_.load(std::memory_order_acquire) >= first + size_) {
     arrival.monotonic_ns = -1;  // written over
     arrival.realtime_ns = 0;
   }
   return arrival;
+}
+
+// What comes next is stored before it is announced, and so counts.
+bool ArrivalQueue::may_be_overwritten(const Arrival& arrival) const noexcept {
+  return depth_ > 0 && stored_.load(std::memory_order_acquire) - arrival.number >= depth_;
 }
 
 std::optional<Arrival> ArrivalQueue::take_later() noexcept {
@@ -142,6 +147,10 @@ std::optional<Inbox::Taken> Inbox::take() noexcept {
   const auto arrival = queue(source).take();
   if (!arrival) return std::nullopt;
   return Taken{.source = source, .arrival = *arrival};
+}
+
+bool Inbox::may_be_overwritten(const Taken& taken) noexcept {
+  return queue(taken.source).may_be_overwritten(taken.arrival);
 }
 
 std::optional<Arrival> Inbox::take_later(Source source) noexcept {

@@ -18,8 +18,8 @@ namespace cie_rclcpp {
 struct Arrival {
   std::int64_t monotonic_ns = -1;  // -1: it came before anybody listened, or is not known any more
   std::int64_t realtime_ns = 0;
-  int entity = 0;         // which of a waitable's
-  bool was_full = false;  // the queue, when this was taken: it may have been overwritten since
+  int entity = 0;            // which of a waitable's
+  std::uint64_t number = 0;  // of this announcement, when it was taken
 };
 
 // The middleware keeps the messages, this the times of their arrival, in the same order and with the
@@ -32,6 +32,8 @@ class ArrivalQueue {
 
   void add(const Arrival& arrival) noexcept;
   std::optional<Arrival> take() noexcept;
+  // Whether the queue was full of what came since, so that the message of this one may be gone.
+  bool may_be_overwritten(const Arrival& arrival) const noexcept;
   // The next one after an announcement whose message turned out to be overwritten.
   std::optional<Arrival> take_later() noexcept;
   // Whether take() would find something, and when that arrived.
@@ -96,6 +98,7 @@ class Inbox {
   };
   // The oldest announcement.
   std::optional<Taken> take() noexcept;
+  bool may_be_overwritten(const Taken& taken) noexcept;
   // A later one of the same source, because the message taken proved to be later.
   std::optional<Arrival> take_later(Source source) noexcept;
   std::uint64_t queued() const noexcept;

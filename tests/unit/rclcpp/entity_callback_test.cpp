@@ -128,6 +128,20 @@ TEST_F(EntityCallbackTest, SkipsTheAnnouncementOfAMessageThatWasOverwritten) {
     expect_own_release(i);
 }
 
+// It was not full when its announcement was taken, and was when the message was.
+TEST_F(EntityCallbackTest, SkipsItAlsoWhereTheQueueFilledMeanwhile) {
+  queue_.send();
+  queue_.before_take = [this] {
+    for (int i = 0; i < 4; ++i)
+      queue_.send();
+  };
+  for (int i = 0; i < 3; ++i)
+    EXPECT_TRUE(callback_.execute_one()) << i;
+  EXPECT_FALSE(callback_.execute_one());
+  for (std::size_t i = 0; i < 3; ++i)
+    expect_own_release(i);
+}
+
 // A publisher whose clock is ahead sends what looks later than its announcement; its timestamps say
 // nothing from then on, and each message keeps its announcement.
 TEST_F(EntityCallbackTest, BelievesNoForeignClock) {
