@@ -134,12 +134,13 @@ void ExecutorState::look_at_all() {
     nodes = nodes_;
   }
   for (const NodePtr& node : nodes) {
-    const auto changes = node->look();
+    auto changes = node->look();
     if (!changes.came.empty()) core_->serve_new(*node, changes.came);
-    if (!changes.gone.empty() || node->has_gone()) {
-      if (node->has_gone()) node->remove_whole();
-      vacate(node, changes.gone);
+    if (node->has_gone()) {  // what it leaves behind is no longer served
+      const auto left = node->remove_whole();
+      changes.gone.insert(changes.gone.end(), left.begin(), left.end());
     }
+    if (!changes.gone.empty() || node->has_gone()) vacate(node, changes.gone);
   }
 }
 

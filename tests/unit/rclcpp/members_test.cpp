@@ -151,6 +151,24 @@ TEST_F(MembersTest, ANodeMayGoWithoutBeingRemoved) {
   }
 }
 
+// The user still has the group and what is in it: with its node, nobody serves that any more.
+TEST_F(MembersTest, ANodeMayGoBeforeWhatItCreated) {
+  std::atomic<int> runs{0};
+  const Spinning spinning{executor_};
+  auto going = node("going");
+  const auto group = going->create_callback_group(CallbackGroupType::MutuallyExclusive);
+  const auto timer = going->create_wall_timer(
+      1ms, [&] { ++runs; }, group);
+  executor_.add_node(going);
+  EXPECT_TRUE(comes([&] { return runs > 0; }));
+  going.reset();
+  EXPECT_TRUE(comes([&] { return executor_.get_all_callback_groups().empty(); }));
+  std::this_thread::sleep_for(20ms);  // what was under way
+  const int until_now = runs;
+  std::this_thread::sleep_for(30ms);
+  EXPECT_EQ(runs, until_now);
+}
+
 TEST_F(MembersTest, ATimerIsDroppedWhileItRuns) {
   std::atomic<int> runs{0};
   std::atomic<bool> may_end{false};
