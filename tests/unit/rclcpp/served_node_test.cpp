@@ -145,6 +145,20 @@ TEST_F(ServedNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
   EXPECT_THAT(ids(serve(inside)->look().came), ElementsAre("/test/inside@Subscription(/test/x)"));
 }
 
+// While rclcpp destroys a subscription, that way is there for a moment longer.
+TEST_F(ServedNodeTest, TheWayThroughTheProcessIsNoCallbackWhenItsSubscriptionHasGone) {
+  const auto inside =
+      std::make_shared<rclcpp::Node>("inside", "/test", options().use_intra_process_comms(true));
+  auto one = inside->create_subscription<Message>("x", 4, [](const Message&) {});
+  const auto served = serve(inside);
+  EXPECT_EQ(served->look().came.size(), 1U);
+  const auto way = one->get_intra_process_waitable();
+  one.reset();
+  const auto changes = served->look();
+  EXPECT_THAT(changes.came, IsEmpty());
+  EXPECT_EQ(changes.gone.size(), 1U);
+}
+
 TEST_F(ServedNodeTest, FindsWhatIsCreatedAndDroppedLater) {
   const auto changing = node("changing");
   const auto served = serve(changing);

@@ -41,7 +41,7 @@ class Publisher : public PublisherBase {
       const auto inside = rmw_double::Bus::get().process_subscriptions(topic_);
       const bool is_heard_outside = get_subscription_count() > inside.size();
       for (const auto& each : inside) {
-        std::static_pointer_cast<SubscriptionIntraProcess<Message>>(each)->provide(
+        std::static_pointer_cast<experimental::SubscriptionIntraProcess<Message>>(each)->provide(
             std::make_shared<Message>(*shared));
       }
       if (!is_heard_outside) return;

@@ -8,13 +8,16 @@
 #include <type_traits>
 #include <utility>
 
+#include <rclcpp/experimental/subscription_intra_process_base.hpp>
 #include <rclcpp/subscription_base.hpp>
 
 namespace rclcpp {
 
+namespace experimental {
+
 // What comes through the process, on the publisher's thread; a full queue loses its oldest.
 template <typename Message>
-class SubscriptionIntraProcess : public Waitable {
+class SubscriptionIntraProcess : public SubscriptionIntraProcessBase {
  public:
   using Function = std::function<void(std::shared_ptr<Message>)>;
   SubscriptionIntraProcess(std::size_t depth, Function function)
@@ -55,6 +58,8 @@ class SubscriptionIntraProcess : public Waitable {
   std::deque<std::shared_ptr<Message>> messages_;
 };
 
+}  // namespace experimental
+
 template <typename Message>
 class Subscription : public SubscriptionBase {
  public:
@@ -80,7 +85,8 @@ class Subscription : public SubscriptionBase {
       function_ = [function](const std::shared_ptr<Message>& message) { function(*message); };
     }
     if (!use_process) return;
-    process_ = std::make_shared<SubscriptionIntraProcess<Message>>(qos.depth(), function_);
+    process_ =
+        std::make_shared<experimental::SubscriptionIntraProcess<Message>>(qos.depth(), function_);
     rmw_double::Bus::get().join_process(topic, process_);
   }
 
