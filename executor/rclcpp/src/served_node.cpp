@@ -25,9 +25,10 @@ bool is_same(const std::weak_ptr<void>& one, const std::weak_ptr<void>& other) {
   return !one.owner_before(other) && !other.owner_before(one);
 }
 
-void listen(rclcpp::GuardCondition& condition, OnGone on_change) {
+// Also of the condition's own end, which is that of its node or group.
+void listen(rclcpp::GuardCondition& condition, const OnGone& on_change) {
   condition.set_on_trigger_callback(
-      [on_change = std::move(on_change)](std::size_t) { on_change(); });
+      [on_change, gone = farewell(on_change)](std::size_t) { on_change(); });
 }
 
 std::int64_t period_of(const rclcpp::TimerBase::SharedPtr& timer) {

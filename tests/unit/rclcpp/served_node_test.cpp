@@ -22,8 +22,10 @@ class ServedNodeTest : public WithContext {
     return all;
   }
   std::shared_ptr<ServedNode> serve(const rclcpp::Node::SharedPtr& node) {
-    auto served = std::make_shared<ServedNode>(node->get_node_base_interface(), server_,
-                                               [this] { ++changes_; });
+    auto served = std::make_shared<ServedNode>(node->get_node_base_interface(), server_, [this] {
+      ++changes_;
+      on_change_();
+    });
     served->add_whole();
     return served;
   }
@@ -36,6 +38,7 @@ class ServedNodeTest : public WithContext {
 
   std::shared_ptr<InternalServer> server_ = std::make_shared<InternalServer>();
   std::atomic<int> changes_{0};
+  std::function<void()> on_change_ = [] {};
   std::vector<rclcpp::CallbackGroup::SharedPtr> groups_;
 };
 
@@ -184,6 +187,31 @@ TEST_F(ServedNodeTest, FindsWhatIsCreatedAndDroppedLater) {
   EXPECT_THAT(ids(served->look().gone), ElementsAre("/test/changing@Timer(10000000)"));
   EXPECT_THAT(served->look().gone, IsEmpty());
   EXPECT_EQ(served->groups(ServedNode::Added::with_node).size(), 1U);
+}
+
+// Nothing else of it tells: it has no event handler of rclcpp's.
+TEST_F(ServedNodeTest, IsToldOfTheEndOfASubscriptionAlone) {
+  const auto changing = node("changing");
+  rclcpp::SubscriptionOptions bare;
+  bare.use_default_callbacks = false;
+  auto one = changing->create_subscription<Message>(
+      "x", 1, [](const Message&) {}, bare);
+  const auto served = serve(changing);
+  served->look();
+  const int told = changes_;
+  one.reset();
+  EXPECT_EQ(changes_, told + 1);
+  EXPECT_EQ(served->look().gone.size(), 1U);
+}
+
+TEST_F(ServedNodeTest, IsToldOfTheEndOfItsNode) {
+  auto going = node("going");
+  const auto served = serve(going);
+  bool has_gone = false;
+  on_change_ = [&] { has_gone = served->has_gone(); };
+  served->look();
+  going.reset();
+  EXPECT_TRUE(has_gone) << "when it was told the last time";
 }
 
 TEST_F(ServedNodeTest, AGroupThatIsNotAddedWithItsNodeIsLeftAlone) {
