@@ -3,6 +3,7 @@
 #include "distributions.hpp"
 #include "executor_state.hpp"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -39,6 +40,8 @@ CallbackIsolatedExecutor::CallbackIsolatedExecutor(cie::ExecutorOptions scheduli
 CallbackIsolatedExecutor::~CallbackIsolatedExecutor() {
   condition(interrupt_guard_condition_).set_on_trigger_callback(nullptr);
   shutdown_guard_condition_->set_on_trigger_callback(nullptr);
+  state_->core().cancel();
+  state_->wait_until_left();
 }
 
 void CallbackIsolatedExecutor::add_node(NodeBase::SharedPtr node, bool) { state_->add_node(node); }
@@ -76,16 +79,20 @@ CallbackIsolatedExecutor::get_automatically_added_callback_groups_from_nodes() {
 
 void CallbackIsolatedExecutor::spin() { spin_until(cie::scheduling::kNever); }
 void CallbackIsolatedExecutor::spin_for(std::chrono::nanoseconds duration) {
-  spin_until(cie::scheduling::monotonic_now() + duration.count());
+  const std::int64_t now = cie::scheduling::monotonic_now();
+  const std::int64_t most = cie::scheduling::kNever - now;
+  spin_until(now + std::min<std::int64_t>(duration.count(), most));
 }
 
 void CallbackIsolatedExecutor::spin_until(std::int64_t deadline_ns) {
+  const auto state = state_;  // lives until this thread has left
+  const ExecutorState::Inside inside{*state};
   if (spinning.exchange(true)) throw std::runtime_error{"spin() called while already spinning"};
   const struct Spinning {
     std::atomic_bool& flag;
     ~Spinning() { flag.store(false); }
   } until_return{spinning};
-  if (rclcpp::ok(context_)) state_->spin(deadline_ns);
+  if (rclcpp::ok(context_)) state->spin(deadline_ns);
 }
 
 void CallbackIsolatedExecutor::spin_some(std::chrono::nanoseconds) { throw_no_some("spin_some"); }

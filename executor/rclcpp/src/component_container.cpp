@@ -19,7 +19,7 @@ int main(int argc, char* argv[]) {
     rclcpp::executors::SingleThreadedExecutor manager;
     const auto node = std::make_shared<rclcpp_components::ComponentManager>(components);
     manager.add_node(node);
-    std::thread spinning{[&components, &status] {
+    std::jthread spinning{[&components, &status] {
       try {
         components->spin();
       } catch (const std::exception& error) {
@@ -28,9 +28,11 @@ int main(int argc, char* argv[]) {
       }
       rclcpp::shutdown();
     }};
+    const struct CancelAtEnd {  // before the thread is joined, whichever way this ends
+      cie_rclcpp::CallbackIsolatedExecutor& executor;
+      ~CancelAtEnd() { executor.cancel(); }
+    } cancel_at_end{*components};
     manager.spin();
-    components->cancel();
-    spinning.join();
   } catch (const std::exception& error) {
     std::fprintf(stderr, "cie_component_container: %s\n", error.what());
     status = 4;

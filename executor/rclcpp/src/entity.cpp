@@ -41,6 +41,18 @@ void quietly(Function function) noexcept {
   }
 }
 
+// What rcl refuses is logged, and the executor goes on, as rclcpp's do.
+template <typename Take>
+bool is_taken(const char* what, const std::string& name, Take take) {
+  try {
+    return take();
+  } catch (const rclcpp::exceptions::RCLError& error) {
+    RCLCPP_ERROR(rclcpp::get_logger("cie_rclcpp"), "taking a %s of '%s' failed: %s", what,
+                 name.c_str(), error.what());
+    return false;
+  }
+}
+
 auto notice_of_middleware(Entity::Notice notice) {
   return [notice = std::move(notice)](std::size_t count) {
     notice(Inbox::Source::middleware, count, 0);
@@ -85,20 +97,27 @@ class LostMessages {
     if (rcl_event_fini(&event_) != RCL_RET_OK) rcl_reset_error();
   }
 
- private:
-  static void on_lost(const void* self, std::size_t) {
-    const auto& lost = *static_cast<const LostMessages*>(self);
+  // How many since the last time.
+  std::uint32_t take() noexcept {
+    const auto alive = subscription_.lock();
     rmw_message_lost_status_t status{};
-    if (rcl_take_event(&lost.event_, &status) != RCL_RET_OK) {
+    if (!alive || !has_event_) return 0;
+    if (rcl_take_event(&event_, &status) != RCL_RET_OK) {
       rcl_reset_error();
-    } else if (status.total_count_change > 0) {
-      lost.notice_(Inbox::Source::lost, status.total_count_change, 0);
+      return 0;
     }
+    return static_cast<std::uint32_t>(status.total_count_change);
+  }
+
+ private:
+  // Under rmw's lock: nothing of rmw may be called here.
+  static void on_lost(const void* self, std::size_t count) {
+    static_cast<const LostMessages*>(self)->notice_(Inbox::Source::lost, count, 0);
   }
 
   const std::weak_ptr<rcl_subscription_t> subscription_;
   const Entity::Notice notice_;
-  mutable rcl_event_t event_ = rcl_get_zero_initialized_event();
+  rcl_event_t event_ = rcl_get_zero_initialized_event();
   bool has_event_ = false;
 };
 
@@ -130,6 +149,7 @@ class SubscriptionEntity final : public Entity {
     std::shared_ptr<LostMessages> lost;
     if (!has_handler_of_lost(*subscription)) {
       lost = std::make_shared<LostMessages>(subscription->get_subscription_handle(), notice);
+      lost_ = lost;
     }
     subscription->set_on_new_message_callback(
         [notice = std::move(notice), lost = std::move(lost)](std::size_t count) {
@@ -143,6 +163,11 @@ class SubscriptionEntity final : public Entity {
     }
   }
 
+  std::uint32_t take_lost() noexcept override {
+    const auto lost = lost_.lock();
+    return lost ? lost->take() : 0;
+  }
+
   bool run_next(Inbox::Source source, int entity, const Begin& begin) override {
     if (source == Inbox::Source::process) return run_of_process(entity, begin);
     const auto subscription = subscription_.lock();
@@ -151,14 +176,16 @@ class SubscriptionEntity final : public Entity {
     if (subscription->can_loan_messages()) return run_loaned(*subscription, begin);
     auto message = subscription->create_message();
     rclcpp::MessageInfo info;
-    const bool is_taken = subscription->take_type_erased(message.get(), info) &&
-                          is_for_this_callback(*subscription, info);
-    if (is_taken) {
+    const bool is_ours =
+        is_taken("message", topic_,
+                 [&] { return subscription->take_type_erased(message.get(), info); }) &&
+        is_for_this_callback(*subscription, info);
+    if (is_ours) {
       begin(info.get_rmw_message_info().source_timestamp);
       subscription->handle_message(message, info);
     }
     subscription->return_message(message);
-    return is_taken;
+    return is_ours;
   }
 
  private:
@@ -178,32 +205,39 @@ class SubscriptionEntity final : public Entity {
     return true;
   }
 
-  static bool run_serialized(rclcpp::SubscriptionBase& subscription, const Begin& begin) {
+  bool run_serialized(rclcpp::SubscriptionBase& subscription, const Begin& begin) const {
     auto message = subscription.create_serialized_message();
     rclcpp::MessageInfo info;
-    const bool is_taken = subscription.take_serialized(*message, info);
-    if (is_taken) {
+    const bool is_ours =
+        is_taken("message", topic_, [&] { return subscription.take_serialized(*message, info); });
+    if (is_ours) {
       begin(info.get_rmw_message_info().source_timestamp);
       subscription.handle_serialized_message(message, info);
     }
     subscription.return_serialized_message(message);
-    return is_taken;
+    return is_ours;
   }
 
-  static bool run_loaned(rclcpp::SubscriptionBase& subscription, const Begin& begin) {
+  bool run_loaned(rclcpp::SubscriptionBase& subscription, const Begin& begin) const {
     void* message = nullptr;
     rclcpp::MessageInfo info;
     const auto handle = subscription.get_subscription_handle();
-    const rcl_ret_t taken =
-        rcl_take_loaned_message(handle.get(), &message, &info.get_rmw_message_info(), nullptr);
-    if (taken == RCL_RET_SUBSCRIPTION_TAKE_FAILED) return false;
-    if (taken != RCL_RET_OK) rclcpp::exceptions::throw_from_rcl_error(taken);
+    const bool has_loan = is_taken("loaned message", topic_, [&] {
+      const rcl_ret_t taken =
+          rcl_take_loaned_message(handle.get(), &message, &info.get_rmw_message_info(), nullptr);
+      if (taken != RCL_RET_OK && taken != RCL_RET_SUBSCRIPTION_TAKE_FAILED) {
+        rclcpp::exceptions::throw_from_rcl_error(taken);
+      }
+      return taken == RCL_RET_OK;
+    });
+    if (!has_loan) return false;
     const auto give_back = [&handle](void* loan) {
       if (rcl_return_loaned_message_from_subscription(handle.get(), loan) != RCL_RET_OK) {
         rcl_reset_error();
       }
     };
     const std::unique_ptr<void, decltype(give_back)> loan{message, give_back};
+    if (!is_for_this_callback(subscription, info)) return false;
     begin(info.get_rmw_message_info().source_timestamp);
     subscription.handle_loaned_message(message, info);
     return true;
@@ -214,6 +248,7 @@ class SubscriptionEntity final : public Entity {
   const std::string topic_;
   const std::size_t depth_;
   const MessageForm form_;
+  std::weak_ptr<LostMessages> lost_;  // the notice's
 };
 
 class ServiceEntity final : public Entity {
@@ -241,7 +276,10 @@ class ServiceEntity final : public Entity {
     if (!service) return false;
     auto header = service->create_request_header();
     auto request = service->create_request();
-    if (!service->take_type_erased_request(request.get(), *header)) return false;
+    if (!is_taken("request", name_,
+                  [&] { return service->take_type_erased_request(request.get(), *header); })) {
+      return false;
+    }
     begin(0);
     service->handle_request(header, request);
     return true;
@@ -278,7 +316,10 @@ class ClientEntity final : public Entity {
     if (!client) return false;
     auto header = client->create_request_header();
     auto response = client->create_response();
-    if (!client->take_type_erased_response(response.get(), *header)) return false;
+    if (!is_taken("response", name_,
+                  [&] { return client->take_type_erased_response(response.get(), *header); })) {
+      return false;
+    }
     begin(0);
     client->handle_response(header, response);
     return true;
@@ -310,10 +351,10 @@ class WaitableEntity final : public Entity {
     if (!waitable) return;
     const auto is_partial = std::make_shared<std::atomic<bool>>(!kNoticesAreWhole);
     // The number by reference, so that one that is not there is not read.
-    waitable->set_on_ready_callback(
-        [notice = std::move(notice), is_partial](std::size_t count, const int& entity) {
-          notice(Inbox::Source::middleware, count, is_partial->load() ? kAnyEntity : entity);
-        });
+    waitable->set_on_ready_callback([notice = std::move(notice), is_partial](std::size_t count,
+                                                                             const int& entity) {
+      notice(Inbox::Source::middleware, count, is_partial->load() ? Arrival::kAnyEntity : entity);
+    });
     is_partial->store(false);
   }
   void disconnect() noexcept override {
@@ -325,7 +366,7 @@ class WaitableEntity final : public Entity {
   bool run_next(Inbox::Source, int entity, const Begin& begin) override {
     const auto waitable = waitable_.lock();
     if (!waitable) return false;
-    if (entity == kAnyEntity && !is_event_) return run_all(*waitable, begin);
+    if (entity == Arrival::kAnyEntity && !is_event_) return run_all(*waitable, begin);
     auto data = waitable->take_data_by_entity_id(static_cast<std::size_t>(entity));
     if (is_event_ && !data) return false;
     begin(0);
@@ -334,7 +375,6 @@ class WaitableEntity final : public Entity {
   }
 
  private:
-  static constexpr int kAnyEntity = -1;
   static constexpr std::size_t kMostEntities = 5;  // an action client's
 
   // One of them is ready, and it is not known which: an action's ignore a take that brings nothing.

@@ -41,6 +41,8 @@ class Entity {
   // `notice` that the entity keeps goes with it.
   virtual void connect(Notice notice) = 0;
   virtual void disconnect() noexcept = 0;
+  // How many messages the middleware lost since the last time; asked for after such a notice.
+  virtual std::uint32_t take_lost() noexcept { return 0; }
   // Takes one and handles it, with `begin` between; false, without `begin`, if there is none. Throws
   // what the user's function throws.
   virtual bool run_next(Inbox::Source source, int entity, const Begin& begin) = 0;

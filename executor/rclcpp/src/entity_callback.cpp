@@ -1,6 +1,8 @@
 #include "entity_callback.hpp"
 
+#include <mutex>
 #include <optional>
+#include <utility>
 
 namespace cie_rclcpp {
 
@@ -19,12 +21,18 @@ EntityCallback::EntityCallback(std::shared_ptr<cie::scheduling::GroupState> grou
       entity_(std::move(entity)),
       inbox_(std::make_shared<Inbox>(entity_->depth(), entity_->process_depth())) {
   inbox_->set_trace(&trace());
-  inbox_->connect([&] {
-    entity_->connect([inbox = inbox_, gone = farewell(on_gone)](Inbox::Source source,
-                                                                std::size_t count, int which) {
-      inbox->announce(source, count, which);
+  try {
+    inbox_->connect([&] {
+      entity_->connect([inbox = inbox_, gone = farewell(on_gone)](Inbox::Source source,
+                                                                  std::size_t count, int which) {
+        inbox->announce(source, count, which);
+      });
     });
-  });
+  } catch (...) {
+    inbox_->set_trace(nullptr);  // half of the notices may be there
+    entity_->disconnect();
+    throw;
+  }
 }
 
 void EntityCallback::serve(ReadySink* sink) {
@@ -52,26 +60,34 @@ cie::trace::Callback::Release EntityCallback::release_by(
           .source_timestamp_realtime_ns = source_timestamp_ns};
 }
 
+void EntityCallback::tell_lost() noexcept {
+  if (!inbox_->take_lost()) return;
+  if (const std::uint32_t lost = entity_->take_lost(); lost > 0) trace().sample_lost(lost);
+}
+
 bool EntityCallback::run_one() {
   struct Running {
     EntityCallback& callback;
-    Inbox::Taken taken;
+    std::unique_lock<cie::PriorityMutex> taking;
+    Inbox::Taken taken{};
     std::optional<Instance> instance{};
+  } running{.callback = *this, .taking = std::unique_lock{taking_}};
+  tell_lost();
+  const Entity::Begin begin = [&running](std::int64_t source_timestamp_ns) {
+    const auto release = running.callback.release_by(running.taken, source_timestamp_ns);
+    running.taking.unlock();
+    running.instance.emplace(running.callback, release);
   };
   while (const auto taken = inbox_->take()) {
-    Running running{.callback = *this, .taken = *taken};
-    const bool has_run = entity_->run_next(
-        taken->source, taken->arrival.entity, [&running](std::int64_t source_timestamp_ns) {
-          running.instance.emplace(running.callback,
-                                   running.callback.release_by(running.taken, source_timestamp_ns));
-        });
-    if (has_run) return true;
+    running.taken = *taken;
+    if (entity_->run_next(taken->source, taken->arrival.entity, begin)) return true;
   }
   trace().overwritten(inbox_->overwritten());
   return false;
 }
 
 void EntityCallback::dispose() noexcept {
+  tell_lost();
   entity_->disconnect();
   inbox_->set_trace(nullptr);
   trace().overwritten(inbox_->overwritten());

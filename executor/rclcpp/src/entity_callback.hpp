@@ -3,6 +3,7 @@
 
 #include <cie/scheduling/callback.hpp>
 #include <cie/scheduling/clock.hpp>
+#include <cie/tracepoints/priority_mutex.hpp>
 
 #include "entity.hpp"
 #include "inbox.hpp"
@@ -35,8 +36,11 @@ class EntityCallback final : public cie::scheduling::Callback {
   cie::trace::Callback::Release release_by(Inbox::Taken taken,
                                            std::int64_t source_timestamp_ns) noexcept;
 
+  void tell_lost() noexcept;
+
   const std::unique_ptr<Entity> entity_;
   const std::shared_ptr<Inbox> inbox_;
+  cie::PriorityMutex taking_;  // an announcement and its message, one thread after the other
   // Whether the publisher's clock was seen ahead of this machine's.
   std::atomic<bool> has_foreign_clock_{false};
 };

@@ -24,6 +24,24 @@ std::shared_ptr<ExecutorCore> make_core(cie::ExecutorOptions options) {
                                         });
 }
 
+// What rclcpp serves for itself is served for as long as this lives.
+class Open {
+ public:
+  explicit Open(InternalServer& server) : server_(server) {
+    server_.is_open.store(true);
+    server_.thread.wakeup().notify();
+  }
+  Open(const Open&) = delete;
+  Open& operator=(const Open&) = delete;
+  ~Open() {
+    server_.is_open.store(false);
+    server_.thread.wait_until_idle();
+  }
+
+ private:
+  InternalServer& server_;
+};
+
 }  // namespace
 
 ExecutorState::ExecutorState(cie::ExecutorOptions options)
@@ -53,25 +71,33 @@ std::optional<ExecutorState::NodePtr> ExecutorState::find(const NodeBase& node) 
   return found == nodes_.end() ? std::nullopt : std::optional{*found};
 }
 
-ExecutorState::NodePtr ExecutorState::member_for(const NodeBase::SharedPtr& node) {
+template <typename Add>
+void ExecutorState::add(const NodeBase::SharedPtr& node, Add add) {
   const std::lock_guard lock{mutex_};
-  if (const auto member = find(*node)) return *member;
-  auto member =
-      std::make_shared<ServedNode>(node, server_, [changed = changed_] { changed->notify(); });
-  core_->add_node(member);
-  nodes_.push_back(member);
-  return member;
+  const auto known = find(*node);
+  const NodePtr member = known ? *known
+                               : std::make_shared<ServedNode>(
+                                     node, server_, [changed = changed_] { changed->notify(); });
+  add(*member);
+  if (!known) {
+    try {
+      core_->add_node(member);
+    } catch (...) {
+      member->remove_all();
+      throw;
+    }
+    nodes_.push_back(member);
+  }
+  changed_->notify();
 }
 
 void ExecutorState::add_node(const NodeBase::SharedPtr& node) {
-  member_for(node)->add_whole();
-  changed_->notify();
+  add(node, [](ServedNode& member) { member.add_whole(); });
 }
 
 void ExecutorState::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
                               const NodeBase::SharedPtr& node) {
-  member_for(node)->add_group(group);
-  changed_->notify();
+  add(node, [&group](ServedNode& member) { member.add_group(group); });
 }
 
 void ExecutorState::remove_node(const NodeBase& node) {
@@ -107,10 +133,13 @@ void ExecutorState::vacate(const NodePtr& node, const Callbacks& callbacks) {
   core_->withdraw(callbacks);
   for (const auto& callback : callbacks)
     callback->end();
-  if (!node->is_empty()) return;
+  drop_if_empty(node);
+}
+
+void ExecutorState::drop_if_empty(const NodePtr& node) {
   {
     const std::lock_guard lock{mutex_};
-    std::erase(nodes_, node);
+    if (!node->is_empty() || std::erase(nodes_, node) == 0) return;
   }
   core_->drop_node(*node);
 }
@@ -135,12 +164,14 @@ void ExecutorState::look_at_all() {
   }
   for (const NodePtr& node : nodes) {
     auto changes = node->look();
-    if (!changes.came.empty()) core_->serve_new(*node, changes.came);
     if (node->has_gone()) {  // what it leaves behind is no longer served
-      const auto left = node->remove_whole();
+      const auto left = node->remove_all();
       changes.gone.insert(changes.gone.end(), left.begin(), left.end());
     }
-    if (!changes.gone.empty() || node->has_gone()) vacate(node, changes.gone);
+    // Not waited for: it may wait for what is to be found next.
+    if (!changes.gone.empty()) core_->abandon(changes.gone);
+    if (node->has_gone()) drop_if_empty(node);
+    if (!changes.came.empty()) core_->serve_new(*node, changes.came);
   }
 }
 
@@ -165,15 +196,8 @@ void ExecutorState::spin(std::int64_t deadline_ns) {
   });
   look_at_all();
   changed_->notify();  // what is created from here on is found by the watcher, once it serves
-  server_->is_open.store(true);
-  server_->thread.wakeup().notify();
-  try {
-    core_->spin(deadline_ns);
-  } catch (...) {
-    server_->is_open.store(false);
-    throw;
-  }
-  server_->is_open.store(false);
+  const Open open{*server_};
+  core_->spin(deadline_ns);
 }
 
 }  // namespace cie_rclcpp

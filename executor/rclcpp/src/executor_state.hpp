@@ -7,6 +7,7 @@
 #include "internal_endpoint.hpp"
 #include "served_node.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -31,6 +32,24 @@ class ExecutorState {
   std::vector<rclcpp::CallbackGroup::WeakPtr> groups(ServedNode::Added added) const;
 
   void spin(std::int64_t deadline_ns);
+  // A caller that is inside uses the executor until it has left.
+  class Inside {
+   public:
+    explicit Inside(ExecutorState& state) : state_(state) { ++state_.inside_; }
+    Inside(const Inside&) = delete;
+    Inside& operator=(const Inside&) = delete;
+    ~Inside() {
+      --state_.inside_;
+      state_.inside_.notify_all();
+    }
+
+   private:
+    ExecutorState& state_;
+  };
+  void wait_until_left() const noexcept {
+    for (int inside = inside_.load(); inside != 0; inside = inside_.load())
+      inside_.wait(inside);
+  }
   cie::scheduling::ExecutorCore& core() noexcept { return *core_; }
   const std::shared_ptr<cie::scheduling::ExecutorCore>& shared_core() const noexcept {
     return core_;
@@ -39,11 +58,13 @@ class ExecutorState {
  private:
   using NodePtr = std::shared_ptr<ServedNode>;
 
-  // The member for a node; made, and told to the core, if there is none.
-  NodePtr member_for(const NodeBase::SharedPtr& node);
+  // Adds a part of a node to its member, which is made and told to the core if there is none.
+  template <typename Add>
+  void add(const NodeBase::SharedPtr& node, Add add);
   std::optional<NodePtr> find(const NodeBase& node) const;
   // Takes callbacks off their threads, and the node off the executor if nothing of it is left.
   void vacate(const NodePtr& node, const Callbacks& callbacks);
+  void drop_if_empty(const NodePtr& node);
   void look_at_all();
   void watch(const std::stop_token& stop);
 
@@ -53,6 +74,7 @@ class ExecutorState {
   mutable std::mutex mutex_;  // of what follows
   std::vector<NodePtr> nodes_;
   std::once_flag watching_;
+  std::atomic<int> inside_{0};
 };
 
 }  // namespace cie_rclcpp

@@ -53,6 +53,7 @@ std::optional<Arrival> ArrivalQueue::take() noexcept {
   if (stored_.load(std::memory_order_acquire) >= first + size_) {
     arrival.monotonic_ns = -1;  // written over
     arrival.realtime_ns = 0;
+    arrival.entity = Arrival::kAnyEntity;
   }
   return arrival;
 }
@@ -110,8 +111,8 @@ void Inbox::announce(Source source, std::size_t count, int entity) noexcept {
   }
   const std::lock_guard lock{mutex_};
   if (source == Source::lost) {
-    if (trace_ != nullptr) trace_->sample_lost(static_cast<std::uint32_t>(count));
-    return;
+    has_lost_.store(true);
+    count = 0;
   }
   for (; count > 0; --count) {
     queue(source).add(arrival);

@@ -16,6 +16,8 @@ namespace cie_rclcpp {
 
 // One announcement: a message, a request, or that an entity of a waitable is ready.
 struct Arrival {
+  static constexpr int kAnyEntity = -1;  // one of a waitable's, and it is not known which
+
   std::int64_t monotonic_ns = -1;  // -1: it came before anybody listened, or is not known any more
   std::int64_t realtime_ns = 0;
   int entity = 0;            // which of a waitable's
@@ -101,6 +103,10 @@ class Inbox {
   bool may_be_overwritten(const Taken& taken) noexcept;
   // A later one of the same source, because the message taken proved to be later.
   std::optional<Arrival> take_later(Source source) noexcept;
+  // Whether something was lost since the last time.
+  bool take_lost() noexcept {
+    return has_lost_.load(std::memory_order_relaxed) && has_lost_.exchange(false);
+  }
   std::uint64_t queued() const noexcept;
   std::uint64_t overwritten() const noexcept;
 
@@ -112,6 +118,7 @@ class Inbox {
   ArrivalQueue middleware_;
   std::optional<ArrivalQueue> process_;
   std::atomic<std::thread::id> registering_{};
+  std::atomic<bool> has_lost_{false};
   cie::PriorityMutex mutex_;  // of what follows, and of announcing
   cie::scheduling::ReadySink* sink_ = nullptr;
   cie::scheduling::Callback* callback_ = nullptr;

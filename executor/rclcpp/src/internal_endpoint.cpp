@@ -6,35 +6,40 @@ namespace cie_rclcpp {
 
 InternalEndpoint::InternalEndpoint(std::shared_ptr<InternalServer> server,
                                    std::unique_ptr<Entity> entity, const OnGone& on_gone)
-    : server_(std::move(server)),
-      entity_(std::move(entity)),
-      waiting_(std::make_shared<Waiting>()) {
-  entity_->connect([server = server_, waiting = waiting_, gone = farewell(on_gone)](
-                       Inbox::Source source, std::size_t count, int) {
-    if (source == Inbox::Source::lost) return;
-    (source == Inbox::Source::process ? waiting->from_process : waiting->from_middleware) += count;
-    server->thread.wakeup().notify();
+    : state_(std::make_shared<State>()) {
+  state_->server = std::move(server);
+  state_->entity = std::move(entity);
+  // Weakly: the state ends with the endpoint, not with the entity.
+  state_->entity->connect([weak = std::weak_ptr{state_}, gone = farewell(on_gone)](
+                              Inbox::Source source, std::size_t count, int) {
+    const auto state = weak.lock();
+    if (!state || source == Inbox::Source::lost) return;
+    (source == Inbox::Source::process ? state->from_process : state->from_middleware) += count;
+    state->server->thread.wakeup().notify();
   });
-  server_->thread.add(*this);
+  state_->server->thread.add(*this);
 }
 
 InternalEndpoint::~InternalEndpoint() {
-  server_->thread.remove(*this);
-  entity_->disconnect();
+  state_->has_ended.store(true);
+  state_->server->thread.remove(*this);
+  state_->entity->disconnect();
 }
 
 void InternalEndpoint::serve() noexcept {
-  if (!server_->is_open.load()) return;
-  serve(Inbox::Source::middleware, waiting_->from_middleware);
-  serve(Inbox::Source::process, waiting_->from_process);
+  const auto state = state_;  // what is handled may end this
+  serve(*state, Inbox::Source::middleware, state->from_middleware);
+  serve(*state, Inbox::Source::process, state->from_process);
 }
 
-void InternalEndpoint::serve(Inbox::Source source, std::atomic<std::uint64_t>& waiting) noexcept {
-  for (std::uint64_t left = waiting.exchange(0); left > 0; --left) {
+void InternalEndpoint::serve(State& state, Inbox::Source source,
+                             std::atomic<std::uint64_t>& waiting) noexcept {
+  while (waiting.load() > 0 && state.server->is_open.load() && !state.has_ended.load()) {
+    waiting.fetch_sub(1);
     try {
-      entity_->run_next(source, 0, [](std::int64_t) {});
+      state.entity->run_next(source, 0, [](std::int64_t) {});
     } catch (...) {
-      server_->on_failure(std::current_exception());
+      state.server->on_failure(std::current_exception());
     }
   }
 }

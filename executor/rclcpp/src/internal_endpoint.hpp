@@ -33,16 +33,18 @@ class InternalEndpoint final : public cie::scheduling::BackgroundServer::Endpoin
   void serve() noexcept override;
 
  private:
-  const std::shared_ptr<InternalServer> server_;
-  const std::unique_ptr<Entity> entity_;
-  // How much of each source.
-  struct Waiting {
-    std::atomic<std::uint64_t> from_middleware{0};
+  // Shared with the notice, and with a serve() in which the endpoint goes.
+  struct State {
+    std::shared_ptr<InternalServer> server;
+    std::unique_ptr<Entity> entity;
+    std::atomic<std::uint64_t> from_middleware{0};  // how many wait
     std::atomic<std::uint64_t> from_process{0};
+    std::atomic<bool> has_ended{false};
   };
-  void serve(Inbox::Source source, std::atomic<std::uint64_t>& waiting) noexcept;
+  static void serve(State& state, Inbox::Source source,
+                    std::atomic<std::uint64_t>& waiting) noexcept;
 
-  const std::shared_ptr<Waiting> waiting_;
+  const std::shared_ptr<State> state_;
 };
 
 }  // namespace cie_rclcpp

@@ -49,10 +49,7 @@ ServedNode::ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<Internal
       on_change_(std::move(on_change)),
       trace_(name_) {}
 
-ServedNode::~ServedNode() {
-  remove_whole();
-  release_groups([](const Group&) { return true; });
-}
+ServedNode::~ServedNode() { remove_all(); }
 
 Callbacks ServedNode::callbacks() const {
   const std::lock_guard lock{mutex_};
@@ -137,6 +134,13 @@ Callbacks ServedNode::remove_group(const rclcpp::CallbackGroup& group) {
   return release_groups([&group](const Group& each) { return each.group.lock().get() == &group; });
 }
 
+Callbacks ServedNode::remove_all() {
+  auto callbacks = remove_whole();
+  const auto others = release_groups([](const Group&) { return true; });
+  callbacks.insert(callbacks.end(), others.begin(), others.end());
+  return callbacks;
+}
+
 bool ServedNode::is_whole() const {
   const std::lock_guard lock{mutex_};
   return is_whole_;
@@ -163,13 +167,17 @@ ServedNode::Changes ServedNode::look() {
   Changes changes;
   if (is_whole_) find_groups();
   for (Group& group : groups_) {
-    find_entities(group, changes.came);
-    for (Served& served : group.served) {
-      if (served.entity.expired() && served.callback) changes.gone.push_back(served.callback);
-    }
-    std::erase_if(group.served, [](const Served& served) { return served.entity.expired(); });
+    find_entities(group, changes);
+    const bool has_gone = group.group.expired();
+    std::erase_if(group.served, [&](Served& served) {
+      if (!has_gone && !served.entity.expired()) return false;
+      if (served.callback) changes.gone.push_back(std::move(served.callback));
+      if (served.internal) changes.ended.push_back(std::move(served.internal));
+      return true;
+    });
   }
-  std::erase_if(groups_, [](const Group& group) { return group.group.expired(); });
+  std::erase_if(groups_,
+                [](const Group& group) { return group.served.empty() && group.group.expired(); });
   return changes;
 }
 
@@ -205,7 +213,7 @@ void ServedNode::serve_new(Group& group, const EntityPtr& entity, Serve serve) {
   group.served.push_back(std::move(served));
 }
 
-void ServedNode::find_entities(Group& group, Callbacks& came) {
+void ServedNode::find_entities(Group& group, Changes& changes) {
   const auto alive = group.group.lock();
   if (!alive) return;
   const std::size_t before = group.served.size();
@@ -214,16 +222,25 @@ void ServedNode::find_entities(Group& group, Callbacks& came) {
   std::vector<rclcpp::ClientBase::SharedPtr> clients;
   std::vector<rclcpp::TimerBase::SharedPtr> timers;
   std::vector<rclcpp::Waitable::SharedPtr> waitables;
-  const auto into = [](auto& list) { return [&list](const auto& each) { list.push_back(each); }; };
+  const auto into = [&changes](auto& list) {
+    return [&list, &changes](const auto& each) {
+      list.push_back(each);
+      changes.held.push_back(each);
+    };
+  };
   alive->collect_all_ptrs(into(subscriptions), into(services), into(clients), into(timers),
                           into(waitables));
+  // Where rclcpp's own subscriptions are, which it makes before any of the user's.
+  const auto node = node_.lock();
+  const bool is_default = node && node->get_default_callback_group() == alive;
   for (const auto& timer : timers)
     serve_new(group, timer, [&] { return as_timer(group, timer); });
   for (const auto& subscription : subscriptions) {
     serve_new(group, subscription, [&] {
       const std::string_view topic = subscription->get_topic_name();
-      const bool is_own = topic == "/clock" || (topic == "/parameter_events" &&
-                                                !std::exchange(group.has_own_events, true));
+      const bool is_own =
+          is_default && (topic == "/clock" || (topic == "/parameter_events" &&
+                                               !std::exchange(group.has_own_events, true)));
       return is_own ? as_internal(make_entity(subscription))
                     : as_callback(group, make_entity(subscription));
     });
@@ -245,7 +262,7 @@ void ServedNode::find_entities(Group& group, Callbacks& came) {
     });
   }
   for (std::size_t i = before; i < group.served.size(); ++i) {
-    if (group.served[i].callback) came.push_back(group.served[i].callback);
+    if (group.served[i].callback) changes.came.push_back(group.served[i].callback);
   }
 }
 

@@ -45,13 +45,17 @@ class ServedNode final : public cie::scheduling::ServedNode {
   // Undoes these; returns the callbacks that are no longer served, which the caller ends.
   Callbacks remove_whole();
   Callbacks remove_group(const rclcpp::CallbackGroup& group);
+  Callbacks remove_all();
   bool is_whole() const;
   bool is_empty() const;  // nothing was added, or everything removed
 
-  // What came and went since the last time.
+  // What came and went since the last time. Letting go of it may run users' destructors, and so is the
+  // caller's part, without a lock.
   struct Changes {
     Callbacks came;
     Callbacks gone;
+    std::vector<std::unique_ptr<InternalEndpoint>> ended;
+    std::vector<std::shared_ptr<void>> held;  // while it was looked at
   };
   Changes look();
 
@@ -77,7 +81,7 @@ class ServedNode final : public cie::scheduling::ServedNode {
   // All with mutex_ held.
   void claim(Group group);
   void find_groups();
-  void find_entities(Group& group, Callbacks& came);
+  void find_entities(Group& group, Changes& changes);
   template <typename EntityPtr, typename Serve>
   void serve_new(Group& group, const EntityPtr& entity, Serve serve);
   std::shared_ptr<cie::scheduling::GroupState> state_of(Group& group);

@@ -61,7 +61,10 @@ TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
       inbox_(std::make_shared<Inbox>(1, 0)),
       grid_(period_ns_) {
   tells_reset_ = tell_of_reset(
-      *timer, [inbox = inbox_, gone = farewell(on_gone_)](std::size_t) { inbox->wake(); });
+      *timer, [inbox = inbox_, was_reset = was_reset_, gone = farewell(on_gone_)](std::size_t) {
+        was_reset->store(true);
+        inbox->wake();
+      });
   if (is_steady_) {
     if (time_until_next_call() < kNever) grid_.begin(measured_next());
     return;
@@ -87,12 +90,12 @@ std::int64_t TimerCallback::time_until_next_call() const noexcept {
 }
 
 std::int64_t TimerCallback::next_due() const noexcept {
+  if (timer_.expired()) {  // rcl's lives on with us
+    on_gone_();
+    return kNever;
+  }
   const std::int64_t until = time_until_next_call();
   if (until == kNever) {
-    if (timer_.expired()) {
-      on_gone_();
-      return kNever;
-    }
     return tells_reset_ ? kNever : monotonic_now() + period_ns_;
   }
   if (!is_steady_ && is_simulated(*handle_)) return kNever;  // a step of that clock tells
@@ -122,16 +125,14 @@ cie::trace::Callback::Release TimerCallback::release() noexcept {
   if (!is_steady_) return {.kind = ReleaseKind::timer};
   const std::int64_t next = measured_next();
   if (next == 0) return {.kind = ReleaseKind::timer};  // cancelled just now
+  if (was_reset_->exchange(false)) grid_.forget();
   const TimerExpiry expiry = grid_.on_call(next);
   return {.kind = ReleaseKind::timer, .release_ns = expiry.expiry_ns, .missed = expiry.missed};
 }
 
 bool TimerCallback::run_one() {
   const auto timer = timer_.lock();
-  if (!timer) {
-    on_gone_();
-    return false;
-  }
+  if (!timer) return false;
   std::optional<Instance> instance;
   std::unique_lock lock{mutex_};
   if (time_until_next_call() > 0) return false;

@@ -8,6 +8,7 @@
 #include "inbox.hpp"
 #include "timer_grid.hpp"
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 
@@ -43,6 +44,7 @@ class TimerCallback final : public cie::scheduling::Callback {
   const OnGone on_gone_;
   const bool is_steady_;
   const std::shared_ptr<Inbox> inbox_;  // for its target alone
+  const std::shared_ptr<std::atomic<bool>> was_reset_ = std::make_shared<std::atomic<bool>>(false);
   bool tells_reset_ = false;
   rclcpp::JumpHandler::SharedPtr jumps_;
   cie::PriorityMutex mutex_;  // of what follows, and of taking an expiry

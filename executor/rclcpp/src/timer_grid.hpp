@@ -25,6 +25,9 @@ class TimerGrid {
   // Knows where the grid lies before the first expiry.
   void begin(std::int64_t next_ns) noexcept { anchor_ns_ = next_ns - period_ns_; }
 
+  // The timer was reset: the next expiry begins a new grid.
+  void forget() noexcept { anchor_ns_.reset(); }
+
   // The instance that was just called for; `next_ns`: the expiry after it, as measured.
   TimerExpiry on_call(std::int64_t next_ns) noexcept {
     const std::int64_t measured = next_ns - period_ns_;

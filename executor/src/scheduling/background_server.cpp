@@ -30,8 +30,15 @@ void BackgroundServer::add(Endpoint& endpoint) {
 void BackgroundServer::remove(Endpoint& endpoint) {
   std::unique_lock lock{mutex_};
   std::erase(endpoints_, &endpoint);
+  wakeup_.notify();  // whom serve_all() passes over, because they moved up
   if (std::this_thread::get_id() == runner_) return;
   changed_.wait(lock, [this, &endpoint] { return serving_ != &endpoint; });
+}
+
+void BackgroundServer::wait_until_idle() {
+  std::unique_lock lock{mutex_};
+  if (std::this_thread::get_id() == runner_) return;
+  changed_.wait(lock, [this] { return serving_ == nullptr; });
 }
 
 void BackgroundServer::serve_all() {

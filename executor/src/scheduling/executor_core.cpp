@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 
@@ -56,7 +57,13 @@ void ExecutorCore::add_node(const std::shared_ptr<ServedNode>& node) {
 
 void ExecutorCore::serve_new(ServedNode& node, const Callbacks& callbacks) {
   const std::lock_guard lock{mutex_};
-  if (is_serving_ && is_member(node)) serve(callbacks);
+  if (!is_serving_ || !is_member(node)) return;
+  const Callbacks kept = node.callbacks();
+  Callbacks present;
+  std::ranges::copy_if(callbacks, std::back_inserter(present), [&kept](const auto& callback) {
+    return std::ranges::find(kept, callback) != kept.end();
+  });
+  serve(present);
 }
 
 // Who does not wait may be on a thread of a team that leaves, and drop the last that holds the
@@ -151,6 +158,19 @@ void ExecutorCore::withdraw(const Callbacks& callbacks) {
     if (!waits) ++departing_;
   }
   vacate(vacating, waits);
+}
+
+void ExecutorCore::abandon(const Callbacks& callbacks) {
+  for (const auto& callback : callbacks)
+    callback->close();
+  Placement::Vacating vacating;
+  {
+    const std::lock_guard lock{mutex_};
+    vacating = placement_->remove(callbacks);
+    ++departing_;
+  }
+  vacate(vacating, false);
+  join_departed(Departed::has_left);
 }
 
 // --- what the spec may name -------------------------------------------------------------------------

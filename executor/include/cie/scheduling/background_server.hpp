@@ -42,6 +42,8 @@ class BackgroundServer {
   void add(Endpoint& endpoint);
   // Returns when the endpoint is not being served and will not be; at once on the server's thread.
   void remove(Endpoint& endpoint);
+  // Returns when no endpoint is being served; at once on the server's thread.
+  void wait_until_idle();
   // To be notified when there is something to do.
   Wakeup& wakeup() noexcept { return wakeup_; }
   const std::shared_ptr<trace::Thread>& thread() const noexcept { return trace_; }

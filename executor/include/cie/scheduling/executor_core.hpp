@@ -36,7 +36,10 @@ class ExecutorCore final : public FailureHandler,
   // These are about to end: none of them will run any more. Waits for those that run, unless the
   // caller is a callback itself.
   void withdraw(const std::vector<std::shared_ptr<Callback>>& callbacks);
-  // Callbacks that a node got: served at once while spinning, if the node still belongs here.
+  // The same, without waiting for those that run: for a thread that nobody may keep. Their teams are
+  // joined by whoever waits next, at the latest by spin().
+  void abandon(const std::vector<std::shared_ptr<Callback>>& callbacks);
+  // Callbacks that a node got, as far as it still has them: served at once while spinning, if the node still belongs here.
   void serve_new(ServedNode& node, const std::vector<std::shared_ptr<Callback>>& callbacks);
 
   // The threads that serve the node beside those of callbacks, as far as they are new; while

@@ -40,7 +40,8 @@ cie::ExecutorOptions options_from_environment(
 //
 // Thread-safe but for construction and destruction. Functions throw as those of rclcpp::Executor;
 // beyond that spin() throws cie::SchedulingRefused where the kernel refuses parameters under
-// OnError::refuse, and cie::CallbackError when a callback throws.
+// OnError::refuse, and cie::CallbackError when a callback throws, or when what was created while it
+// spins is refused.
 class CallbackIsolatedExecutor final : public rclcpp::Executor {
  public:
   RCLCPP_SMART_PTR_DEFINITIONS(CallbackIsolatedExecutor)
