@@ -187,6 +187,70 @@ TEST_F(MembersTest, ATimerIsDroppedWhileItRuns) {
 }
 
 // Coming and going at random, beside messages: for the sanitizers.
+// Whoever looks for what is new does not wait for a callback, which may wait for what is new.
+TEST_F(MembersTest, ACallbackMayWaitForWhatItCreates) {
+  const auto busy = node("busy");
+  const auto of_timer = busy->create_callback_group(CallbackGroupType::MutuallyExclusive);
+  const auto of_others = busy->create_callback_group(CallbackGroupType::MutuallyExclusive);
+  auto sibling = busy->create_subscription<Message>(
+      "unused", 1, [](const Message&) {}, in(of_timer));
+  rclcpp::TimerBase::SharedPtr created;
+  std::atomic<bool> created_ran{false};
+  std::atomic<int> outcome{0};
+  const auto timer = busy->create_wall_timer(
+      1ms,
+      [&] {
+        if (outcome != 0) return;
+        sibling.reset();  // of this group: its end would wait for this callback
+        std::this_thread::sleep_for(20ms);
+        created = busy->create_wall_timer(
+            1ms, [&] { created_ran = true; }, of_others);
+        outcome = comes([&] { return created_ran.load(); }) ? 1 : 2;
+      },
+      of_timer);
+  executor_.add_node(busy);
+  const Spinning spinning{executor_};
+  ASSERT_TRUE(comes([&] { return outcome != 0; }));
+  EXPECT_EQ(outcome, 1);
+}
+
+// A parameter's function runs on the thread that serves parameters, and may end what it serves.
+TEST_F(MembersTest, AParametersFunctionRemovesItsNode) {
+  const auto tuned = node("tuned");
+  std::atomic<bool> has_removed{false};
+  const auto handle = tuned->add_on_set_parameters_callback([&](const auto&) {
+    executor_.remove_node(tuned);
+    has_removed = true;
+    return rcl_interfaces::msg::SetParametersResult{.successful = true};
+  });
+  using rcl_interfaces::srv::SetParameters;
+  const auto client = tuned->create_client<SetParameters>("/test/tuned/set_parameters");
+  executor_.add_node(tuned);
+  const Spinning spinning{executor_};
+  auto request = std::make_shared<SetParameters::Request>();
+  request->parameters.push_back(
+      {"gain", {rcl_interfaces::msg::ParameterType::PARAMETER_INTEGER, 7}});
+  client->async_send_request(request);
+  EXPECT_TRUE(comes([&] { return has_removed.load(); }));
+}
+
+// Nothing of it is left but the user's handle, which nobody serves.
+TEST_F(MembersTest, AGroupMayGoBeforeItsCallbacks) {
+  const auto one = node("one");
+  auto group = one->create_callback_group(CallbackGroupType::MutuallyExclusive);
+  std::atomic<int> runs{0};
+  const auto timer = one->create_wall_timer(
+      1ms, [&] { ++runs; }, group);
+  executor_.add_node(one);
+  const Spinning spinning{executor_};
+  ASSERT_TRUE(comes([&] { return runs > 0; }));
+  group.reset();
+  executor_.remove_node(one);
+  const int at_removal = runs;
+  std::this_thread::sleep_for(20ms);
+  EXPECT_EQ(runs, at_removal);
+}
+
 TEST_F(MembersTest, EverythingAtOnce) {
   const auto steady = node("steady");
   const auto publisher = steady->create_publisher<Message>("topic", 10);

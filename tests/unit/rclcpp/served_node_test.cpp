@@ -127,6 +127,16 @@ TEST_F(ServedNodeTest, AUsersSubscriptionToParameterEventsIsACallback) {
                           "/test/listening@Service(/other/get_parameters)"));
 }
 
+TEST_F(ServedNodeTest, InAGroupOfItsOwnSoIsTheFirst) {
+  const auto listening = node("listening");
+  const auto own = listening->create_callback_group(CallbackGroupType::MutuallyExclusive);
+  const auto events = listening->create_subscription<Message>(
+      "/parameter_events", 1, [](const Message&) {}, in(own));
+  const auto clock = listening->create_subscription<Message>(
+      "/clock", 1, [](const Message&) {}, in(own));
+  EXPECT_EQ(serve(listening)->look().came.size(), 2U);
+}
+
 TEST_F(ServedNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
   const auto handling = node("handling");
   rclcpp::SubscriptionOptions handled;

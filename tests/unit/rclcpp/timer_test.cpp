@@ -95,6 +95,18 @@ TEST_F(TimerTest, ACancelledOneIsLookedAtOnceAPeriod) {
   EXPECT_EQ(runs_, 0);
 }
 
+// Its rcl timer lives on, and is due: whoever waited for that would not wait.
+TEST_F(TimerTest, IsNeverDueOnceItWasDropped) {
+  auto timer = node_->create_wall_timer(1ms, [this] { ++runs_; });
+  const std::int64_t first = next_of(timer);
+  const auto on_trial = callback(timer);
+  timer.reset();
+  wait_until(first);
+  EXPECT_EQ(on_trial->next_due(), kNever);
+  EXPECT_GE(gone_, 1);
+  EXPECT_FALSE(on_trial->execute_one());
+}
+
 TEST_F(TimerTest, TellsThatItWent) {
   auto timer = node_->create_wall_timer(20ms, [] {});
   const auto on_trial = callback(timer);
