@@ -164,8 +164,9 @@ class SubscriptionEntity final : public Entity {
   }
 
   std::uint32_t take_lost() noexcept override {
+    const auto subscription = subscription_.lock();  // lives longer than what it keeps
     const auto lost = lost_.lock();
-    return lost ? lost->take() : 0;
+    return subscription && lost ? lost->take() : 0;
   }
 
   bool run_next(Inbox::Source source, int entity, const Begin& begin) override {
@@ -339,14 +340,18 @@ std::string name_of_class(const rclcpp::Waitable& waitable) {
 
 class WaitableEntity final : public Entity {
  public:
-  explicit WaitableEntity(const rclcpp::Waitable::SharedPtr& waitable)
-      : waitable_(waitable),
+  WaitableEntity(const rclcpp::Waitable::SharedPtr& waitable,
+                 const rclcpp::SubscriptionBase::SharedPtr& owner)
+      : owner_(owner),
+        has_owner_(owner != nullptr),
+        waitable_(waitable),
         name_(name_of_class(*waitable)),
         is_event_(dynamic_cast<const QosEventHandler*>(waitable.get()) != nullptr) {}
 
   std::string name() const override { return name_; }
   cie::CallbackKind kind() const noexcept override { return cie::CallbackKind::waitable; }
   void connect(Notice notice) override {
+    const auto owner = owner_.lock();
     const auto waitable = waitable_.lock();
     if (!waitable) return;
     const auto is_partial = std::make_shared<std::atomic<bool>>(!kNoticesAreWhole);
@@ -358,12 +363,16 @@ class WaitableEntity final : public Entity {
     is_partial->store(false);
   }
   void disconnect() noexcept override {
+    const auto owner = owner_.lock();
+    if (has_owner_ && !owner) return;  // it goes with its owner
     if (const auto waitable = waitable_.lock()) {
       quietly([&] { waitable->clear_on_ready_callback(); });
     }
   }
   // A waitable may have nothing to take and yet something to do; a QoS event may not.
   bool run_next(Inbox::Source, int entity, const Begin& begin) override {
+    const auto owner = owner_.lock();  // before the waitable, and so let go of after it
+    if (has_owner_ && !owner) return false;
     const auto waitable = waitable_.lock();
     if (!waitable) return false;
     if (entity == Arrival::kAnyEntity && !is_event_) return run_all(*waitable, begin);
@@ -387,6 +396,10 @@ class WaitableEntity final : public Entity {
     return true;
   }
 
+  // A handler of a subscription's events keeps the middleware's reader. Since Iron that must not live
+  // longer than the subscription, whose notice it calls.
+  const std::weak_ptr<rclcpp::SubscriptionBase> owner_;
+  const bool has_owner_;
   const std::weak_ptr<rclcpp::Waitable> waitable_;
   const std::string name_;
   const bool is_event_;
@@ -403,8 +416,20 @@ std::unique_ptr<Entity> make_entity(const rclcpp::ServiceBase::SharedPtr& servic
 std::unique_ptr<Entity> make_entity(const rclcpp::ClientBase::SharedPtr& client) {
   return std::make_unique<ClientEntity>(client);
 }
-std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable) {
-  return std::make_unique<WaitableEntity>(waitable);
+std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable,
+                                    const rclcpp::SubscriptionBase::SharedPtr& owner) {
+  return std::make_unique<WaitableEntity>(waitable, owner);
+}
+
+rclcpp::SubscriptionBase::SharedPtr owner_of(
+    const rclcpp::Waitable::SharedPtr& waitable,
+    const std::vector<rclcpp::SubscriptionBase::SharedPtr>& subscriptions) {
+  for (const auto& subscription : subscriptions) {
+    for (const auto& handler : subscription->get_event_handlers()) {
+      if (&event_handler(handler) == waitable.get()) return subscription;
+    }
+  }
+  return nullptr;
 }
 
 bool is_of_subscription(const rclcpp::Waitable& waitable) {

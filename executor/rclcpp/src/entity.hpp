@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <rclcpp/client.hpp>
 #include <rclcpp/service.hpp>
@@ -51,7 +52,13 @@ class Entity {
 std::unique_ptr<Entity> make_entity(const rclcpp::SubscriptionBase::SharedPtr& subscription);
 std::unique_ptr<Entity> make_entity(const rclcpp::ServiceBase::SharedPtr& service);
 std::unique_ptr<Entity> make_entity(const rclcpp::ClientBase::SharedPtr& client);
-std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable);
+// `owner`: the subscription whose events it handles; null: none.
+std::unique_ptr<Entity> make_entity(const rclcpp::Waitable::SharedPtr& waitable,
+                                    const rclcpp::SubscriptionBase::SharedPtr& owner);
+// Which of the subscriptions that is.
+rclcpp::SubscriptionBase::SharedPtr owner_of(
+    const rclcpp::Waitable::SharedPtr& waitable,
+    const std::vector<rclcpp::SubscriptionBase::SharedPtr>& subscriptions);
 
 // Whether the waitable is a subscription's end within the process, which may outlive it.
 bool is_of_subscription(const rclcpp::Waitable& waitable);

@@ -222,14 +222,15 @@ void ServedNode::find_entities(Group& group, Changes& changes) {
   std::vector<rclcpp::ClientBase::SharedPtr> clients;
   std::vector<rclcpp::TimerBase::SharedPtr> timers;
   std::vector<rclcpp::Waitable::SharedPtr> waitables;
-  const auto into = [&changes](auto& list) {
-    return [&list, &changes](const auto& each) {
+  const auto into = [](auto& list, auto& held) {
+    return [&list, &held](const auto& each) {
       list.push_back(each);
-      changes.held.push_back(each);
+      held.push_back(each);
     };
   };
-  alive->collect_all_ptrs(into(subscriptions), into(services), into(clients), into(timers),
-                          into(waitables));
+  alive->collect_all_ptrs(into(subscriptions, changes.held), into(services, changes.held),
+                          into(clients, changes.held), into(timers, changes.held),
+                          into(waitables, changes.held_handlers));
   // Where rclcpp's own subscriptions are, which it makes before any of the user's.
   const auto node = node_.lock();
   const bool is_default = node && node->get_default_callback_group() == alive;
@@ -257,8 +258,9 @@ void ServedNode::find_entities(Group& group, Changes& changes) {
   for (const auto& waitable : waitables) {
     if (is_of_subscription(*waitable)) continue;
     serve_new(group, waitable, [&] {
-      return is_default_event_handler(*waitable) ? as_internal(make_entity(waitable))
-                                                 : as_callback(group, make_entity(waitable));
+      auto entity = make_entity(waitable, owner_of(waitable, subscriptions));
+      return is_default_event_handler(*waitable) ? as_internal(std::move(entity))
+                                                 : as_callback(group, std::move(entity));
     });
   }
   for (std::size_t i = before; i < group.served.size(); ++i) {

@@ -55,7 +55,10 @@ class ServedNode final : public cie::scheduling::ServedNode {
     Callbacks came;
     Callbacks gone;
     std::vector<std::unique_ptr<InternalEndpoint>> ended;
-    std::vector<std::shared_ptr<void>> held;  // while it was looked at
+    // While it was looked at. A handler of events keeps the middleware's reader, which nobody may keep
+    // longer than the subscription: handlers go first.
+    std::vector<std::shared_ptr<void>> held;
+    std::vector<std::shared_ptr<void>> held_handlers;
   };
   Changes look();
 

@@ -151,6 +151,26 @@ TEST_F(ServedNodeTest, AnEventHandlerOfTheUsersIsACallbackTheDefaultOneIsNot) {
   EXPECT_THAT(all[2]->logical_id(), testing::HasSubstr("QOSEventHandler"));
 }
 
+// A handler keeps the middleware's reader, which since Iron calls the subscription's notice: who kept the
+// one without the other would have it call what has gone.
+TEST_F(ServedNodeTest, AHandlerOfEventsIsNotTakenWithoutItsSubscription) {
+  const auto watching = node("watching");
+  rclcpp::SubscriptionOptions options;
+  options.event_callbacks.message_lost_callback = [](rclcpp::QOSMessageLostInfo&) {};
+  auto subscription = watching->create_subscription<Message>(
+      "x", 1, [](const Message&) {}, options);
+  std::vector<rclcpp::Waitable::SharedPtr> handlers;
+  for (const auto& each : subscription->get_event_handlers())
+    handlers.push_back(each.second);
+  ASSERT_FALSE(handlers.empty());
+  for (const auto& handler : handlers)
+    EXPECT_EQ(owner_of(handler, {subscription}), subscription);
+  const auto entity = make_entity(handlers.front(), subscription);
+  subscription.reset();
+  EXPECT_FALSE(entity->run_next(Inbox::Source::middleware, 0,
+                                [](std::int64_t) { FAIL() << "it was taken"; }));
+}
+
 TEST_F(ServedNodeTest, TheWayThroughTheProcessIsThatOfItsSubscription) {
   const auto inside =
       std::make_shared<rclcpp::Node>("inside", "/test", options().use_intra_process_comms(true));
