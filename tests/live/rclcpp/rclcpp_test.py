@@ -59,6 +59,21 @@ def cie(*arguments):
                           timeout=300, check=False)
 
 
+def wait_for_thread(session, name):
+    """Until a process of the session has a thread of that name."""
+    for _ in range(600):
+        for stat in Path("/proc").glob("[0-9]*/stat"):
+            try:
+                if int(stat.read_text().rpartition(")")[2].split()[3]) != session:
+                    continue
+                if any(comm.read_text().strip() == name for comm in stat.parent.glob("task/*/comm")):
+                    return
+            except (OSError, ValueError):
+                continue  # it has ended meanwhile
+        time.sleep(0.1)
+    raise AssertionError(f"no thread {name} within a minute")
+
+
 class Application(unittest.TestCase):
     def setUp(self):
         self.folder = Path(tempfile.mkdtemp(prefix="cie-rclcpp-"))
@@ -168,7 +183,8 @@ class Application(unittest.TestCase):
         out = self.folder / "out"
         with subprocess.Popen(["cie", "record", "-o", out, "--kernel=no", "--", options.car], env=environment(),
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True) as process:
-            time.sleep(3)
+            wait_for_thread(process.pid, "plan:100ms")  # of the last node
+            time.sleep(1)
             os.killpg(process.pid, signal.SIGINT)  # as a terminal does at Ctrl-C
             output, _ = process.communicate(timeout=60)
             recorded = Recorded(out, process.returncode, output)
