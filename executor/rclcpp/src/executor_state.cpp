@@ -65,17 +65,17 @@ ExecutorState::~ExecutorState() {
 
 // --- membership -----------------------------------------------------------------------------------
 
-std::optional<ExecutorState::NodePtr> ExecutorState::find(const NodeBase& node) const {
+ExecutorState::NodePtr ExecutorState::find(const NodeBase& node) const {
   const auto found =
       std::ranges::find_if(nodes_, [&node](const NodePtr& each) { return each->is_of(node); });
-  return found == nodes_.end() ? std::nullopt : std::optional{*found};
+  return found == nodes_.end() ? nullptr : *found;
 }
 
 template <typename Add>
 void ExecutorState::add(const NodeBase::SharedPtr& node, Add add) {
   const std::lock_guard lock{mutex_};
   const auto known = find(*node);
-  const NodePtr member = known ? *known
+  const NodePtr member = known ? known
                                : std::make_shared<ServedNode>(
                                      node, server_, [changed = changed_] { changed->notify(); });
   add(*member);
@@ -101,15 +101,15 @@ void ExecutorState::add_group(const rclcpp::CallbackGroup::SharedPtr& group,
 }
 
 void ExecutorState::remove_node(const NodeBase& node) {
-  std::optional<NodePtr> member;
+  NodePtr member;
   {
     const std::lock_guard lock{mutex_};
     member = find(node);
   }
-  if (!member || !(*member)->is_whole()) {
+  if (!member || !member->is_whole()) {
     throw std::runtime_error{"Node needs to be associated with this executor."};
   }
-  vacate(*member, (*member)->remove_whole());
+  vacate(member, member->remove_whole());
 }
 
 void ExecutorState::remove_group(const rclcpp::CallbackGroup& group) {

@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <stop_token>
 #include <vector>
 
@@ -61,7 +60,7 @@ class ExecutorState {
   // Adds a part of a node to its member, which is made and told to the core if there is none.
   template <typename Add>
   void add(const NodeBase::SharedPtr& node, Add add);
-  std::optional<NodePtr> find(const NodeBase& node) const;
+  NodePtr find(const NodeBase& node) const;  // null: none; with mutex_ held
   // Takes callbacks off their threads, and the node off the executor if nothing of it is left.
   void vacate(const NodePtr& node, const Callbacks& callbacks);
   void drop_if_empty(const NodePtr& node);

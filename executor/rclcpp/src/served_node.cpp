@@ -31,14 +31,6 @@ void listen(rclcpp::GuardCondition& condition, const OnGone& on_change) {
       [on_change, gone = farewell(on_change)](std::size_t) { on_change(); });
 }
 
-std::int64_t period_of(const rclcpp::TimerBase::SharedPtr& timer) {
-  std::int64_t period = 0;
-  if (rcl_timer_get_period(timer->get_timer_handle().get(), &period) != RCL_RET_OK) {
-    rcl_reset_error();
-  }
-  return period;
-}
-
 }  // namespace
 
 ServedNode::ServedNode(const NodeBase::SharedPtr& node, std::shared_ptr<InternalServer> server,
@@ -303,7 +295,7 @@ ServedNode::Served ServedNode::as_callback(Group& group, std::unique_ptr<Entity>
 
 ServedNode::Served ServedNode::as_timer(Group& group, const rclcpp::TimerBase::SharedPtr& timer) {
   const auto state = state_of(group);
-  const std::int64_t period = period_of(timer);
+  const std::int64_t period = period_of(*timer->get_timer_handle());
   cie::trace::CallbackInfo info{
       .group = state->id(), .node = trace_.id(), .kind = CallbackKind::timer};
   info.logical_id = cie::trace::unique_logical_id(

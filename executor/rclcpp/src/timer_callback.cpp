@@ -29,12 +29,6 @@ class ClockOf : public rclcpp::TimerBase {
   }
 };
 
-std::int64_t period_of(const rcl_timer_t& timer) {
-  std::int64_t period = 0;
-  if (rcl_timer_get_period(&timer, &period) != RCL_RET_OK) rcl_reset_error();
-  return std::max<std::int64_t>(period, 1);
-}
-
 // Whether time is what somebody publishes on /clock.
 bool is_simulated(const rcl_timer_t& timer) noexcept {
   rcl_clock_t* clock = nullptr;
@@ -49,13 +43,19 @@ bool is_simulated(const rcl_timer_t& timer) noexcept {
 
 }  // namespace
 
+std::int64_t period_of(const rcl_timer_t& timer) {
+  std::int64_t period = 0;
+  if (rcl_timer_get_period(&timer, &period) != RCL_RET_OK) rcl_reset_error();
+  return period;
+}
+
 TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
                              cie::trace::CallbackInfo info,
                              const rclcpp::TimerBase::SharedPtr& timer, OnGone on_gone)
     : Callback(std::move(group), std::move(info)),
       timer_(timer),
       handle_(timer->get_timer_handle()),
-      period_ns_(period_of(*handle_)),
+      period_ns_(std::max<std::int64_t>(period_of(*handle_), 1)),
       on_gone_(std::move(on_gone)),
       is_steady_(timer->is_steady()),
       inbox_(std::make_shared<Inbox>(1, 0)),

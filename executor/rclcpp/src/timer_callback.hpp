@@ -17,6 +17,9 @@
 
 namespace cie_rclcpp {
 
+// Nanoseconds; 0 for a timer that is always due.
+std::int64_t period_of(const rcl_timer_t& timer);
+
 // Releases are the expiries of a steady timer, exactly. Those of a timer on ROS or system time are
 // not known on CLOCK_MONOTONIC, and so are not said.
 class TimerCallback final : public cie::scheduling::Callback {

@@ -148,28 +148,24 @@ void ExecutorCore::drop_all_nodes() {
   }
 }
 
-void ExecutorCore::withdraw(const Callbacks& callbacks) {
+void ExecutorCore::take_off(const Callbacks& callbacks, bool may_wait) {
   Placement::Vacating vacating;
   bool waits = false;
   {
     const std::lock_guard lock{mutex_};
-    waits = !Callback::is_in_instance() && !placement_->is_on_thread_of(callbacks);
+    waits = may_wait && !Callback::is_in_instance() && !placement_->is_on_thread_of(callbacks);
     vacating = placement_->remove(callbacks);
     if (!waits) ++departing_;
   }
   vacate(vacating, waits);
 }
 
+void ExecutorCore::withdraw(const Callbacks& callbacks) { take_off(callbacks, true); }
+
 void ExecutorCore::abandon(const Callbacks& callbacks) {
   for (const auto& callback : callbacks)
     callback->close();
-  Placement::Vacating vacating;
-  {
-    const std::lock_guard lock{mutex_};
-    vacating = placement_->remove(callbacks);
-    ++departing_;
-  }
-  vacate(vacating, false);
+  take_off(callbacks, false);
   join_departed(Departed::has_left);
 }
 

@@ -2,15 +2,15 @@
 
 #include <cie/executor/executor.hpp>
 
+#include "measured_part.hpp"
+
 #include <memory>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include <cie_messages.hpp>
-#include <sched.h>
 
 namespace bench {
 namespace {
@@ -18,27 +18,11 @@ namespace {
 using cie_msgs::Sample;
 using namespace std::chrono_literals;
 
-std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
-
 std::unique_ptr<cie::Executor> make_executor(const Workload& workload) {
   cie::ExecutorOptions options;
   options.threads = workload.threads;
   return cie::make_executor(workload.executor, options);
 }
-
-// Every thread that comes after inherits it, those of DDS too.
-void become_real_time(int priority) {
-  if (priority == 0) return;
-  const sched_param parameter{.sched_priority = priority};
-  if (sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) {
-    throw std::system_error{errno, std::generic_category(),
-                            "cannot become SCHED_FIFO (use --fifo 0 to measure without)"};
-  }
-}
-
-std::string topic(unsigned index) { return "/bench/data" + std::to_string(index); }
 
 struct Publishing {
   Publishing(const cie::Context& context, const Workload& workload, const cie::QoS& qos)
@@ -88,13 +72,8 @@ struct Subscribing {
               Board& board)
       : node(context, "subscriber") {
     for (unsigned i = 0; i < workload.pairs; ++i) {
-      subscriptions.push_back(
-          node.create_subscription<Sample>(topic(i), qos, [&board](const Sample& sample) {
-            if (!board.is_measuring.load(std::memory_order_acquire)) return;
-            const auto latency = static_cast<std::uint32_t>(now_ns() - sample.stamp);
-            const std::uint64_t index = board.messages.fetch_add(1, std::memory_order_relaxed);
-            board.latency_ns[index % Board::kSamples] = latency;
-          }));
+      subscriptions.push_back(node.create_subscription<Sample>(
+          topic(i), qos, [&board](const Sample& sample) { count(board, sample.stamp); }));
     }
   }
   cie::Node node;
@@ -125,26 +104,13 @@ void run_part(const Workload& workload, Part part, const std::string& tag, Board
   const auto executor = make_executor(workload);
   if (subscribing) executor->add_node(subscribing->node);
   if (publishing) executor->add_node(publishing->node);
-  std::thread watcher{[&] {
-    while (publishing && !publishing->is_connected() && !board.is_ending) {
-      std::this_thread::sleep_for(5ms);
-    }
-    while (!executor->is_spinning())
-      std::this_thread::sleep_for(1ms);
-    ++board.ready;
-    // Slowly: what this thread does is counted too.
-    while (!board.is_ending)
-      std::this_thread::sleep_for(200ms);
-    executor->cancel();
-  }};
-  try {
-    executor->spin();
-  } catch (...) {
-    board.is_ending = true;
-    watcher.join();
-    throw;
-  }
-  watcher.join();
+  spin_until_ended(
+      board, [&] { return !publishing || publishing->is_connected(); },
+      [&] {
+        while (!executor->is_spinning())
+          std::this_thread::sleep_for(1ms);
+      },
+      [&] { executor->spin(); }, [&] { executor->cancel(); });
 }
 
 }  // namespace bench

@@ -1,11 +1,11 @@
 // The paper's experiment with nodes of rclcpp. A message is a time alone; payload and passing are rclcpp's own.
 #include "workload.hpp"
 
-#include <cerrno>
+#include "measured_part.hpp"
+
 #include <memory>
 #include <stdexcept>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -15,7 +15,6 @@
 #include <callback_isolated_executor/callback_isolated_executor.hpp>
 #endif
 #include <rclcpp/rclcpp.hpp>
-#include <sched.h>
 #include <std_msgs/msg/int64.hpp>
 
 namespace bench {
@@ -23,10 +22,6 @@ namespace {
 
 using std_msgs::msg::Int64;
 using namespace std::chrono_literals;
-
-std::int64_t now_ns() {
-  return std::chrono::nanoseconds{std::chrono::steady_clock::now().time_since_epoch()}.count();
-}
 
 std::unique_ptr<rclcpp::Executor> make_executor(const Workload& workload) {
   if (workload.executor == "isolated") {
@@ -44,17 +39,6 @@ std::unique_ptr<rclcpp::Executor> make_executor(const Workload& workload) {
   }
   throw std::invalid_argument{"no executor of rclcpp is called " + workload.executor};
 }
-
-void become_real_time(int priority) {
-  if (priority == 0) return;
-  const sched_param parameter{.sched_priority = priority};
-  if (sched_setscheduler(0, SCHED_FIFO, &parameter) != 0) {
-    throw std::system_error{errno, std::generic_category(),
-                            "cannot become SCHED_FIFO (use --fifo 0 to measure without)"};
-  }
-}
-
-std::string topic(unsigned index) { return "/bench/data" + std::to_string(index); }
 
 class WithGroups : public rclcpp::Node {
  public:
@@ -116,14 +100,7 @@ class Subscribing : public WithGroups {
       rclcpp::SubscriptionOptions options;
       options.callback_group = own_group();
       subscriptions_.push_back(create_subscription<Int64>(
-          topic(i), qos,
-          [&board](const Int64& message) {
-            if (!board.is_measuring.load(std::memory_order_acquire)) return;
-            const auto latency = static_cast<std::uint32_t>(now_ns() - message.data);
-            const std::uint64_t index = board.messages.fetch_add(1, std::memory_order_relaxed);
-            board.latency_ns[index % Board::kSamples] = latency;
-          },
-          options));
+          topic(i), qos, [&board](const Int64& message) { count(board, message.data); }, options));
     }
   }
 
@@ -156,24 +133,10 @@ void run_part(const Workload& workload, Part part, const std::string&, Board& bo
   const auto executor = make_executor(workload);
   if (subscribing) executor->add_node(subscribing);
   if (publishing) executor->add_node(publishing);
-  std::thread watcher{[&] {
-    while (publishing && !publishing->is_connected() && !board.is_ending) {
-      std::this_thread::sleep_for(5ms);
-    }
-    std::this_thread::sleep_for(200ms);
-    ++board.ready;
-    while (!board.is_ending)
-      std::this_thread::sleep_for(200ms);
-    rclcpp::shutdown();
-  }};
-  try {
-    executor->spin();
-  } catch (...) {
-    board.is_ending = true;
-    watcher.join();
-    throw;
-  }
-  watcher.join();
+  spin_until_ended(
+      board, [&] { return !publishing || publishing->is_connected(); },
+      [] { std::this_thread::sleep_for(200ms); }, [&] { executor->spin(); },
+      [] { rclcpp::shutdown(); });
 }
 
 }  // namespace bench

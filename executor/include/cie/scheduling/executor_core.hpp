@@ -39,7 +39,8 @@ class ExecutorCore final : public FailureHandler,
   // The same, without waiting for those that run: for a thread that nobody may keep. Their teams are
   // joined by whoever waits next, at the latest by spin().
   void abandon(const std::vector<std::shared_ptr<Callback>>& callbacks);
-  // Callbacks that a node got, as far as it still has them: served at once while spinning, if the node still belongs here.
+  // Callbacks that a node got, as far as it still has them: served at once while spinning, if the
+  // node still belongs here.
   void serve_new(ServedNode& node, const std::vector<std::shared_ptr<Callback>>& callbacks);
 
   // The threads that serve the node beside those of callbacks, as far as they are new; while
@@ -75,7 +76,9 @@ class ExecutorCore final : public FailureHandler,
   Callbacks all_callbacks() const;
   // Puts callbacks on threads, and lets them run.
   void serve(const Callbacks& callbacks);
-  // Without it. If it does not wait, it was counted as departing, and teams that leave are joined
+  // Without it.
+  void take_off(const Callbacks& callbacks, bool may_wait);
+  // If it does not wait, it was counted as departing, and teams that leave are joined
   // later.
   void vacate(const Placement::Vacating& vacating, bool waits);
   enum class Departed : std::uint8_t { has_left, all };
