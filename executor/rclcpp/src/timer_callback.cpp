@@ -65,10 +65,7 @@ TimerCallback::TimerCallback(std::shared_ptr<cie::scheduling::GroupState> group,
         was_reset->store(true);
         inbox->wake();
       });
-  if (is_steady_) {
-    if (time_until_next_call() < kNever) grid_.begin(measured_next());
-    return;
-  }
+  if (is_steady_) return;
   rcl_jump_threshold_t any_step{};
   any_step.on_clock_change = true;
   any_step.min_forward.nanoseconds = 1;
@@ -119,7 +116,13 @@ std::int64_t TimerCallback::measured_next() const noexcept {
   return next;
 }
 
-void TimerCallback::serve(cie::scheduling::ReadySink* sink) { inbox_->set_target(sink, this); }
+void TimerCallback::serve(cie::scheduling::ReadySink* sink) {
+  if (sink != nullptr && is_steady_) {
+    const std::lock_guard lock{mutex_};
+    if (const std::int64_t next = measured_next(); next != 0) grid_.begin(next, monotonic_now());
+  }
+  inbox_->set_target(sink, this);
+}
 
 cie::trace::Callback::Release TimerCallback::release() noexcept {
   if (!is_steady_) return {.kind = ReleaseKind::timer};

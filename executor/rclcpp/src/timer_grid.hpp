@@ -22,8 +22,12 @@ class TimerGrid {
   explicit TimerGrid(std::int64_t period_ns) noexcept
       : period_ns_(std::max<std::int64_t>(period_ns, 1)) {}
 
-  // Knows where the grid lies before the first expiry.
-  void begin(std::int64_t next_ns) noexcept { anchor_ns_ = next_ns - period_ns_; }
+  // From `now_ns` on somebody serves the timer; `next_ns`: its next expiry, or the first that is waiting.
+  // Expiries before the last one until `now_ns` had nobody who could miss them.
+  void begin(std::int64_t next_ns, std::int64_t now_ns) noexcept {
+    const std::int64_t unserved = now_ns < next_ns ? 0 : (now_ns - next_ns) / period_ns_;
+    anchor_ns_ = next_ns + (unserved - 1) * period_ns_;
+  }
 
   // The timer was reset: the next expiry begins a new grid.
   void forget() noexcept { anchor_ns_.reset(); }

@@ -13,7 +13,7 @@ constexpr std::int64_t kPeriod = 1'000'000;
 TEST(TimerGrid, KeepsTheFirstMeasurementForEver) {
   TimerGrid grid{kPeriod};
   const std::int64_t first = 5'000'123;
-  grid.begin(first);
+  grid.begin(first, 0);
   std::int64_t expected = first;
   // Each measurement is off by something else, the number of missed periods varies.
   const std::int64_t errors[] = {0, 150, -20'000, 20'000, -1, 9'999, 77};
@@ -29,7 +29,7 @@ TEST(TimerGrid, KeepsTheFirstMeasurementForEver) {
 
 TEST(TimerGrid, BeginsAnewWhereAResetMovedIt) {
   TimerGrid grid{kPeriod};
-  grid.begin(kPeriod);
+  grid.begin(kPeriod, 0);
   EXPECT_EQ(grid.on_call(2 * kPeriod).expiry_ns, kPeriod);
   const std::int64_t moved = 2 * kPeriod + 300'000;
   const auto expiry = grid.on_call(moved + kPeriod);
@@ -41,7 +41,7 @@ TEST(TimerGrid, BeginsAnewWhereAResetMovedIt) {
 TEST(TimerGrid, BeginsAnewJustBeyondTheTolerance) {
   for (const std::int64_t off : {20'001, -20'001}) {
     TimerGrid grid{kPeriod};
-    grid.begin(10 * kPeriod);
+    grid.begin(10 * kPeriod, 0);
     EXPECT_EQ(grid.on_call(11 * kPeriod + off).expiry_ns, 10 * kPeriod + off);
   }
 }
@@ -49,17 +49,17 @@ TEST(TimerGrid, BeginsAnewJustBeyondTheTolerance) {
 TEST(TimerGrid, ToleratesAQuarterOfAShortPeriod) {
   constexpr std::int64_t kShort = 40'000;
   TimerGrid near{kShort};
-  near.begin(kShort);
+  near.begin(kShort, 0);
   EXPECT_EQ(near.on_call(2 * kShort + 10'000).expiry_ns, kShort);
   TimerGrid far{kShort};
-  far.begin(kShort);
+  far.begin(kShort, 0);
   EXPECT_EQ(far.on_call(2 * kShort + 10'001).expiry_ns, kShort + 10'001);
 }
 
 // A reset to the instant that was called for already, or to an earlier one, is no expiry of that grid.
 TEST(TimerGrid, NeverGoesBack) {
   TimerGrid grid{kPeriod};
-  grid.begin(5 * kPeriod);
+  grid.begin(5 * kPeriod, 0);
   EXPECT_EQ(grid.on_call(6 * kPeriod).expiry_ns, 5 * kPeriod);
   const auto expiry = grid.on_call(6 * kPeriod);
   EXPECT_EQ(expiry.expiry_ns, 5 * kPeriod);
@@ -73,9 +73,22 @@ TEST(TimerGrid, KnowsNothingBeforeTheFirstCall) {
   EXPECT_EQ(expiry.missed, 0U);
 }
 
+// Served from 9.4 periods on, when the expiries 5 to 9 wait, which are one call: of these 9 is the release.
+TEST(TimerGrid, WhatExpiredBeforeItWasServedWasMissedByNobody) {
+  TimerGrid grid{kPeriod};
+  grid.begin(5 * kPeriod, 9 * kPeriod + 400'000);
+  const auto first = grid.on_call(10 * kPeriod);
+  EXPECT_EQ(first.expiry_ns, 9 * kPeriod);
+  EXPECT_EQ(first.missed, 0U);
+  grid.begin(5 * kPeriod, 9 * kPeriod + 400'000);
+  const auto late = grid.on_call(12 * kPeriod);
+  EXPECT_EQ(late.expiry_ns, 11 * kPeriod);
+  EXPECT_EQ(late.missed, 2U) << "10, and 9, which waited when the serving began";
+}
+
 TEST(TimerGrid, SaysNoMoreThanFitsOfWhatWasMissed) {
   TimerGrid grid{1};
-  grid.begin(1);
+  grid.begin(1, 0);
   EXPECT_EQ(grid.on_call(10'000'000'000).missed, 4'294'967'295U);
 }
 

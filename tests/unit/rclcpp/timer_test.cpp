@@ -121,6 +121,21 @@ class Woken final : public cie::scheduling::ReadySink {
   std::atomic<int> told{0};
 };
 
+TEST_F(TimerTest, MissesNothingBeforeItIsServed) {
+  const auto timer = node_->create_wall_timer(5ms, [this] { ++runs_; });
+  const auto on_trial = callback(timer);
+  wait_until(next_of(timer) + 20'000'000);  // four more
+  Woken sink;
+  const std::int64_t began = monotonic_now();
+  on_trial->serve(&sink);
+  EXPECT_TRUE(on_trial->execute_one());
+  const auto releases = releases_of(on_trial->id());
+  ASSERT_EQ(releases.size(), 1U);
+  // What the test was kept waiting between the two lines above may have been missed.
+  EXPECT_LE(releases[0].missed, (monotonic_now() - began) / 5'000'000 + 1);
+  on_trial->serve(nullptr);
+}
+
 // Simulated time: no instant of it is one of CLOCK_MONOTONIC; a step of it wakes the thread.
 TEST_F(TimerTest, OfSimulatedTimeRunsWhenThatSaysAndItsReleaseIsNotSaid) {
   const auto clock = std::make_shared<rclcpp::Clock>(RCL_ROS_TIME);
