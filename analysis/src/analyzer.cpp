@@ -41,7 +41,7 @@ struct Analyzer::Pipeline {
   }
   void count_only(const Event& event) {
     ++by_class[event.body.index()];
-    if (event.head.is_derived) return;
+    if (event.head.is_derived && !event.head.stands_for_cause) return;
     ++model.events.total;
     recording.count_event(event.head.stream);
   }

@@ -54,8 +54,6 @@ struct StreamKey {
   std::int64_t cpu = -1;
   std::uint64_t instance = 0;
   std::string file{};  // where there is no instance
-  // NOLINTNEXTLINE(modernize-use-nullptr): clang-tidy 14 takes the comparison with 0 for a
-  // pointer's
   friend auto operator<=>(const StreamKey&, const StreamKey&) = default;
 };
 
@@ -115,8 +113,7 @@ class Reader {
 
   void read(EventBatch& first, const EventWriter::Exchange& exchange) {
     EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
-      late_.fill(filled);
-      if (translator_ != nullptr) translator_->translate(filled);
+      complete(filled);
       return exchange(filled);
     });
     for (const auto& stream : streams_)
@@ -381,14 +378,20 @@ class Reader {
     }
   }
 
+  // Before anything moves in a stream's window: the batch's events need it no longer.
+  void complete(EventBatch& batch) {
+    late_.fill(batch);
+    if (translator_ != nullptr) translator_->translate(batch);
+  }
+
   void advance(StreamReader& stream, EventWriter& writer) {
     if (stream.events_ahead() > 0) {
       stream.emit_ahead(writer);
       if (stream.look_ahead()) return;
-      late_.fill(writer.batch());
+      complete(writer.batch());
       stream.find_event();
     } else {
-      late_.fill(writer.batch());
+      complete(writer.batch());
       stream.step(writer);
     }
   }

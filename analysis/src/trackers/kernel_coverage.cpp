@@ -130,14 +130,12 @@ void KernelCoverage::expect(HostIndex index, std::uint32_t online_cpus) {
   change(host);
 }
 
-bool KernelCoverage::see(HostIndex index, std::int32_t number) {
+bool KernelCoverage::see_first(HostIndex index, std::int32_t number) {
   auto& host = hosts_[index];
   auto* cpu = cpu_of(host, number);
   if (cpu == nullptr) return host.open == 0;
-  if (!cpu->is_seen) {
-    cpu->is_seen = true;
-    change(host);
-  }
+  cpu->is_seen = true;
+  change(host);
   return cpu->open > 0 || host.open == 0;
 }
 

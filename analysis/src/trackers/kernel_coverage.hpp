@@ -35,7 +35,14 @@ class KernelCoverage {
   // The host has so many CPUs.
   void expect(HostIndex host, std::uint32_t online_cpus);
   // The host has this CPU. False: some kernel stream of the host is open, and none of this CPU.
-  bool see(HostIndex host, std::int32_t cpu);
+  bool see(HostIndex index, std::int32_t cpu) {
+    const auto place = static_cast<std::size_t>(cpu);
+    const auto* host = hosts_.find(index);
+    if (host == nullptr || place >= host->cpus.size() || !host->cpus[place].is_seen) {
+      return see_first(index, cpu);
+    }
+    return host->cpus[place].open > 0 || host->open == 0;
+  }
 
   // The events of a user-space stream, or of a kernel stream that shares its clock with them. What
   // shares no clock is neither for nor against anything: rule T6 says that it is there.
@@ -87,6 +94,7 @@ class KernelCoverage {
     std::optional<bool> is_whole;
   };
 
+  bool see_first(HostIndex host, std::int32_t cpu);
   // Null: no such number is believed.
   static Cpu* cpu_of(Host& host, std::int32_t number);
   // CPUs of the channels that have switches, or, as long as none is known to, of all.

@@ -74,6 +74,7 @@ class Keeper {
 EventBatch::EventBatch(std::size_t capacity)
     : events_(std::make_unique<Event[]>(capacity)),  // NOLINT(modernize-avoid-c-arrays)
       next_(events_.get()),
+      new_(next_),
       capacity_(capacity),
       end_(events_.get() + capacity) {}
 
@@ -101,22 +102,27 @@ void EventBatch::keep_views(EventBody& body) {
 void EventBatch::keep_raw(Event& event, const Translation& translation, const Payload& payload) {
   if (!has_raw_) raw_.assign(capacity_, Raw{});
   has_raw_ = true;
-  raw_[static_cast<std::size_t>(&event - events_.get())] = {.translation = &translation,
-                                                            .first_field = fields_.size()};
-  for (std::size_t slot = 0; slot < translation.fields.size(); ++slot) {
-    fields_.push_back(payload.collected(slot));
-    Keeper(memory_).keep(fields_.back());
+  auto fields = payload;
+  if (!payload.is_in_place()) {
+    const auto slots = translation.fields.size();
+    auto* const kept = static_cast<Field*>(memory_.allocate(slots * sizeof(Field), alignof(Field)));
+    for (std::size_t slot = 0; slot < slots; ++slot) {
+      std::construct_at(kept + slot, payload.collected(slot));
+      Keeper(memory_).keep(kept[slot]);
+    }
+    fields = Payload(kept);
   }
+  raw_[static_cast<std::size_t>(&event - events_.get())] = {.translation = &translation,
+                                                            .fields = fields};
   event.body = OtherEvent{.name = translation.event};  // which lives as long as its vocabulary
 }
 
 void EventBatch::clear() noexcept {
-  next_ = events_.get();
+  next_ = new_ = events_.get();
   end_ = next_ + capacity_;
   shown_ = 0;
   kinds_ = 0;
   has_raw_ = false;
-  fields_.clear();
   derived_.clear();
   memory_.release();
 }

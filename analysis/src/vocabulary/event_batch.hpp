@@ -12,6 +12,7 @@
 #include <memory_resource>
 #include <optional>
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -33,7 +34,7 @@ inline constexpr std::uint64_t kWithViews =
 // What a translator with a memory is given of an event: see Translation.
 struct RawEvent {
   std::uint32_t kind;
-  Payload fields;  // those that were asked for; borrowed from the batch
+  Payload fields;  // those that were asked for; borrowed from the batch or its reader
 };
 
 // Keeps a bounded number of events with copies of what they view, and of shown fields no more than
@@ -47,8 +48,13 @@ class EventBatch {
   EventBatch& operator=(const EventBatch&) = delete;
 
   bool is_full() const noexcept { return next_ == end_; }
-  // Makes room for an event, which holds what another one left. Requires that it is not full.
-  Event& add() noexcept { return *next_++; }
+  // Makes room for an event, which holds what another one left but that it is of the trace. Requires
+  // that it is not full.
+  Event& add() noexcept {
+    next_->head.is_derived = false;
+    next_->head.stands_for_cause = false;
+    return *next_++;
+  }
   // Once an event of the batch is complete: has it view copies of what it views.
   void keep(Event& event) {
     const auto kind = std::uint64_t{1} << event.body.index();
@@ -56,7 +62,8 @@ class EventBatch {
     if ((kWithViews & kind) != 0) keep_views(event.body);
   }
   // Completes an event of the batch that has its head. If the meaning depends on earlier events, it
-  // becomes an OtherEvent, and its fields are kept beside it.
+  // becomes an OtherEvent, and its fields are kept beside it: where they lie (Payload::is_in_place),
+  // as long as that stays, or copies.
   void translate(Event& event, const Translation& translation, const Payload& payload,
                  VocabularyState& state) {
     if (translation.translate == nullptr) {
@@ -75,9 +82,10 @@ class EventBatch {
     if (!has_raw_) return std::nullopt;
     const auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
     if (raw.translation == nullptr) return std::nullopt;
-    return RawEvent{.kind = raw.translation->kind,
-                    .fields = Payload(fields_.data() + raw.first_field)};
+    return RawEvent{.kind = raw.translation->kind, .fields = raw.fields};
   }
+  // Events that were added since the last call, complete: whoever derives from them sees each once.
+  std::span<Event> take_new() noexcept { return {std::exchange(new_, next_), next_}; }
   // Adds an event that follows from `cause`, one of the batch's, to be consumed right after it;
   // null: after them all. Causes come in their order.
   template <typename Body>
@@ -86,6 +94,22 @@ class EventBatch {
     of = cause;
     event.head = head;
     event.head.is_derived = true;
+    event.head.stands_for_cause = false;
+    event.body = body;
+    keep(event);
+  }
+  // The same for an event that means one thing and has no views: its place is taken by that, if
+  // nothing was derived from it before, which would have to come first.
+  template <typename Body>
+  void derive_instead(const Event* cause, const EventHead& head, const Body& body) {
+    static_assert((kWithViews & kinds<Body>()) == 0);
+    if (cause == nullptr || (!derived_.empty() && derived_.back().cause == cause)) {
+      derive(cause, head, body);
+      return;
+    }
+    auto& event = events_[static_cast<std::size_t>(cause - events_.get())];
+    event.head.is_derived = true;
+    event.head.stands_for_cause = true;
     event.body = body;
     keep(event);
   }
@@ -116,7 +140,7 @@ class EventBatch {
  private:
   struct Raw {
     const Translation* translation = nullptr;
-    std::size_t first_field = 0;
+    Payload fields{nullptr};
   };
   struct Derived {
     const Event* cause = nullptr;
@@ -129,13 +153,13 @@ class EventBatch {
 
   std::unique_ptr<Event[]> events_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
   Event* next_;
+  Event* new_;  // the first that take_new() did not give yet
   std::size_t capacity_;
   Event* end_;             // where it is full
   std::size_t shown_ = 0;  // bytes
   std::uint64_t kinds_ = 0;
   bool has_raw_ = false;
-  std::vector<Raw> raw_;  // by place of the event
-  std::vector<Field> fields_;
+  std::vector<Raw> raw_;                        // by place of the event
   std::vector<Derived> derived_;                // in order
   std::pmr::monotonic_buffer_resource memory_;  // what all of them view
 };

@@ -70,6 +70,8 @@ class Payload {
   Payload(const std::uint8_t* begin, const FixedField* fixed) noexcept
       : begin_(begin), fixed_(fixed) {}
 
+  // Its fields were not collected: they are read from where the event lies.
+  bool is_in_place() const noexcept { return fixed_ != nullptr; }
   // One slot as a reader would have collected it.
   Field collected(std::size_t slot) const noexcept {
     if (fields_ != nullptr) return fields_[slot];

@@ -39,7 +39,7 @@ void write(const fs::path& file, std::string_view bytes) {
 class Checker {
  public:
   void consume(const Event& event) {
-    if (event.head.is_derived) return;
+    if (event.head.is_derived && !event.head.stands_for_cause) return;
     const auto index = static_cast<std::uint32_t>(event.head.stream);
     if (std::holds_alternative<StreamBegin>(event.body)) {
       if (!streams_.try_emplace(index).second) std::abort();

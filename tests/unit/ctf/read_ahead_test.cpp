@@ -153,6 +153,37 @@ TEST(EventBatch, GivesWhatFollowsRightAfterItsCause) {
               testing::ElementsAre("1", "node 10", "2", "3", "node 30", "node 31", "node 40"));
 }
 
+// What follows from the first comes after what followed before; that from the second takes its place.
+TEST(EventBatch, PutsWhatFollowsAloneInThePlaceOfItsCause) {
+  analysis::EventBatch batch(2);
+  for (int round = 0; round < 2; ++round) {  // a place is of the trace again when it is used again
+    for (const std::int64_t time : {1, 2}) {
+      auto& event = batch.add();
+      EXPECT_FALSE(event.head.is_derived || event.head.stands_for_cause);
+      event.head.time = {time};
+      event.body = analysis::OtherEvent{};
+      batch.keep(event);
+    }
+    const auto* first = &batch.events()[0];
+    const auto* second = &batch.events()[1];
+    batch.derive(first, first->head, analysis::NodeInit{});
+    batch.derive_instead(first, first->head, analysis::CallbackStart{.seq = 1, .release_kind = {}});
+    batch.derive_instead(second, second->head,
+                         analysis::CallbackStart{.seq = 2, .release_kind = {}});
+    batch.derive(second, second->head, analysis::NodeInit{});
+    std::string consumed;
+    std::size_t of_the_trace = 0;
+    batch.each([&](const analysis::Event& event) {
+      const auto* start = std::get_if<analysis::CallbackStart>(&event.body);
+      consumed += start != nullptr ? std::to_string(start->seq) : event.head.is_derived ? "n" : "o";
+      if (!event.head.is_derived || event.head.stands_for_cause) ++of_the_trace;
+    });
+    EXPECT_EQ(consumed, "on12n");
+    EXPECT_EQ(of_the_trace, 2U);
+    batch.clear();
+  }
+}
+
 // As many values as a trace says, and a batch of such events would take gigabytes.
 TEST(EventBatch, IsFullOfFewEventsThatAreLarge) {
   const std::vector<analysis::FieldValue> fields(analysis::EventBatch::kMostShown /

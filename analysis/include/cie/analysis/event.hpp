@@ -26,6 +26,8 @@ struct EventHead {
   std::optional<std::int64_t> pid;  // vpid, as the tracer knows it
   std::optional<std::int64_t> tid;  // vtid
   bool is_derived = false;          // follows from other events: none of the trace's own
+  // Derived, and in the place of the event that it follows from, which counts as the trace's own.
+  bool stands_for_cause = false;
 };
 
 // What a kind of event is about.

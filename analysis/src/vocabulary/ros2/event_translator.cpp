@@ -78,8 +78,9 @@ void tell_name(const EventHead& head, std::string_view name, const ros2::EventSi
 void EventTranslator::translate(EventBatch& batch) {
   constexpr auto kHeeded =
       kinds<StreamBegin, RunBegin, CallbackInit, PublisherInit, Discarded, DamagedPacket>();
+  const auto events = batch.take_new();
   if (!batch.has_raw() && !links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
-  for (auto& event : batch.events()) {
+  for (auto& event : events) {
     const auto& head = event.head;
     std::visit(
         Overloaded{[&](const StreamBegin& e) { apply(head, e); },
@@ -325,7 +326,7 @@ void EventTranslator::start(Address address, Context& context) {
   thread.open.push_back(RunningCallback{.address = address, .callback = number, .seq = body.seq});
   if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
   thread.requested.reset();
-  emit(head, body, sink);
+  sink.batch.derive_instead(sink.cause, head, body);
 }
 
 void EventTranslator::end(Address address, Context& context) {
@@ -339,7 +340,8 @@ void EventTranslator::end(Address address, Context& context) {
   auto& callback = process.directory.get(number);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.
   const auto seq = is_open ? found->seq : callback.next_seq == 0 ? 0 : callback.next_seq++;
-  emit(head, CallbackEnd{.callback = callback.id, .seq = seq, .status = std::nullopt}, sink);
+  sink.batch.derive_instead(
+      sink.cause, head, CallbackEnd{.callback = callback.id, .seq = seq, .status = std::nullopt});
   // Those begun inside it cannot end any more.
   if (is_open) thread.open.erase(std::prev(found.base()), thread.open.end());
 }

@@ -27,7 +27,8 @@ class EventTranslator {
   EventTranslator(const EventTranslator&) = delete;
   EventTranslator& operator=(const EventTranslator&) = delete;
 
-  // Adds what follows from the batch's events; all of it is_derived. Batches come in their order.
+  // Adds what follows from the batch's new events; all of it is_derived. Batches come in their
+  // order, and before what their events' fields were read from changes.
   void translate(EventBatch& batch);
   // The trace ended: adds what was still to be told.
   void finish(EventBatch& batch);
