@@ -16,7 +16,13 @@ export const chains = () => {
     severalHosts && c.process === null && c.hop_table.length === c.callbacks.length
       ? name(callbackByIndex.get(c.callbacks[i]))
       : inWords(c.hop_table[i].from);
-  const cells = s => (s === null ? ["\u2013", "\u2013", "\u2013"] : [time(s.p50), time(s.p99), time(s.max)]);
+  const cells = s => (s ? [time(s.p50), time(s.p99), time(s.max)] : ["\u2013", "\u2013", "\u2013"]);
+  // Where first releases are not known, a chain is divided by starts and publishes.
+  const isByStarts = c => c.from_start_ns && (!c.path_latency_ns || c.path_latency_ns.count < c.instances);
+  const latencyCells = c => (isByStarts(c) ? cells(c.from_start_ns).map(t => `\u2265 ${t}`) : cells(c.path_latency_ns));
+  const hopCells = (c, hop) =>
+    isByStarts(c) ? [hop.start_to_publish_ns, hop.publish_to_start_ns] : [hop.processing_ns, hop.communication_ns];
+  const soft = text => el("p", {class: "soft"}, text);
   const header = names =>
     el(
       "thead",
@@ -60,7 +66,7 @@ export const chains = () => {
               el("td", {class: "name", title: c.name}, short(c)),
               el("td", {}, c.hops.length),
               el("td", {}, count(c.instances)),
-              [c.path_latency_ns, c.reaction_time_ns, c.data_age_ns].flatMap(cells).map(t => el("td", {}, t)),
+              [latencyCells(c), cells(c.reaction_time_ns), cells(c.data_age_ns)].flat().map(t => el("td", {}, t)),
             ),
           ),
         ),
@@ -85,10 +91,12 @@ export const chains = () => {
                   "tr",
                   {},
                   el("td", {class: "name", title: c.hop_table[i].from}, hopName(c, i)),
-                  [hop.processing_ns, hop.communication_ns].flatMap(cells).map(t => el("td", {}, t)),
+                  hopCells(c, hop)
+                    .flatMap(cells)
+                    .map(t => el("td", {}, t)),
                 ),
               ),
-              c.undivided_ns
+              c.undivided_ns && !isByStarts(c)
                 ? el(
                     "tr",
                     {},
@@ -101,16 +109,19 @@ export const chains = () => {
           ),
         ),
         c.instances === 0
-          ? el(
-              "p",
-              {class: "soft"},
-              "No instance of it was seen: a callback of it never ran, or no message leads from one to the next.",
+          ? soft("No instance of it was seen: a callback of it never ran, or no message leads from one to the next.")
+          : null,
+        isByStarts(c)
+          ? soft(
+              `The first release is not known: path latency is at least that from the first start${
+                c.path_latency_upper_ns
+                  ? `, and at most ${time(c.path_latency_upper_ns.max)} from what the release was not before`
+                  : ""
+              }. Callbacks count from start to publish, messages from publish to start.`,
             )
           : null,
-        c.undivided_ns
-          ? el(
-              "p",
-              {class: "soft"},
+        c.undivided_ns && !isByStarts(c)
+          ? soft(
               `A release is not known on ${plural(c.undivided_ns.count, "instance")}: from the publish before it to the one after it their time is not divided. The sums of all rows add up to the path latency's.`,
             )
           : null,

@@ -231,6 +231,7 @@ struct ChainFacts {
   std::optional<EventRef> first_incomplete{};
   // Their first release is not exact, or the clocks of its hosts cannot be related.
   std::uint64_t inexact = 0;
+  std::uint64_t without_upper_bound = 0;  // of them: not even bounds of the release are known
   Statistics path_latency{};
   Statistics reaction_time{};
   Statistics data_age{};
@@ -249,6 +250,8 @@ struct ChainFacts {
   std::vector<Statistics> communication{};  // one fewer
   std::set<HostRoute> routes{};             // taken; one unless callbacks changed hosts
   std::optional<ChainExtreme> max_path_latency{};
+  std::optional<ChainExtreme> max_path_latency_lower{};  // of inexact ones: from the first start
+  std::optional<ChainExtreme> max_path_latency_upper{};  // from what the release was not before
   std::optional<ChainExtreme> max_reaction_time{};
   std::optional<ChainExtreme> max_data_age{};
 };

@@ -101,6 +101,33 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   judgement.fail(evidence("callback_end", last, finding));
 }
 
+// Path latencies of instances whose first release is not known: their bounds may decide.
+void judge_bounds(const RuleContext& context, const SpecChain& asked, const ChainFacts& chain,
+                  const std::optional<ClockError>& error, Judgement& judgement) {
+  if (!asked.path_latency_ns || chain.inexact == 0) return;
+  const auto limit = *asked.path_latency_ns;
+  judgement.check(chain.inexact - chain.without_upper_bound);
+  const auto& lower = chain.max_path_latency_lower;
+  if (lower && judge_largest(lower->value, error, limit) == Verdict::fail) {
+    judgement.fail(
+        evidence("callback_start", lower->first_start, "first callback of the chain starts"));
+    judgement.fail(evidence("callback_end", lower->last_end,
+                            "path latency at least " + nanoseconds(lower->value) + ", " +
+                                place(context, asked.line) + " allows " + nanoseconds(limit)));
+    return;
+  }
+  const auto& upper = chain.max_path_latency_upper;
+  const bool is_bounded = chain.without_upper_bound == 0 && upper;
+  if (is_bounded && judge_largest(upper->value, error, limit) == Verdict::pass) return;
+  auto text = "the first release of " + counted(chain.inexact, "instance") +
+              " of the chain is not known exactly, or the clocks of its hosts cannot be related";
+  if (is_bounded) {
+    text += "; the path latency may have been up to " + nanoseconds(upper->value) + ", " +
+            place(context, asked.line) + " allows " + nanoseconds(limit);
+  }
+  judgement.doubt(evidence("release", moment(context.model.begin.value_or(Timestamp{})), text));
+}
+
 // Where chains lost something: callbacks by id, publishers that are not whole by topic.
 class ChainLosses {
  public:
@@ -190,25 +217,21 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
       constexpr const char* kTwo =
           "it takes two instances of the chain with nothing lost between them";
       const auto error = clock_error(model, *chain);
+      const bool has_releases = chain->inexact < chain->instances;
       for (const auto& bound :
-           {Bound{"path latency", asked.path_latency_ns, "no first release is known",
-                  chain->path_latency, chain->max_path_latency},
+           {Bound{"path latency", has_releases ? asked.path_latency_ns : std::nullopt,
+                  "no first release is known", chain->path_latency, chain->max_path_latency},
             Bound{"reaction time", asked.reaction_time_ns, kTwo, chain->reaction_time,
                   chain->max_reaction_time},
             Bound{"data age", asked.data_age_ns, kTwo, chain->data_age, chain->max_data_age}}) {
         if (chain->instances > 0) judge_bound(context, asked, bound, error, judgement);
       }
+      judge_bounds(context, asked, *chain, error, judgement);
       if (chain->incomplete != 0) {
         judgement.overrule(evidence("publish", chain->first_incomplete.value_or(EventRef{}),
                                     "the publish of the message taken here was not seen; " +
                                         std::to_string(chain->incomplete) +
                                         " instances of the chain are incomplete"));
-      }
-      if (asked.path_latency_ns && chain->inexact != 0) {
-        judgement.doubt(evidence("release", moment(model.begin.value_or(Timestamp{})),
-                                 "the first release of " + counted(chain->inexact, "instance") +
-                                     " of the chain is not known exactly, or the clocks of its "
-                                     "hosts cannot be related"));
       }
     }
     conclude(std::move(judgement), verdicts);
@@ -239,8 +262,9 @@ const Rule kChainBounds{
     "Inconclusive when no instance of the chain could be linked (cie report --spec lists it with "
     "0), nothing of what is bounded could be measured, the publish of a message on the chain was "
     "not seen, a callback of it lost instances, or, for the path latency, the first release of an "
-    "instance is not known exactly (later ones need not be); between hosts also when what their "
-    "clocks may differ by decides.\n"
+    "instance is not known exactly (later ones need not be) and what is known of it does not "
+    "decide: it was not after the start, nor before the message's source timestamp or a timer's "
+    "calculated expiry; between hosts also when what their clocks may differ by decides.\n"
     "Remedy: the hop table of cie report --spec shows which callback or message takes the time; "
     "where nothing could be linked, M1 says whether its callbacks exist.",
     judge_chains,

@@ -294,6 +294,25 @@ void ChainTracker::note_latency(ChainFacts& facts, const Nodes& nodes, const Eve
   keep_larger(facts.max_path_latency, latency, nodes.front()->start, end);
 }
 
+// Of an instance whose path latency is not known.
+void ChainTracker::note_bounds(Chain& chain, const Nodes& nodes, const EventRef& end,
+                               const std::optional<Duration>& to_last) {
+  auto& facts = chain.facts;
+  const auto& first = *nodes.front();
+  ++facts.inexact;
+  if (to_last) {
+    keep_larger(facts.max_path_latency_lower, end.time - (first.start.time + *to_last), first.start,
+                end);
+  }
+  if (!to_last || !first.earliest) {
+    ++facts.without_upper_bound;
+    return;
+  }
+  keep_larger(facts.max_path_latency_upper, end.time - (*first.earliest + *to_last), first.start,
+              end);
+  chain.upper_from.insert(first.callback);
+}
+
 void ChainTracker::note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                                   Duration to_last) {
   auto& facts = chain.facts;
@@ -314,7 +333,10 @@ void ChainTracker::note_by_starts(Chain& chain, const Nodes& nodes, const EventR
 
 void ChainTracker::forget_releases(CallbackIndex callback) {
   const auto forget = [callback](Chain& chain) {
-    if (chain.upper_from.contains(callback)) chain.facts.path_latency_upper = {};
+    if (!chain.upper_from.contains(callback)) return;
+    chain.facts.path_latency_upper = {};
+    chain.facts.max_path_latency_upper.reset();
+    chain.facts.without_upper_bound = chain.facts.inexact;
   };
   std::ranges::for_each(specified_, forget);
   for (auto& [path, chain] : paths_)
@@ -338,7 +360,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
   if (first.release && shift) {
     note_latency(facts, nodes, end, *shift);
   } else {
-    ++facts.inexact;
+    note_bounds(chain, nodes, end, shift);
   }
   const bool is_of_ros2 = !model_.callbacks[at(first.callback)].is_accounted;
   if (is_of_ros2 && shift) note_by_starts(chain, nodes, end, *shift);

@@ -218,9 +218,6 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
   if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
-  if (instance.release_source == ReleaseSource::source_timestamp) {
-    live.node->earliest = instance.release;
-  }
   if (facts.response_deadline && least_response_time(instance) > facts.response_deadline) {
     ++facts.late;
     if (*instance.end - instance.start > *facts.response_deadline) ++facts.late_by_duration;
@@ -262,6 +259,7 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
   } else {
     facts.response_time_lower.add(lower);
     if (const auto written = source_time(live)) {
+      live.node->earliest = written;
       const auto upper = *instance.end - *written;
       facts.response_time_upper.add(upper);
       if (bounds.response_upper.rise(upper)) {

@@ -519,6 +519,38 @@ class Graph(Page):
             return [frame.scrollWidth - frame.clientWidth, frame.scrollHeight - frame.clientHeight]; })()"""), [0, 0])
 
 
+class ChainsByStarts(Page):
+    """Of a recording of ROS 2: first releases are not known, so bounds and the time from start to start stand in their place."""
+
+    def drawn(self, upper):
+        def summary(microseconds):
+            return {"count": 2, "sum": 2000 * microseconds, **dict.fromkeys(("min", "p50", "p90", "p99", "max"), 1000 * microseconds)}
+
+        def change(report):
+            chain = report["chains"][0]
+            chain.update(path_latency_ns=None, from_start_ns=summary(21), instances=2, undivided_ns=summary(3))
+            if upper:
+                chain["path_latency_upper_ns"] = summary(40)
+            chain["hop_table"][0].update(processing_ns=None, communication_ns=None, start_to_publish_ns=summary(5),
+                                         publish_to_start_ns=summary(7))
+            report["chains"] = [chain]
+        self.shown(change)
+
+    def test_bounds_stand_where_the_latency_does(self):
+        self.drawn(upper=True)
+        self.assertEqual(self.see("#chain-table tbody td")[3:6], ["\u2265 21.00\u202f\u00b5s"] * 3)
+        hops = self.see("#chains ~ details tbody tr:first-child td")
+        self.assertEqual(hops[1:7], ["5.000\u202f\u00b5s"] * 3 + ["7.000\u202f\u00b5s"] * 3)
+        notes = self.see("#chains ~ details p.soft")
+        self.assertEqual(len(notes), 1, "of what is not divided nothing is said: the rows need no release")
+        self.assertIn("at least that from the first start, and at most 40.00\u202f\u00b5s", notes[0])
+        self.assertNotIn("not divided", self.see("#chains ~ details td.name"))
+
+    def test_without_an_upper_bound_none_is_told(self):
+        self.drawn(upper=False)
+        self.assertNotIn("at most", self.see("#chains ~ details p.soft")[0])
+
+
 class Use(Page):
     def setUp(self):
         self.page(EXAMPLES / "isolated_ok" / "trace")

@@ -33,6 +33,12 @@ class ChainInstance:
     def path_latency(self) -> int:
         return self.instances[-1].end - self.instances[0].release
 
+    @property
+    def latest_latency(self) -> int | None:
+        """At most: the first release was not before its message was written."""
+        written = self.instances[0].source_time
+        return None if written is None else self.write - written
+
     def left(self, hop: int) -> int:
         """When what the path carries left a callback."""
         return self.write if hop + 1 == len(self.instances) else self.publishes[hop].time

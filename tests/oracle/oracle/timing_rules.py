@@ -118,7 +118,7 @@ def _chain(j: "Judge", chain: Chain, bounds: dict[str, Any]) -> None:
     checks = (("path_latency", chain.path_latencies()),
               ("reaction_time", chain.reaction_times()),
               ("data_age", chain.data_ages()))
-    declared = [(values, bounds[key]) for key, values in checks if bounds.get(key) is not None]
+    declared = [(key, values, bounds[key]) for key, values in checks if bounds.get(key) is not None]
     if not declared:
         return
     members = [c for c in j.model.all_callbacks() if c.logical_id in chain.hops]
@@ -129,9 +129,11 @@ def _chain(j: "Judge", chain: Chain, bounds: dict[str, Any]) -> None:
         for publisher, init in process.publishers.items():
             if any(c.source == init.topic for c in members):
                 tainted |= j.proof.publisher_tainted(process, publisher)
-    failed = any(v > bound for values, bound in declared for v in values)
-    inexact = (bounds.get("path_latency") is not None
-               and any(not c.measured for c in chain.instances))
-    unseen = any(not values for values, _ in declared)
+    failed = any(v > bound for _, values, bound in declared for v in values)
+    allowed = bounds.get("path_latency")
+    unmeasured = [c for c in chain.instances if not c.measured] if allowed is not None else []
+    failed |= any(c.write - c.read > allowed for c in unmeasured)
+    inexact = any(c.latest_latency is None or c.latest_latency > allowed for c in unmeasured)
+    unseen = any(not values for key, values, _ in declared if key != "path_latency" or not unmeasured)
     verdict = FAIL if failed else INCONCLUSIVE if inexact or unseen else PASS
     j.put("Q2", subject, j.soften(verdict, tainted or chain.broken > 0, "L"))

@@ -109,6 +109,34 @@ TEST(ChainBounds, IsInconclusiveWhenACallbackOfItLostInstances) {
       << "column L: loss withdraws a FAIL";
 }
 
+// Written at 8, taken by 11, whenever it arrived between; the chain ends at 25.
+TEST(ChainBounds, TheBoundsOfAnUnknownFirstReleaseMayDecide) {
+  constexpr const char* kTaken = R"(
+    thread radar worker
+    publisher in topic=/in
+    publisher out topic=/t
+    callback plan subscription topic=/in
+    callback fusion subscription topic=/t
+    8 publish in on=radar
+    11 start plan release=none from=in:0
+    13 publish out on=plan
+    15 end plan
+    16 release fusion
+    18 start fusion from=out:0
+    25 end fusion)";
+  const Verified kept(kTaken, chain("path_latency: 17"));
+  EXPECT_EQ(kept["Q2"], Verdict::pass);
+  const Verified unknown(kTaken, chain("path_latency: 16"));
+  EXPECT_EQ(unknown["Q2"], Verdict::inconclusive);
+  EXPECT_THAT(unknown.evidence("Q2", "chain brake"),
+              HasSubstr("the path latency may have been up to 17 ns"));
+  EXPECT_EQ(Verified(kTaken, chain("path_latency: 14"))["Q2"], Verdict::inconclusive);
+  EXPECT_EQ(Verified(kTaken, chain("path_latency: 13"))["Q2"], Verdict::fail);
+  EXPECT_EQ(Verified(kTaken, chain("path_latency: 17\n    data_age: 100"))["Q2"],
+            Verdict::inconclusive)
+      << "of which one instance tells nothing";
+}
+
 TEST(ChainBounds, NeedsTheFirstReleaseForThePathLatencyAndNoOther) {
   auto text = std::string(kChain);
   text.replace(text.find("31 start plan release=30"), 24, "31 start plan           ");
@@ -117,6 +145,11 @@ TEST(ChainBounds, NeedsTheFirstReleaseForThePathLatencyAndNoOther) {
   EXPECT_THAT(verified.evidence("Q2", "chain brake"),
               HasSubstr("the first release of 1 instance of the chain is not known exactly"));
   EXPECT_EQ(Verified(text, chain("data_age: 44"))["Q2"], Verdict::pass) << "it needs no release";
+
+  const Verified late(text, chain("path_latency: 23"));
+  EXPECT_EQ(late["Q2"], Verdict::fail) << "whenever it was released before 31: to 55 that is 24";
+  EXPECT_THAT(late.evidence("Q2", "chain brake"), HasSubstr("path latency at least 24 ns"));
+  EXPECT_EQ(Verified(text, chain("path_latency: 24"))["Q2"], Verdict::inconclusive);
 
   // From 30 to 55, whenever fusion was released between.
   text = kChain;
