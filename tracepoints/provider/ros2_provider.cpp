@@ -217,6 +217,7 @@ void after_wait() noexcept { lttng_ust_tracepoint(ros2, rclcpp_executor_get_next
 }  // namespace
 }  // namespace cie::trace
 
+// Found by its name (dlsym). NOLINTNEXTLINE(readability-identifier-naming)
 extern "C" [[gnu::visibility("default")]] const cie::trace::Ros2Profile cie_ros2_profile{
     .is_enabled = &cie::trace::is_enabled,
     .run_begin = &cie::trace::run_begin,

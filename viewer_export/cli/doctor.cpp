@@ -164,6 +164,7 @@ Finding governor(const Machine& machine) {
   if (!has_any) return fine(kId, "the kernel does not change the CPUs' frequency");
   if (slow.empty()) return fine(kId, "performance");
   std::vector<std::string> which;
+  which.reserve(slow.size());
   for (const auto& [name, cpus] : slow)
     which.push_back(fmt::format("{} on CPU {}", name, fmt::join(cpus, ", ")));
   return warning(
@@ -193,9 +194,10 @@ Finding shared_memory(const Machine& machine) {
   const auto need = kBuffersPerCpu * machine.online_cpus().size();
   const auto left = machine.free_bytes("/dev/shm");
   const auto in_mib = [](std::uint64_t bytes) { return bytes >> 20U; };
-  if (!left)
+  if (!left) {
     return problem(kId, "there is no /dev/shm: no application can be traced",
                    "mount -t tmpfs tmpfs /dev/shm");
+  }
   const auto text =
       fmt::format("{} MiB left in /dev/shm, cie record takes {} MiB", in_mib(*left), in_mib(need));
   if (*left >= 2 * need) return fine(kId, text);

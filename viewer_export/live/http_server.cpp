@@ -152,12 +152,10 @@ class HttpServer::Service::Connection : public std::enable_shared_from_this<Conn
     if (!place_) return;
     if (error == http::error::header_limit || error == http::error::buffer_overflow) {
       refuse(431);
-    } else if (error == http::error::body_limit) {
+    } else if (error == http::error::body_limit || (!error && parser_->chunked())) {
       refuse(413);
     } else if (error) {
       is_malformed(error) ? refuse(400) : close();
-    } else if (parser_->chunked()) {
-      refuse(413);
     } else if (!service_.is_called_rightly(parser_->get())) {
       refuse(403);
     } else if (!is_answered(parser_->get().method())) {

@@ -17,7 +17,7 @@ namespace {
 using viewer_export::Look;
 
 constexpr int kEscape = 27;
-constexpr int redraw = 12;          // Ctrl-L
+constexpr int kRedraw = 12;         // Ctrl-L
 constexpr int kEscapeDelayMs = 50;  // an arrow key over ssh takes less
 enum Pair : short { red = 1, green = 2, yellow = 3 };
 
@@ -113,7 +113,7 @@ std::optional<Press> Screen::press() {
       case '\n':
       case '\r':
         return Press{.key = Key::enter};
-      case redraw:  // something else wrote on the terminal
+      case kRedraw:  // something else wrote on the terminal
         clearok(curscr, TRUE);
         return Press{};
       case kEscape:

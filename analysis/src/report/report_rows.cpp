@@ -41,9 +41,9 @@ const CallbackReport* ReportRows::find(CallbackIndex index) const noexcept {
 }
 
 const ProcessReport& ReportRows::process(ProcessIndex index) const noexcept {
-  static const ProcessReport kNone;
+  static const ProcessReport none;
   const auto* row = find(index);
-  return row != nullptr ? *row : kNone;
+  return row != nullptr ? *row : none;
 }
 
 }  // namespace cie::analysis

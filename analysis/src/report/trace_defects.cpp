@@ -142,9 +142,10 @@ void add_recording_defects(const Model& model, std::vector<TraceDefect>& defects
   for (const auto& part : unseen_parts(model))
     add_defect(defects, defect_of(part.kind), Severity::loss, 1, part.note);
   for (const auto& recording : recording_reports(model)) {
-    for (const auto& problem : recording.problems)
+    for (const auto& problem : recording.problems) {
       add_defect(defects, DefectKind::recorder_problem, Severity::error, 1,
                  "cie record says: " + problem);
+    }
     if (!begins_late(recording)) continue;
     add_defect(defects, DefectKind::begins_late, Severity::info, *recording.first_chunk - 1,
                "chunks before the first one that is here are gone: " + recording.path +

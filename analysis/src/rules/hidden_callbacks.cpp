@@ -83,9 +83,10 @@ std::optional<Evidence> HiddenCallbacks::on_thread_of(const CallbackFacts& callb
   for (const auto& pair : callback.ran_on) {
     auto reason = on(pair.thread);
     if (!reason) continue;
-    if (model_.processes[at(callback.process)].ros2_begin)
+    if (model_.processes[at(callback.process)].ros2_begin) {
       reason->note =
           (callback.ran_on.size() == 1 ? "its thread " : "one of its threads ") + reason->note;
+    }
     return reason;
   }
   return std::nullopt;

@@ -121,9 +121,10 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
     if (context.options.require_lossless) judgement.fail(missing);
     judgement.remark(missing);
   }
-  for (const auto& part : unseen_parts(model))
+  for (const auto& part : unseen_parts(model)) {
     judgement.doubt(
         evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));
+  }
   return only(std::move(judgement));
 }
 

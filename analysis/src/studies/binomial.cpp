@@ -30,8 +30,9 @@ double binomial_cdf(std::uint64_t n, double p, std::int64_t k) {
   const double reach = kDeviations * std::sqrt(variance + 1);
   const double first = std::max(0.0, std::floor(mean - reach));
   double sum = 0;
-  for (double i = first; i <= std::min(last, mean + reach); ++i)
-    sum += std::exp(log_pmf(size, p, i));
+  const auto end = static_cast<std::uint64_t>(std::min(last, mean + reach));
+  for (auto i = static_cast<std::uint64_t>(first); i <= end; ++i)
+    sum += std::exp(log_pmf(size, p, static_cast<double>(i)));
   return std::min(sum, 1.0);
 }
 

@@ -363,9 +363,10 @@ class Analysis {
   std::vector<CpuDemand> demands() const {
     std::map<std::pair<HostIndex, std::uint32_t>, std::string> pinned;  // by host and CPU
     for (const auto& task : tasks_) {
-      if (task.is_pinned() && is_fixed_priority(*task.sched()))
+      if (task.is_pinned() && is_fixed_priority(*task.sched())) {
         pinned.emplace(std::pair(task.host, task.sched()->cpus.front()),
                        shown(rows_.process_of(*task.callback).host));
+      }
     }
     std::vector<CpuDemand> demands;
     for (const auto& [place, name] : pinned) {

@@ -42,6 +42,7 @@ class Builder {
   void cyclic(const std::string& name, std::chrono::milliseconds period,
               const std::vector<std::string>& inputs, std::function<void()> on_cycle) {
     std::vector<std::string> topics;
+    topics.reserve(inputs.size());
     for (const auto& input : inputs)
       topics.push_back(topic(input));
     add<Cyclic>(name, period, topics, topic(name), kMessage, kWork, std::move(on_cycle));

@@ -26,6 +26,7 @@ int run(example::RunSettings settings) {
 }  // namespace
 }  // namespace autoware
 
+// What escapes is a lack of memory. NOLINTNEXTLINE(bugprone-exception-escape)
 int main(int argc, char** argv) {
   example::RunSettings settings{.program = "cie-autoware-reference"};
   CLI::App app{

@@ -99,9 +99,8 @@ std::string ExclusiveCpusets::make(const Cpuset& cpuset, const std::string& cpus
                                       ": it takes CAP_SYS_ADMIN, or a control group that was "
                                       "delegated to this user");
   }
-  const std::string why = cpuset.parent.is_unified
-                              ? make_unified(cpuset.parent, cpuset.folder, cpus)
-                              : make_separate(cpuset.parent, cpuset.folder, cpus);
+  std::string why = cpuset.parent.is_unified ? make_unified(cpuset.parent, cpuset.folder, cpus)
+                                             : make_separate(cpuset.parent, cpuset.folder, cpus);
   if (!why.empty()) remove(cpuset);
   return why;
 }

@@ -221,9 +221,9 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& ab
       manifest.kernel = kernel_->save(manifest.options.directory);
     }
     manifest.end = now();
-    const SavedSnapshot saved{.directory = numbered(directory_, saved_ + 1),
-                              .reason = reason,
-                              .held = held_by(manifest.options.directory)};
+    SavedSnapshot saved{.directory = numbered(directory_, saved_ + 1),
+                        .reason = reason,
+                        .held = held_by(manifest.options.directory)};
     manifest.snapshot = SnapshotFacts{.reason = reason, .held = saved.held};
     write_manifest(manifest);
     fs::rename(manifest.options.directory, saved.directory);

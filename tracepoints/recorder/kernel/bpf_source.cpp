@@ -21,9 +21,10 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-// The compiled programs, as they stand in their object file.
+// The compiled programs, as they stand in their object file. NOLINTBEGIN(readability-identifier-naming)
 extern "C" const char cie_sched_bpf_begin[];
 extern "C" const char cie_sched_bpf_end[];
+// NOLINTEND(readability-identifier-naming)
 
 namespace cie::record {
 namespace {

@@ -152,6 +152,7 @@ class RowReader {
   template <typename Enum>
   void word(const char* name, std::optional<Enum>& value) const {
     value.reset();
+    // NOLINTNEXTLINE(readability-container-size-empty): empty() is of arrays and objects
     if (json_.at(name) != "") read(json_.at(name), value);
   }
   // Of the document's rows: later versions have them.

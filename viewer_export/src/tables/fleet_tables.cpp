@@ -209,9 +209,10 @@ void write_histograms(Tables& tables, const FleetTable& table, const Report& rep
   tables.table(table, [&](const auto& row) {
     for_each_summary(
         report, [&](const auto& c, std::int64_t pid, std::string_view quantity, const auto& s) {
-          for (const auto& bucket : s.buckets)
+          for (const auto& bucket : s.buckets) {
             row(c.process, std::array<Cell, 7>{c.logical_id, pid, quantity, bucket.value,
                                                bucket.count, s.min, s.max});
+          }
         });
   });
 }

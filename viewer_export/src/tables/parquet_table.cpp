@@ -126,9 +126,10 @@ class Bits {
  public:
   void add(bool bit) {
     if (count_ % 8 == 0) bytes_ += '\0';
-    if (bit)
+    if (bit) {
       bytes_.back() =
           static_cast<char>(static_cast<unsigned char>(bytes_.back()) | 1U << count_ % 8);
+    }
     ++count_;
   }
   const std::string& bytes() const noexcept { return bytes_; }

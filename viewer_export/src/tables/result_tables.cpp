@@ -198,11 +198,12 @@ ResultTable callback_threads() {
         const ReportRows rows(report);
         for (const auto& c : report.callbacks) {
           const auto& process = rows.process_of(c);
-          for (const auto& thread : c.threads)
+          for (const auto& thread : c.threads) {
             consume(std::array<Cell, 8>{c.logical_id, process.pid, thread.tid, thread.name,
                                         as_integer(thread.instances), process.host,
                                         index_cell(c.index), index_cell(thread.thread)},
                     c.process);
+          }
         }
       }};
 }
@@ -258,10 +259,11 @@ ResultTable processes() {
                   {"complete", kFlag},
                   {"process_index"}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
-        for (const auto& p : report.processes)
+        for (const auto& p : report.processes) {
           consume(std::array<Cell, 6>{p.host, p.pid, p.name, cell(p.executor), p.complete,
                                       index_cell(p.index)},
                   p.index);
+        }
       }};
 }
 
@@ -379,7 +381,7 @@ ResultTable verdicts() {
                   {"subject_index"},
                   {"process_index"}},
       .rows = [](const Report& /*report*/, const VerdictReport& verdicts, const Consume& consume) {
-        for (const auto& rule : verdicts.rules)
+        for (const auto& rule : verdicts.rules) {
           for (const auto& s : rule.subjects) {
             const bool has_evidence = !s.evidence.empty();
             consume(
@@ -391,6 +393,7 @@ ResultTable verdicts() {
                     analysis::label(s.about.kind), cell(s.about.index), cell(s.about.process)},
                 {});
           }
+        }
       }};
 }
 
@@ -399,10 +402,11 @@ ResultTable losses() {
       .name = "losses",
       .columns = {{"kind", kText}, {"severity", kText}, {"count"}, {"advice", kText}},
       .rows = [](const Report& report, const VerdictReport& /*verdicts*/, const Consume& consume) {
-        for (const auto& d : report.defects)
+        for (const auto& d : report.defects) {
           consume(std::array<Cell, 4>{analysis::label(d.kind), analysis::label(d.severity),
                                       as_integer(d.count), d.advice},
                   {});
+        }
       }};
 }
 

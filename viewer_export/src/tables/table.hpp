@@ -30,12 +30,13 @@ using Cell =
 template <typename T>
 Cell cell(const std::optional<T>& value) {
   if (!value) return {};
-  if constexpr (std::is_same_v<T, std::string>)
+  if constexpr (std::is_same_v<T, std::string>) {
     return Cell(std::string_view(*value));
-  else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>)
+  } else if constexpr (std::is_integral_v<T> || std::is_enum_v<T>) {
     return Cell(static_cast<std::int64_t>(*value));
-  else
+  } else {
     return Cell(static_cast<std::int64_t>(value->ns));
+  }
 }
 
 // The number of a row, by which rows are joined.

@@ -335,6 +335,7 @@ IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samp
 void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& changes,
                      const DiffContext& context, const TextStyle& style) {
   std::vector<std::string> ids;
+  ids.reserve(changes.size());
   for (const auto& change : changes)
     ids.push_back(change.logical_id);
   const CallbackNames names(ids, style);

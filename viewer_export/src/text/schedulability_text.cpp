@@ -35,7 +35,7 @@ class Titles {
       : rows_(report), has_several_hosts_(report.trace.hosts.size() > 1) {}
 
   std::string of(const CallbackSchedulability& callback) const {
-    const auto id = printable(callback.logical_id);
+    auto id = printable(callback.logical_id);
     if (!has_several_hosts_) return id;
     const auto& process = rows_.process_of(callback);
     return fmt::format("{} (pid {} on {})", id, process.pid, printable(process.host));

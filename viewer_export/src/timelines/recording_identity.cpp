@@ -58,9 +58,10 @@ std::string id_of(const analysis::Report& report) {
                   number(report.trace.end), report.trace.begin_realtime_ns.value_or(0));
   for (const auto& host : report.trace.hosts)
     facts += fmt::format("host {} {}\n", host.size(), host);
-  for (const auto& p : report.processes)
+  for (const auto& p : report.processes) {
     facts += fmt::format("process {} {} {} {} {} {}\n", p.host.size(), p.host, p.boot_id.size(),
                          p.boot_id, p.pid_ns, p.pid);
+  }
   return sha256_hex(facts).substr(0, 32);
 }
 

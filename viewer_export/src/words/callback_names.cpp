@@ -71,7 +71,7 @@ std::string source_words(const Parts& parts) {
 
 // "100 ms"; of a timer with a name "tick 100 ms", or "tick" where its period is not known.
 std::string timer_words(std::string_view what, std::uint64_t period_ns) {
-  const auto words = period_words(what);
+  auto words = period_words(what);
   if (is_number(what) || period_ns == 0) return words;
   return words + ' ' + period_words(std::to_string(period_ns));
 }

@@ -134,9 +134,13 @@ class MetadataParser {
           if (name == "id") stream.id = value.number;
         },
         [&stream](const std::string& name, TypeRef type) {
-          if (name == "packet.context") stream.packet_context = std::move(type);
-          if (name == "event.header") stream.event_header = std::move(type);
-          if (name == "event.context") stream.event_context = std::move(type);
+          if (name == "packet.context") {
+            stream.packet_context = std::move(type);
+          } else if (name == "event.header") {
+            stream.event_header = std::move(type);
+          } else if (name == "event.context") {
+            stream.event_context = std::move(type);
+          }
         });
     const auto id = stream.id;
     if (!metadata_.streams.emplace(id, std::move(stream)).second) {
@@ -153,8 +157,11 @@ class MetadataParser {
           if (name == "stream_id") event.stream = value.number;
         },
         [&event](const std::string& name, TypeRef type) {
-          if (name == "context") event.context = std::move(type);
-          if (name == "fields") event.fields = std::move(type);
+          if (name == "context") {
+            event.context = std::move(type);
+          } else if (name == "fields") {
+            event.fields = std::move(type);
+          }
         });
     if (!event_ids_.emplace(event.stream, event.id).second) {
       tokens_.fail("a second event " + std::to_string(event.id) + " of stream " +

@@ -201,13 +201,13 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
   EventPlan::FixedBody body;
   const auto take = [&body](FixedField field, std::span<FixedField> slots) {
     field.offset += static_cast<std::uint32_t>(body.bytes);
-    slots[static_cast<std::size_t>(field.slot)] = field;
+    slots[static_cast<std::uint8_t>(field.slot)] = field;
   };
   for (const auto& field : common->fields)
     take(field, body.context);
   body.bytes = common->bytes;
   for (const auto& field : own->fields) {
-    const auto wanted = static_cast<std::size_t>(field.slot);
+    const std::size_t wanted = static_cast<std::uint8_t>(field.slot);
     if ((event.has_own_pid && wanted == slot(ContextSlot::pid)) ||
         (event.has_own_tid && wanted == slot(ContextSlot::tid))) {
       take(field, body.context);

@@ -77,9 +77,10 @@ class Tournament {
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       if (!is_out_[i]) winners[leaves + i] = player(i);
     }
-    for (auto match = leaves; --match > 0;)
+    for (auto match = leaves; --match > 0;) {
       std::tie(winners[match], losers_[match]) =
           std::minmax(winners[2 * match], winners[2 * match + 1]);
+    }
     winner_ = winners[1];
   }
 

@@ -21,9 +21,9 @@ using ParameterValue =
                  std::vector<std::string>>;
 enum class ParameterKind : std::uint8_t {
   not_set,
-  bool_,
+  bool_,  // NOLINT(readability-identifier-naming): "bool" is a keyword
   integer,
-  double_,
+  double_,  // NOLINT(readability-identifier-naming): likewise
   string,
   byte_array,
   bool_array,
@@ -34,13 +34,13 @@ enum class ParameterKind : std::uint8_t {
 
 namespace executor {
 template <typename T, typename Variant>
-inline constexpr bool is_alternative = false;
+inline constexpr bool kIsAlternative = false;
 template <typename T, typename... Types>
-inline constexpr bool is_alternative<T, std::variant<Types...>> = (std::same_as<T, Types> || ...);
+inline constexpr bool kIsAlternative<T, std::variant<Types...>> = (std::same_as<T, Types> || ...);
 }  // namespace executor
 template <typename T>
 concept ParameterType =
-    executor::is_alternative<T, ParameterValue> && !std::same_as<T, std::monostate>;
+    executor::kIsAlternative<T, ParameterValue> && !std::same_as<T, std::monostate>;
 
 inline ParameterKind kind_of(const ParameterValue& value) noexcept {
   return static_cast<ParameterKind>(value.index());

@@ -73,8 +73,10 @@ struct SpecEntry {
 
 // What a spec finds a callback by: its logical id, and a timer's period (0: none, or not known).
 struct SpecCallback {
+  // Implicit: most are known by an id alone. NOLINTNEXTLINE(google-explicit-constructor)
   SpecCallback(std::string logical_id, std::uint64_t period = 0)
       : id(std::move(logical_id)), period_ns(period) {}
+  // NOLINTNEXTLINE(google-explicit-constructor)
   SpecCallback(const char* logical_id) : id(logical_id) {}
 
   std::string id;
