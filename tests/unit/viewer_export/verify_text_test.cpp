@@ -1,4 +1,5 @@
 #include <cie/viewer_export/verify_writers.hpp>
+#include <cie/viewer_export/version.hpp>
 
 #include "sample_report.hpp"
 
@@ -59,8 +60,8 @@ INCONCLUSIVE  T4 run-complete: process 4001
 
 14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never ended
 spec app.yaml sha256 abc123
-cie 0.1.0; cie verify --explain ID tells what a rule means
-)");
+cie )" + std::string{tool_version()} +
+                "; cie verify --explain ID tells what a rule means\n");
 }
 
 TEST(VerifyText, SaysThatThereWasNoSpec) {

@@ -5,7 +5,7 @@
 
 namespace cie::viewer_export {
 
-// "0.1.0". Points to static storage.
+// "1.2.3". Points to static storage.
 std::string_view tool_version() noexcept;
 
 }  // namespace cie::viewer_export
