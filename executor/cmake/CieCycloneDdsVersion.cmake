@@ -1,12 +1,21 @@
-# Refuses versions of Cyclone DDS that were not tried. delivery.cpp and message_data.cpp pass samples through a
-# cache and a type of their own, by interfaces that libddsc exports but does not promise: another version
-# may work, and must be tried first.
-#   0.10.2  Debian 12: the whole test suite
-#   0.10.5  Debian 13: it builds unchanged, and the demo passes
-# The headers that those two files include differ, between the two, in a comment and in a last member of
-# nn_rdata that debug builds have; ours only reads the others, through pointers. Versions that lie between them are
-# accepted for that, and were not tried by themselves.
-if(CycloneDDS_VERSION VERSION_LESS 0.10.2 OR CycloneDDS_VERSION VERSION_GREATER 0.10.5)
-  message(FATAL_ERROR "cie needs Cyclone DDS 0.10.2 to 0.10.5 (Debian 12 and 13: cyclonedds-dev), found "
-    "${CycloneDDS_VERSION}. See executor/README.md, \"Arrival\" and \"Pointers\".")
+# The versions of Cyclone DDS that cie was tried with, and how. Sources of ours pass samples through a cache and a type
+# of their own, by interfaces that libddsc exports but does not promise. CieCycloneDdsInterfaces.cmake tests that they
+# are there; what they do, only a trial tells.
+set(tried
+  "0.10.2: Debian 12, the whole test suite"
+  "0.10.3: its interfaces alone, which are the same"
+  "0.10.4: its interfaces alone, which are the same"
+  "0.10.5: Debian 13, the whole test suite")
+
+list(JOIN tried "\n  " CIE_CYCLONEDDS_ADVICE)
+string(CONCAT CIE_CYCLONEDDS_ADVICE "cie was tried with these versions of Cyclone DDS:\n  ${CIE_CYCLONEDDS_ADVICE}\n"
+  "Debian 12 and 13 have one of them (cyclonedds-dev), ROS 2 Humble and Jazzy too (-DCIE_CYCLONEDDS_OF_ROS=ON); "
+  "-DCycloneDDS_DIR=… names another. To try another version: -DCIE_CYCLONEDDS_UNTRIED=ON, then ./run test.")
+string(REGEX REPLACE ":[^;]*" "" tried "${tried}")
+list(FIND tried "${CycloneDDS_VERSION}" found)
+if(found EQUAL -1)
+  if(NOT CIE_CYCLONEDDS_UNTRIED)
+    message(FATAL_ERROR "Cyclone DDS ${CycloneDDS_VERSION} was not tried. ${CIE_CYCLONEDDS_ADVICE}")
+  endif()
+  message(WARNING "Cyclone DDS ${CycloneDDS_VERSION} was not tried. What it does is for the tests to say.")
 endif()

@@ -72,10 +72,11 @@ if(CIE_BPF_CLANG AND LIBBPF_FOUND)
   set(source "${CMAKE_CURRENT_SOURCE_DIR}/recorder/kernel/sched.bpf.c")
   set(object "${CMAKE_CURRENT_BINARY_DIR}/sched.bpf.o")
   add_custom_command(OUTPUT "${object}"
-    COMMAND "${CIE_BPF_CLANG}" -target bpf -O2 -g -ffreestanding -Wall -Wextra -Werror
+    COMMAND "${CIE_BPF_CLANG}" -target bpf -O2 -g -ffreestanding -Wall -Wextra
+      $<$<BOOL:${CIE_WERROR}>:-Werror>
       -idirafter "/usr/include/${CMAKE_LIBRARY_ARCHITECTURE}" -c "${source}" -o "${object}"
     DEPENDS "${source}" "${CMAKE_CURRENT_SOURCE_DIR}/recorder/kernel/kernel_record.h"
-    COMMENT "Compiling the BPF programs" VERBATIM)
+    COMMENT "Compiling the BPF programs" VERBATIM COMMAND_EXPAND_LISTS)
   set_source_files_properties(recorder/kernel/sched_bpf_object.cpp PROPERTIES
     COMPILE_DEFINITIONS "CIE_SCHED_BPF_OBJECT=\"${object}\"" OBJECT_DEPENDS "${object}")
   target_sources(cie_recorder PRIVATE recorder/kernel/bpf_source.cpp recorder/kernel/sched_bpf_object.cpp)

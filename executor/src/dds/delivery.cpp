@@ -106,13 +106,22 @@ std::uint64_t gid_of(const ddsi_guid_t& guid) noexcept {
   return writer_gid(bytes);
 }
 
+// Null unless it came that way. Cyclone DDS built without shared memory has no such member.
+template <typename Sample>
+const void* in_shared_memory(const Sample* sample) noexcept {
+  if constexpr (requires { sample->iox_chunk; })
+    return sample->iox_chunk;
+  else
+    return nullptr;
+}
+
 // A service's header stands behind the four bytes that say how the sample is encoded. Every sample
 // of such a type is long enough, and in this machine's byte order: Cyclone has checked it.
 bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
   constexpr std::size_t kEncoding = 4;
   std::uint64_t guid = 0;
-  if (sample->iox_chunk != nullptr) {  // in shared memory there is no encoding before it
-    std::memcpy(&guid, sample->iox_chunk, sizeof guid);
+  if (const void* const chunk = in_shared_memory(sample)) {  // with no encoding before it
+    std::memcpy(&guid, chunk, sizeof guid);
   } else {
     ddsi_serdata_to_ser(sample, kEncoding, sizeof guid, &guid);
   }
@@ -121,7 +130,7 @@ bool is_for(std::uint64_t recipient, const ddsi_serdata* sample) noexcept {
 
 // In bytes of Cyclone's making. Those of our own types are searched as they come.
 bool has_cut_text(const MessageLayout& layout, const ddsi_serdata* sample) noexcept {
-  if (sample->iox_chunk != nullptr) return false;
+  if (in_shared_memory(sample) != nullptr) return false;
   ddsrt_iovec_t part{};
   ddsi_serdata* const held = ddsi_serdata_to_ser_ref(sample, 0, ddsi_serdata_size(sample), &part);
   const auto* const bytes = static_cast<const unsigned char*>(part.iov_base);

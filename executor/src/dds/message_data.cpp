@@ -220,9 +220,11 @@ constexpr ddsi_serdata_ops kDataOperations{
     .free = free_data,
     .print = print,
     .get_keyhash = get_key_hash,
+#ifdef DDS_HAS_SHM
     // A Context with shared memory uses Cyclone's own serialisation.
     .get_sample_size = nullptr,
     .from_iox_buffer = nullptr,
+#endif
 };
 
 void free_type(ddsi_sertype* type) noexcept {

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""./run and CMake's options: for whom a warning is an error, and which versions the build accepts.
-Arguments: CMAKE SOURCES."""
+"""./run and CMake's options: for whom a warning is an error, which versions the build accepts, and its own.
+Arguments: CMAKE SOURCES [FOLDER-OF-CYCLONEDDSCONFIG]."""
+import json
 import os
 import re
 import shutil
@@ -9,8 +10,14 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from xml.etree import ElementTree
 
 CMAKE, SOURCES = sys.argv[1], Path(sys.argv[2]).resolve()
+CYCLONE_DDS = Path(sys.argv[3]) if len(sys.argv) > 3 and sys.argv[3] else None
+
+
+def read(name):
+    return (SOURCES / name).read_text("utf-8")
 
 
 class Scratch(unittest.TestCase):
@@ -30,6 +37,15 @@ class Warnings(Scratch):
 
     def test_who_only_builds_is_not_stopped_by_one(self):
         self.assertEqual(self.option(), "OFF")
+
+    def test_nor_is_who_builds_a_release_or_packages(self):
+        presets = json.loads(read("CMakePresets.json"))["configurePresets"]
+        self.assertEqual([one["name"] for one in presets if "CIE_WERROR" in one.get("cacheVariables", {})], ["dev"])
+        for errors in ("OFF", "ON"):
+            tree = self.folder / errors
+            subprocess.run([CMAKE, "-G", "Ninja", "-S", SOURCES, "-B", tree, f"-DCIE_WERROR={errors}", "-DCIE_WITH_DDS=OFF",
+                            "-DCIE_BUILD_DESK=OFF", "-DCIE_BUILD_TESTS=OFF"], check=True, stdout=subprocess.DEVNULL, timeout=200)
+            self.assertEqual("-Werror" in (tree / "build.ninja").read_text("utf-8"), errors == "ON")
 
     def test_who_develops_is(self):
         self.assertEqual(self.option("--preset", "dev"), "ON")
@@ -85,7 +101,7 @@ class CycloneDds(unittest.TestCase):
                                SOURCES / "executor" / "cmake" / "CieCycloneDdsVersion.cmake"],
                               stderr=subprocess.PIPE, text=True, check=False, timeout=100)
         if done.returncode != 0:
-            self.assertIn(f"found {version}", re.sub(r"\s+", " ", done.stderr))
+            self.assertIn(f"{version} was not tried", re.sub(r"\s+", " ", done.stderr))
         return done.returncode == 0
 
     def test_versions_that_were_tried_and_no_others(self):
@@ -93,5 +109,66 @@ class CycloneDds(unittest.TestCase):
                           if self.accepts(v)], ["0.10.2", "0.10.3", "0.10.4", "0.10.5"])
 
 
+@unittest.skipUnless(CYCLONE_DDS, "not possible here: this tree is built without Cyclone DDS")
+class AnotherCycloneDds(Scratch):
+    """The robot's half is configured with the Cyclone DDS that is here, after something of it was changed."""
+
+    def configured(self, *options, version="0.10.2", header=None, old="", new=""):
+        """What CMake says, in one line; empty if it succeeds."""
+        (self.folder / "CycloneDDSConfigVersion.cmake").write_text(
+            f"set(PACKAGE_VERSION {version})\nset(PACKAGE_VERSION_COMPATIBLE TRUE)\n", "utf-8")
+        (self.folder / "CycloneDDSConfig.cmake").write_text(
+            f'include("{CYCLONE_DDS}/CycloneDDSConfig.cmake")\n'
+            f'target_include_directories(CycloneDDS::ddsc BEFORE INTERFACE "{self.folder}/include")\n', "utf-8")
+        (self.folder / "include").mkdir(exist_ok=True)
+        if header:
+            prefix = next(one for one in CYCLONE_DDS.parents if (one / "include" / header).exists())
+            text = (prefix / "include" / header).read_text("utf-8")
+            self.assertIn(old, text)
+            changed = self.folder / "include" / header
+            changed.parent.mkdir(parents=True)
+            changed.write_text(text.replace(old, new), "utf-8")
+        done = subprocess.run([CMAKE, "-S", SOURCES, "-B", self.folder / "tree", f"-DCycloneDDS_DIR={self.folder}",
+                               "-DCIE_BUILD_DESK=OFF", "-DCIE_BUILD_TESTS=OFF", *options],
+                              stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False, timeout=200)
+        return re.sub(r"\s+", " ", done.stderr) if done.returncode else ""
+
+    def test_the_same_is_good_enough(self):
+        self.assertEqual(self.configured(), "")
+
+    def test_a_version_that_was_not_tried_is_built_for_a_trial_only(self):
+        refused = self.configured(version="0.11.0")
+        self.assertIn("Cyclone DDS 0.11.0 was not tried.", refused)
+        self.assertIn("-DCIE_CYCLONEDDS_UNTRIED=ON", refused)
+        self.assertEqual(self.configured("-DCIE_CYCLONEDDS_UNTRIED=ON", version="0.11.0"), "")
+
+    def test_a_sample_cache_with_one_more_operation_is_refused(self):
+        self.assertIn("lacks what dds/delivery.cpp of executor/src need",
+                      self.configured(header="dds/ddsc/dds_rhc.h", old="dds_rhc_associate_t associate;",
+                                      new="dds_rhc_associate_t associate; dds_rhc_associate_t another;"))
+
+    def test_so_is_a_type_with_one_that_is_called_differently(self):
+        said = self.configured(header="dds/ddsi/ddsi_sertype.h", old="bool (*ddsi_sertype_equal_t) (",
+                               new="bool (*ddsi_sertype_equal_t) (bool is_strict, ")
+        self.assertIn("lacks what dds/message_data.cpp of executor/src need", said)
+        self.assertIn("it was written for", said)
+        self.assertIn("0.10.2: Debian 12", said)
+
+    def test_so_is_a_stream_that_takes_something_else(self):
+        self.assertIn("lacks what dds/cdr_bytes.cpp and others of executor/src need",
+                      self.configured(header="dds/ddsi/ddsi_cdrstream.h", old="void dds_istream_init (dds_istream_t * __restrict st, ",
+                                      new="void dds_istream_init (dds_istream_t * __restrict st, void *allocator, "))
+
+
+class Version(unittest.TestCase):
+    """CMake's is the one home; these need a word of their own."""
+
+    def test_packages_of_ros_and_changelog_have_the_same(self):
+        version = re.search(r"^project\(cie VERSION (\S+)", read("CMakeLists.txt"), re.M)[1]
+        self.assertEqual(ElementTree.fromstring(read("executor/rclcpp/package.xml")).findtext("version"), version)
+        sections = re.findall(r"^## (.*)$", read("CHANGELOG.md"), re.M)
+        self.assertEqual([one for one in sections if one != "Unreleased"][0], version)
+
+
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1] + sys.argv[3:], verbosity=2)
+    unittest.main(argv=sys.argv[:1] + sys.argv[4:], verbosity=2)
