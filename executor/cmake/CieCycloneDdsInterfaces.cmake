@@ -13,6 +13,10 @@ function(cie_cyclonedds_has needs sources)
   endif()
 endfunction()
 
+if(NOT COMMAND idlc_generate)
+  message(FATAL_ERROR "Cyclone DDS ${CycloneDDS_VERSION} of ${CycloneDDS_DIR} was built without its compiler of IDL "
+    "(BUILD_IDLC=OFF), which makes the messages.\n${CIE_CYCLONEDDS_ADVICE}")
+endif()
 # Once for each that is found.
 if(NOT CIE_CYCLONEDDS_CHECKED STREQUAL "${CycloneDDS_DIR} ${CycloneDDS_VERSION} ${CIE_MESSAGES_BY_POINTER}")
   cie_cyclonedds_has(sample_cache "dds/delivery.cpp")

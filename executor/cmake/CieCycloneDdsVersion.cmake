@@ -5,7 +5,7 @@ set(tried
   "0.10.2: Debian 12, the whole test suite"
   "0.10.3: its interfaces alone, which are the same"
   "0.10.4: its interfaces alone, which are the same"
-  "0.10.5: Debian 13, the whole test suite")
+  "0.10.5: Debian 13, the whole test suite, and its interfaces alone as ROS 2 Humble and Jazzy have it")
 
 list(JOIN tried "\n  " CIE_CYCLONEDDS_ADVICE)
 string(CONCAT CIE_CYCLONEDDS_ADVICE "cie was tried with these versions of Cyclone DDS:\n  ${CIE_CYCLONEDDS_ADVICE}\n"
