@@ -70,8 +70,11 @@ function(cie_precompile_headers target)
 endfunction()
 
 # cie_check_headers(cie_analysis [FOLDER]): each public header (of the folder of include/) is compiled alone,
-# with what the target is linked to, so that it includes what it uses.
+# with what the target is linked to, so that it includes what it uses. For who develops, as the tests are.
 function(cie_check_headers target)
+  if(NOT CIE_BUILD_TESTS)
+    return()
+  endif()
   get_target_property(source_dir ${target} SOURCE_DIR)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE "${source_dir}/include"
     "${source_dir}/include/${ARGV1}/*.hpp")

@@ -77,22 +77,31 @@ class WithoutDds(Scratch):
 class Run(Scratch):
     """./run, with commands in place of the real ones that say what they were called with."""
 
-    def calls_of_cmake(self, *arguments):
+    def scripts(self, folder, **scripts):
+        (self.folder / folder).mkdir(parents=True)
+        for name, script in scripts.items():
+            path = self.folder / folder / name.replace("_", "-" if folder == "tools" else "_")
+            path.write_text(f"#!/bin/sh\n{script}\n", "utf-8")
+            path.chmod(0o755)
+
+    def calls(self, *arguments):
         shutil.copy(SOURCES / "run", self.folder)
-        tools = self.folder / "tools"
-        tools.mkdir()
-        for name, script in (("cmake", 'mkdir -p build/dev; echo "$@" >>calls'), ("dpkg-query", "echo installed")):
-            (tools / name).write_text(f"#!/bin/sh\n{script}\n", "utf-8")
-            (tools / name).chmod(0o755)
+        self.scripts("tools", cmake='mkdir -p build/dev; echo "$@" >>calls', dpkg_query="echo installed")
         subprocess.run([self.folder / "run", *arguments], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                       env={**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"}, timeout=100)
+                       env={**os.environ, "PATH": f"{self.folder / 'tools'}:{os.environ['PATH']}"}, timeout=100)
         return (self.folder / "calls").read_text("utf-8").splitlines()
 
     def test_build_takes_no_warning_for_an_error(self):
-        configuring, building = self.calls_of_cmake("build")
+        configuring, building = self.calls("build")
         self.assertIn("--preset dev ", configuring)
         self.assertIn(" -DCIE_WERROR=OFF", configuring)
         self.assertIn("--build --preset dev", building)
+
+    @unittest.skipUnless(os.geteuid() == 0, "not possible here: only root makes a system of its own")
+    def test_packages_of_another_debian_are_built_and_tried_there(self):
+        self.scripts("tests/package/elsewhere", in_another_debian='printf "%s\\n" "$@" >calls; mkdir -p "$4"; touch "$4/a.deb"')
+        self.assertEqual(self.calls("package", "--try", "debian13"),
+                         ["trixie", "./run package --try", "build/package/packages", "build/package/debian13"])
 
 
 class CycloneDds(unittest.TestCase):
@@ -113,12 +122,12 @@ class CycloneDds(unittest.TestCase):
 class AnotherCycloneDds(Scratch):
     """The robot's half is configured with the Cyclone DDS that is here, after something of it was changed."""
 
-    def configured(self, *options, version="0.10.2", header=None, old="", new=""):
+    def configured(self, *options, version="0.10.2", has="Config", header=None, old="", new=""):
         """What CMake says, in one line; empty if it succeeds."""
         (self.folder / "CycloneDDSConfigVersion.cmake").write_text(
             f"set(PACKAGE_VERSION {version})\nset(PACKAGE_VERSION_COMPATIBLE TRUE)\n", "utf-8")
         (self.folder / "CycloneDDSConfig.cmake").write_text(
-            f'include("{CYCLONE_DDS}/CycloneDDSConfig.cmake")\n'
+            f'include("{CYCLONE_DDS}/CycloneDDS{has}.cmake")\n'
             f'target_include_directories(CycloneDDS::ddsc BEFORE INTERFACE "{self.folder}/include")\n', "utf-8")
         (self.folder / "include").mkdir(exist_ok=True)
         if header:
@@ -141,6 +150,9 @@ class AnotherCycloneDds(Scratch):
         self.assertIn("Cyclone DDS 0.11.0 was not tried.", refused)
         self.assertIn("-DCIE_CYCLONEDDS_UNTRIED=ON", refused)
         self.assertEqual(self.configured("-DCIE_CYCLONEDDS_UNTRIED=ON", version="0.11.0"), "")
+
+    def test_one_without_its_compiler_of_idl_is_refused(self):
+        self.assertIn("was built without its compiler of IDL", self.configured(has="Targets"))
 
     def test_a_sample_cache_with_one_more_operation_is_refused(self):
         self.assertIn("lacks what dds/delivery.cpp of executor/src need",
