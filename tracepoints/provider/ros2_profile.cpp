@@ -61,7 +61,7 @@ void load_profile() {
   if (profile == nullptr) {
     refuse("\"" + path + "\" is not this version's");
   }
-  detail::ros2_profile.store(static_cast<const Ros2Profile*>(profile), std::memory_order_relaxed);
+  detail::ros2_profile.store(static_cast<const Ros2Profile*>(profile), std::memory_order_release);
 }
 
 #else

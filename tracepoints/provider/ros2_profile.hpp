@@ -36,7 +36,7 @@ extern std::atomic<const Ros2Profile*> ros2_profile;
 
 // Null unless the process has the profile.
 inline const Ros2Profile* ros2_profile() noexcept {
-  return detail::ros2_profile.load(std::memory_order_relaxed);
+  return detail::ros2_profile.load(std::memory_order_acquire);
 }
 
 // Loads what the environment variable CIE_TRACE_PROFILE asks for; not thread-safe. Throws

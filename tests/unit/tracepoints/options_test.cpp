@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 namespace cie::record {
 namespace {
@@ -89,7 +90,7 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"--duration", "1", "--", "a"},
       {"--attach", "--duration", "0"},
       {"--subbuf-size", "5000", "--", "a"},
-      {"--subbuf-size", "2048", "--", "a"},
+      {"--subbuf-size", std::to_string(sysconf(_SC_PAGESIZE) / 2), "--", "a"},
       {"--num-subbuf", "1", "--", "a"},
       {"--num-subbuf", "-8", "--", "a"},
       {"--kernel=maybe", "--", "a"},

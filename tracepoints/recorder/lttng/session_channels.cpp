@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include <unistd.h>
+
 namespace cie::record {
 namespace {
 
@@ -21,7 +23,6 @@ constexpr std::uint64_t kStateSubbufs = 4;
 // How often the consumer daemon looks for full sub-buffers. With a timer for that it is not woken
 // by whoever fills one: a thread that emits an event makes no system call, real-time or not.
 constexpr std::chrono::milliseconds kMostReadInterval{20};
-constexpr std::uint64_t kMetadataSubbufSize = 4096;
 constexpr std::uint64_t kMetadataSubbufs = 2;
 constexpr std::uint64_t kLiveFileSize = 8UL << 20;
 constexpr std::uint64_t kLiveFiles = 16;
@@ -188,8 +189,9 @@ void enable_channels(lttng_handle* session, SessionKind kind, const Options& opt
   // with one, what a killed consumer daemon leaves behind can be read.
   // A snapshot brings its metadata along, and what is sent has a timer of the session's.
   if (is_written_here(kind)) {
-    enable_channel(session, kind, "metadata", kMetadataSubbufSize, kMetadataSubbufs,
-                   options.flush_interval);
+    // The smallest that LTTng has.
+    enable_channel(session, kind, "metadata", static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)),
+                   kMetadataSubbufs, options.flush_interval);
   }
   enable_own_events(session, kind, options);
   if (options.ros2 != Ros2Events::no) {

@@ -9,6 +9,7 @@
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
+#include <unistd.h>
 
 namespace cie::record {
 namespace {
@@ -24,6 +25,9 @@ std::string default_directory() {
   std::strftime(name, sizeof name, "cie-recording-%Y%m%d-%H%M%S", &local);
   return name;
 }
+
+// LTTng has no smaller sub-buffer. 4 KiB, or on AArch64 up to 64.
+std::uint64_t page_size() { return static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)); }
 
 void require_power_of_two(std::uint64_t value, std::uint64_t least, const char* option) {
   if (value < least || !std::has_single_bit(value)) {
@@ -46,8 +50,8 @@ void size_buffers(Options& options) {
     throw UsageError("--snapshot: that many seconds at that --event-rate do not fit into memory");
   }
   options.num_subbuf = kSnapshotSubbufs;
-  options.subbuf_size =
-      std::max(kLeastSnapshotSubbuf, std::bit_ceil(static_cast<std::uint64_t>(subbuf)));
+  options.subbuf_size = std::max(
+      {kLeastSnapshotSubbuf, page_size(), std::bit_ceil(static_cast<std::uint64_t>(subbuf))});
 }
 
 std::chrono::milliseconds milliseconds_of(double seconds) {
@@ -324,7 +328,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
     throw UsageError(
         "nothing to record: give a command after --, or --attach (see cie record --help)");
   }
-  require_power_of_two(options.subbuf_size, 4096, "--subbuf-size");
+  require_power_of_two(options.subbuf_size, page_size(), "--subbuf-size");
   require_power_of_two(options.num_subbuf, 2, "--num-subbuf");
   if (options.kernel_buffer_size < kLeastKernelBuffer ||
       options.kernel_buffer_size > kMostKernelBuffer) {
