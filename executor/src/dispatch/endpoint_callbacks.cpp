@@ -59,12 +59,12 @@ MessageLostInfo lost_since(const std::uint64_t& before, const std::uint64_t& now
 template <typename Status, typename Info, typename Read>
 std::function<void()> telling(Read read, Info (*since)(const Status& before, const Status& now),
                               std::function<void(const Info&)> handler) {
-  struct Told {
+  struct LastTold {
     PriorityMutex mutex;  // instances of a reentrant group may overlap
     Status status{};
   };
   return [read = std::move(read), since, handler = std::move(handler),
-          told = std::make_shared<Told>()] {
+          told = std::make_shared<LastTold>()] {
     Info info;
     {
       const std::lock_guard lock{told->mutex};
