@@ -84,11 +84,14 @@ class Run(Scratch):
             path.write_text(f"#!/bin/sh\n{script}\n", "utf-8")
             path.chmod(0o755)
 
-    def calls(self, *arguments):
+    def run_it(self, *arguments):
         shutil.copy(SOURCES / "run", self.folder)
-        self.scripts("tools", cmake='mkdir -p build/dev; echo "$@" >>calls', dpkg_query="echo installed")
-        subprocess.run([self.folder / "run", *arguments], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                       env={**os.environ, "PATH": f"{self.folder / 'tools'}:{os.environ['PATH']}"}, timeout=100)
+        self.scripts("tools", cmake='mkdir -p build/dev; echo "$@" >>calls', dpkg_query="echo installed", dpkg="")
+        return subprocess.run([self.folder / "run", *arguments], check=False, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                              env={**os.environ, "PATH": f"{self.folder / 'tools'}:{os.environ['PATH']}"}, text=True, timeout=100)
+
+    def calls(self, *arguments):
+        self.assertEqual(self.run_it(*arguments).returncode, 0)
         return (self.folder / "calls").read_text("utf-8").splitlines()
 
     def test_build_takes_no_warning_for_an_error(self):
@@ -102,6 +105,12 @@ class Run(Scratch):
         self.scripts("tests/package/elsewhere", in_another_debian='printf "%s\\n" "$@" >calls; mkdir -p "$4"; touch "$4/a.deb"')
         self.assertEqual(self.calls("package", "--try", "debian13"),
                          ["trixie", "./run package --try", "build/package/packages", "build/package/debian13"])
+
+    def test_packages_of_another_architecture_come_into_no_system_but_their_own(self):
+        done = self.run_it("arm64")
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("./run elsewhere arm64", done.stderr)
+        self.assertFalse((self.folder / "calls").exists())
 
 
 class CycloneDds(unittest.TestCase):
