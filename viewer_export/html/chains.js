@@ -114,7 +114,7 @@ export const chains = () => {
         isByStarts(c)
           ? soft(
               `The first release is not known: path latency is at least that from the first start${
-                c.path_latency_upper_ns
+                c.path_latency_upper_ns && c.path_latency_upper_ns.count === c.instances
                   ? `, and at most ${time(c.path_latency_upper_ns.max)} from what the release was not before`
                   : ""
               }. Callbacks count from start to publish, messages from publish to start.`,

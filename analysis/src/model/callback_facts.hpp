@@ -231,7 +231,8 @@ struct ChainFacts {
   std::optional<EventRef> first_incomplete{};
   // Their first release is not exact, or the clocks of its hosts cannot be related.
   std::uint64_t inexact = 0;
-  std::uint64_t without_upper_bound = 0;  // of them: not even bounds of the release are known
+  std::uint64_t without_upper_bound = 0;   // of them: not even bounds of the release are known
+  std::set<CallbackIndex> bounded_from{};  // first callbacks of those with an upper bound
   Statistics path_latency{};
   Statistics reaction_time{};
   Statistics data_age{};

@@ -116,13 +116,22 @@ void judge_bounds(const RuleContext& context, const SpecChain& asked, const Chai
                                 place(context, asked.line) + " allows " + nanoseconds(limit)));
     return;
   }
+  // Calculated expiries are as wrong as those of the callback itself.
+  Duration release_error;
+  bool is_certain = true;
+  for (const auto first : chain.bounded_from) {
+    const auto& callback = context.model.callbacks[at(first)];
+    release_error = std::max(release_error, callback.release_error());
+    is_certain = is_certain && callback.are_releases_certain();
+  }
   const auto& upper = chain.max_path_latency_upper;
-  const bool is_bounded = chain.without_upper_bound == 0 && upper;
-  if (is_bounded && judge_largest(upper->value, error, limit) == Verdict::pass) return;
+  const bool is_bounded = chain.without_upper_bound == 0 && upper && is_certain;
+  const auto longest = is_bounded ? upper->value + release_error : Duration{};
+  if (is_bounded && judge_largest(longest, error, limit) == Verdict::pass) return;
   auto text = "the first release of " + counted(chain.inexact, "instance") +
               " of the chain is not known exactly, or the clocks of its hosts cannot be related";
   if (is_bounded) {
-    text += "; the path latency may have been up to " + nanoseconds(upper->value) + ", " +
+    text += "; the path latency may have been up to " + nanoseconds(longest) + ", " +
             place(context, asked.line) + " allows " + nanoseconds(limit);
   }
   judgement.doubt(evidence("release", moment(context.model.begin.value_or(Timestamp{})), text));

@@ -304,13 +304,13 @@ void ChainTracker::note_bounds(Chain& chain, const Nodes& nodes, const EventRef&
     keep_larger(facts.max_path_latency_lower, end.time - (first.start.time + *to_last), first.start,
                 end);
   }
-  if (!to_last || !first.earliest) {
+  if (!to_last || !first.earliest || model_.callbacks[at(first.callback)].grid.is_refuted) {
     ++facts.without_upper_bound;
     return;
   }
   keep_larger(facts.max_path_latency_upper, end.time - (*first.earliest + *to_last), first.start,
               end);
-  chain.upper_from.insert(first.callback);
+  facts.bounded_from.insert(first.callback);
 }
 
 void ChainTracker::note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
@@ -328,12 +328,12 @@ void ChainTracker::note_by_starts(Chain& chain, const Nodes& nodes, const EventR
   facts.from_start.add(end.time - (first.start.time + to_last));
   if (!first.earliest) return;
   facts.path_latency_upper.add(end.time - (*first.earliest + to_last));
-  chain.upper_from.insert(first.callback);
+  facts.bounded_from.insert(first.callback);
 }
 
 void ChainTracker::forget_releases(CallbackIndex callback) {
   const auto forget = [callback](Chain& chain) {
-    if (!chain.upper_from.contains(callback)) return;
+    if (!chain.facts.bounded_from.contains(callback)) return;
     chain.facts.path_latency_upper = {};
     chain.facts.max_path_latency_upper.reset();
     chain.facts.without_upper_bound = chain.facts.inexact;

@@ -80,7 +80,6 @@ class ChainTracker {
   struct Chain {
     ChainFacts facts;
     std::vector<CallbackIndex> hops;
-    std::set<CallbackIndex> upper_from;  // first callbacks of what is bounded from above
     Progress progress;
   };
   using Path = std::vector<CallbackIndex>;
@@ -104,8 +103,8 @@ class ChainTracker {
   static std::optional<Duration> to_last(const Nodes& nodes);
   static void note_latency(ChainFacts& facts, const Nodes& nodes, const EventRef& end,
                            Duration to_last);
-  static void note_bounds(Chain& chain, const Nodes& nodes, const EventRef& end,
-                          const std::optional<Duration>& to_last);
+  void note_bounds(Chain& chain, const Nodes& nodes, const EventRef& end,
+                   const std::optional<Duration>& to_last);
   static void note_by_starts(Chain& chain, const Nodes& nodes, const EventRef& end,
                              Duration to_last);
   void measure(Chain& chain, const Nodes& nodes, const EventRef& end);

@@ -138,6 +138,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     live->node->release = Timestamp{live->release_ns};
   }
   live->node->earliest = live->node->release ? live->node->release : live->expiry;
+  // Here, too: the chain may end before this instance does.
+  if (!live->node->earliest) live->node->earliest = measurer_.bound_of_release(*live);
   chains_.link(*live->node);
   measurer_.expect(*live);
 

@@ -137,6 +137,11 @@ std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live)
   return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
 }
 
+std::optional<Timestamp> InstanceMeasurer::bound_of_release(const LiveInstance& live) const {
+  const auto written = source_time(live);
+  return written && *written <= live.start.time ? written : std::nullopt;
+}
+
 void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
   const auto& facts = *live.callback_facts;
   prefetch_head(&facts.ended.last);
@@ -258,7 +263,7 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
     }
   } else {
     facts.response_time_lower.add(lower);
-    if (const auto written = source_time(live)) {
+    if (const auto written = bound_of_release(live)) {
       live.node->earliest = written;
       const auto upper = *instance.end - *written;
       facts.response_time_upper.add(upper);

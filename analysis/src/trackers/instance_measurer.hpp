@@ -66,6 +66,9 @@ class InstanceMeasurer {
         chains_(chains),
         observer_(observer) {}
 
+  // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile
+  // so that the message was written after it was taken.
+  std::optional<Timestamp> bound_of_release(const LiveInstance& live) const;
   // An instance began: what measuring it needs will be in the cache by its end.
   void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.

@@ -51,6 +51,7 @@ class TimerCallback final : public cie::scheduling::Callback {
   bool tells_reset_ = false;
   rclcpp::JumpHandler::SharedPtr jumps_;
   cie::PriorityMutex mutex_;  // of what follows, and of taking an expiry
+  bool is_begun_ = false;     // to be served
   TimerGrid grid_;
 };
 

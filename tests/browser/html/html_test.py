@@ -530,14 +530,14 @@ class ChainsByStarts(Page):
             chain = report["chains"][0]
             chain.update(path_latency_ns=None, from_start_ns=summary(21), instances=2, undivided_ns=summary(3))
             if upper:
-                chain["path_latency_upper_ns"] = summary(40)
+                chain["path_latency_upper_ns"] = {**summary(40), "count": upper}
             chain["hop_table"][0].update(processing_ns=None, communication_ns=None, start_to_publish_ns=summary(5),
                                          publish_to_start_ns=summary(7))
             report["chains"] = [chain]
         self.shown(change)
 
     def test_bounds_stand_where_the_latency_does(self):
-        self.drawn(upper=True)
+        self.drawn(upper=2)
         self.assertEqual(self.see("#chain-table tbody td")[3:6], ["\u2265 21.00\u202f\u00b5s"] * 3)
         hops = self.see("#chains ~ details tbody tr:first-child td")
         self.assertEqual(hops[1:7], ["5.000\u202f\u00b5s"] * 3 + ["7.000\u202f\u00b5s"] * 3)
@@ -546,9 +546,10 @@ class ChainsByStarts(Page):
         self.assertIn("at least that from the first start, and at most 40.00\u202f\u00b5s", notes[0])
         self.assertNotIn("not divided", self.see("#chains ~ details td.name"))
 
-    def test_without_an_upper_bound_none_is_told(self):
-        self.drawn(upper=False)
-        self.assertNotIn("at most", self.see("#chains ~ details p.soft")[0])
+    def test_without_an_upper_bound_of_every_run_none_is_told(self):
+        for upper in (0, 1):
+            self.drawn(upper)
+            self.assertNotIn("at most", self.see("#chains ~ details p.soft")[0])
 
 
 class Use(Page):

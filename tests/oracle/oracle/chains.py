@@ -37,7 +37,7 @@ class ChainInstance:
     def latest_latency(self) -> int | None:
         """At most: the first release was not before its message was written."""
         written = self.instances[0].source_time
-        return None if written is None else self.write - written
+        return None if written is None or written > self.read else self.write - written
 
     def left(self, hop: int) -> int:
         """When what the path carries left a callback."""

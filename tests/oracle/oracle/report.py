@@ -32,7 +32,8 @@ def lower_bound(i: Instance) -> int:
 
 
 def upper_bound(i: Instance) -> int | None:
-    return i.end - i.source_time if i.source_time is not None else None
+    """Empty where the clock was set meanwhile: no message is written after it was taken."""
+    return i.end - i.source_time if i.source_time is not None and i.source_time <= i.start else None
 
 
 def inter_arrivals(instances: list[Instance]) -> list[int]:

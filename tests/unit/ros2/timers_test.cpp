@@ -229,6 +229,63 @@ TEST(Ros2Timers, ADeadlineIsJudgedByTheErrorOfReleases) {
   EXPECT_EQ(verdict_of(1'199), Verdict::fail);
 }
 
+// A timer, which publishes at once, and who takes that: 2 ms from start to end.
+class Pair {
+ public:
+  Pair() {
+    text_.add(kMade, "rcl_publisher_init publisher_handle=0x60 node_handle=0x10 topic_name=/t")
+        .add(kMade, "rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/")
+        .add(kMade,
+             "rcl_subscription_init pid=2 subscription_handle=0x20 node_handle=0x10 topic_name=/t "
+             "queue_depth=1")
+        .add(kMade, "rclcpp_subscription_init pid=2 subscription_handle=0x20 subscription=0x40")
+        .add(kMade, "rclcpp_subscription_callback_added pid=2 subscription=0x40 callback=0x50");
+  }
+  Pair& run(std::int64_t start) {
+    const auto stamp = std::to_string(start + 2);
+    text_.add(start - 2, "rclcpp_executor_wait_for_work timeout=1")
+        .add(start - 1, "rclcpp_executor_get_next_ready")
+        .add(start, "callback_start callback=0x30")
+        .add(start + 1, "rcl_publish publisher_handle=0x60 message=0x99")
+        .add(start + 2, "rmw_publish message=0x99 timestamp=" + stamp)
+        .add(start + kMs, "callback_end callback=0x30")
+        .add(start + kMs + 1, "rmw_take pid=2 tid=2 message=0x88 taken=1 source_timestamp=" + stamp)
+        .add(start + kMs + 2, "callback_start pid=2 tid=2 callback=0x50")
+        .add(start + 2 * kMs, "callback_end pid=2 tid=2 callback=0x50");
+    return *this;
+  }
+  Verdict within_us(std::int64_t us) const {
+    return text_
+        .analyze(-1,
+                 "chains:\n  - {name: c, callbacks: [\"/n@Timer(10000000)\", "
+                 "\"/b@Subscription(/t)\"], path_latency: " +
+                     std::to_string(us * kUs) + "}\n")
+        .verdict("Q2");
+  }
+
+ private:
+  Text text_;
+};
+
+// As the response time above: up to 100 us off, and 300 us after an expiry the chain begins.
+TEST(Ros2Timers, AChainsBoundIsJudgedByTheErrorOfReleases) {
+  const auto pair =
+      Pair().run(expiry(1) + 100 * kUs).run(expiry(2) + 300 * kUs).run(expiry(3) + 100 * kUs);
+  EXPECT_EQ(pair.within_us(2'400), Verdict::pass);
+  EXPECT_EQ(pair.within_us(2'399), Verdict::inconclusive);
+  EXPECT_EQ(pair.within_us(2'000), Verdict::inconclusive);
+  EXPECT_EQ(pair.within_us(1'999), Verdict::fail);
+}
+
+TEST(Ros2Timers, NoChainPassesByReleasesThatAreNotCertain) {
+  Pair pair;
+  for (std::int64_t k = 1; k <= 9; ++k)
+    pair.run(expiry(k) + 100 * kUs);
+  for (std::int64_t k = 30; k <= 50; ++k)
+    pair.run(expiry(k) + 600 * kUs);
+  EXPECT_EQ(pair.within_us(100'000), Verdict::inconclusive) << "a reset is possible";
+}
+
 // Of two releases and a response time.
 TEST(Ros2Timers, ArrivalsAreJudgedByTheErrorOfReleases) {
   const auto verdict_of = [](std::int64_t response) {

@@ -135,6 +135,25 @@ TEST(ChainBounds, TheBoundsOfAnUnknownFirstReleaseMayDecide) {
   EXPECT_EQ(Verified(kTaken, chain("path_latency: 17\n    data_age: 100"))["Q2"],
             Verdict::inconclusive)
       << "of which one instance tells nothing";
+
+  auto working_on = std::string(kTaken);
+  working_on.replace(working_on.find("15 end plan"), 11, "30 end plan");
+  EXPECT_EQ(Verified(working_on, chain("path_latency: 17"))["Q2"], Verdict::pass)
+      << "the first callback ends last";
+  auto clock_set = trace_of(kTaken);  // forward, by 4 ns, before the first message was written
+  std::int64_t written = 0;
+  for (auto& event : clock_set.events) {
+    if (auto* publish = std::get_if<Publish>(&event.body); publish != nullptr && written == 0) {
+      written = publish->source_timestamp_realtime_ns;
+      publish->source_timestamp_realtime_ns += 4;
+    }
+    auto* start = std::get_if<analysis::CallbackStart>(&event.body);
+    if (start != nullptr && written != 0 && start->source_timestamp_realtime_ns == written) {
+      start->source_timestamp_realtime_ns += 4;
+    }
+  }
+  EXPECT_EQ(Verified(clock_set, chain("path_latency: 1000"))["Q2"], Verdict::inconclusive)
+      << "no message is written after it was taken";
 }
 
 TEST(ChainBounds, NeedsTheFirstReleaseForThePathLatencyAndNoOther) {
