@@ -25,8 +25,8 @@ import skipped
 RUN_AGAIN = ("live.", "browser.")
 MOST_AGAIN = 10  # more are no accident
 LINES_SHOWN = 60
-# Of ctest's last words: "  565 - live.live_sources (Failed)".
-FAILED = re.compile(r"^\s+(\d+) - (.*) \(([A-Za-z ]+)\)$", re.MULTILINE)
+# Of ctest's last words: "  565 - live.live_sources (Failed)", since CMake 3.31 with the test's labels.
+FAILED = re.compile(r"^\s+(\d+) - (.*) \(([A-Za-z ]+)\)(?: +[a-z][a-z -]*)?$", re.MULTILINE)
 SANITIZER = re.compile(r"(Thread|Address|Leak|UndefinedBehavior)Sanitizer|runtime error:")
 # Where GoogleTest, Python's unittest and assert() say what was wrong.
 REASON = re.compile(r": Failure$|^\w*(Error|Exception|Expired)\b.*:|^(FAIL|ERROR): |Assertion .* failed|terminate called|"

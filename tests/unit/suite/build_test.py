@@ -106,6 +106,16 @@ class Run(Scratch):
         self.assertEqual(self.calls("package", "--try", "debian13"),
                          ["trixie", "./run package --try", "build/package/packages", "build/package/debian13"])
 
+    def test_a_package_is_there_only_by_its_very_name(self):
+        self.scripts("tools", dpkg_query="exit 1",
+                     apt_cache='case $2 in there) echo "there:\n  Installed: (none)\n  Candidate: 11.3";; '
+                               'gone) echo "gone:\n  Candidate: (none)";; *) echo "lib-g++-110:\n  Candidate: 1.0";; esac')
+        function = re.search(r"^need_if_there\(\) {.*?^}", read("run"), re.M | re.S)[0]
+        done = subprocess.run(["bash", "-euc", "is_installed() { return 1; }\nneed() { echo \"$*\"; }\n" + function +
+                               "\nneed_if_there there g++-11 gone; echo \"$CIE_NO_PACKAGES\""], check=True, capture_output=True,
+                              env={**os.environ, "PATH": f"{self.folder / 'tools'}:{os.environ['PATH']}"}, text=True, timeout=20)
+        self.assertEqual(done.stdout.splitlines(), ["there", "g++-11 gone"])
+
     def test_packages_of_another_architecture_come_into_no_system_but_their_own(self):
         done = self.run_it("arm64")
         self.assertNotEqual(done.returncode, 0)

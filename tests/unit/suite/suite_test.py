@@ -20,7 +20,7 @@ class Suite(unittest.TestCase):
         lines = []
         for number, (name, command) in enumerate(tests.items()):
             lines += [f"add_test([=[{name}]=] sh -c [=[echo ran >>'{self.tree}/runs-{name}'; {command}]=])",
-                      f"set_tests_properties([=[{name}]=] PROPERTIES TIMEOUT 20 ENVIRONMENT FLAG={self.tree}/flag-{number})"]
+                      f"set_tests_properties([=[{name}]=] PROPERTIES LABELS unit TIMEOUT 20 ENVIRONMENT FLAG={self.tree}/flag-{number})"]
         (self.tree / "CTestTestfile.cmake").write_text("\n".join(lines), "utf-8")
         done = subprocess.run([sys.executable, SUITE, self.tree, self.tree / "tests", *options],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200, check=False)
