@@ -109,10 +109,11 @@ std::uint64_t gid_of(const ddsi_guid_t& guid) noexcept {
 // Null unless it came that way. Cyclone DDS built without shared memory has no such member.
 template <typename Sample>
 const void* in_shared_memory(const Sample* sample) noexcept {
-  if constexpr (requires { sample->iox_chunk; })
+  if constexpr (requires { sample->iox_chunk; }) {
     return sample->iox_chunk;
-  else
+  } else {
     return nullptr;
+  }
 }
 
 // A service's header stands behind the four bytes that say how the sample is encoded. Every sample
