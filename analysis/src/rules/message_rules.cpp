@@ -62,7 +62,7 @@ std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
 struct Bound {
   const char* name;
   std::optional<std::int64_t> limit;
-  const char* needs;  // to be measured
+  const char* needs;  // to be measured; null where judge_unmeasured says it
   const Statistics& measured;
   const std::optional<ChainExtreme>& max;
 };
@@ -76,11 +76,18 @@ Verdict judge_largest(Duration shown, const std::optional<ClockError>& error, st
   return Verdict::inconclusive;
 }
 
+void accuse(const ChainExtreme& extreme, const std::string& finding, Judgement& judgement) {
+  judgement.fail(
+      evidence("callback_start", extreme.first_start, "first callback of the chain starts"));
+  judgement.fail(evidence("callback_end", extreme.last_end, finding));
+}
+
 void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound& bound,
                  const std::optional<ClockError>& error, Judgement& judgement) {
   if (!bound.limit) return;
   judgement.check(bound.measured.count());
   if (!bound.max) {
+    if (bound.needs == nullptr) return;
     judgement.doubt(
         evidence("callback_end", moment(context.model.end.value_or(Timestamp{})),
                  "no " + std::string(bound.name) + " could be measured: " + bound.needs));
@@ -90,30 +97,26 @@ void judge_bound(const RuleContext& context, const SpecChain& asked, const Bound
   if (verdict == Verdict::pass) return;
   const auto finding = std::string(bound.name) + " " + nanoseconds(bound.max->value) + ", " +
                        place(context, asked.line) + " allows " + nanoseconds(*bound.limit);
-  const auto& first = bound.max->first_start;
-  const auto& last = bound.max->last_end;
-  if (verdict == Verdict::inconclusive) {
-    judgement.doubt(evidence("callback_end", last,
-                             finding + "; the hosts' clocks may differ by too much to tell"));
+  if (verdict == Verdict::fail) {
+    accuse(*bound.max, finding, judgement);
     return;
   }
-  judgement.fail(evidence("callback_start", first, "first callback of the chain starts"));
-  judgement.fail(evidence("callback_end", last, finding));
+  judgement.doubt(evidence("callback_end", bound.max->last_end,
+                           finding + "; the hosts' clocks may differ by too much to tell"));
 }
 
 // Path latencies of instances whose first release is not known: their bounds may decide.
-void judge_bounds(const RuleContext& context, const SpecChain& asked, const ChainFacts& chain,
-                  const std::optional<ClockError>& error, Judgement& judgement) {
+void judge_unmeasured(const RuleContext& context, const SpecChain& asked, const ChainFacts& chain,
+                      const std::optional<ClockError>& error, Judgement& judgement) {
   if (!asked.path_latency_ns || chain.inexact == 0) return;
   const auto limit = *asked.path_latency_ns;
   judgement.check(chain.inexact - chain.without_upper_bound);
   const auto& lower = chain.max_path_latency_lower;
   if (lower && judge_largest(lower->value, error, limit) == Verdict::fail) {
-    judgement.fail(
-        evidence("callback_start", lower->first_start, "first callback of the chain starts"));
-    judgement.fail(evidence("callback_end", lower->last_end,
-                            "path latency at least " + nanoseconds(lower->value) + ", " +
-                                place(context, asked.line) + " allows " + nanoseconds(limit)));
+    accuse(*lower,
+           "path latency at least " + nanoseconds(lower->value) + ", " +
+               place(context, asked.line) + " allows " + nanoseconds(limit),
+           judgement);
     return;
   }
   // Calculated expiries are as wrong as those of the callback itself.
@@ -226,16 +229,15 @@ std::vector<SubjectVerdict> judge_chains(const RuleContext& context) {
       constexpr const char* kTwo =
           "it takes two instances of the chain with nothing lost between them";
       const auto error = clock_error(model, *chain);
-      const bool has_releases = chain->inexact < chain->instances;
       for (const auto& bound :
-           {Bound{"path latency", has_releases ? asked.path_latency_ns : std::nullopt,
-                  "no first release is known", chain->path_latency, chain->max_path_latency},
+           {Bound{"path latency", asked.path_latency_ns, nullptr, chain->path_latency,
+                  chain->max_path_latency},
             Bound{"reaction time", asked.reaction_time_ns, kTwo, chain->reaction_time,
                   chain->max_reaction_time},
             Bound{"data age", asked.data_age_ns, kTwo, chain->data_age, chain->max_data_age}}) {
         if (chain->instances > 0) judge_bound(context, asked, bound, error, judgement);
       }
-      judge_bounds(context, asked, *chain, error, judgement);
+      judge_unmeasured(context, asked, *chain, error, judgement);
       if (chain->incomplete != 0) {
         judgement.overrule(evidence("publish", chain->first_incomplete.value_or(EventRef{}),
                                     "the publish of the message taken here was not seen; " +

@@ -117,15 +117,18 @@ std::int64_t TimerCallback::measured_next() const noexcept {
 }
 
 // As cie's own timers: a later serving keeps the grid, and what fell between was missed.
+void TimerCallback::begin_grid() {
+  const std::lock_guard lock{mutex_};
+  if (is_begun_) return;
+  was_reset_->store(false);  // by whom ever: the grid begins now
+  const std::int64_t next = measured_next();
+  if (next == 0) return;
+  grid_.begin(next, monotonic_now());
+  is_begun_ = true;
+}
+
 void TimerCallback::serve(cie::scheduling::ReadySink* sink) {
-  if (sink != nullptr && is_steady_) {
-    const std::lock_guard lock{mutex_};
-    if (!is_begun_) was_reset_->store(false);  // by whom ever: the grid begins now
-    if (const std::int64_t next = is_begun_ ? 0 : measured_next(); next != 0) {
-      grid_.begin(next, monotonic_now());
-      is_begun_ = true;
-    }
-  }
+  if (sink != nullptr && is_steady_) begin_grid();
   inbox_->set_target(sink, this);
 }
 

@@ -39,6 +39,7 @@ class TimerCallback final : public cie::scheduling::Callback {
   void dispose() noexcept override;
   std::int64_t time_until_next_call() const noexcept;
   std::int64_t measured_next() const noexcept;
+  void begin_grid();
   cie::trace::Callback::Release release() noexcept;
 
   const std::weak_ptr<rclcpp::TimerBase> timer_;

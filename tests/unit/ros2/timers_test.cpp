@@ -33,12 +33,14 @@ class Text {
     text_ += std::to_string(time) + ' ' + event + '\n';
     return *this;
   }
+  // The executor, before that instance starts.
+  Text& wait(std::int64_t start) {
+    add(start - 2, "rclcpp_executor_wait_for_work timeout=1");
+    return add(start - 1, "rclcpp_executor_get_next_ready");
+  }
   // An instance that the executor has waited for.
   Text& run(std::int64_t start, std::int64_t duration = kMs) {
-    if (does_wait_) {
-      add(start - 2, "rclcpp_executor_wait_for_work timeout=1");
-      add(start - 1, "rclcpp_executor_get_next_ready");
-    }
+    if (does_wait_) wait(start);
     return run_next(start, duration);
   }
   Text& run_next(std::int64_t start, std::int64_t duration = kMs) {
@@ -243,8 +245,7 @@ class Pair {
   }
   Pair& run(std::int64_t start) {
     const auto stamp = std::to_string(start + 2);
-    text_.add(start - 2, "rclcpp_executor_wait_for_work timeout=1")
-        .add(start - 1, "rclcpp_executor_get_next_ready")
+    text_.wait(start)
         .add(start, "callback_start callback=0x30")
         .add(start + 1, "rcl_publish publisher_handle=0x60 message=0x99")
         .add(start + 2, "rmw_publish message=0x99 timestamp=" + stamp)

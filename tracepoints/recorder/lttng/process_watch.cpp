@@ -13,11 +13,7 @@ namespace cie::record {
 namespace {
 
 // Places of what is captured.
-constexpr std::size_t kPid = 0;
-constexpr std::size_t kName = 1;
-constexpr std::size_t kStart = 2;
-constexpr std::size_t kTime = 3;
-constexpr std::size_t kMoment = 4;
+enum : std::size_t { kPid, kName, kStart, kTime, kMoment };
 constexpr std::int64_t kStarts = 0;  // `moment` of a process that begins
 
 // Those whose begin is known first.

@@ -78,7 +78,7 @@ class ExecutorCore final : public FailureHandler,
   void serve(const Callbacks& callbacks);
   // Without it.
   void take_off(const Callbacks& callbacks, bool may_wait);
-  // If it does not wait, it was counted as departing, and teams that leave are joined
+  // Likewise. If it does not wait, it was counted as departing, and teams that leave are joined
   // later.
   void vacate(const Placement::Vacating& vacating, bool waits);
   enum class Departed : std::uint8_t { has_left, all };
