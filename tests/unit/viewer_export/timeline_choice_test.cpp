@@ -13,14 +13,19 @@ namespace {
 
 constexpr std::int64_t kPeriod = 1000;
 
-TimelineInstance run(std::uint64_t number, std::int64_t response = 10) {
-  const auto start = static_cast<std::int64_t>(number) * kPeriod;
-  return {.start = start,
-          .release = start,
-          .end = start + response,
-          .tid = 1,
-          .seq = number,
-          .is_release_exact = true};
+analysis::Instance instance(std::uint64_t number, std::int64_t response = 10) {
+  analysis::Instance made;
+  made.start = {static_cast<std::int64_t>(number) * kPeriod};
+  made.release = made.start;
+  made.release_source = analysis::ReleaseSource::exact;
+  made.end = analysis::Timestamp{made.start.ns + response};
+  made.tid = 1;
+  made.seq = number;
+  return made;
+}
+
+KeptInstance run(std::uint64_t number, std::int64_t response = 10) {
+  return KeptInstance::of(instance(number, response));
 }
 
 std::set<std::uint64_t> numbers_of(const TimelineChoice::Kept& kept) {
@@ -33,7 +38,7 @@ std::set<std::uint64_t> numbers_of(const TimelineChoice::Kept& kept) {
 TEST(TimelineChoice, KeepsAllThereIsRoomFor) {
   TimelineChoice choice(100);
   for (std::uint64_t i = 0; i < 100; ++i)
-    choice.add(0, run(i));
+    choice.add(run(i));
   const auto lanes = choice.take();
   ASSERT_EQ(lanes.size(), 1U);
   EXPECT_EQ(lanes[0].of, 100U);
@@ -45,13 +50,13 @@ TEST(TimelineChoice, ThinsOutEvenlyAndKeepsTheSlowest) {
   TimelineChoice choice(1000);
   constexpr std::uint64_t kCount = 100'000;
   for (std::uint64_t i = 0; i < kCount; ++i)
-    choice.add(0, run(i, i % 997 == 996 ? 500 : 10));  // 100 slow ones
+    choice.add(run(i, i % 997 == 996 ? 500 : 10));  // 100 slow ones
   const auto lanes = choice.take();
   EXPECT_EQ(lanes[0].of, kCount);
   EXPECT_LE(lanes[0].instances.size(), 1050U);
   EXPECT_GE(lanes[0].instances.size(), 500U) << "half of the room at least is used";
   const auto slow = std::ranges::count_if(
-      lanes[0].instances, [](const TimelineInstance& i) { return i.response() == 500; });
+      lanes[0].instances, [](const KeptInstance& i) { return i.response() == 500; });
   EXPECT_GE(slow, 50);
   // No hole is larger than twice the even distance between those kept.
   std::int64_t before = 0;
@@ -63,10 +68,13 @@ TEST(TimelineChoice, ThinsOutEvenlyAndKeepsTheSlowest) {
 
 TEST(TimelineChoice, TakesFromTheCallbackThatHasMost) {
   TimelineChoice choice(1000);
-  for (std::uint64_t i = 0; i < 100; ++i)
-    choice.add(1, run(i));
+  for (std::uint64_t i = 0; i < 100; ++i) {
+    auto rare = instance(i);
+    rare.callback = analysis::CallbackIndex{1};
+    choice.add(KeptInstance::of(rare));
+  }
   for (std::uint64_t i = 0; i < 10'000; ++i)
-    choice.add(0, run(i));
+    choice.add(run(i));
   const auto lanes = choice.take();
   ASSERT_EQ(lanes.size(), 2U);
   EXPECT_EQ(lanes[1].instances.size(), 100U) << "a rare callback is kept whole";
@@ -76,10 +84,10 @@ TEST(TimelineChoice, TakesFromTheCallbackThatHasMost) {
 TEST(TimelineChoice, KeepsWhatNeverEndedOrMissedReleases) {
   TimelineChoice choice(100);
   for (std::uint64_t i = 0; i < 10'000; ++i) {
-    TimelineInstance instance = run(i);
-    if (i == 4321) instance.missed = 3;
-    if (i == 9999) instance.end.reset();
-    choice.add(0, instance);
+    auto some = instance(i);
+    if (i == 4321) some.missed = 3;
+    if (i == 9999) some.end.reset();
+    choice.add(KeptInstance::of(some));
   }
   const auto numbers = numbers_of(choice.take()[0]);
   EXPECT_TRUE(numbers.contains(4321));
@@ -88,16 +96,17 @@ TEST(TimelineChoice, KeepsWhatNeverEndedOrMissedReleases) {
 
 TEST(TimelineChoice, SortsByStart) {
   TimelineChoice choice(10);
-  choice.add(0, run(2));
-  choice.add(0, run(1));
+  choice.add(run(2));
+  choice.add(run(1));
   const auto lanes = choice.take();
-  EXPECT_TRUE(std::ranges::is_sorted(lanes[0].instances, {}, &TimelineInstance::start));
+  EXPECT_TRUE(std::ranges::is_sorted(lanes[0].instances, {}, &KeptInstance::start));
 }
 
 TEST(TimelineChoice, ABoundOfAReleaseIsNoResponse) {
-  TimelineInstance instance = run(1);
-  instance.is_release_exact = false;
-  EXPECT_FALSE(instance.response().has_value());
+  auto bounded = instance(1);
+  EXPECT_TRUE(KeptInstance::of(bounded).response().has_value());
+  bounded.release_source = analysis::ReleaseSource::wakeup;
+  EXPECT_FALSE(KeptInstance::of(bounded).response().has_value());
 }
 
 }  // namespace

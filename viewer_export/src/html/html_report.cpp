@@ -20,11 +20,6 @@
 namespace cie::viewer_export {
 namespace {
 
-std::optional<std::int64_t> ns_of(const std::optional<analysis::Duration>& duration) {
-  if (!duration) return std::nullopt;
-  return duration->ns;
-}
-
 // The timeline's columns are LEB128 numbers, lane after lane, column after column.
 
 void put(std::string& out, std::uint64_t value) {
@@ -45,36 +40,36 @@ void put_optional(std::string& out, const std::optional<std::int64_t>& value) {
 }
 
 template <typename Get>
-void put_column(std::string& out, const std::vector<TimelineInstance>& instances, Get get) {
-  for (const TimelineInstance& instance : instances)
+void put_column(std::string& out, const std::vector<KeptInstance>& instances, Get get) {
+  for (const KeptInstance& instance : instances)
     put_optional(out, get(instance));
 }
 
-void put_lane(std::string& out, const std::vector<TimelineInstance>& instances, std::int64_t base,
+void put_lane(std::string& out, const std::vector<KeptInstance>& instances, std::int64_t base,
               const std::vector<std::int64_t>& tids) {
   std::int64_t before = base;
-  for (const TimelineInstance& i : instances)
+  for (const KeptInstance& i : instances)
     put(out, zigzag(i.start - std::exchange(before, i.start)));
-  put_column(out, instances, [](const TimelineInstance& i) -> std::optional<std::int64_t> {
-    if (!i.release) return std::nullopt;
-    return i.start - *i.release;
+  put_column(out, instances, [](const KeptInstance& i) -> std::optional<std::int64_t> {
+    if (!i.numbers.is_known(KeptInstance::release)) return std::nullopt;
+    return i.start - i.numbers.value(KeptInstance::release);
   });
-  put_column(out, instances, [](const TimelineInstance& i) -> std::optional<std::int64_t> {
-    if (!i.end) return std::nullopt;
-    return *i.end - i.start;
+  put_column(out, instances, [](const KeptInstance& i) -> std::optional<std::int64_t> {
+    if (!i.numbers.is_known(KeptInstance::end)) return std::nullopt;
+    return i.numbers.value(KeptInstance::end) - i.start;
   });
-  put_column(out, instances, [](const TimelineInstance& i) { return i.execution; });
-  put_column(out, instances, [](const TimelineInstance& i) { return i.preempted; });
-  put_column(out, instances, [](const TimelineInstance& i) { return i.blocked; });
-  put_column(out, instances, [](const TimelineInstance& i) { return i.wake_delay; });
+  for (const auto part : {KeptInstance::execution, KeptInstance::preempted, KeptInstance::blocked,
+                          KeptInstance::wake_delay}) {
+    put_column(out, instances, [part](const KeptInstance& i) { return i.number(part); });
+  }
   std::int64_t seq_before = 0;
-  for (const TimelineInstance& i : instances) {
+  for (const KeptInstance& i : instances) {
     const auto seq = static_cast<std::int64_t>(i.seq);
     put(out, zigzag(seq - std::exchange(seq_before, seq)));
   }
-  for (const TimelineInstance& i : instances) {
+  for (const KeptInstance& i : instances) {
     const auto place = std::ranges::lower_bound(tids, i.tid) - tids.begin();
-    put(out, static_cast<std::uint64_t>(place) << 1U | (i.is_release_exact ? 1U : 0U));
+    put(out, static_cast<std::uint64_t>(place) << 1U | (is_known(i.release_source) ? 1U : 0U));
   }
 }
 
@@ -139,18 +134,7 @@ HtmlReport::HtmlReport(std::size_t max_timeline) : state_(std::make_unique<State
 HtmlReport::~HtmlReport() = default;
 
 void HtmlReport::on_instance(const analysis::Instance& instance) {
-  TimelineInstance row{.start = instance.start.ns,
-                       .execution = ns_of(instance.execution),
-                       .preempted = ns_of(instance.preempted),
-                       .blocked = ns_of(instance.blocked),
-                       .wake_delay = ns_of(instance.wake_delay),
-                       .tid = instance.tid,
-                       .seq = instance.seq,
-                       .missed = instance.missed,
-                       .is_release_exact = is_known(instance.release_source)};
-  if (instance.release) row.release = instance.release->ns;
-  if (instance.end) row.end = instance.end->ns;
-  state_->choice.add(at(instance.callback), row);
+  state_->choice.add(KeptInstance::of(instance));
 }
 
 Json HtmlReport::State::lanes_json(const analysis::Report& report,
@@ -169,7 +153,7 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
                                        &analysis::CallbackReport::index);
     if (row == report.callbacks.end()) continue;
     std::vector<std::int64_t> tids;
-    for (const TimelineInstance& instance : lane.instances)
+    for (const KeptInstance& instance : lane.instances)
       tids.push_back(instance.tid);
     std::ranges::sort(tids);
     tids.erase(std::unique(tids.begin(), tids.end()), tids.end());

@@ -25,8 +25,10 @@ class ExternalSorter {
   static_assert(std::is_trivially_copyable_v<Record>);
 
  public:
-  ExternalSorter(std::size_t records_in_memory, std::filesystem::path directory)
-      : capacity_(std::max<std::size_t>(records_in_memory / 2, 1)), spool_(std::move(directory)) {}
+  ExternalSorter(std::size_t records_in_memory, std::filesystem::path directory, Less less = {})
+      : less_(less),
+        capacity_(std::max<std::size_t>(records_in_memory / 2, 1)),
+        spool_(std::move(directory)) {}
   ExternalSorter(const ExternalSorter&) = delete;
   ExternalSorter& operator=(const ExternalSorter&) = delete;
 
@@ -73,10 +75,10 @@ class ExternalSorter {
     }
     Run& run = *current_;
     // What arrived in about the right order comes from one run for a long time.
-    if (load(run) && (heap_.empty() || !is_later(&run, heap_.front()))) return;
+    if (load(run) && (heap_.empty() || !later()(&run, heap_.front()))) return;
     if (run.has_record) {
       heap_.push_back(&run);
-      std::push_heap(heap_.begin(), heap_.end(), is_later);
+      std::push_heap(heap_.begin(), heap_.end(), later());
     } else {
       run.block = {};
     }
@@ -101,8 +103,8 @@ class ExternalSorter {
     bool has_record = false;
   };
 
-  static void sort(std::vector<Record>& records) {
-    std::sort(records.begin(), records.end(), Less{});
+  void sort(std::vector<Record>& records) const {
+    std::sort(records.begin(), records.end(), less_);
   }
 
   // Has another thread write what was added.
@@ -175,7 +177,7 @@ class ExternalSorter {
     for (auto& run : runs_) {
       if (load(run)) heap_.push_back(&run);
     }
-    std::make_heap(heap_.begin(), heap_.end(), is_later);
+    std::make_heap(heap_.begin(), heap_.end(), later());
     take_first();
   }
 
@@ -183,13 +185,17 @@ class ExternalSorter {
   void take_first() {
     current_ = nullptr;
     if (heap_.empty()) return;
-    std::pop_heap(heap_.begin(), heap_.end(), is_later);
+    std::pop_heap(heap_.begin(), heap_.end(), later());
     current_ = heap_.back();
     heap_.pop_back();
   }
 
-  static bool is_later(const Run* a, const Run* b) { return Less{}(b->record, a->record); }
+  // Of runs, by the first record that each has left.
+  auto later() const {
+    return [this](const Run* a, const Run* b) { return less_(b->record, a->record); };
+  }
 
+  [[no_unique_address]] Less less_;
   std::size_t capacity_;  // of a run
   std::uint64_t size_ = 0;
   std::vector<Record> records_;

@@ -3,13 +3,12 @@
 
 #include "instance_rows.hpp"
 #include "output/external_sorter.hpp"
+#include "output/kept_instance.hpp"
 #include "output/name_table.hpp"
-#include "output/optional_numbers.hpp"
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -19,78 +18,20 @@ namespace cie::viewer_export {
 namespace {
 
 using analysis::Instance;
-using analysis::ReleaseSource;
-
-// An instance as it is sorted and spilled: small.
-struct Row {
-  // What may be unknown.
-  enum Number : std::uint8_t {
-    release,
-    wakeup,
-    end,
-    cpu_start,
-    cpu_end,
-    execution,
-    preempted,
-    blocked,
-    waking,
-    wake_delay
-  };
-
-  std::int64_t start = 0;
-  std::int64_t tid = 0;
-  analysis::CallbackIndex callback{};
-  analysis::ProcessIndex process{};
-  analysis::ProcessIndex group{};  // the process where rows are ordered by it, else 0
-  std::uint32_t name = 0;          // of the logical id
-  std::uint32_t missed = 0;
-  std::uint64_t seq = 0;
-  ReleaseSource release_source{};
-  bool is_counted = false;
-  std::optional<CallbackStatus> status{};
-  OptionalNumbers<Number, wake_delay + 1> numbers{};
-
-  Cell cell(Number number) const {
-    return numbers.is_known(number) ? Cell(numbers.value(number)) : Cell();
-  }
-};
 
 // The contract's order, made total so that equal traces give equal files.
 struct InOrder {
-  bool operator()(const Row& a, const Row& b) const {
-    const auto key = [](const Row& row) {
-      return std::tuple(row.group, row.start, row.tid, row.process, row.name, row.seq);
+  InstanceOrder order;
+
+  bool operator()(const KeptInstance& a, const KeptInstance& b) const {
+    const auto key = [this](const KeptInstance& row) {
+      const auto group =
+          order == InstanceOrder::by_process ? row.process : analysis::ProcessIndex{};
+      return std::tuple(group, row.start, row.tid, row.process, row.name, row.seq);
     };
     return key(a) < key(b);
   }
 };
-
-Row row_of(const Instance& i, std::uint32_t name, InstanceOrder order) {
-  Row row{.start = i.start.ns,
-          .tid = i.tid,
-          .callback = i.callback,
-          .process = i.process,
-          .group = order == InstanceOrder::by_process ? i.process : analysis::ProcessIndex{},
-          .name = name,
-          .missed = i.missed,
-          .seq = i.seq,
-          .release_source = i.release_source,
-          .is_counted = i.state == analysis::InstanceState::complete,
-          .status = i.status};
-  // Without any sign of a release the start itself is the bound.
-  const bool is_start = i.release_source == ReleaseSource::start;
-  row.numbers.keep(Row::release, !i.release && is_start ? std::optional(i.start) : i.release);
-  row.numbers.keep(Row::wakeup, i.wakeup);
-  row.numbers.keep(Row::end, i.end);
-  row.numbers.keep(Row::cpu_start, i.cpu_start);
-  row.numbers.keep(Row::cpu_end, i.cpu_end);
-  row.numbers.keep(Row::execution, i.execution);
-  row.numbers.keep(Row::preempted, i.preempted);
-  row.numbers.keep(Row::blocked, i.blocked);
-  row.numbers.keep(Row::waking, i.waking);
-  row.numbers.keep(Row::wake_delay, i.wake_delay);
-  return row;
-}
 
 // The contract's columns, in its order, and behind them the row of the report.
 constexpr std::size_t kContractColumns = 19;
@@ -115,24 +56,24 @@ constexpr std::array<Column, kContractColumns + 1> kColumns{{{"logical_id", Colu
                                                              {"host", ColumnType::text},
                                                              {"callback_index"}}};
 
-std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logical_id,
+std::array<Cell, kColumns.size()> cells_of(const KeptInstance& row, std::string_view logical_id,
                                            const analysis::ProcessReport& process) {
   return {logical_id.empty() ? Cell() : Cell(logical_id),  // never registered
           process.pid,
           row.tid,
           row.seq,
-          row.cell(Row::release),
-          row.cell(Row::wakeup),
+          cell(row.number(KeptInstance::release)),
+          cell(row.number(KeptInstance::wakeup)),
           row.start,
-          row.cell(Row::end),
-          row.cell(Row::cpu_start),
-          row.cell(Row::cpu_end),
-          row.cell(Row::execution),
-          row.cell(Row::preempted),
-          row.cell(Row::blocked),
+          cell(row.number(KeptInstance::end)),
+          cell(row.number(KeptInstance::cpu_start)),
+          cell(row.number(KeptInstance::cpu_end)),
+          cell(row.number(KeptInstance::execution)),
+          cell(row.number(KeptInstance::preempted)),
+          cell(row.number(KeptInstance::blocked)),
           analysis::label(row.release_source),
-          row.cell(Row::waking),
-          row.cell(Row::wake_delay),
+          cell(row.number(KeptInstance::waking)),
+          cell(row.number(KeptInstance::wake_delay)),
           std::int64_t{row.missed},
           row.status ? Cell(label(*row.status)) : Cell(),
           std::string_view(process.host),
@@ -143,14 +84,13 @@ std::array<Cell, kColumns.size()> cells_of(const Row& row, std::string_view logi
 
 struct InstanceWriter::State {
   NameTable names;
-  ExternalSorter<Row, InOrder> rows;
-  InstanceOrder order;
+  ExternalSorter<KeptInstance, InOrder> rows;
   analysis::Progress* progress = nullptr;
 
   template <typename Consume>
   void drain(Consume consume) {
     if (progress != nullptr) progress->total = rows.size();
-    rows.drain([&](const Row& row) {
+    rows.drain([&](const KeptInstance& row) {
       consume(row);
       if (progress != nullptr) progress->add(1);
     });
@@ -159,12 +99,13 @@ struct InstanceWriter::State {
 
 InstanceWriter::InstanceWriter(std::filesystem::path spill_directory, std::size_t rows_in_memory,
                                InstanceOrder order)
-    : state_(new State{{}, {rows_in_memory, std::move(spill_directory)}, order}) {}
+    : state_(new State{{}, {rows_in_memory, std::move(spill_directory), {order}}}) {}
 InstanceWriter::~InstanceWriter() = default;
 
 void InstanceWriter::on_instance(const Instance& instance) {
-  state_->rows.add(row_of(instance, state_->names.number(instance.logical_id, instance.callback),
-                          state_->order));
+  auto row = KeptInstance::of(instance);
+  row.name = state_->names.number(instance.logical_id, instance.callback);
+  state_->rows.add(row);
 }
 
 void InstanceWriter::show_progress(analysis::Progress* progress) { state_->progress = progress; }
@@ -191,9 +132,9 @@ void InstanceRows::drain(InstanceWriter& instances, const analysis::Report& repo
                          const Consume& consume) {
   auto& state = *instances.state_;
   const analysis::ReportRows rows(report);
-  state.drain([&](const Row& row) {
+  state.drain([&](const KeptInstance& row) {
     consume(cells_of(row, state.names.name(row.name), rows.process_of(row)), row.process,
-            row.is_counted);
+            row.state == analysis::InstanceState::complete);
   });
 }
 

@@ -5,54 +5,36 @@ namespace cie::viewer_export {
 using analysis::Duration;
 using analysis::Timestamp;
 
-KeptInstance KeptInstance::of(const analysis::Instance& i) {
-  KeptInstance kept{.start = i.start.ns,
-                    .callback = i.callback,
-                    .process = i.process,
-                    .missed = i.missed,
-                    .seq = i.seq,
-                    .source_timestamp = i.source_timestamp_realtime_ns,
-                    .writer_gid = i.writer_gid,
-                    .release_source = i.release_source,
-                    .state = i.state,
-                    .status = i.status,
-                    .numbers = {}};
-  kept.numbers.keep(release, i.release);
-  kept.numbers.keep(end, i.end);
-  kept.numbers.keep(cpu_start, i.cpu_start);
-  kept.numbers.keep(cpu_end, i.cpu_end);
-  kept.numbers.keep(execution, i.execution);
-  kept.numbers.keep(preempted, i.preempted);
-  kept.numbers.keep(blocked, i.blocked);
-  kept.numbers.keep(wake_delay, i.wake_delay);
-  return kept;
-}
-
-RecordedInstance KeptInstance::restored(const ThreadTable& threads) const {
-  const auto& of = threads.thread(thread);
-  RecordedInstance record{.instance = {}, .name = name, .thread = thread, .index = index};
+RecordedInstance restored(const KeptInstance& kept, const ThreadTable& threads) {
+  using Kept = KeptInstance;
+  const auto& of = threads.thread(kept.thread);
+  const auto& numbers = kept.numbers;
+  RecordedInstance record{
+      .instance = {}, .name = kept.name, .thread = kept.thread, .index = kept.index};
   auto& i = record.instance;
-  i.callback = callback;
-  i.process = process;
+  i.callback = kept.callback;
+  i.process = kept.process;
   i.pid = of.pid;
   i.tid = of.tid;
   i.host = of.host;
-  i.seq = seq;
-  i.state = state;
-  i.status = status;
-  i.release = numbers.get<Timestamp>(release);
-  i.release_source = release_source;
-  i.start = {start};
-  i.end = numbers.get<Timestamp>(end);
-  i.cpu_start = numbers.get<std::int32_t>(cpu_start);
-  i.cpu_end = numbers.get<std::int32_t>(cpu_end);
-  i.execution = numbers.get<Duration>(execution);
-  i.preempted = numbers.get<Duration>(preempted);
-  i.blocked = numbers.get<Duration>(blocked);
-  i.wake_delay = numbers.get<Duration>(wake_delay);
-  i.missed = missed;
-  i.source_timestamp_realtime_ns = source_timestamp;
-  i.writer_gid = writer_gid;
+  i.seq = kept.seq;
+  i.state = kept.state;
+  i.status = kept.status;
+  i.release = numbers.get<Timestamp>(Kept::release);
+  i.release_source = kept.release_source;
+  i.start = {kept.start};
+  i.end = numbers.get<Timestamp>(Kept::end);
+  i.cpu_start = numbers.get<std::int32_t>(Kept::cpu_start);
+  i.cpu_end = numbers.get<std::int32_t>(Kept::cpu_end);
+  i.wakeup = numbers.get<Timestamp>(Kept::wakeup);
+  i.waking = numbers.get<Timestamp>(Kept::waking);
+  i.execution = numbers.get<Duration>(Kept::execution);
+  i.preempted = numbers.get<Duration>(Kept::preempted);
+  i.blocked = numbers.get<Duration>(Kept::blocked);
+  i.wake_delay = numbers.get<Duration>(Kept::wake_delay);
+  i.missed = kept.missed;
+  i.source_timestamp_realtime_ns = kept.source_timestamp;
+  i.writer_gid = kept.writer_gid;
   return record;
 }
 

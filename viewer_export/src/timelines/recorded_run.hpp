@@ -135,7 +135,7 @@ void RecordedRun::replay(OnInstance on_instance, OnPublication on_publication) {
   };
   instances_.drain([&](const KeptInstance& kept) {
     publish_until(kept.start);
-    auto record = kept.restored(threads_);
+    auto record = restored(kept, threads_);
     record.takes_seen_message = takes_seen_message_[record.index];
     on_instance(record);
     if (progress_ != nullptr) progress_->add(1);

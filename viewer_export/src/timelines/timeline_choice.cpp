@@ -12,8 +12,8 @@ constexpr std::size_t kRemarkable = 1000;  // of each callback
 
 // The larger response first; the earlier one of equals, so that the order of arrival does not
 // matter.
-bool is_slower(const TimelineInstance& a, const TimelineInstance& b) {
-  const auto key = [](const TimelineInstance& i) {
+bool is_slower(const KeptInstance& a, const KeptInstance& b) {
+  const auto key = [](const KeptInstance& i) {
     return std::tuple(i.response().value_or(-1), -i.start);
   };
   return key(a) > key(b);
@@ -21,12 +21,8 @@ bool is_slower(const TimelineInstance& a, const TimelineInstance& b) {
 
 }  // namespace
 
-std::optional<std::int64_t> TimelineInstance::response() const {
-  if (!release || !end || !is_release_exact) return std::nullopt;
-  return *end - *release;
-}
-
-void TimelineChoice::add(std::size_t callback, const TimelineInstance& instance) {
+void TimelineChoice::add(const KeptInstance& instance) {
+  const auto callback = at(instance.callback);
   if (callback >= lanes_.size()) lanes_.resize(callback + 1);
   Lane& lane = lanes_[callback];
   const std::uint64_t number = lane.seen++;
@@ -36,7 +32,8 @@ void TimelineChoice::add(std::size_t callback, const TimelineInstance& instance)
     if (++kept_evenly_ > limit_) thin_out();
   }
   Lane& same = lanes_[callback];
-  if ((!instance.end || instance.missed > 0) && same.remarkable.size() < kRemarkable) {
+  if ((!instance.numbers.is_known(KeptInstance::end) || instance.missed > 0) &&
+      same.remarkable.size() < kRemarkable) {
     same.remarkable.push_back(instance);
   }
   if (same.slowest.size() == kSlowest && !is_slower(instance, same.slowest.front())) return;
@@ -71,9 +68,7 @@ std::vector<TimelineChoice::Kept> TimelineChoice::take() {
     Kept& kept = result.emplace_back(Kept{.instances = std::move(lane.evenly), .of = lane.seen});
     std::ranges::move(lane.slowest, std::back_inserter(kept.instances));
     std::ranges::move(lane.remarkable, std::back_inserter(kept.instances));
-    const auto identity = [](const TimelineInstance& i) {
-      return std::tuple(i.start, i.tid, i.seq);
-    };
+    const auto identity = [](const KeptInstance& i) { return std::tuple(i.start, i.tid, i.seq); };
     std::ranges::sort(kept.instances, {}, identity);
     kept.instances.erase(
         std::unique(kept.instances.begin(), kept.instances.end(),

@@ -1,0 +1,39 @@
+#include "kept_instance.hpp"
+
+namespace cie::viewer_export {
+
+KeptInstance KeptInstance::of(const analysis::Instance& i) {
+  KeptInstance kept{.start = i.start.ns,
+                    .tid = i.tid,
+                    .callback = i.callback,
+                    .process = i.process,
+                    .missed = i.missed,
+                    .seq = i.seq,
+                    .source_timestamp = i.source_timestamp_realtime_ns,
+                    .writer_gid = i.writer_gid,
+                    .release_source = i.release_source,
+                    .state = i.state,
+                    .status = i.status};
+  // Without any sign of a release the start itself is the bound.
+  const bool is_start = i.release_source == analysis::ReleaseSource::start;
+  kept.numbers.keep(release, !i.release && is_start ? std::optional(i.start) : i.release);
+  kept.numbers.keep(wakeup, i.wakeup);
+  kept.numbers.keep(end, i.end);
+  kept.numbers.keep(cpu_start, i.cpu_start);
+  kept.numbers.keep(cpu_end, i.cpu_end);
+  kept.numbers.keep(execution, i.execution);
+  kept.numbers.keep(preempted, i.preempted);
+  kept.numbers.keep(blocked, i.blocked);
+  kept.numbers.keep(waking, i.waking);
+  kept.numbers.keep(wake_delay, i.wake_delay);
+  return kept;
+}
+
+std::optional<std::int64_t> KeptInstance::response() const {
+  if (!numbers.is_known(release) || !numbers.is_known(end) || !is_known(release_source)) {
+    return std::nullopt;
+  }
+  return numbers.value(end) - numbers.value(release);
+}
+
+}  // namespace cie::viewer_export

@@ -1,0 +1,56 @@
+// An instance as writers keep it until it is its turn.
+#pragma once
+
+#include <cie/analysis/instance.hpp>
+
+#include "optional_numbers.hpp"
+
+#include <cstdint>
+#include <optional>
+
+namespace cie::viewer_export {
+
+// Small, and trivially copyable: it is sorted, and spilled to disk.
+struct KeptInstance {
+  // What may be unknown.
+  enum Number : std::uint8_t {
+    release,
+    wakeup,
+    end,
+    cpu_start,
+    cpu_end,
+    execution,
+    preempted,
+    blocked,
+    waking,
+    wake_delay
+  };
+
+  std::int64_t start = 0;
+  std::int64_t tid = 0;
+  analysis::CallbackIndex callback{};
+  analysis::ProcessIndex process{};
+  std::uint32_t missed = 0;
+  std::uint64_t seq = 0;
+  std::int64_t source_timestamp = 0;
+  std::uint64_t writer_gid = 0;
+  analysis::ReleaseSource release_source{};
+  analysis::InstanceState state{};
+  std::optional<CallbackStatus> status{};
+  OptionalNumbers<Number, wake_delay + 1> numbers{};
+  // In tables of the writer that keeps it, which need not have them all.
+  std::uint32_t name = 0;  // of the logical id
+  std::uint32_t thread = 0;
+  std::uint64_t index = 0;  // in order of arrival
+
+  // All but what the writer's tables say.
+  static KeptInstance of(const analysis::Instance& instance);
+
+  std::optional<std::int64_t> number(Number which) const {
+    return numbers.get<std::int64_t>(which);
+  }
+  // From an exactly known release to the end.
+  std::optional<std::int64_t> response() const;
+};
+
+}  // namespace cie::viewer_export
