@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMemory = 12U << 20U;  // of all pieces of streams together
+constexpr std::size_t kMemory = 4U << 20U;  // of all pieces of streams together
 constexpr std::size_t kSmallestPiece = 64U << 10U;
 constexpr std::size_t kLargestPiece = 1U << 20U;
 constexpr const char* kOtherUuid = ": its packets have another uuid than its metadata";

@@ -13,8 +13,8 @@ namespace cie::analysis::ctf {
 namespace {
 
 constexpr std::size_t kBatches = 8;
-// A reader that had to wait goes on when so many wait for the consumer: to wake it for every batch
-// would cost more than the batch.
+// Who had to wait goes on when so many wait for the consumer: to wake a thread for every batch would
+// cost more than the batch.
 constexpr std::size_t kFewBatches = kBatches / 2;
 
 struct Batch {
@@ -46,7 +46,9 @@ class Ring {
   // --- the consumer's side.
   const Batch& take() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return filled_ > 0; });
+    if (filled_ == 0) {
+      changed_.wait(lock, [this] { return filled_ >= kFewBatches || is_finished_; });
+    }
     return batches_[taken_ % kBatches];
   }
   // The batch taken last can be filled again.
@@ -79,12 +81,15 @@ class Ring {
     filling_->events.clear();
   }
   void pass_on() {
-    filling_ = nullptr;
+    bool is_enough = false;
     {
       const std::scoped_lock lock(mutex_);
       ++filled_;
+      is_finished_ = filling_->is_last;
+      is_enough = filled_ == kFewBatches || is_finished_;
     }
-    changed_.notify_one();
+    filling_ = nullptr;
+    if (is_enough) changed_.notify_one();
   }
 
   std::array<Batch, kBatches> batches_;
@@ -92,8 +97,9 @@ class Ring {
 
   std::mutex mutex_;  // guards what follows
   std::condition_variable changed_;
-  std::size_t taken_ = 0;   // batches given back
-  std::size_t filled_ = 0;  // batches that wait for the consumer, or are with it
+  std::size_t taken_ = 0;     // batches given back
+  std::size_t filled_ = 0;    // batches that wait for the consumer, or are with it
+  bool is_finished_ = false;  // the last one was filled
   bool is_abandoned_ = false;
 };
 

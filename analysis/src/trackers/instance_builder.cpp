@@ -139,7 +139,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   live->node->earliest = live->node->release ? live->node->release : live->expiry;
   // Here, too: the chain may end before this instance does.
-  if (!live->node->earliest) live->node->earliest = measurer_.bound_of_release(*live);
+  if (!live->node->earliest) {
+    live->written = measurer_.source_time(*live);
+    live->node->earliest = measurer_.bound_of_release(*live);
+  }
   chains_.link(*live->node);
   measurer_.expect(*live);
 
@@ -211,40 +214,39 @@ bool InstanceBuilder::is_confined(const LiveInstance& live) const {
 }
 
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
-  auto& callback = *live.callback_facts;
-  auto& thread = *live.thread_facts;
-  const auto start_on = [&live](std::vector<CallbackOnThread>& pairs) {
-    for (auto& pair : pairs) {
-      if (pair.callback != live.callback || pair.thread != *live.thread) continue;
-      ++pair.starts;
-      pair.last_activity = live.start;
-      return static_cast<std::size_t>(&pair - pairs.data());
+  auto& facts = *live.callback_facts;
+  auto& callback = callbacks_[live.callback];
+  // Where the pair of callback and thread is in `pairs`; `keys` tells which is which there.
+  const auto start_on = [&live](std::vector<CallbackOnThread>& pairs, auto& keys, auto key) {
+    const auto place = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
+    if (place == keys.size()) {
+      keys.push_back(key);
+      pairs.push_back(CallbackOnThread{.callback = live.callback,
+                                       .thread = *live.thread,
+                                       .starts = 0,
+                                       .instances = 0,
+                                       .first_start = live.start,
+                                       .first_seq = live.seq,
+                                       .last_activity = {}});
     }
-    pairs.push_back(CallbackOnThread{.callback = live.callback,
-                                     .thread = *live.thread,
-                                     .starts = 1,
-                                     .instances = 0,
-                                     .first_start = live.start,
-                                     .first_seq = live.seq,
-                                     .last_activity = live.start});
-    return pairs.size() - 1;
+    ++pairs[place].starts;
+    pairs[place].last_activity = live.start;
+    return place;
   };
-  if (!callback.ran_on.empty() && callback.moves.size() < kMaxMoves) {
-    const auto last = std::max_element(callback.ran_on.begin(), callback.ran_on.end(),
-                                       [](const CallbackOnThread& a, const CallbackOnThread& b) {
-                                         return a.last_activity.time < b.last_activity.time;
-                                       });
-    if (last->thread != *live.thread) {
-      const bool is_new = callback.last_init && callback.last_init->time > last->last_activity.time;
-      callback.moves.push_back(Move{.from = last->thread,
-                                    .to = *live.thread,
-                                    .last_on_from = last->last_activity,
-                                    .first_on_to = live.start,
-                                    .registered_again = is_new});
+  if (!facts.ran_on.empty() && facts.moves.size() < kMaxMoves) {
+    const auto& last = facts.ran_on[callback.last_on];
+    if (last.thread != *live.thread) {
+      const bool is_new = facts.last_init && facts.last_init->time > last.last_activity.time;
+      facts.moves.push_back(Move{.from = last.thread,
+                                 .to = *live.thread,
+                                 .last_on_from = last.last_activity,
+                                 .first_on_to = live.start,
+                                 .registered_again = is_new});
     }
   }
-  live.on_callback = start_on(callback.ran_on);
-  live.on_thread = start_on(thread.ran);
+  live.on_callback = start_on(facts.ran_on, callback.ran_on, *live.thread);
+  live.on_thread = start_on(live.thread_facts->ran, of_thread(live.thread).ran, live.callback);
+  callback.last_on = live.on_callback;
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
@@ -342,6 +344,7 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
                                             .inner_start = live->first_inner->second};
     }
     facts.ran_on[live->on_callback].last_activity = *live->end;
+    callback.last_on = live->on_callback;
     thread.ran[live->on_thread].last_activity = *live->end;
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
@@ -403,7 +406,7 @@ bool InstanceBuilder::is_announced(const LiveInstance& live) const {
   // Nobody announces threads of what follows from other events, unless the process has own ones.
   // A message may be taken before its publication is put together, with which the publisher comes.
   return !callback.is_accounted && !model_.processes[at(callback.process)].run_begin &&
-         (live.writer_gid == 0 ||
+         (live.writer_gid == 0 || live.written ||
           (live.source_timestamp < 0
                ? chains_.is_published(*live.node)
                : registry_.publisher_by_gid(live.host, live.writer_gid).has_value()));

@@ -74,6 +74,7 @@ class InstanceBuilder {
     std::optional<Timestamp> last_activity;  // the latest start or end
     Timestamp busy_since;     // until then: that instances followed each other at once
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
+    std::vector<CallbackIndex> ran;  // those of its facts, which are larger by far
   };
   struct Ended {  // recently ended instances of a callback
     std::uint64_t seq = 0;
@@ -85,6 +86,8 @@ class InstanceBuilder {
     std::unique_ptr<TimerGrid> grid;
     std::vector<ChainNodeRef> answering;  // ended, of services: they may respond afterwards
     std::uint64_t losses = 0;             // that the grid knows of
+    std::vector<ThreadIndex> ran_on;      // those of its facts, which are larger by far
+    std::size_t last_on = 0;              // of them, where it did something last
   };
 
   OfThread& of_thread(const std::optional<ThreadIndex>& thread) {

@@ -129,6 +129,7 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
 }
 
 std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live) const {
+  if (live.written) return live.written;
   if (live.source_timestamp <= 0 || !live.realtime_offset) return std::nullopt;
   const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
   if (!publisher) return std::nullopt;

@@ -39,6 +39,7 @@ struct LiveInstance {
   std::optional<Timestamp> expiry;  // calculated
   std::int64_t source_timestamp = 0;
   std::uint64_t writer_gid = 0;
+  std::optional<Timestamp> written;  // source_time(), as far as it was asked for and known
   std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
   std::optional<Timestamp> wakeup;
   ThreadTimeline::Wake wake;
@@ -66,6 +67,8 @@ class InstanceMeasurer {
         chains_(chains),
         observer_(observer) {}
 
+  // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
+  std::optional<Timestamp> source_time(const LiveInstance& live) const;
   // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile
   // so that the message was written after it was taken.
   std::optional<Timestamp> bound_of_release(const LiveInstance& live) const;
@@ -125,8 +128,6 @@ class InstanceMeasurer {
   };
 
   Instance instance_of(const LiveInstance& live) const;
-  // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
-  std::optional<Timestamp> source_time(const LiveInstance& live) const;
   bool is_isolated_thread(const LiveInstance& live) const;
   // The kernel's record is whole wherever the instance may have run.
   bool is_recorded(const LiveInstance& live) const;

@@ -215,7 +215,8 @@ std::uint64_t PacketScanner::find_magic(std::uint64_t from, Window& window) {
 bool PacketScanner::is_packet_ahead(std::uint64_t offset) {
   if (offset >= window_.file().size()) return true;
   const auto reason = reason_;
-  const bool is_packet = header_at(offset, {ahead_, ahead_frame_}).has_value();
+  auto& window = window_.holds(offset, kHeaderPiece) ? window_ : ahead_;
+  const bool is_packet = header_at(offset, {window, ahead_frame_}).has_value();
   reason_ = reason;
   return is_packet;
 }

@@ -2,12 +2,13 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 namespace cie::analysis::ctf {
 
 std::uint64_t Window::show(std::uint64_t offset, std::uint64_t want) {
   const auto end = begin_ + valid_;
-  if (offset >= begin_ && offset <= end && end - offset >= want) {
+  if (holds(offset, want)) {
     shown_ = static_cast<std::size_t>(offset - begin_);
     return end - offset;
   }
@@ -21,14 +22,18 @@ std::uint64_t Window::show(std::uint64_t offset, std::uint64_t want) {
   const auto length = static_cast<std::size_t>(
       std::min<std::uint64_t>(std::max<std::uint64_t>(want, piece_), size - offset));
   std::size_t kept = 0;
+  auto old = std::unique_ptr<std::uint8_t[]>();  // NOLINT(modernize-avoid-c-arrays)
+  if (capacity_ < length) {
+    old = std::exchange(buffer_, std::make_unique_for_overwrite<std::uint8_t[]>(length));
+    capacity_ = length;
+  }
   if (offset >= begin_ && offset < end) {
     kept = static_cast<std::size_t>(std::min<std::uint64_t>(end - offset, length));
-    std::memmove(buffer_.data(), buffer_.data() + (offset - begin_), kept);
+    std::memmove(buffer_.get(), (old ? old : buffer_).get() + (offset - begin_), kept);
   }
-  if (buffer_.size() < length) buffer_.resize(length);
   begin_ = offset;
   shown_ = 0;
-  valid_ = kept + file_->read(offset + kept, {buffer_.data() + kept, length - kept});
+  valid_ = kept + file_->read(offset + kept, {buffer_.get() + kept, length - kept});
   return valid_;
 }
 

@@ -4,7 +4,7 @@
 #include "ctf/metadata/file.hpp"
 
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 namespace cie::analysis::ctf {
 
@@ -16,8 +16,12 @@ class Window {
   // Makes `want` bytes from `offset` on available, as far as the file has them. Returns how many
   // there are, which may be more. Pointers into the window are void afterwards.
   std::uint64_t show(std::uint64_t offset, std::uint64_t want);
+  // Whether that is available without reading any more.
+  bool holds(std::uint64_t offset, std::uint64_t length) const noexcept {
+    return offset >= begin_ && offset - begin_ <= valid_ && valid_ - (offset - begin_) >= length;
+  }
   // Of the offset shown last.
-  const std::uint8_t* data() const noexcept { return buffer_.data() + shown_; }
+  const std::uint8_t* data() const noexcept { return buffer_.get() + shown_; }
 
   const File& file() const noexcept { return *file_; }
   std::size_t piece() const noexcept { return piece_; }
@@ -25,7 +29,9 @@ class Window {
  private:
   const File* file_;
   std::size_t piece_;
-  std::vector<std::uint8_t> buffer_;
+  // Not a vector, which would write zeros first.
+  std::unique_ptr<std::uint8_t[]> buffer_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
+  std::size_t capacity_ = 0;
   std::uint64_t begin_ = 0;  // of what is in the buffer, in the file
   std::uint64_t valid_ = 0;  // bytes
   std::size_t shown_ = 0;

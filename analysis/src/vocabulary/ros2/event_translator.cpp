@@ -149,13 +149,20 @@ EventTranslator::Stream& EventTranslator::stream_of(const EventHead& head) {
   return stream;
 }
 
-void EventTranslator::find_speaker(Stream& stream, const EventHead& head) {
+const EventTranslator::EmittingThread& EventTranslator::emitting_thread(Host& host,
+                                                                        const EventHead& head) {
+  const auto pid = *head.pid;
   const auto tid = head.tid.value_or(-1);
-  if (stream.process != nullptr && stream.pid == *head.pid && stream.tid == tid) return;
-  stream.pid = *head.pid;
-  stream.tid = tid;
-  stream.process = &stream.host->processes[stream.pid];
-  stream.thread = &stream.process->threads[tid];
+  auto& emitting = emitting_[static_cast<std::uint64_t>(tid) % kEmitting];
+  if (emitting.host != &host || emitting.pid != pid || emitting.tid != tid) {
+    auto& process = host.processes[pid];
+    emitting = {.host = &host,
+                .pid = pid,
+                .tid = tid,
+                .process = &process,
+                .thread = &process.threads[tid]};
+  }
+  return emitting;
 }
 
 void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
@@ -168,15 +175,15 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
   }
-  find_speaker(stream, head);
-  auto& process = *stream.process;
+  const auto& emitting = emitting_thread(host, head);
+  auto& process = *emitting.process;
   process.last = head;
   const bool has_spoken = std::exchange(process.has_spoken, true);
   Context context{.head = head,
                   .realtime = realtime,
-                  .before = std::exchange(stream.thread->last, realtime),
+                  .before = std::exchange(emitting.thread->last, realtime),
                   .process = process,
-                  .thread = *stream.thread,
+                  .thread = *emitting.thread,
                   .sink = sink};
   const auto event = static_cast<Ros2Event>(raw.kind & ~ros2::kRepeats);
   const auto& p = raw.fields;

@@ -14,6 +14,8 @@
 #include "services.hpp"
 #include "vocabulary/event_batch.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -42,12 +44,16 @@ class EventTranslator {
     Host* host = nullptr;  // of hosts_
     std::int64_t offset_ns = 0;
     bool is_kernel = false;
-    // Whose its last event was: most often the next one's, too.
+  };
+  // The thread of an event: looked up once for those that follow.
+  struct EmittingThread {
+    const Host* host = nullptr;  // null: none
     std::int64_t pid = 0;
     std::int64_t tid = 0;
-    ros2::Process* process = nullptr;  // null: there was none
+    ros2::Process* process = nullptr;
     ros2::Thread* thread = nullptr;
   };
+  static constexpr std::size_t kEmitting = 256;  // a power of two
 
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
@@ -68,10 +74,11 @@ class EventTranslator {
   ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
                                ros2::Context& context);
   Stream& stream_of(const EventHead& head);
-  // The process and the thread of an event that has a pid are those of its stream then.
-  static void find_speaker(Stream& stream, const EventHead& head);
+  // Of an event that has a pid.
+  const EmittingThread& emitting_thread(Host& host, const EventHead& head);
 
   std::vector<Stream> streams_;
+  std::array<EmittingThread, kEmitting> emitting_{};  // by tid
   std::map<std::string, Host> hosts_;
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
