@@ -44,10 +44,14 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
   auto& state = threads_[index];
   state.has_cpus = !event.cpus.empty();
   state.allowed_cpu = -1;
-  if (event.moment == SchedMoment::applied) state.is_changing = false;
-  if (event.moment != SchedMoment::audit) return;
   auto& thread = model_.threads[at(index)];
   const auto* expected = reference(thread);
+  if (expected != nullptr && event.n == expected->n) {  // from here on it is the reference
+    const auto* tid = tids_[model_.processes[at(thread.process)].host].find(thread.tid);
+    state.may_be_boosted = tid != nullptr && tid->has_inheritance;
+  }
+  if (event.moment == SchedMoment::applied) state.is_changing = false;
+  if (event.moment != SchedMoment::audit) return;
   if (expected == nullptr || !thread.last_read_back || state.is_changing) return;
   // The audit that announces a change is the last one to compare with what was applied before.
   state.is_changing = event.change > expected->change;
@@ -109,7 +113,7 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
   }
   ++thread.switches_checked;
   const auto own = kernel_priority(*expected);
-  if (prio == own) return;
+  if (prio == own || (prio < own && threads_[*index].may_be_boosted)) return;
   auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
   if (!mismatch) mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
 }
@@ -191,6 +195,7 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
   auto& child = tids[event.child_tid];  // first: it may move the others
   const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
+  child.has_inheritance = false;
   child.fork.reset();
   if (!is_judging_ || parent == nullptr || !is_real_time(parent->prio)) return;
   if (model_.forks.size() >= kMaxForks) return;
@@ -205,10 +210,12 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
 }
 
 void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& event) {
+  tids_[host][event.tid].has_inheritance = true;
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
   const auto* expected = reference(model_.threads[at(*index)]);
   auto& state = threads_[*index];
+  state.may_be_boosted = false;
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
   state.is_boosted = event.new_prio != own;

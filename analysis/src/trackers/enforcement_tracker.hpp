@@ -62,8 +62,11 @@ class EnforcementTracker {
     bool has_cpus = false;            // was read back, with the CPUs it may use
     std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
     std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
-    bool is_changing = false;    // an audit told that its parameters change; no `applied` since
-    bool is_boosted = false;     // runs at a priority inherited through a mutex
+    bool is_changing = false;  // an audit told that its parameters change; no `applied` since
+    bool is_boosted = false;   // runs at a priority inherited through a mutex
+    // Its parameters were applied after the last sched_pi_setprio, which does not tell of waiters that
+    // are no more urgent than it was then: to the new parameters they may be.
+    bool may_be_boosted = false;
     std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
@@ -71,6 +74,7 @@ class EnforcementTracker {
   };
   struct OfTid {
     std::int32_t prio = 120;
+    bool has_inheritance = false;       // a sched_pi_setprio told of it
     std::optional<EventRef> scheduled;  // its last switch
     // The incarnation that holds the tid, and the tid's on-CPU time when it last left a CPU for
     // good.

@@ -173,6 +173,13 @@ def _boosted(j: "Judge", t: Thread, time: int) -> bool:
     return boosted
 
 
+def _may_be_boosted(j: "Judge", t: Thread, applied_at: int, time: int) -> bool:
+    """Who waited for it before may be more urgent than what was applied then; no event tells."""
+    told = [e.time for e in j.model.events
+            if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid and e.time <= time]
+    return bool(told) and told[-1] <= applied_at
+
+
 def _base_priority(t: Thread, time: int, j: "Judge") -> int | None:
     before = [e for e in applied(t) if e.time <= time]
     return kernel_priority(before[-1]) - j.model.prio_offset if before else None
@@ -199,7 +206,8 @@ def _unchanged(j: "Judge", t: Thread) -> str:
         prio = (e.prev_prio if e.prev_tid == t.tid else e.next_prio) + j.model.prio_offset
         own = kernel_priority(before[-1])
         # A higher one may be inherited, by an event that is lost.
-        is_excused = prio < own and _lossy(j, t.process.host, before[-1].time, e.time)
+        is_excused = prio < own and (_lossy(j, t.process.host, before[-1].time, e.time) or
+                                     _may_be_boosted(j, t, before[-1].time, e.time))
         if prio != own and not is_excused and (
                 not _boosted(j, t, e.time) and j.proof.certain_between(t, e.time)):
             verdict = FAIL

@@ -152,6 +152,23 @@ TEST(ParametersUnchanged, DoesNotTakeAnInheritedPriorityForAChangeWhereItsBoostM
   EXPECT_EQ(judged(kAfter, 9), Verdict::fail);
 }
 
+// sched_setattr() on the owner of a mutex that a thread of equal priority waits for leaves it with that priority: it
+// told the kernel's tracer of the waiter before, as of no change.
+TEST(ParametersUnchanged, TakesAPriorityThatWasThereBeforeForInheritedUntilTheKernelSaysMore) {
+  const auto judged = [](const std::string& waited, const std::string& told, int prio) {
+    return Verified("callback fusion\n-100 initial fusion\n" + waited +
+                    "-90 applied fusion nice=15\n" + told + "6 switch 0 idle fusion next_prio=" +
+                    std::to_string(prio) + "\n10 start fusion\n12 end fusion")["S3"];
+  };
+  constexpr auto kEqual = "-95 boost fusion prio=120\n";
+  constexpr auto kUnboosted = "2 boost fusion prio=135\n";
+  EXPECT_EQ(judged(kEqual, "", 135), Verdict::pass);
+  EXPECT_EQ(judged(kEqual, "", 120), Verdict::pass);
+  EXPECT_EQ(judged(kEqual, "", 139), Verdict::fail) << "nobody inherits a lower priority";
+  EXPECT_EQ(judged(kEqual, kUnboosted, 120), Verdict::fail) << "nobody waits any more";
+  EXPECT_EQ(judged("", "", 120), Verdict::fail) << "nobody ever waited";
+}
+
 TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
   const Verified verified(configured_run("15 wakeup fusion cpu=2"));
   EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::fail);
