@@ -174,7 +174,7 @@ void make_reentrant(Case& c, Place place) {
   })).type = GroupType::reentrant;
 }
 
-std::vector<Mutant> specified() {
+std::vector<Mutant> specified_callbacks() {
   return {
       {"M1",
        "a callback that does not exist",
@@ -341,7 +341,7 @@ std::vector<Mutant> owners() {
 
 std::vector<Mutant> mapping_mutants() {
   std::vector<Mutant> all;
-  for (auto& some : {specified(), one_to_one(), after_restart(), owners()})
+  for (auto& some : {specified_callbacks(), one_to_one(), after_restart(), owners()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

@@ -92,7 +92,7 @@ std::function<void(Case&)> begins_as(std::function<std::int64_t(const Case&)> ti
   };
 }
 
-std::vector<Mutant> specified() {
+std::vector<Mutant> specified_parameters() {
   return {
       {"S1",
        "another priority asked for",
@@ -243,7 +243,7 @@ std::vector<Mutant> leaks() {
 
 std::vector<Mutant> parameter_mutants() {
   std::vector<Mutant> all;
-  for (auto& some : {specified(), unchanged(), allowed_cpus(), leaks()})
+  for (auto& some : {specified_parameters(), unchanged(), allowed_cpus(), leaks()})
     all.insert(all.end(), some.begin(), some.end());
   return all;
 }

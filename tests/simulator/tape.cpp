@@ -10,10 +10,6 @@ namespace {
 
 using namespace analysis;
 
-bool is_kernel(const Event& event) {
-  const auto index = event.body.index();
-  return index >= EventBody(SchedSwitch{}).index() && index <= EventBody(SchedPiSetprio{}).index();
-}
 bool is_state(const Event& event) {
   const auto phase = analysis::phase_of(event.body);
   return phase == analysis::EventPhase::structure || phase == analysis::EventPhase::state;
@@ -110,6 +106,11 @@ void merge(test::TextTrace& trace) {
 }
 
 }  // namespace
+
+bool is_kernel(const Event& event) {
+  const auto index = event.body.index();
+  return index >= EventBody(SchedSwitch{}).index() && index <= EventBody(SchedPiSetprio{}).index();
+}
 
 Tape::Tape(int cpus)
     : processors_(cpus),

@@ -26,6 +26,9 @@ struct Recording {
   std::uint64_t order = 0;  // of the streams, which decides between events of equal time
 };
 
+// Of the kernel's tracer.
+bool is_kernel(const analysis::Event& event);
+
 class Tape {
  public:
   explicit Tape(int cpus);

@@ -1,6 +1,7 @@
 #include "simulator/thinning.hpp"
 
 #include "support/laws.hpp"
+#include "tape.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -11,11 +12,6 @@ namespace cie::sim {
 namespace {
 
 using namespace analysis;
-
-bool is_kernel(const Event& event) {
-  const auto index = event.body.index();
-  return index >= EventBody(SchedSwitch{}).index() && index <= EventBody(SchedPiSetprio{}).index();
-}
 
 class Thinner {
  public:

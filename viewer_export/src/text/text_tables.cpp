@@ -37,9 +37,9 @@ class LineWriter {
   explicit LineWriter(std::ostream& out) : out_(out) {}
   std::string& text() noexcept { return text_; }
   void end_line() {
-    constexpr std::size_t kPiece = 32768;
+    constexpr std::size_t kMuch = 32768;
     text_ += '\n';
-    if (text_.size() >= kPiece) flush();
+    if (text_.size() >= kMuch) flush();
   }
   void flush() {
     out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
