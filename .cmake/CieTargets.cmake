@@ -14,7 +14,7 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib")
 file(RELATIVE_PATH CIE_RPATH_BIN_TO_LIB "/${CMAKE_INSTALL_BINDIR}" "/${CMAKE_INSTALL_LIBDIR}")
-set(CMAKE_INSTALL_RPATH "$ORIGIN/${CIE_RPATH_BIN_TO_LIB}" "$ORIGIN")
+set(CMAKE_INSTALL_RPATH "$ORIGIN/${CIE_RPATH_BIN_TO_LIB}" "$ORIGIN" "$ORIGIN/../lib")
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
   set(CMAKE_BUILD_TYPE RelWithDebInfo CACHE STRING "Build type" FORCE)
@@ -102,6 +102,12 @@ function(cie_check_headers target)
   endif()
 endfunction()
 
+# What is installed looks for libraries in the build tree as it does elsewhere. Otherwise CMake would end its
+# path with colons, and to the loader an empty entry is the directory in which one happens to stand.
+function(cie_keep_rpath target)
+  set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
+endfunction()
+
 # cie_library(cie_analysis ALIAS analysis [SHARED] SOURCES ...): library cie::analysis, exported.
 function(cie_library target)
   cmake_parse_arguments(ARG "SHARED" "ALIAS" "SOURCES" ${ARGN})
@@ -121,6 +127,7 @@ function(cie_library target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   cie_compile_options(${target})
   cie_precompile_headers(${target})
+  cie_keep_rpath(${target})
   install(TARGETS ${target} EXPORT cieTargets
     LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT runtime NAMELINK_COMPONENT dev
     ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dev)
@@ -152,7 +159,8 @@ function(cie_program target)
   target_link_libraries(${target} PRIVATE ${ARG_LIBRARIES})
   cie_compile_options(${target})
   if(NOT ARG_NO_INSTALL)
-      install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+    cie_keep_rpath(${target})
+    install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
     # bash looks for a file of the command's name; one script knows all of them.
     install(FILES "${PROJECT_SOURCE_DIR}/viewer_export/completions/cie" RENAME ${target}
       DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
