@@ -153,7 +153,7 @@ std::optional<ThreadTimeline::Hole> ThreadTimeline::on_switch(HostIndex host, st
   on_cpu.tid = event.next_tid;
   on_cpu.time = time;
   on_cpu.is_known = true;
-  on_cpu.name = on_cpu.waiting.empty() ? std::string_view() : event.next_comm;
+  on_cpu.name = on_cpu.waiting.empty() ? std::string_view() : std::string_view(event.next_comm);
   return hole;
 }
 

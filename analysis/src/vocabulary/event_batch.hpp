@@ -28,8 +28,7 @@ constexpr std::uint64_t kinds() noexcept {
 // Events that view memory that is not their own.
 inline constexpr std::uint64_t kWithViews =
     kinds<StreamBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit, ThreadInit,
-          ThreadSched, Ros2Tracer, HiddenInit, SchedSwitch, SchedProcessFork, ProcessName,
-          OtherEvent>();
+          ThreadSched, Ros2Tracer, HiddenInit, ProcessName, OtherEvent>();
 
 // What a translator with a memory is given of an event: see Translation.
 struct RawEvent {

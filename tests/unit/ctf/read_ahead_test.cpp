@@ -76,11 +76,11 @@ TEST(ReadAhead, EndsWithAConsumerThatFails) {
 TEST(EventBatch, KeepsWhatEventsView) {
   analysis::EventBatch batch(2);
   {
-    const std::string comm = "a thread that runs no more";
+    const std::string name = "a process that runs no more";
     const std::vector<std::uint32_t> cpus{1, 3};
     analysis::Event event{};
     event.head.time = {17};
-    event.body = analysis::SchedSwitch{.prev_comm = comm, .next_comm = {}};
+    event.body = analysis::ProcessName{.name = name};
     batch.keep(batch.add() = event);
     event.body = analysis::ThreadSched{.tid = 4, .moment = std::nullopt, .cpus = cpus};
     batch.keep(batch.add() = event);
@@ -88,13 +88,24 @@ TEST(EventBatch, KeepsWhatEventsView) {
   EXPECT_TRUE(batch.is_full());
   ASSERT_EQ(batch.events().size(), 2U);
   EXPECT_EQ(batch.events()[0].head.time.ns, 17);
-  const auto& switched = std::get<analysis::SchedSwitch>(batch.events()[0].body);
-  EXPECT_EQ(switched.prev_comm, "a thread that runs no more");
-  EXPECT_EQ(switched.next_comm, "");
+  EXPECT_EQ(std::get<analysis::ProcessName>(batch.events()[0].body).name,
+            "a process that runs no more");
   EXPECT_THAT(std::get<analysis::ThreadSched>(batch.events()[1].body).cpus,
               testing::ElementsAre(1, 3));
   batch.clear();
   EXPECT_TRUE(batch.events().empty());
+}
+
+TEST(TaskName, IsACopyOfWhatTheKernelHasRoomFor) {
+  const auto copied = [](std::string name) {
+    const analysis::TaskName task = std::string_view(name);
+    name.assign(name.size(), '?');
+    return std::string(std::string_view(task));
+  };
+  EXPECT_EQ(copied(""), "");
+  EXPECT_EQ(copied("kworker/1:2"), "kworker/1:2");
+  EXPECT_EQ(copied("sixteen letters."), "sixteen letters.");
+  EXPECT_EQ(copied("more than any kernel writes"), "more than any ke");
 }
 
 TEST(EventBatch, KeepsTheFieldsOfWhatIsTranslatedLater) {

@@ -5,7 +5,9 @@
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -307,16 +309,35 @@ struct ResponseTaken {
   std::int64_t source_timestamp_realtime_ns = 0;
 };
 
+// What the kernel calls a thread: a copy, for it has no more than TASK_COMM_LEN bytes (linux/sched.h). Of a
+// longer text, which no kernel wrote, these are the first.
+class TaskName {
+ public:
+  TaskName() noexcept = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): it is a text to who makes events
+  TaskName(std::string_view name) noexcept { name.copy(characters_.data(), characters_.size()); }
+  // NOLINTNEXTLINE(google-explicit-constructor): likewise
+  TaskName(const char* name) noexcept : TaskName(std::string_view(name)) {}
+  // NOLINTNEXTLINE(google-explicit-constructor): and to who reads them
+  operator std::string_view() const noexcept {
+    const std::string_view all(characters_.data(), characters_.size());
+    return {all.data(), std::min(all.find('\0'), all.size())};
+  }
+
+ private:
+  std::array<char, 16> characters_{};
+};
+
 // --- kernel ---------------------------------------------------------------------------------------
 // Priorities are normalised: 99 - rt for FIFO and RR, 120 + nice, -1 for DEADLINE.
 struct SchedSwitch {
   static constexpr EventPhase kPhase = EventPhase::system;
   static constexpr std::string_view kName = "sched_switch";
-  std::string_view prev_comm;
+  TaskName prev_comm;
   std::int64_t prev_tid = 0;
   std::int32_t prev_prio = 0;
   std::int64_t prev_state = 0;  // as the kernel wrote it
-  std::string_view next_comm;
+  TaskName next_comm;
   std::int64_t next_tid = 0;
   std::int32_t next_prio = 0;
 };
@@ -341,7 +362,7 @@ struct SchedProcessFork {
   std::int64_t parent_pid = 0;
   std::int64_t child_tid = 0;
   std::int64_t child_pid = 0;
-  std::string_view child_comm;
+  TaskName child_comm;
 };
 struct SchedProcessExit {
   static constexpr EventPhase kPhase = EventPhase::system;
