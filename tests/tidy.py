@@ -1,9 +1,10 @@
 """clang-tidy over the product's sources, as a tree of clang compiles them: many files at once.
 
-    tidy.py BUILD_TREE [--jobs N] [PART_OF_A_NAME…]
+    tidy.py BUILD_TREE [--jobs N] [--last N] [PART_OF_A_NAME…]
 
 A unity file takes clang-tidy little longer than one of its dozen sources does. Needs what the tree generates (headers of
-messages, the precompiled headers). Prints each finding once; exit code 1 if there is one.
+messages, the precompiled headers). Prints each finding once; exit code 1 if there is one. --last: only the N files whose
+sources changed last, by git's log.
 """
 
 import argparse
@@ -30,6 +31,30 @@ def sources(tree):
     return root, sorted(f for f in files if f.startswith(tuple(wanted)) and not left_out.search(f))
 
 
+def included(file):
+    """The sources that a unity file consists of; another file is its own."""
+    if "/Unity/" not in file:
+        return [file]
+    return re.findall(r'^#include "(/[^"]+[.]cpp)"$', pathlib.Path(file).read_text("utf-8"), re.MULTILINE)
+
+
+def changed_last(root, files, most):
+    """The `most` of the files in which something changed last. A header stands for the sources beside it."""
+    of_source, of_folder = {}, {}
+    for file in files:
+        for source in included(file):
+            of_source[source] = file
+            of_folder.setdefault(os.path.dirname(source), file)
+    log = subprocess.run(["git", "-C", str(root), "log", "--name-only", "--format="], capture_output=True, text=True, check=True)
+    chosen = []
+    for name in log.stdout.split("\n"):
+        path = str(root / name)
+        file = of_source.get(path) or (of_folder.get(os.path.dirname(path)) if name.endswith(".hpp") else None)
+        if file and file not in chosen:
+            chosen.append(file)
+    return chosen[:most]
+
+
 def findings(root, tree, file):
     shown = f"{re.escape(str(root))}/({'|'.join(FOLDERS)})/.*[.][ch]pp$"
     command = ["clang-tidy", "--quiet", "-p", str(tree), f"--header-filter={shown}", f"--checks={WITHOUT}",
@@ -46,10 +71,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("tree", type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
+    parser.add_argument("--last", type=int, metavar="N")
     parser.add_argument("names", nargs="*")
     options = parser.parse_args()
     root, files = sources(options.tree)
     files = [f for f in files if not options.names or any(name in f for name in options.names)]
+    if options.last is not None:
+        files = changed_last(root, files, options.last)
     if not files:
         sys.exit(f"tidy: {options.tree} compiles none of these sources")
     printed = set()
