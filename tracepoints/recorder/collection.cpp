@@ -19,7 +19,7 @@ namespace cie::record {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr std::chrono::milliseconds kPollInterval{200};
+constexpr std::chrono::milliseconds kSignalWait{200};
 
 std::set<fs::path> folders_of_hosts(const fs::path& directory) {
   std::set<fs::path> found;
@@ -90,7 +90,7 @@ void Collection::run() {
                options_.directory.c_str(), relay_->control().text().c_str(),
                relay_->live_url().c_str());
   while (relay_->is_alive()) {
-    const auto signal = signals_.wait(kPollInterval);
+    const auto signal = signals_.wait(kSignalWait);
     tell_of_new_sessions();
     if (signal && signal->number != SIGCHLD && signal->number != SIGUSR1) {
       relay_->stop();

@@ -119,6 +119,10 @@ struct ReadBack {
 bool is_same_parameters(const ReadBack& a, const ReadBack& b);
 // The kernel's priority (99 - rt, 120 + nice, -1) that a read-back's policy gives.
 std::int32_t kernel_priority(const ReadBack& read_back);
+// The kernel's priority of SCHED_FIFO, SCHED_RR or SCHED_DEADLINE.
+constexpr bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
+  return kernel_priority < 100;
+}
 
 // A hole in contiguous numbers: `missing` numbers are absent between two events.
 struct SequenceGap {

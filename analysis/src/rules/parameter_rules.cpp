@@ -14,10 +14,6 @@
 namespace cie::analysis {
 namespace {
 
-std::string asks(const RuleContext& context, const SpecEntry& entry) {
-  return place(context, entry.line) + " asks for " + describe(entry.parameters);
-}
-
 // Callbacks that ran on threads of which it is unknown whether they are isolated.
 std::map<CallbackIndex, const Evidence*> on_unknown_threads(const RuleContext& context) {
   std::map<CallbackIndex, const Evidence*> callbacks;

@@ -32,10 +32,6 @@ bool is_as_asked(const ScheduledAs& scheduled, const ThreadParameters& asked) {
   return !asked.policy || scheduled.first.prio == kernel_priority(asked);
 }
 
-std::string asks(const RuleContext& context, const SpecEntry& entry) {
-  return place(context, entry.line) + " asks for " + describe(entry.parameters);
-}
-
 // What is asked for and sched_switch cannot tell.
 std::optional<std::string> untold(const ThreadParameters& asked) {
   if (asked.policy == Policy::deadline) return "runtime, deadline and period";

@@ -7,8 +7,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::int32_t kFirstFairPriority = 100;  // kernel scale: 99 - rt, -1 for DEADLINE
-
 std::string cpu_list(const std::vector<std::uint32_t>& cpus) {
   std::string text;
   for (const auto cpu : cpus) {
@@ -93,13 +91,9 @@ bool is_real_time(std::int32_t policy) noexcept {
          policy == static_cast<std::int32_t>(Policy::deadline);
 }
 
-bool is_real_time_priority(std::int32_t kernel_priority) noexcept {
-  return kernel_priority < kFirstFairPriority;
-}
-
 std::string priority_text(std::int32_t prio) {
   if (prio < 0) return "priority of SCHED_DEADLINE";
-  if (prio < 100) return "real-time priority " + std::to_string(99 - prio);
+  if (is_real_time_priority(prio)) return "real-time priority " + std::to_string(99 - prio);
   return "nice " + std::to_string(prio - 120);
 }
 
@@ -160,6 +154,10 @@ const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& cal
 std::string place(const RuleContext& context, int line) {
   return (context.options.spec != nullptr ? context.options.spec->name() : std::string()) + ':' +
          std::to_string(line);
+}
+
+std::string asks(const RuleContext& context, const SpecEntry& entry) {
+  return place(context, entry.line) + " asks for " + describe(entry.parameters);
 }
 
 std::string nanoseconds(std::int64_t value) { return std::to_string(value) + " ns"; }

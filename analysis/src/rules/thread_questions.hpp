@@ -24,7 +24,6 @@ const EventRef& first_start_on(const ThreadFacts& thread);
 // The first event seen that names the callback.
 EventRef first_sign(const CallbackFacts& callback) noexcept;
 bool is_real_time(std::int32_t policy) noexcept;
-bool is_real_time_priority(std::int32_t kernel_priority) noexcept;
 // "real-time priority 20", "nice 5".
 std::string priority_text(std::int32_t kernel_priority);
 
@@ -43,6 +42,8 @@ bool judges_parameters(const ThreadParameters& parameters) noexcept;
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);
 // "robot.yaml:12".
 std::string place(const RuleContext& context, int line);
+// "robot.yaml:12 asks for SCHED_FIFO 20".
+std::string asks(const RuleContext& context, const SpecEntry& entry);
 std::string nanoseconds(std::int64_t value);
 inline std::string nanoseconds(Duration value) { return nanoseconds(value.ns); }
 

@@ -5,11 +5,8 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::int32_t kFirstFairPriority = 100;  // kernel priorities below are real-time
 constexpr std::size_t kMaxForks = 65'536;
 constexpr std::size_t kMaxScheduled = 1'024;
-
-bool is_real_time(std::int32_t prio) noexcept { return prio < kFirstFairPriority; }
 
 // The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
 bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
@@ -197,7 +194,7 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
   child.prio = OfTid{}.prio;
   child.has_inheritance = false;
   child.fork.reset();
-  if (!is_judging_ || parent == nullptr || !is_real_time(parent->prio)) return;
+  if (!is_judging_ || parent == nullptr || !is_real_time_priority(parent->prio)) return;
   if (model_.forks.size() >= kMaxForks) return;
   child.fork = model_.forks.size();
   model_.forks.push_back(ForkFacts{.at = ref(head),

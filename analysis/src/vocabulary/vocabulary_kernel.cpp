@@ -81,7 +81,7 @@ void pi_setprio(const Payload& p, VocabularyState& state, EventBody& body) {
                         .new_prio = priority(p, 2, state)};
 }
 
-std::vector<Translation> make_table() {
+std::vector<Translation> kernel_table() {
   const std::vector<FieldRequest> switched{"prev_comm",  "prev_tid|prev_pid", "prev_prio",
                                            "prev_state", "next_comm",         "next_tid|next_pid",
                                            "next_prio"};
@@ -117,7 +117,7 @@ std::vector<Translation> make_table() {
 }  // namespace
 
 const std::vector<Translation>& kernel_vocabulary() {
-  static const auto table = make_table();
+  static const auto table = kernel_table();
   return table;
 }
 

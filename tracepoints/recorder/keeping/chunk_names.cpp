@@ -31,7 +31,7 @@ fs::path chunk_directory(const fs::path& recording, std::uint64_t number) {
 
 bool is_chunk(const fs::path& directory) { return has_prefix(directory, kChunkPrefix); }
 
-std::uint64_t number_of(const fs::path& directory) {
+std::uint64_t chunk_number(const fs::path& directory) {
   const std::string name = directory.filename().string();
   return std::strtoull(name.c_str() + name.rfind('-') + 1, nullptr, 10);
 }
@@ -49,7 +49,7 @@ std::vector<fs::path> directories_in(const fs::path& directory) {
       if (entry.is_directory()) found.push_back(entry.path());
     }
   }
-  std::ranges::sort(found, {}, number_of);
+  std::ranges::sort(found, {}, chunk_number);
   return found;
 }
 

@@ -11,7 +11,7 @@ namespace cie::record {
 std::filesystem::path chunk_directory(const std::filesystem::path& recording, std::uint64_t number);
 bool is_chunk(const std::filesystem::path& directory);
 // Of any directory whose name ends with "-" and its number, as LTTng's own do.
-std::uint64_t number_of(const std::filesystem::path& directory);
+std::uint64_t chunk_number(const std::filesystem::path& directory);
 
 // Where kernel events are until their chunk is sealed: the first part is number 1.
 std::filesystem::path kernel_part_directory(const std::filesystem::path& recording,

@@ -33,7 +33,7 @@ constexpr milliseconds kAftermath{250};
 // What processes take to describe themselves. A description that comes later is in the next
 // snapshot; the one made at their start is in this one unless a great many followed it.
 constexpr milliseconds kDescription{200};
-constexpr std::chrono::seconds kPatience{30};
+constexpr std::chrono::seconds kSnapshotPatience{30};
 constexpr milliseconds kLook{20};
 
 fs::path numbered(const fs::path& directory, std::uint64_t number) {
@@ -255,7 +255,7 @@ fs::path ask_to_save(const fs::path& directory, const std::string& reason) {
   if (pid <= 0 || kill(pid, SIGUSR1) != 0) {
     throw system_error(fmt::format("cannot signal the recorder, process {}", pid), errno);
   }
-  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  const auto deadline = std::chrono::steady_clock::now() + kSnapshotPatience;
   while (!fs::exists(numbered(directory, before + 1))) {
     if (std::chrono::steady_clock::now() > deadline) {
       throw RecordError(

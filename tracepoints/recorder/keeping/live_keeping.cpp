@@ -22,9 +22,9 @@ using std::chrono::seconds;
 using std::chrono::steady_clock;
 
 constexpr milliseconds kListenInterval{100};
-constexpr seconds kConnectPatience{30};
+constexpr seconds kViewerPatience{30};
 constexpr std::chrono::minutes kEndPatience{10};
-constexpr seconds kLookInterval{1};
+constexpr seconds kCountInterval{1};
 
 }  // namespace
 
@@ -57,7 +57,7 @@ bool LiveKeeping::begin() {
                                                                .data_url = relay_->data_url(),
                                                                .interval = options_.live_interval});
   tell(fmt::format("url {}/host/{}/{}", relay_->live_url(), host_name(), name));
-  const auto deadline = steady_clock::now() + kConnectPatience;
+  const auto deadline = steady_clock::now() + kViewerPatience;
   while (received_.find('\n') == std::string::npos) {
     if (!listen(kListenInterval) || steady_clock::now() > deadline) return false;
   }
@@ -68,7 +68,7 @@ bool LiveKeeping::begin() {
 // How many applications are traced. Each question costs every one of them some time.
 void LiveKeeping::look_for_applications() {
   if (applications_ > 0 || steady_clock::now() < next_look_) return;
-  next_look_ = steady_clock::now() + kLookInterval;
+  next_look_ = steady_clock::now() + kCountInterval;
   const auto count = session_->traced_processes().size();
   if (count != applications_) tell(fmt::format("applications {}", count));
   applications_ = count;

@@ -245,8 +245,8 @@ void Rotation::remove_old() noexcept {
   std::vector<fs::path> chunks = chunks_in(directory_);
   while (chunks.size() > options_.most) {
     fs::remove_all(chunks.front(), ignored);
-    begun_.erase(number_of(chunks.front()));
-    passing_.erase(number_of(chunks.front()));
+    begun_.erase(chunk_number(chunks.front()));
+    passing_.erase(chunk_number(chunks.front()));
     chunks.erase(chunks.begin());
     ++removed_;
   }

@@ -27,8 +27,8 @@ using std::chrono::seconds;
 constexpr seconds kCheckInterval{1};
 constexpr std::uintmax_t kLowSpace = 64 << 20;
 constexpr std::uintmax_t kNoSpace = 1 << 20;
-constexpr seconds kPatience{150};
-constexpr seconds kPatienceOnAFullDisk{5};
+constexpr seconds kSessionPatience{150};
+constexpr seconds kSessionPatienceOnFullDisk{5};
 
 // A name that no session of this machine has had.
 std::string new_session_name(const Options& options) {
@@ -189,7 +189,7 @@ std::vector<std::string> Tracing::end_session() {
   std::error_code error;
   const fs::space_info space = fs::space(options().directory, error);
   const bool is_full = is_local && !error && space.available < kNoSpace;
-  const seconds patience = is_full ? kPatienceOnAFullDisk : kPatience;
+  const seconds patience = is_full ? kSessionPatienceOnFullDisk : kSessionPatience;
   std::packaged_task<Ending()> task([session = session_] { return end_of(*session); });
   std::future<Ending> ending = task.get_future();
   std::thread worker(std::move(task));

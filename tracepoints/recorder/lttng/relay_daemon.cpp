@@ -32,10 +32,6 @@ constexpr std::chrono::seconds kRelayStartPatience{10};
 constexpr std::chrono::seconds kRelayStopPatience{10};
 constexpr std::chrono::milliseconds kRelayPollInterval{10};
 
-struct FreeAddresses {
-  void operator()(addrinfo* list) const noexcept { freeaddrinfo(list); }
-};
-
 // A socket at the address, so that nobody else is given it; port 0: any. An errno if it is taken.
 struct Holder {
   FileDescriptor socket;
@@ -44,16 +40,9 @@ struct Holder {
 };
 
 Holder hold(const NetworkAddress& address) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE;
-  addrinfo* list = nullptr;
-  const int failed =
-      getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &list);
-  if (failed != 0) {
-    throw RecordError("cannot listen on " + address.text() + ": " + gai_strerror(failed));
-  }
-  const std::unique_ptr<addrinfo, FreeAddresses> owner(list);
+  const auto found = look_up(address, AI_PASSIVE);
+  if (!found.list) throw RecordError("cannot listen on " + address.text() + ": " + found.error);
+  const addrinfo* const list = found.list.get();
   Holder holder{.socket = FileDescriptor(
                     socket(list->ai_family, SOCK_STREAM | SOCK_CLOEXEC, list->ai_protocol))};
   const int yes = 1;

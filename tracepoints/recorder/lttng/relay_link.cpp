@@ -17,7 +17,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr const char* kLttngTimeout = "LTTNG_NETWORK_SOCKET_TIMEOUT";  // in ms
-constexpr milliseconds kPatience{10'000};
+constexpr milliseconds kLttngPatience{10'000};
 constexpr milliseconds kLeastPatience{1000};
 constexpr milliseconds kConnectPatience{5000};
 
@@ -26,8 +26,8 @@ milliseconds network_patience() {
   const char* text = std::getenv(kLttngTimeout);
   const milliseconds chosen{text == nullptr ? 0 : std::strtol(text, nullptr, 10)};
   if (chosen.count() > 0) return std::max(chosen, kLeastPatience);
-  setenv(kLttngTimeout, std::to_string(kPatience.count()).c_str(), 1);
-  return kPatience;
+  setenv(kLttngTimeout, std::to_string(kLttngPatience.count()).c_str(), 1);
+  return kLttngPatience;
 }
 
 void set_option(int socket, int level, int option, int value) noexcept {

@@ -18,10 +18,6 @@ namespace {
 
 bool is_ipv6(const std::string& host) { return host.find(':') != std::string::npos; }
 
-struct FreeAddresses {
-  void operator()(addrinfo* list) const noexcept { freeaddrinfo(list); }
-};
-
 // 0, or an errno.
 int connect_within(int socket, const addrinfo& to, std::chrono::milliseconds patience) {
   if (connect(socket, to.ai_addr, to.ai_addrlen) == 0) return 0;
@@ -37,7 +33,7 @@ int connect_within(int socket, const addrinfo& to, std::chrono::milliseconds pat
   return getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) == 0 ? error : errno;
 }
 
-std::string number_of(const addrinfo& address) {
+std::string numeric_host(const addrinfo& address) {
   std::array<char, NI_MAXHOST> text{};
   const int failed = getnameinfo(address.ai_addr, address.ai_addrlen, text.data(), text.size(),
                                  nullptr, 0, NI_NUMERICHOST);
@@ -82,25 +78,27 @@ NetworkAddress parse_address(std::string_view option, std::string_view text,
   return address;
 }
 
-Connection connect_to(const NetworkAddress& address, std::chrono::milliseconds patience) {
-  Connection result{.socket = {}, .peer = address, .error = {}};
+FoundAddresses look_up(const NetworkAddress& address, int flags) {
   addrinfo hints{};
   hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = flags;
   addrinfo* list = nullptr;
   const int failed =
       getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &list);
-  if (failed != 0) {
-    result.error = gai_strerror(failed);
-    return result;
-  }
-  const std::unique_ptr<addrinfo, FreeAddresses> owner(list);
-  for (const addrinfo* each = list; each != nullptr; each = each->ai_next) {
+  if (failed != 0) return {.list = nullptr, .error = gai_strerror(failed)};
+  return {.list = std::unique_ptr<addrinfo, FreeAddresses>(list), .error = {}};
+}
+
+Connection connect_to(const NetworkAddress& address, std::chrono::milliseconds patience) {
+  const auto found = look_up(address, 0);
+  Connection result{.socket = {}, .peer = address, .error = found.error};
+  for (const addrinfo* each = found.list.get(); each != nullptr; each = each->ai_next) {
     FileDescriptor socket(
         ::socket(each->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, each->ai_protocol));
     const int error = socket.is_open() ? connect_within(socket.get(), *each, patience) : errno;
     if (error == 0) {
       result.socket = std::move(socket);
-      result.peer.host = number_of(*each);
+      result.peer.host = numeric_host(*each);
       result.error.clear();
       return result;
     }

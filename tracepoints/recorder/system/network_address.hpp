@@ -5,8 +5,11 @@
 
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <string_view>
+
+#include <netdb.h>
 
 namespace cie::record {
 
@@ -26,6 +29,19 @@ struct NetworkAddress {
 // "HOST", "HOST:PORT", "[HOST]:PORT". Throws UsageError, naming `option`.
 NetworkAddress parse_address(std::string_view option, std::string_view text,
                              std::uint16_t default_port);
+
+struct FreeAddresses {
+  void operator()(addrinfo* list) const noexcept { freeaddrinfo(list); }
+};
+
+// What a name stands for: at least one address, or an error's words.
+struct FoundAddresses {
+  std::unique_ptr<addrinfo, FreeAddresses> list;
+  std::string error;
+};
+
+// Addresses for streams. `flags` are those of getaddrinfo. Never throws for a name that nobody knows.
+FoundAddresses look_up(const NetworkAddress& address, int flags);
 
 // A connection, and the numeric address that it leads to.
 struct Connection {

@@ -22,7 +22,7 @@ using analysis::Report;
 using analysis::ReportRows;
 
 // The inside of a quoted string; "\n" is DOT's own line break and comes from us alone.
-std::string escaped(std::string_view text) {
+std::string dot_escaped(std::string_view text) {
   std::string result;
   for (const char c : printable(text)) {
     if (c == '"' || c == '\\') result += '\\';
@@ -34,15 +34,15 @@ std::string escaped(std::string_view text) {
 // Names and pids may be the same on several hosts, the callback's number is not.
 std::string node_name(const ReportRows& rows, analysis::CallbackIndex callback) {
   const auto* row = rows.find(callback);
-  return fmt::format("\"{} {}\"", at(callback), row != nullptr ? escaped(row->logical_id) : "");
+  return fmt::format("\"{} {}\"", at(callback), row != nullptr ? dot_escaped(row->logical_id) : "");
 }
 
 std::string topic_name(const std::string& topic) {
-  return fmt::format("\"topic {}\"", escaped(topic));
+  return fmt::format("\"topic {}\"", dot_escaped(topic));
 }
 
 std::string label_of(const CallbackReport& callback, const CallbackNames& names) {
-  auto label = escaped(names.of_id(callback.logical_id));
+  auto label = dot_escaped(names.of_id(callback.logical_id));
   if (const auto& response = callback.response_time) {
     label += fmt::format("\\nresponse p99 {}, max {}", format_duration(response->p99),
                          format_duration(response->max));
@@ -54,7 +54,7 @@ std::string label_of(const Report& report, const analysis::ProcessReport& proces
   auto label = process.name.empty() ? std::string() : process.name + ", ";
   label += fmt::format("pid {}", process.pid);
   if (report.trace.hosts.size() > 1) label += " on " + process.host;
-  return escaped(label);
+  return dot_escaped(label);
 }
 
 void write_processes(std::ostream& out, const Report& report, const ReportRows& rows) {
@@ -68,7 +68,7 @@ void write_processes(std::ostream& out, const Report& report, const ReportRows& 
     for (const auto* callback : callbacks) {
       out << fmt::format("    {} [label=\"{}\" tooltip=\"{}\"];\n",
                          node_name(rows, callback->index), label_of(*callback, names),
-                         escaped(callback->logical_id));
+                         dot_escaped(callback->logical_id));
     }
     out << "  }\n";
   }
@@ -81,7 +81,7 @@ bool is_within_process(const ReportRows& rows, const GraphEdge& edge) {
 }
 
 void write_edge(std::ostream& out, const ReportRows& rows, const GraphEdge& edge) {
-  auto label = fmt::format("{}\\n{}", escaped(edge.topic), counted(edge.messages, "message"));
+  auto label = fmt::format("{}\\n{}", dot_escaped(edge.topic), counted(edge.messages, "message"));
   if (const auto& latency = edge.communication) {
     label += fmt::format("\\nlatency p50 {}, max {}", format_duration(latency->p50),
                          format_duration(latency->max));
@@ -108,7 +108,7 @@ void write_graph_dot(std::ostream& out, const Report& report) {
   }
   for (const auto& topic : outside) {
     out << fmt::format("  {} [shape=ellipse label=\"{}\\npublished outside callbacks\"];\n",
-                       topic_name(topic), escaped(topic));
+                       topic_name(topic), dot_escaped(topic));
   }
   for (const auto& edge : report.edges)
     write_edge(out, rows, edge);

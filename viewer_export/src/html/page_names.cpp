@@ -18,8 +18,8 @@ using analysis::Verdict;
 constexpr std::size_t kMostSubjects = 100;
 constexpr std::size_t kMostEvidence = 3;
 
-std::string words_of(const analysis::SubjectVerdict& subject, const analysis::ReportRows& rows,
-                     const CallbackNames& names) {
+std::string subject_words(const analysis::SubjectVerdict& subject, const analysis::ReportRows& rows,
+                          const CallbackNames& names) {
   const auto& about = subject.about;
   const auto* callback = about.kind == SubjectKind::callback && about.index
                              ? rows.find(analysis::CallbackIndex{*about.index})
@@ -50,7 +50,7 @@ Json page_names(const analysis::AnalysisResult& result) {
     for (const auto& subject : rule.subjects) {
       if (subject.verdict != rule.verdict || rule.verdict < Verdict::inconclusive) continue;
       if (++told > kMostSubjects) break;
-      say(subject.subject, words_of(subject, rows, names));
+      say(subject.subject, subject_words(subject, rows, names));
       for (std::size_t i = 0; i < std::min(subject.evidence.size(), kMostEvidence); ++i)
         say(subject.evidence[i].note, names.in_words(subject.evidence[i].note));
     }

@@ -105,7 +105,7 @@ constexpr std::int32_t kSnappy = 1;
 constexpr std::int32_t kDataPage = 0;
 constexpr std::int32_t kDictionaryPage = 2;
 constexpr std::size_t kRowsPerGroup = 100'000;
-constexpr std::string_view kMagic = "PAR1";
+constexpr std::string_view kParquetMagic = "PAR1";
 
 PhysicalType physical(ColumnType type) {
   switch (type) {
@@ -256,7 +256,7 @@ class ParquetTable final : public TableWriter {
  public:
   ParquetTable(std::ostream& out, std::span<const Column> columns)
       : out_(out), columns_(columns.begin(), columns.end()), chunks_(columns.size()) {
-    write(kMagic);
+    write(kParquetMagic);
   }
 
   void row(std::span<const Cell> cells) override {
@@ -272,7 +272,7 @@ class ParquetTable final : public TableWriter {
     std::string size;
     append_little_endian(size, static_cast<std::uint32_t>(metadata.size()));
     write(size);
-    write(kMagic);
+    write(kParquetMagic);
   }
 
  private:

@@ -11,7 +11,7 @@
 namespace cie::viewer_export {
 namespace {
 
-constexpr std::size_t kPiece = 1U << 16U;  // bytes to write at a time
+constexpr std::size_t kWrittenAtOnce = 1U << 16U;  // bytes to write at a time
 
 bool is_required(const FleetTable& table, const Column& column) {
   return std::ranges::find(table.order, column.name) != table.order.end() ||
@@ -84,7 +84,7 @@ void RowBinaryTable::row(const RowPlace& place, std::span<const Cell> cells) {
   bytes_ += head_;
   for (std::size_t i = 0; i < cells.size(); ++i)
     add(parts_[i], cells[i]);
-  if (bytes_.size() < kPiece) return;
+  if (bytes_.size() < kWrittenAtOnce) return;
   out_.write(bytes_.data(), static_cast<std::streamsize>(bytes_.size()));
   bytes_.clear();
 }

@@ -15,7 +15,7 @@ namespace {
 using analysis::Verdict;
 
 // Text in which "#" begins no directive.
-std::string escaped(std::string_view text) {
+std::string tap_escaped(std::string_view text) {
   std::string result;
   for (const char c : text) {
     if (c == '#' || c == '\\') result += '\\';
@@ -27,12 +27,12 @@ std::string escaped(std::string_view text) {
 std::string description(const analysis::RuleVerdict& rule, std::string_view subject) {
   std::string text = fmt::format("{} {}", rule.id, rule.name);
   if (!subject.empty()) text += fmt::format(": {}", printable(subject));
-  return escaped(text);
+  return tap_escaped(text);
 }
 
 // What TAP calls a test that is known to fail is a TODO: "not ok", and not counted.
 std::string directive(const analysis::SubjectVerdict& subject) {
-  if (subject.is_suppressed()) return " # TODO " + escaped(words_of(*subject.suppression));
+  if (subject.is_suppressed()) return " # TODO " + tap_escaped(words_of(*subject.suppression));
   return subject.verdict == Verdict::not_applicable ? " # SKIP not applicable" : "";
 }
 

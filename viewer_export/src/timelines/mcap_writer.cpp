@@ -10,7 +10,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-constexpr auto kMagic = "\x89MCAP0\r\n"sv;
+constexpr auto kMcapMagic = "\x89MCAP0\r\n"sv;
 
 enum class Op : std::uint8_t {
   header = 0x01,
@@ -75,7 +75,7 @@ std::string joined(const std::vector<std::string>& records) {
 
 McapWriter::McapWriter(std::ostream& out, std::string_view library, std::size_t chunk_bytes)
     : out_(out), chunk_bytes_(chunk_bytes) {
-  write_data(kMagic);
+  write_data(kMcapMagic);
   write_data(Fields{}.text("").text(library).record(Op::header));
 }
 
@@ -248,7 +248,7 @@ void McapWriter::finish() {
   write(unchecked);
   const auto crc = crc_of(crc_of(crc_of(0, summary), offsets), unchecked);
   write(Fields{}.number(crc).data());
-  write(kMagic);
+  write(kMcapMagic);
 }
 
 }  // namespace cie::viewer_export

@@ -76,8 +76,8 @@ std::string timer_words(std::string_view what, std::uint64_t period_ns) {
   return words + ' ' + period_words(std::to_string(period_ns));
 }
 
-std::string words_of(const Parts& parts, std::uint64_t period_ns, const std::string& node,
-                     const TextStyle& style) {
+std::string name_words(const Parts& parts, std::uint64_t period_ns, const std::string& node,
+                       const TextStyle& style) {
   const auto said = [&]() -> std::string {
     if (parts.kind == "Timer") return " timer " + timer_words(parts.what, period_ns);
     if (parts.kind == "Subscription") return (style.unicode ? " ← " : " <- ") + source_words(parts);
@@ -185,7 +185,7 @@ void CallbackNames::name_ids(std::vector<std::string> ids, const Periods& period
     if (const auto parts = parts_of(id); parts && !style.ids) {
       name.node = short_of.at(parts->node);
       const auto period = periods.find(id);
-      name.all = words_of(*parts, period == periods.end() ? 0 : period->second, name.node, style);
+      name.all = name_words(*parts, period == periods.end() ? 0 : period->second, name.node, style);
     }
     ++times[name.all];
     of_id_.emplace(id, std::move(name));

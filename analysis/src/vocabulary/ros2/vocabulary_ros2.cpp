@@ -134,7 +134,7 @@ void add_agnocast(std::vector<Translation>& table) {
       {"callable", "timer_handle"});
 }
 
-std::vector<Translation> make_table() {
+std::vector<Translation> ros2_table() {
   std::vector<Translation> table;
   add_entities(table);
   add_running(table);
@@ -146,7 +146,7 @@ std::vector<Translation> make_table() {
 }  // namespace
 
 const std::vector<Translation>& ros2_vocabulary() {
-  static const auto table = make_table();
+  static const auto table = ros2_table();
   return table;
 }
 
