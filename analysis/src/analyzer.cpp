@@ -42,8 +42,10 @@ struct Analyzer::Pipeline {
   void count_only(const Event& event) {
     ++by_class[event.body.index()];
     if (event.head.is_derived && !event.head.stands_for_cause) return;
-    ++model.events.total;
-    recording.count_event(event.head.stream);
+    const auto* other = std::get_if<OtherEvent>(&event.body);
+    const auto count = other != nullptr ? other->count : 1;
+    model.events.total += count;
+    recording.count_events(event.head.stream, count);
   }
 
   // Passes the edges of the window that was asked for; true for a hot event outside it.

@@ -29,7 +29,8 @@ void read_events(std::span<const std::filesystem::path> traces, const ctf::Event
   read_files(traces, sink,
              {.metadata_from = options.metadata_from,
               .progress = options.progress,
-              .translator = translator});
+              .translator = translator,
+              .counts_others = !options.window});  // else those inside are
 }
 
 bool is_in(const std::optional<TimeWindow>& window, Timestamp begin, Timestamp end) {
@@ -138,7 +139,8 @@ MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces
              {.metadata_from = options.metadata_from,
               .progress = options.progress,
               .choice = &choice,
-              .window = options.window.value_or(TimeWindow{})});
+              .window = options.window.value_or(TimeWindow{}),
+              .counts_others = true});
   return events.missing();
 }
 

@@ -94,7 +94,8 @@ class Reader {
         progress_(options.progress),
         translator_(options.translator),
         choice_(options.choice),
-        window_(options.window) {
+        window_(options.window),
+        counts_others_(options.counts_others) {
     std::set<fs::path> seen;
     for (const auto& path : traces) {
       for (const auto& directory : find_traces(path)) {
@@ -272,7 +273,8 @@ class Reader {
                               .merge_offset_ns = 0,
                               .piece = piece,
                               .progress = progress_,
-                              .window = window_};
+                              .window = window_,
+                              .counts_others = counts_others_};
       identity.channel =
           channels.try_emplace({key.trace, key.is_unknown, key.stream_class}, identity.channel)
               .first->second;
@@ -412,6 +414,7 @@ class Reader {
   EventTranslator* translator_;
   EventChoice* choice_;
   TimeWindow window_;
+  bool counts_others_;
   std::optional<Clock> clock_;                                // of the first sound trace
   std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
   std::map<std::string, Clock> clocks_;                       // by host, the first one seen

@@ -28,6 +28,9 @@ struct ReadOptions {
   EventChoice* choice = nullptr;
   // Packets outside it are told without their events.
   TimeWindow window{};
+  // Whether OtherEvents of no class are only counted: at its end, a packet has one that stands for
+  // them all. Those of snapshots, which begin within a packet, are told one by one.
+  bool counts_others = false;
 };
 
 // Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces

@@ -46,8 +46,8 @@ class RecordingTracker {
   void apply(const EventHead& head, const DamagedPacket& event);
   void apply(const EventHead& head, const TimeRegression& event);
   void add_loss(Loss loss);
-  void count_event(StreamIndex stream) noexcept {
-    if (auto* state = states_.find(stream)) ++state->events;
+  void count_events(StreamIndex stream, std::uint64_t count) noexcept {
+    if (auto* state = states_.find(stream)) state->events += count;
   }
 
   // Window of the channel that a stream belongs to.

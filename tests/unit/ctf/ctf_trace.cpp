@@ -46,8 +46,8 @@ std::string line_of(const Event& event) {
           },
           [&](const TimeRegression& e) { return at + "after " + std::to_string(e.previous.ns); },
           [&](const OtherEvent& e) {
-            return at + std::string(e.name) + " on " +
-                   (event.head.cpu ? std::to_string(*event.head.cpu) : "?");
+            return at + (e.count > 1 ? std::to_string(e.count) + " others" : std::string(e.name)) +
+                   " on " + (event.head.cpu ? std::to_string(*event.head.cpu) : "?");
           },
           [&](const auto&) { return at + "other"; }},
       event.body);
@@ -139,24 +139,32 @@ void TraceFolder::write(const std::string& file, const std::string& bytes) const
   std::ofstream(path() / file, std::ios::binary | std::ios::trunc) << bytes;
 }
 
-std::vector<std::string> read(const std::vector<fs::path>& traces, const TimeWindow& window) {
+std::vector<std::string> read(const std::vector<fs::path>& traces,
+                              const ctf::ReadOptions& options) {
   std::vector<std::string> lines;
-  ctf::read_traces(traces,
-                   [&lines](const Event& event) {
-                     if (!is_structure(event)) lines.push_back(line_of(event));
-                   },
-                   {.window = window});
+  ctf::read_traces(
+      traces,
+      [&lines](const Event& event) {
+        if (!is_structure(event)) lines.push_back(line_of(event));
+      },
+      options);
   return lines;
 }
 
-std::vector<std::string> read(const std::vector<fs::path>& traces) { return read(traces, {}); }
+std::vector<std::string> read(const std::vector<fs::path>& traces) {
+  return read(traces, ctf::ReadOptions{});
+}
 
 std::vector<std::string> read(const TraceFolder& folder) {
   return read(std::vector<fs::path>{folder.path()});
 }
 
 std::vector<std::string> read(const TraceFolder& folder, const TimeWindow& window) {
-  return read({folder.path()}, window);
+  return read({folder.path()}, ctf::ReadOptions{.window = window});
+}
+
+std::vector<std::string> read_counting(const TraceFolder& folder) {
+  return read({folder.path()}, ctf::ReadOptions{.counts_others = true});
 }
 
 std::vector<std::string> read_all(const TraceFolder& folder) {

@@ -59,6 +59,8 @@ std::vector<std::string> read(const std::vector<std::filesystem::path>& traces);
 std::vector<std::string> read(const TraceFolder& folder);
 // Of packets outside the window nothing but that they are there is read.
 std::vector<std::string> read(const TraceFolder& folder, const analysis::TimeWindow& window);
+// Events of no vocabulary are only counted.
+std::vector<std::string> read_counting(const TraceFolder& folder);
 // Everything, structure included, with the number of the stream first.
 std::vector<std::string> read_all(const TraceFolder& folder);
 // The same by a reader on another thread.

@@ -213,6 +213,22 @@ TEST(Streams, AnEventLargerThanThePieceInMemoryIsReadWhole) {
   EXPECT_THAT(read(folder), ElementsAre("1 tick on 0", "5 text on 0"));
 }
 
+// Of a kernel's trace that are three events of four.
+TEST(Streams, EventsThatMeanNothingAreOnlyCountedForWhoWantsThat) {
+  using namespace std::string_literals;
+  const TraceFolder folder;
+  folder.write("metadata", metadata() +
+                               "event { id = 3; stream_id = 0; name = \"sched_process_exit\";"
+                               " fields := struct { u32 tid; }; };\n");
+  const std::string rest = "\3\6\0\0\0\1\0\0\0"s + "\2\7\0\0\0words\0"s + "\1\10\0\0\0\1"s;
+  folder.write("channel",
+               bytes_of(PacketText{.begin = 1, .end = 9, .ticks = {{2}, {5}}, .tail = rest}) +
+                   bytes_of(PacketText{.begin = 9, .end = 20, .ticks = {{11}}, .sequence = 1}));
+  EXPECT_THAT(read(folder), ElementsAre("2 tick on 0", "5 tick on 0", "6 other", "7 text on 0",
+                                        "8 tick on 0", "11 tick on 0"));
+  EXPECT_THAT(read_counting(folder), ElementsAre("6 other", "9 4 others on 0", "20  on 0"));
+}
+
 TEST(Streams, BytesReadAreCountedForWhoLooks) {
   const TraceFolder folder;
   folder.write("metadata", metadata());

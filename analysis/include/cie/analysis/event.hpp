@@ -423,6 +423,9 @@ struct OtherEvent {
   std::uint32_t event_class = kNoClass;
   std::uint32_t context = 0;
   std::span<const FieldValue> fields{};
+  // It stands for so many, of which the last was no later: readers of files only count what nobody
+  // asks for.
+  std::uint64_t count = 1;
 };
 
 using EventBody =

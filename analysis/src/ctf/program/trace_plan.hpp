@@ -73,6 +73,10 @@ struct EventPlan {
   bool has_own_tid = false;
   bool is_shown = false;  // all of its fields are
   OtherEvent other{};     // what it becomes without a translation, but for its fields
+  // It means nothing to anybody, and nobody asks for it.
+  bool is_other() const noexcept {
+    return translation == nullptr && !is_shown && other.event_class == OtherEvent::kNoClass;
+  }
 
   // What the programs read, if all of it has fixed places: contexts and fields one after the other.
   struct FixedBody {

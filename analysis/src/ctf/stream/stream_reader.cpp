@@ -17,6 +17,7 @@ StreamReader::StreamReader(std::vector<StreamFile> files, StreamIdentity identit
     has_packet_times_ = first->stream->has_packet_times;
     has_times_ = has_packet_times_ || first->stream->has_event_time;
   }
+  if (files_.front().trace->plan().is_snapshot) identity_.counts_others = false;
   load_packet();
 }
 
@@ -215,11 +216,15 @@ bool StreamReader::look_ahead() {
     const auto time = time_of(found.clock);
     if (end_ahead_ == kAhead || time < last) return false;  // what runs backwards is told
     last = time;
+    if (is_counting(*found.plan)) {
+      ++counted_;
+      return true;
+    }
     ahead_[end_ahead_++] = {.plan = found.plan, .body = found.body, .time = time};
     return true;
   });
+  if (counted_ > 0 || end_ahead_ > 0) last_time_ = last;
   if (end_ahead_ == 0) return false;
-  last_time_ = last;
   stand_at(ahead_.front().time);
   cursor_->prefetch();
   return true;
@@ -247,6 +252,11 @@ void StreamReader::emit_event(EventWriter& writer) {
   pass(writer, time);
   if (!has_packet_times_ && !has_begun_) emit(writer, time, PacketBegin{});
   has_begun_ = true;
+  if (is_counting(cursor_->plan())) {
+    ++counted_;
+    find_event();
+    return;
+  }
   auto& event = writer.add();
   event.head.time = time;
   event.head.stream = identity_.index;
@@ -257,15 +267,23 @@ void StreamReader::emit_event(EventWriter& writer) {
   find_event();
 }
 
+void StreamReader::emit_counted(EventWriter& writer, Timestamp time) {
+  if (counted_ > 0) emit(writer, time, OtherEvent{.name = {}, .count = counted_});
+  counted_ = 0;
+}
+
 void StreamReader::emit_packet_end(EventWriter& writer) {
   clock_cycles_ = is_outside_ ? *packet_->end : cursor_->clock();
   if (has_packet_times_ && packet_->begin && packet_->end) {
     // What a crash left behind has no end: its last event is.
     const bool is_open = *packet_->end < *packet_->begin;
     const auto time = time_of(is_open ? packet_last_clock_ : *packet_->end);
+    emit_counted(writer, time);
     emit(writer, time, PacketEnd{});
     last_end_ = time;
     last_time_ = last_time_ ? std::max(*last_time_, time) : time;
+  } else {
+    emit_counted(writer, last_time_.value_or(Timestamp{}));
   }
   load_packet();
 }

@@ -39,7 +39,8 @@ struct StreamIdentity {
   Progress* progress = nullptr;      // null: nobody looks
   bool is_idle = false;              // these two: see StreamBegin
   bool is_left_out = false;
-  TimeWindow window{};  // nobody asks for events of packets outside it
+  TimeWindow window{};         // nobody asks for events of packets outside it
+  bool counts_others = false;  // see ReadOptions
 };
 
 // The sum, or the end of the time line that lies in its direction.
@@ -112,6 +113,10 @@ class StreamReader {
   void emit_gap(EventWriter& writer);
   void emit_packet_begin(EventWriter& writer);
   void emit_packet_end(EventWriter& writer);
+  void emit_counted(EventWriter& writer, Timestamp time);
+  bool is_counting(const EventPlan& plan) const noexcept {
+    return identity_.counts_others && plan.is_other();
+  }
   // An event of no thread.
   void emit(EventWriter& writer, Timestamp time, const EventBody& body) const;
   // Notes when something happens, and tells if that is before what happened last.
@@ -158,6 +163,7 @@ class StreamReader {
   std::size_t end_ahead_ = 0;
   LateFields::OfTrace* trace_ = nullptr;  // of the packet's file
   ShownFields shown_;                     // of the event that is read
+  std::uint64_t counted_ = 0;             // events of the packet that are only counted
 
   std::optional<Timestamp> last_end_;   // of the last packet
   std::optional<Timestamp> last_time_;  // of the last event or packet bound
