@@ -205,7 +205,7 @@ SavedSnapshot FlightRecorder::save(const std::string& reason, const Manifest& ab
   // Of those that ended, the buffers may hold nothing any more. Who did describe itself is there.
   manifest.processes.clear();
   if (processes_ != nullptr) {
-    processes_->poll();
+    processes_->catch_up();
     manifest.processes = processes_->begun(asked_ns, now().monotonic_ns);
     manifest.names_all_processes = !processes_->has_missed();
   }

@@ -112,7 +112,7 @@ Rotation::KernelPart Rotation::end_kernel_part(const KernelSummary& total) {
 void Rotation::note_processes(Manifest& manifest, const Instant& end) {
   manifest.processes.clear();
   if (processes_ == nullptr) return;
-  processes_->poll();
+  processes_->catch_up();
   manifest.processes = processes_->begun(settled_ns_, end.monotonic_ns);
   manifest.names_all_processes = !processes_->has_missed();
   if (settled_next_ns_ > end.monotonic_ns) {

@@ -89,8 +89,8 @@ void Tracing::create_session(const RelayDestination& destination) {
 // A recording without this is worth as much, so it does not fail.
 void Tracing::watch_processes() {
   try {
-    processes_ = std::make_unique<ProcessWatch>(manifest.session,
-                                                options().ros2 == Ros2Events::applications);
+    processes_ = std::make_unique<ProcessWatch>(
+        manifest.session, options().ros2 == Ros2Events::applications, daemon_->pid());
   } catch (const RecordError& error) {
     manifest.names_all_processes = false;
     console.warn(error.what());
@@ -110,7 +110,10 @@ void Tracing::abandon() noexcept {
   claim_.withdraw();
 }
 
-bool Tracing::poll_processes() { return processes_ && !is_daemon_lost_ && processes_->poll(); }
+bool Tracing::poll_processes() {
+  if (!processes_ || is_daemon_lost_) return false;
+  return ending_ ? processes_->catch_up() : processes_->poll();
+}
 
 void Tracing::note_processes() {
   const std::int64_t until = ending_.value_or(now()).monotonic_ns;

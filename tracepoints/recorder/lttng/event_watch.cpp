@@ -2,6 +2,7 @@
 
 #include "system/error.hpp"
 
+#include <lttng/error-query.h>
 #include <lttng/lttng.h>
 
 namespace cie::record {
@@ -18,6 +19,40 @@ struct DestroyNotification {
     lttng_notification_destroy(notification);
   }
 };
+
+struct DestroyQuery {
+  void operator()(lttng_error_query* query) const noexcept { lttng_error_query_destroy(query); }
+};
+struct DestroyResults {
+  void operator()(lttng_error_query_results* results) const noexcept {
+    lttng_error_query_results_destroy(results);
+  }
+};
+
+// How much the daemon counted as lost; what it does not tell is not counted.
+std::uint64_t losses(lttng_error_query* asked) {
+  const std::unique_ptr<lttng_error_query, DestroyQuery> query(asked);
+  lttng_error_query_results* told = nullptr;
+  if (!query || lttng_error_query_execute(query.get(), lttng_session_daemon_command_endpoint,
+                                          &told) != LTTNG_OK) {
+    return 0;
+  }
+  const std::unique_ptr<lttng_error_query_results, DestroyResults> results(told);
+  std::uint64_t sum = 0;
+  unsigned int count = 0;
+  static_cast<void>(lttng_error_query_results_get_count(told, &count));
+  for (unsigned int i = 0; i < count; ++i) {
+    const lttng_error_query_result* result = nullptr;
+    std::uint64_t value = 0;
+    if (lttng_error_query_results_get_result(told, &result, i) ==
+            LTTNG_ERROR_QUERY_RESULTS_STATUS_OK &&
+        lttng_error_query_result_counter_get_value(result, &value) ==
+            LTTNG_ERROR_QUERY_RESULT_STATUS_OK) {
+      sum += value;
+    }
+  }
+  return sum;
+}
 
 // Names what LTTng refuses.
 class Check {
@@ -109,6 +144,11 @@ EventWatch::~EventWatch() {
   if (is_registered_) {
     lttng_unregister_trigger(trigger_.get());
   }
+}
+
+void EventWatch::look_for_losses() {
+  has_missed_ = has_missed_ || losses(lttng_error_query_condition_create(trigger_.get())) > 0 ||
+                losses(lttng_error_query_trigger_create(trigger_.get())) > 0;
 }
 
 std::optional<std::vector<Captured>> EventWatch::poll() {

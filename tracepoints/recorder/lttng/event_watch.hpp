@@ -38,7 +38,10 @@ class EventWatch {
 
   // The captures of the next event, in their order; empty: none came since. Never waits.
   std::optional<std::vector<Captured>> poll();
-  // LTTng dropped notifications, because too many came between two questions.
+  // Asks LTTng whether it discarded what processes had to tell, because too much came at once.
+  void look_for_losses();
+  // LTTng dropped notifications, because too many came between two questions, or discarded some
+  // before.
   bool has_missed() const noexcept { return has_missed_; }
 
  private:

@@ -4,8 +4,10 @@
 #include "system/processes.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <iterator>
+#include <thread>
 #include <tuple>
 #include <utility>
 
@@ -15,6 +17,10 @@ namespace {
 // Places of what is captured.
 enum : std::size_t { kPid, kName, kStart, kTime, kMoment };
 constexpr std::int64_t kStarts = 0;  // `moment` of a process that begins
+
+constexpr std::chrono::seconds kPassingOn{5};  // what the daemon may take to do so
+constexpr std::chrono::milliseconds kLook{2};
+constexpr std::chrono::milliseconds kQuiet{200};  // if one cannot see what it does
 
 // Those whose begin is known first.
 auto key(const RecordedProcess& process) {
@@ -38,7 +44,7 @@ std::string name_of(const std::vector<Captured>& event) {
 
 }  // namespace
 
-ProcessWatch::ProcessWatch(const std::string& name, bool is_ros2) {
+ProcessWatch::ProcessWatch(const std::string& name, bool is_ros2, pid_t daemon) : daemon_(daemon) {
   const std::vector<Capture> captures{{.name = "vpid", .is_context = true},
                                       {.name = "procname", .is_context = true},
                                       {.name = "process_start_ns"},
@@ -71,8 +77,36 @@ bool ProcessWatch::poll() {
     known_.push_back({.time_ns = std::nullopt,
                       .process = {.pid = pid, .name = std::move(name), .start_ns = std::nullopt}});
   }
+  note_losses();
+  return is_any;
+}
+
+void ProcessWatch::note_losses() noexcept {
   has_missed_ = has_missed_ || (begins_ && begins_->has_missed()) ||
                 (ros2_begins_ && ros2_begins_->has_missed());
+}
+
+// Who emits an event writes it into a pipe of the daemon's, of which one thread passes it to the next.
+// Each is woken before the one that wakes it sleeps: when all sleep, all was passed on.
+bool ProcessWatch::catch_up() {
+  if (!begins_) return false;
+  const auto deadline = std::chrono::steady_clock::now() + kPassingOn;
+  bool is_any = false;
+  for (auto quiet = kQuiet;;) {
+    const bool has_passed_on = daemon_ > 0 ? is_asleep(daemon_) : quiet <= kQuiet.zero();
+    const bool has_come = poll();
+    is_any = is_any || has_come;
+    if (has_passed_on && !has_come) break;
+    if (std::chrono::steady_clock::now() > deadline) {
+      has_missed_ = true;
+      break;
+    }
+    quiet = has_come ? kQuiet : quiet - kLook;
+    std::this_thread::sleep_for(kLook);
+  }
+  begins_->look_for_losses();
+  if (ros2_begins_) ros2_begins_->look_for_losses();
+  note_losses();
   return is_any;
 }
 

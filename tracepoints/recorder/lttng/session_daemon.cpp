@@ -186,6 +186,12 @@ void SessionDaemon::stop() noexcept {
 
 bool SessionDaemon::is_alive() const { return lttng_session_daemon_alive() == 1; }
 
+// Where it answers is known as liblttng-ctl knows it; root's is for members of the tracing group, too.
+pid_t SessionDaemon::pid() const {
+  const bool is_others = !process_ && access(shared_run_directory().c_str(), W_OK) != 0;
+  return answering_daemon(is_others ? fs::path("/run/lttng") : shared_run_directory());
+}
+
 void SessionDaemon::abandon() noexcept {
   abandon_process();
   lock_.close();

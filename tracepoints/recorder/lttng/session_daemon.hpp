@@ -11,6 +11,8 @@
 #include <optional>
 #include <string>
 
+#include <sys/types.h>
+
 namespace cie::record {
 
 class SessionDaemon {
@@ -28,6 +30,8 @@ class SessionDaemon {
   SessionDaemon& operator=(const SessionDaemon&) = delete;
 
   bool is_alive() const;
+  // Of the daemon that answers; 0 where that cannot be told, as of one in another pid namespace.
+  pid_t pid() const;
 
   // For a daemon that does not answer any more: kills it and its consumer daemons if this object
   // started them, and lets go of it otherwise. The destructor then leaves it alone.

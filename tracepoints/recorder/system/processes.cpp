@@ -23,6 +23,18 @@ std::string in_proc(pid_t pid) { return std::to_string(pid); }
 
 std::string process_name(pid_t pid) { return first_line("/proc/" + in_proc(pid) + "/comm"); }
 
+bool is_asleep(pid_t pid) {
+  std::error_code error;
+  std::filesystem::directory_iterator threads("/proc/" + in_proc(pid) + "/task", error);
+  for (const std::filesystem::directory_iterator end; !error && threads != end;
+       threads.increment(error)) {
+    const std::string stat = first_line(threads->path() / "stat");
+    const auto after_name = stat.rfind(')');  // a name may have any character
+    if (after_name != std::string::npos && stat.substr(after_name, 3) != ") S") return false;
+  }
+  return true;
+}
+
 pid_t parent_of(pid_t pid) { return static_cast<pid_t>(stat_field(in_proc(pid), 4).value_or(0)); }
 
 std::optional<std::uint64_t> start_ticks(pid_t pid) { return stat_field(in_proc(pid), 22); }

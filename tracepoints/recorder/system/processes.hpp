@@ -13,6 +13,10 @@ namespace cie::record {
 // The name of its program, at most 15 bytes; empty if it is gone.
 std::string process_name(pid_t pid);
 
+// Whether all of its threads wait for something: none has work that it knows of. Of a process that is
+// gone, too.
+bool is_asleep(pid_t pid);
+
 // The parent of a process, 0 if it is gone.
 pid_t parent_of(pid_t pid);
 
