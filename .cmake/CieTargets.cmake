@@ -60,6 +60,14 @@ function(cie_compile_options target)
   endif()
 endfunction()
 
+# cie_guide_fuzzers(cie_analysis): what a fuzzer reaches in this library tells it where to go on. A fifth of the
+# compiler's time, so only what is fuzzed has it.
+function(cie_guide_fuzzers target)
+  if(CIE_BUILD_FUZZERS)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
+endfunction()
+
 # What most sources include, compiled once for a target, where the build asks for it (the trees of
 # sanitizers and fuzzers do): a quarter of the time. Where g++ 12 optimises, it gives false warnings about
 # strings (-Warray-bounds).
