@@ -232,6 +232,20 @@ TEST(ReportText, DividesAChainOfRos2ByStarts) {
               HasSubstr("the first release is not known: \"at least\" is from the first start"));
 }
 
+TEST(ReportText, SaysOnceWhatHoldsForSeveralChains) {
+  auto report = test::sample_report();
+  report.chains[0].instances = 0;
+  report.chains.push_back(report.chains[0]);
+  std::ostringstream out;
+  write_report_chains(out, report, {.columns = 100});
+  const auto text = out.str();
+  const std::string note = "no instance of it was seen";
+  const auto first = text.find(note);
+  ASSERT_NE(first, std::string::npos);
+  EXPECT_EQ(text.find(note, first + 1), std::string::npos) << text;
+  EXPECT_NE(text.find("Chain ", text.find("Chain ") + 1), std::string::npos) << text;
+}
+
 TEST(ReportText, SaysWhereNothingTellsWhatWasTaken) {
   auto report = test::sample_report();
   const auto chains = [&report] {

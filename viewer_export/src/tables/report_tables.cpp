@@ -212,8 +212,10 @@ std::string hop_title(const Report& report, const ChainReport& chain, std::size_
   return names.of_id(id) + (row == nullptr ? "" : place_of(report, *row));
 }
 
+// `said`: notes of the tables before it, which need no repetition.
 std::string chain_table(const Report& report, const ChainReport& chain, std::size_t number,
-                        const CallbackNames& names, const TextStyle& style) {
+                        const CallbackNames& names, const TextStyle& style,
+                        std::set<std::string>& said) {
   // A chain without a spec is named by all its hops, which the table lists anyway.
   const bool is_named = chain.is_specified || chain.name.find(" -> ") == std::string::npos;
   const auto title = fmt::format("Chain {}{}: {}, {} complete",
@@ -246,6 +248,7 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
   std::string text = paint(elide(title, style.columns), Look::strong, style) + "\n" +
                      (table.is_empty() ? "" : table.render(style));
   for (const auto& note : chain_notes(chain)) {
+    if (!said.insert(note).second) continue;
     for (const auto& line : wrap(note, style.columns - 2))
       text += "  " + line + "\n";
   }
@@ -413,9 +416,10 @@ std::string chain_tables(const Report& report, const TextStyle& style) {
   }
   const CallbackNames names(report, style);
   std::string text;
+  std::set<std::string> said;
   for (const auto* chain : chains) {
     const auto number = static_cast<std::size_t>(chain - report.chains.data()) + 1;
-    text += chain_table(report, *chain, number, names, style);
+    text += chain_table(report, *chain, number, names, style, said);
   }
   if (chains.size() < report.chains.size()) {
     text += fmt::format("The {} slowest of {} chains are shown; --format json has all.\n\n",
