@@ -6,6 +6,7 @@
 #include <cie/analysis/statistics.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include "rare.hpp"
 #include "recording_facts.hpp"
 #include "thread_facts.hpp"
 
@@ -87,14 +88,14 @@ struct CallbackFacts {
   std::uint64_t releases = 0;
   std::uint64_t ends_without_start = 0;  // seq not below the first start seen
   std::uint64_t ends_before_first = 0;   // of instances cut by the window's begin
-  std::optional<std::pair<std::uint64_t, EventRef>> first_end_without_start{};
+  Rare<std::pair<std::uint64_t, EventRef>> first_end_without_start{};
   std::uint64_t second_ends = 0;
   struct SecondEnd {
     std::uint64_t seq = 0;
     EventRef first{};
     EventRef second{};
   };
-  std::optional<SecondEnd> first_second_end{};
+  Rare<SecondEnd> first_second_end{};
 
   std::vector<CallbackOnThread> ran_on{};  // by first start
   std::vector<Move> moves{};               // capped at 1024
@@ -108,8 +109,8 @@ struct CallbackFacts {
     std::uint64_t second_seq = 0;
     EventRef second_start{};
   };
-  std::optional<Overlap> overlap{};           // the first one did end: proven
-  std::optional<Overlap> overlap_unproven{};  // it never ended
+  Rare<Overlap> overlap{};           // the first one did end: proven
+  Rare<Overlap> overlap_unproven{};  // it never ended
 
   // Complete instances in the window, by what their release is known from.
   std::uint64_t instances = 0;
@@ -117,8 +118,8 @@ struct CallbackFacts {
   std::uint64_t late = 0;              // certainly beyond response_deadline
   std::uint64_t late_by_duration = 0;  // of these, those whose duration alone is
   std::uint64_t exceptions = 0;        // that an exception ended
-  std::optional<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
-  std::uint64_t without_status = 0;                                     // whose end does not tell
+  Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
+  std::uint64_t without_status = 0;                            // whose end does not tell
   std::uint64_t cut_instances = 0;
   std::vector<OpenInstance> open{};  // capped at 64
   std::uint64_t open_count = 0;
@@ -157,10 +158,10 @@ struct CallbackFacts {
     Timestamp next_release{};
     EventRef next_start{};
   };
-  std::optional<ReleaseBeforeEnd> release_before_end{};
+  Rare<ReleaseBeforeEnd> release_before_end{};
 
   std::uint64_t missed = 0;  // skipped periods, those before open instances included
-  std::optional<Extreme<std::uint32_t>> first_missed{};
+  Rare<Extreme<std::uint32_t>> first_missed{};
   // Of a timer with `first_expiry`.
   struct Grid {
     std::uint64_t unresolved =

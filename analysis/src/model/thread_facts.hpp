@@ -4,6 +4,7 @@
 #include <cie/analysis/event.hpp>
 #include <cie/tracepoints/schema.hpp>
 
+#include "rare.hpp"
 #include "recording_facts.hpp"
 
 #include <cstdint>
@@ -140,7 +141,7 @@ struct SequenceFacts {
   EventRef first_at{};
   EventRef last_at{};
   std::uint64_t missing = 0;
-  std::optional<SequenceGap> first_gap{};
+  Rare<SequenceGap> first_gap{};
   std::uint64_t repeated = 0;  // a number not above the last, seen again or out of order
 };
 
@@ -207,9 +208,9 @@ struct ThreadFacts {
   // S3: first later audit or switch priority that differs from the last `applied` before it
   // (or from the first audit, where the process was announced). A raised priority may be an
   // inherited one whose sched_pi_setprio is lost; a lowered one is never inherited.
-  std::optional<std::pair<ReadBack, ReadBack>> audit_mismatch{};
-  std::optional<std::pair<ReadBack, SwitchPriority>> raised_priority{};
-  std::optional<std::pair<ReadBack, SwitchPriority>> lowered_priority{};
+  Rare<std::pair<ReadBack, ReadBack>> audit_mismatch{};
+  Rare<std::pair<ReadBack, SwitchPriority>> raised_priority{};
+  Rare<std::pair<ReadBack, SwitchPriority>> lowered_priority{};
   std::uint64_t switches_checked = 0;  // sched_switch priorities compared
   std::uint64_t audits_checked = 0;
 
@@ -217,7 +218,7 @@ struct ThreadFacts {
   std::vector<ScheduledAs> scheduled{};
 
   // S4: first run on a CPU outside the mask last read back before.
-  std::optional<std::pair<ReadBack, EventRef>> cpu_violation{};
+  Rare<std::pair<ReadBack, EventRef>> cpu_violation{};
   std::uint64_t cpus_checked = 0;         // user events and switch-ins compared
   std::uint64_t switch_cpus_checked = 0;  // of them, switch-ins
 
@@ -229,8 +230,8 @@ struct ThreadFacts {
     CallbackIndex inner{};
     EventRef inner_start{};
   };
-  std::optional<Nesting> nesting{};           // outer ended: proven
-  std::optional<Nesting> nesting_unproven{};  // outer never ended: an end may be lost
+  Rare<Nesting> nesting{};           // outer ended: proven
+  Rare<Nesting> nesting_unproven{};  // outer never ended: an end may be lost
 
   // M6: on-CPU time outside instances, from the first wait to the end; needs kernel events.
   std::optional<Timestamp> first_wait{};

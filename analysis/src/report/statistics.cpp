@@ -62,9 +62,18 @@ void LogLinearHistogram::Counters::merge(const Counters& other) {
     if (block >= places_.size() || places_[block] == 0) add_block(block);
     auto* to = &counts_[(places_[block] - std::size_t{1}) * kBlock];
     const auto* from = &other.counts_[(other.places_[block] - std::size_t{1}) * kBlock];
-    for (std::size_t i = 0; i < kBlock; ++i)
-      to[i] += from[i];
+    for (std::size_t i = 0; i < kBlock; ++i) {
+      const auto sum = to[i] + from[i];
+      if (sum < from[i]) carries_.push_back(static_cast<std::uint32_t>(block * kBlock + i));
+      to[i] = sum;
+    }
   }
+  carries_.insert(carries_.end(), other.carries_.begin(), other.carries_.end());
+}
+
+std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const noexcept {
+  if (carries_.empty()) return 0;
+  return static_cast<std::uint64_t>(std::ranges::count(carries_, bucket)) << 32U;
 }
 
 void LogLinearHistogram::add(std::span<const std::int64_t> values) {

@@ -163,5 +163,26 @@ TEST(Statistics, MergedPartsEqualTheWhole) {
   EXPECT_EQ(a.p99_9, b.p99_9);
 }
 
+// In four bytes for each bucket, most of which hold little.
+TEST(Histogram, CountsBeyondFourBytes) {
+  LogLinearHistogram histogram;
+  histogram.add(7);
+  histogram.add(-3);
+  for (int doubled = 0; doubled < 34; ++doubled) {
+    const auto same = histogram;
+    histogram.merge(same);
+  }
+  const auto times = std::uint64_t{1} << 34U;
+  EXPECT_EQ(histogram.count(), 2 * times);
+  const auto buckets = histogram.buckets();
+  ASSERT_EQ(buckets.size(), 2U);
+  EXPECT_EQ(buckets[0].value, -3);
+  EXPECT_EQ(buckets[0].count, times);
+  EXPECT_EQ(buckets[1].value, 7);
+  EXPECT_EQ(buckets[1].count, times);
+  EXPECT_EQ(histogram.quantile(1, 2), -3);
+  EXPECT_EQ(histogram.quantile(51, 100), 7);
+}
+
 }  // namespace
 }  // namespace cie::analysis

@@ -41,8 +41,8 @@ struct Summary {
 
 // A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
 // (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding
-// two histograms equals one histogram of all values. Memory: 128 bytes per quarter of an octave that
-// a value fell into, and one for each below the largest value; at most 60 KB.
+// two histograms equals one histogram of all values. Memory: 64 bytes per quarter of an octave that
+// a value fell into, and one for each below the largest value; at most 30 KB.
 class LogLinearHistogram {
  public:
   void add(std::int64_t value) { add(std::span(&value, 1)); }
@@ -64,7 +64,9 @@ class LogLinearHistogram {
       const auto block = bucket / kBlock;
       if (block >= places_.size() || places_[block] == 0) [[unlikely]]
         add_block(block);
-      ++counts_[(places_[block] - std::size_t{1}) * kBlock + bucket % kBlock];
+      auto& count = counts_[(places_[block] - std::size_t{1}) * kBlock + bucket % kBlock];
+      if (++count == 0) [[unlikely]]
+        carries_.push_back(static_cast<std::uint32_t>(bucket));
     }
     void merge(const Counters& other);
     std::size_t size() const noexcept { return places_.size() * kBlock; }
@@ -76,16 +78,19 @@ class LogLinearHistogram {
     }
     std::uint64_t operator[](std::size_t bucket) const noexcept {
       const auto place = places_[bucket / kBlock];
-      return place == 0 ? 0 : counts_[(place - std::size_t{1}) * kBlock + bucket % kBlock];
+      if (place == 0) return 0;
+      return counts_[(place - std::size_t{1}) * kBlock + bucket % kBlock] + carried(bucket);
     }
 
    private:
     static constexpr std::size_t kBlock = 16;
     void add_block(std::size_t block);
+    std::uint64_t carried(std::size_t bucket) const noexcept;
 
     // By block, where its counters are, from 1; 0: nowhere yet. Of 64 bits there are 236 blocks.
     std::vector<std::uint8_t> places_;
-    std::vector<std::uint64_t> counts_;
+    std::vector<std::uint32_t> counts_;   // there are many, and most stay small
+    std::vector<std::uint32_t> carries_;  // buckets, once for each time that their count ran over
   };
 
   Counters positive_;

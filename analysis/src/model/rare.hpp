@@ -1,0 +1,42 @@
+// What most subjects do not have, in the room of a pointer.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+namespace cie::analysis {
+
+// Like std::optional, but it takes memory for a value only while there is one.
+template <typename T>
+class Rare {
+ public:
+  Rare() noexcept = default;
+  // NOLINTNEXTLINE(google-explicit-constructor): as std::optional's
+  Rare(T value) : value_(std::make_unique<T>(std::move(value))) {}
+  Rare(const Rare& other) : value_(other ? std::make_unique<T>(*other) : nullptr) {}
+  Rare(Rare&& other) noexcept = default;
+  Rare& operator=(const Rare& other) {
+    value_ = other ? std::make_unique<T>(*other) : nullptr;
+    return *this;
+  }
+  Rare& operator=(Rare&& other) noexcept = default;
+  Rare& operator=(T value) {
+    value_ = std::make_unique<T>(std::move(value));
+    return *this;
+  }
+  ~Rare() = default;
+
+  bool has_value() const noexcept { return value_ != nullptr; }
+  explicit operator bool() const noexcept { return has_value(); }
+  // Only where there is one.
+  T& operator*() noexcept { return *value_; }
+  const T& operator*() const noexcept { return *value_; }
+  T* operator->() noexcept { return value_.get(); }
+  const T* operator->() const noexcept { return value_.get(); }
+  void reset() noexcept { value_.reset(); }
+
+ private:
+  std::unique_ptr<T> value_;
+};
+
+}  // namespace cie::analysis
