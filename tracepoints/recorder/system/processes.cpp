@@ -19,18 +19,25 @@ namespace {
 
 std::string in_proc(pid_t pid) { return std::to_string(pid); }
 
+// The letter that /proc has for what a process or thread does ("42", "42/task/43"); empty if it is gone.
+std::optional<char> state_of(const std::string& process) {
+  const std::string stat = first_line("/proc/" + process + "/stat");
+  const std::size_t name_end = stat.rfind(") ");  // the name may hold anything
+  if (name_end == std::string::npos || name_end + 2 >= stat.size()) return std::nullopt;
+  return stat[name_end + 2];
+}
+
 }  // namespace
 
 std::string process_name(pid_t pid) { return first_line("/proc/" + in_proc(pid) + "/comm"); }
 
 bool is_asleep(pid_t pid) {
   std::error_code error;
-  std::filesystem::directory_iterator threads("/proc/" + in_proc(pid) + "/task", error);
+  const std::string tasks = in_proc(pid) + "/task/";
+  std::filesystem::directory_iterator threads("/proc/" + tasks, error);
   for (const std::filesystem::directory_iterator end; !error && threads != end;
        threads.increment(error)) {
-    const std::string stat = first_line(threads->path() / "stat");
-    const auto after_name = stat.rfind(')');  // a name may have any character
-    if (after_name != std::string::npos && stat.substr(after_name, 3) != ") S") return false;
+    if (state_of(tasks + threads->path().filename().string()).value_or('S') != 'S') return false;
   }
   return true;
 }
@@ -83,10 +90,7 @@ bool is_group_running(pid_t group) {
     const std::string name = entry.path().filename().string();
     const auto pid = static_cast<pid_t>(std::strtol(name.c_str(), nullptr, 10));
     if (pid <= 0 || stat_field(in_proc(pid), 5) != static_cast<std::uint64_t>(group)) continue;
-    const std::string stat = first_line("/proc/" + in_proc(pid) + "/stat");
-    const std::size_t name_end = stat.rfind(") ");
-    const bool has_ended = name_end != std::string::npos && stat.compare(name_end + 2, 1, "Z") == 0;
-    if (!has_ended) return true;
+    if (state_of(in_proc(pid)) != 'Z') return true;
   }
   return false;
 }
