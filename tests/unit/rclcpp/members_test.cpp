@@ -121,9 +121,9 @@ TEST_F(MembersTest, ACallbackRemovesItsOwnNode) {
 }
 
 TEST_F(MembersTest, AddedWhileItSpins) {
+  std::atomic<int> runs{0};  // outlives the spinning: a timer may go while its callback runs
   const Spinning spinning{executor_};
   std::this_thread::sleep_for(5ms);
-  std::atomic<int> runs{0};
   const auto late = node("late");
   const auto timer = late->create_wall_timer(1ms, [&] { ++runs; });
   executor_.add_node(late);
