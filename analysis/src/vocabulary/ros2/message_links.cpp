@@ -13,10 +13,24 @@ constexpr std::int64_t kOffsetError = 2'000;
 
 std::shared_ptr<WrittenMessage> MessageLinks::add(const std::string& topic,
                                                   const WrittenMessage& publication) {
-  auto& publications = topics_[topic].publications;
-  if (publications.size() >= kMaxPublications) publications.pop_front();
-  publications.push_back(std::make_shared<WrittenMessage>(publication));
-  return publications.back();
+  auto& entry = topics_[topic];
+  auto& publications = entry.publications;
+  if (publications.size() >= kMaxPublications) {
+    publications.pop_front();
+    if (entry.settled > 0) --entry.settled;
+  }
+  publications.push_back({.message = std::make_shared<WrittenMessage>(publication)});
+  return publications.back().message;
+}
+
+void MessageLinks::Topic::settle() {
+  for (; settled < publications.size(); ++settled) {
+    auto& next = publications[settled];
+    const auto latest = next.message->is_exact ? next.message->stamp : next.message->until;
+    if (latest == std::numeric_limits<std::int64_t>::max()) return;
+    next.none_after =
+        settled == 0 ? latest : std::max(latest, publications[settled - 1].none_after);
+  }
 }
 
 void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
@@ -25,15 +39,17 @@ void MessageLinks::add_publisher(const std::string& topic, std::uint64_t gid) {
   entry.sole_publisher = entry.publishers == 1 ? gid : 0;
 }
 
-MessageLinks::Origin MessageLinks::find(const std::string& topic,
-                                        std::int64_t source_timestamp) const {
+MessageLinks::Origin MessageLinks::find(const std::string& topic, std::int64_t source_timestamp) {
   const auto found = topics_.find(topic);
   if (found == topics_.end()) return {.gid = 0, .stamp = source_timestamp};
-  const auto& publications = found->second.publications;
+  auto& entry = found->second;
+  entry.settle();
+  const auto& publications = entry.publications;
   const WrittenMessage* within = nullptr;
   std::size_t candidates = 0;
-  for (auto each = publications.rbegin(); each != publications.rend(); ++each) {
-    const auto& publication = **each;
+  for (auto i = publications.size(); i-- > 0;) {
+    if (i < entry.settled && publications[i].none_after < source_timestamp) break;
+    const auto& publication = *publications[i].message;
     if (publication.is_exact) {
       if (publication.stamp == source_timestamp) return {publication.gid, publication.stamp};
       continue;
@@ -45,7 +61,7 @@ MessageLinks::Origin MessageLinks::find(const std::string& topic,
   }
   if (candidates == 1) return {within->gid, within->stamp};
   const bool is_open = candidates > 1;  // several may have written it
-  return {is_open ? 0 : found->second.sole_publisher, source_timestamp};
+  return {is_open ? 0 : entry.sole_publisher, source_timestamp};
 }
 
 MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int64_t entry) const {
@@ -53,9 +69,9 @@ MessageLinks::Origin MessageLinks::find_entry(const std::string& topic, std::int
   if (found == topics_.end()) return {};
   const auto& publications = found->second.publications;
   const auto each = std::find_if(publications.rbegin(), publications.rend(),
-                                 [entry](const auto& p) { return p->entry == entry; });
+                                 [entry](const auto& p) { return p.message->entry == entry; });
   if (each == publications.rend()) return {};
-  return {(*each)->gid, (*each)->stamp};
+  return {each->message->gid, each->message->stamp};
 }
 
 }  // namespace cie::analysis::ros2

@@ -37,7 +37,7 @@ class MessageLinks {
     std::uint64_t gid = 0;
     std::int64_t stamp = 0;
   };
-  Origin find(const std::string& topic, std::int64_t source_timestamp) const;
+  Origin find(const std::string& topic, std::int64_t source_timestamp);
   Origin find_entry(const std::string& topic, std::int64_t entry) const;
 
   bool has_any() const noexcept { return !topics_.empty(); }
@@ -45,8 +45,16 @@ class MessageLinks {
  private:
   static constexpr std::uint64_t kFirstGid = 0x726f'7332'0000'0000U;  // "ros2", then a number
 
+  struct Written {
+    std::shared_ptr<WrittenMessage> message;
+    std::int64_t none_after = 0;  // neither this message nor one before it; only of settled ones
+  };
   struct Topic {
-    std::deque<std::shared_ptr<WrittenMessage>> publications{};
+    // Messages from the first one on of which it is known when they were written at the latest.
+    void settle();
+
+    std::deque<Written> publications{};
+    std::size_t settled = 0;
     std::uint64_t sole_publisher = 0;
     std::size_t publishers = 0;
   };

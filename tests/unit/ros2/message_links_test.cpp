@@ -1,0 +1,110 @@
+// Which publication a taken message is.
+#include "vocabulary/ros2/message_links.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace cie::analysis::ros2 {
+namespace {
+
+const std::string kTopic = "/scan";
+constexpr std::size_t kKept = 1024;           // of a topic
+constexpr std::int64_t kOffsetError = 2'000;  // how well a tracer knows its clock's offset
+constexpr auto kNotYet = std::numeric_limits<std::int64_t>::max();
+
+WrittenMessage call_of_publish(std::uint64_t gid, std::int64_t from, std::int64_t until) {
+  return {.gid = gid, .stamp = from, .from = from, .until = until};
+}
+WrittenMessage stamped(std::uint64_t gid, std::int64_t stamp) {
+  return {.gid = gid, .stamp = stamp, .is_exact = true};
+}
+
+TEST(MessageLinks, ATimestampBelongsToTheOneCallThatItFallsInto) {
+  MessageLinks links;
+  links.add(kTopic, call_of_publish(1, 100'000, 110'000));
+  links.add(kTopic, call_of_publish(2, 200'000, 210'000));
+  EXPECT_EQ(links.find(kTopic, 105'000).gid, 1U);
+  EXPECT_EQ(links.find(kTopic, 105'000).stamp, 100'000);
+  EXPECT_EQ(links.find(kTopic, 205'000).gid, 2U);
+  EXPECT_EQ(links.find(kTopic, 150'000).gid, 0U) << "between the calls";
+  EXPECT_EQ(links.find("/other", 105'000).gid, 0U);
+}
+
+TEST(MessageLinks, ACallThatGoesOnMayHaveWrittenAnythingSince) {
+  MessageLinks links;
+  const auto going_on = links.add(kTopic, call_of_publish(1, 100'000, kNotYet));
+  links.add(kTopic, call_of_publish(2, 200'000, 210'000));
+  EXPECT_EQ(links.find(kTopic, 300'000).gid, 1U);
+  EXPECT_EQ(links.find(kTopic, 205'000).gid, 0U) << "two may have written it";
+  going_on->until = 190'000;
+  EXPECT_EQ(links.find(kTopic, 205'000).gid, 2U);
+  EXPECT_EQ(links.find(kTopic, 300'000).gid, 0U);
+}
+
+// Not looked at are only those of which none can be it: the same as looking at all that are kept.
+TEST(MessageLinks, FindsWhatLookingAtAllWouldFind) {
+  std::mt19937 random(14);
+  const auto below = [&random](std::int64_t bound) {
+    return static_cast<std::int64_t>(random()) % bound;
+  };
+  MessageLinks links;
+  std::vector<std::shared_ptr<WrittenMessage>> all;
+  const auto plainly_found = [&all](std::int64_t stamp) {
+    std::uint64_t found = 0;
+    int candidates = 0;
+    const auto kept = std::min(kKept, all.size());
+    for (auto each = all.rbegin(); each != all.rbegin() + static_cast<std::ptrdiff_t>(kept);
+         ++each) {
+      const auto& message = **each;
+      if (message.is_exact) {
+        if (message.stamp == stamp) return message.gid;
+      } else if (stamp >= message.from - kOffsetError && stamp <= message.until) {
+        found = message.gid;
+        ++candidates;
+      }
+    }
+    return candidates == 1 ? found : 0;
+  };
+  std::vector<std::shared_ptr<WrittenMessage>> going_on;
+  std::int64_t now = 1'000'000;
+  std::uint64_t gid = 0;
+  int differences = 0;
+  int found = 0;
+  for (int step = 0; step < 20'000; ++step) {
+    now += below(3'000);
+    switch (below(4)) {
+      case 0:
+        all.push_back(links.add(kTopic, stamped(++gid, now - below(20'000))));
+        break;
+      case 1:
+        all.push_back(links.add(kTopic, call_of_publish(++gid, now, kNotYet)));
+        if (step % 4'000 >= 4) going_on.push_back(all.back());  // else it never ends
+        break;
+      case 2:
+        all.push_back(links.add(kTopic, call_of_publish(++gid, now - below(9'000), now)));
+        break;
+      default:
+        for (const auto& message : going_on)
+          message->until = now;
+        going_on.clear();
+    }
+    const auto asked = now - below(step % 10 == 0 ? 2'000'000 : 10'000);
+    const auto answer = links.find(kTopic, asked).gid;
+    if (answer != 0) ++found;
+    if (answer != plainly_found(asked)) ++differences;
+    if (!all.empty() && all.back()->is_exact) {
+      EXPECT_EQ(links.find(kTopic, all.back()->stamp).gid, all.back()->gid);
+    }
+  }
+  EXPECT_EQ(differences, 0);
+  EXPECT_GT(found, 2'000) << "else this test would tell little";
+}
+
+}  // namespace
+}  // namespace cie::analysis::ros2
