@@ -421,7 +421,7 @@ AnalysisResult Analyzer::look() {
   pipeline.name_events();
   pipeline.registry.finish();
   pipeline.recording.finish();
-  pipeline.chains->finish();
+  pipeline.chains->look();
   pipeline.enforcement.look(pipeline.now);
   return pipeline.judge();
 }

@@ -2,12 +2,17 @@
 
 #include "base/sanitizers.hpp"
 
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 namespace cie::cli {
 
 void limit_memory() noexcept {
+#ifdef M_MMAP_THRESHOLD
+  constexpr int kLarge = 128 * 1024;  // glibc's own choice, until something larger was freed
+  mallopt(M_MMAP_THRESHOLD, kLarge);
+#endif
 #if !defined(CIE_ADDRESS_SANITIZER) && !defined(CIE_THREAD_SANITIZER)
   const auto pages = sysconf(_SC_PHYS_PAGES);
   const auto page = sysconf(_SC_PAGESIZE);

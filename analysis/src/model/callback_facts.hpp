@@ -3,10 +3,10 @@
 
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/statistics.hpp>
 #include <cie/tracepoints/schema.hpp>
 
-#include "rare.hpp"
 #include "recording_facts.hpp"
 #include "thread_facts.hpp"
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <cie/analysis/event.hpp>
+#include <cie/analysis/rare.hpp>
 #include <cie/tracepoints/schema.hpp>
 
-#include "rare.hpp"
 #include "recording_facts.hpp"
 
 #include <cstdint>

@@ -56,6 +56,11 @@ std::int64_t clamped(Int128 value) noexcept {
   places_[block] = static_cast<std::uint8_t>(counts_.size() / kBlock);
 }
 
+void LogLinearHistogram::Counters::carry(std::size_t bucket) {
+  if (!carries_) carries_.emplace();
+  carries_->push_back(static_cast<std::uint32_t>(bucket));
+}
+
 void LogLinearHistogram::Counters::merge(const Counters& other) {
   for (std::size_t block = 0; block < other.places_.size(); ++block) {
     if (other.places_[block] == 0) continue;
@@ -64,28 +69,39 @@ void LogLinearHistogram::Counters::merge(const Counters& other) {
     const auto* from = &other.counts_[(other.places_[block] - std::size_t{1}) * kBlock];
     for (std::size_t i = 0; i < kBlock; ++i) {
       const auto sum = to[i] + from[i];
-      if (sum < from[i]) carries_.push_back(static_cast<std::uint32_t>(block * kBlock + i));
+      if (sum < from[i]) carry(block * kBlock + i);
       to[i] = sum;
     }
   }
-  carries_.insert(carries_.end(), other.carries_.begin(), other.carries_.end());
+  if (!other.carries_) return;
+  for (const auto bucket : *other.carries_)
+    carry(bucket);
 }
 
 std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const noexcept {
-  if (carries_.empty()) return 0;
-  return static_cast<std::uint64_t>(std::ranges::count(carries_, bucket)) << 32U;
+  if (!carries_) return 0;
+  return static_cast<std::uint64_t>(std::ranges::count(*carries_, bucket)) << 32U;
 }
 
 void LogLinearHistogram::add(std::span<const std::int64_t> values) {
   for (const auto value : values) {
-    (value < 0 ? negative_ : positive_).add(bucket_of(magnitude(value)));
+    const auto bucket = bucket_of(magnitude(value));
+    if (value >= 0) [[likely]] {
+      positive_.add(bucket);
+    } else {
+      if (!negative_) negative_.emplace();
+      negative_->add(bucket);
+    }
   }
   count_ += values.size();
 }
 
 void LogLinearHistogram::merge(const LogLinearHistogram& other) {
   positive_.merge(other.positive_);
-  negative_.merge(other.negative_);
+  if (other.negative_) {
+    if (!negative_) negative_.emplace();
+    negative_->merge(*other.negative_);
+  }
   count_ += other.count_;
 }
 
@@ -96,8 +112,8 @@ std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
   const auto rank = std::max<std::uint64_t>(
       1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
   std::uint64_t seen = 0;
-  for (std::size_t i = negative_.size(); i-- > 0;) {  // largest magnitude first
-    seen += negative_[i];
+  for (auto i = negative_ ? negative_->size() : 0; i-- > 0;) {  // largest magnitude first
+    seen += (*negative_)[i];
     if (seen >= rank) return static_cast<std::int64_t>(0 - value_of(i));
   }
   for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1)) {
@@ -112,8 +128,8 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
   const auto add = [&all](std::uint64_t value, std::uint64_t count) {
     if (count > 0) all.push_back({.value = static_cast<std::int64_t>(value), .count = count});
   };
-  for (std::size_t i = negative_.size(); i-- > 0;)
-    add(0 - value_of(i), negative_[i]);
+  for (auto i = negative_ ? negative_->size() : 0; i-- > 0;)
+    add(0 - value_of(i), (*negative_)[i]);
   for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1))
     add(value_of(i), positive_[i]);
   return all;

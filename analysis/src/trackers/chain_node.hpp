@@ -2,12 +2,12 @@
 #pragma once
 
 #include "model/facts.hpp"
+#include "model/optional_time.hpp"
 
+#include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <new>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -42,25 +42,26 @@ class ChainNodeRef {
 
 // One instance as a link of chains.
 struct ChainNode {
+  enum class Link : std::uint8_t { source, resolved, outside, unseen };
+
   CallbackIndex callback{};
+  HostIndex host{};
   std::uint64_t seq = 0;
   EventRef start;
-  std::optional<Timestamp> release;   // exact ones only
-  std::optional<Timestamp> earliest;  // it was not released before; empty: not known
-  bool is_in_window = true;           // began inside the window
-  std::uint64_t read = 0;             // its read's number among those of its callback in the window
+  OptionalTime release;      // exact ones only
+  OptionalTime earliest;     // it was not released before
+  std::uint64_t read = 0;    // its read's number among those of its callback in the window
+  bool is_in_window = true;  // began inside the window
 
-  HostIndex host{};
+  Link link = Link::source;  // outside: published outside any callback, or before the first seen
+  std::uint32_t depth = 0;
   // The message it took: writer and source timestamp; parent and published are resolved from them.
   std::uint64_t writer_gid = 0;
   std::int64_t source_timestamp = 0;
   ChainNodeRef parent;
+  Timestamp published;  // when the parent published it, by its host's clock
+  OptionalTime sent;    // the same by this host's clock; unknown: they cannot be related
   HostIndex writer_host{};
-  Timestamp published;            // when the parent published it, by its host's clock
-  std::optional<Timestamp> sent;  // the same by this host's clock; empty: they cannot be related
-  enum class Link : std::uint8_t { source, resolved, outside, unseen };
-  Link link = Link::source;  // outside: published outside any callback, or before the first seen
-  std::uint32_t depth = 0;
 
  private:
   friend class ChainNodeRef;
@@ -68,6 +69,7 @@ struct ChainNode {
   std::uint32_t references_ = 0;
   ChainNodePool* pool_ = nullptr;
 };
+static_assert(sizeof(ChainNode) == 128, "as many are kept as publishers have messages");
 
 // Owns nodes and gives those out again that nobody refers to. Outlives all references.
 class ChainNodePool {
@@ -81,7 +83,9 @@ class ChainNodePool {
 
  private:
   friend class ChainNodeRef;
-  std::deque<ChainNode> nodes_;
+  // In blocks so large that the system gets them back before the report is made.
+  static constexpr std::size_t kBlock = 2048;
+  std::vector<std::vector<ChainNode>> blocks_;
   std::vector<ChainNode*> free_;
 };
 
@@ -100,9 +104,13 @@ inline void ChainNodeRef::reset() noexcept {
 
 inline ChainNodeRef ChainNodePool::take() {
   if (free_.empty()) {
-    auto& node = nodes_.emplace_back();
-    // So that giving back cannot fail.
-    if (free_.capacity() < nodes_.size()) free_.reserve(2 * nodes_.size());
+    if (blocks_.empty() || blocks_.back().size() == kBlock) {
+      blocks_.emplace_back().reserve(kBlock);
+      // So that giving back cannot fail.
+      const auto nodes = blocks_.size() * kBlock;
+      if (free_.capacity() < nodes) free_.reserve(2 * nodes);
+    }
+    auto& node = blocks_.back().emplace_back();
     node.pool_ = this;
     return ChainNodeRef(node);
   }

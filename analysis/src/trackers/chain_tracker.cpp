@@ -409,7 +409,16 @@ void ChainTracker::answer(Chain& chain, const ChainNode& first, const EventRef& 
   progress.newest_start = first.start;
 }
 
+void ChainTracker::look() {
+  fill_model([](const auto& facts) { return facts; });
+}
+
 void ChainTracker::finish() {
+  fill_model([](auto& facts) { return std::move(facts); });
+}
+
+template <typename Take>
+void ChainTracker::fill_model(Take take) {
   model_.chains.clear();
   model_.edges.clear();
   const auto add = [this](const Chain& chain, ChainFacts facts) {
@@ -426,10 +435,12 @@ void ChainTracker::finish() {
     }
     model_.chains.push_back(std::move(facts));
   };
-  for (const auto& [key, edge] : edges_)
-    model_.edges.push_back(edge);
-  for (const auto& chain : specified_)
-    add(chain, chain.facts);
+  model_.edges.reserve(edges_.size());
+  for (auto& [key, edge] : edges_)
+    model_.edges.push_back(take(edge));
+  model_.chains.reserve(specified_.size() + paths_.size());
+  for (auto& chain : specified_)
+    add(chain, take(chain.facts));
   for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
     if (entry->second.facts.instances == 0) continue;
     // Paths are in lexical order: the ones that go on from this one follow it directly.
@@ -440,7 +451,7 @@ void ChainTracker::finish() {
     const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
                          std::equal(path.begin(), path.end(), next->first.begin());
     if (goes_on) continue;
-    auto facts = entry->second.facts;
+    auto facts = take(entry->second.facts);
     for (const auto hop : path) {
       const auto& id = model_.callbacks[at(hop)].logical_id;
       facts.hops.push_back(id);

@@ -41,6 +41,8 @@ class ChainTracker {
   // Whether the message that it took was published, as far as is seen now.
   bool is_published(const ChainNode& node) const;
   // Fills the model's chains and edges. May be called again after more instances.
+  void look();
+  // Likewise, once, when there are no more: what it knows of them goes into the model.
   void finish();
 
  private:
@@ -111,6 +113,9 @@ class ChainTracker {
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
   bool has_hole(const Nodes& nodes, const Progress& progress);
+  // `take` gives the facts of a chain or of an edge, which are copied or left behind.
+  template <typename Take>
+  void fill_model(Take take);
 
   Model& model_;
   Registry& registry_;

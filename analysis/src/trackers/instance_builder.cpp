@@ -137,9 +137,11 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (live->release_kind != ReleaseKind::none && live->release_ns >= 0) {
     live->node->release = Timestamp{live->release_ns};
   }
-  live->node->earliest = live->node->release ? live->node->release : live->expiry;
-  // Here, too: the chain may end before this instance does.
-  if (!live->node->earliest) {
+  if (live->node->release) {
+    live->node->earliest = live->node->release;
+  } else if (live->expiry) {
+    live->node->earliest = live->expiry;
+  } else {  // here, too: the chain may end before this instance does
     live->written = measurer_.source_time(*live);
     live->node->earliest = measurer_.bound_of_release(*live);
   }

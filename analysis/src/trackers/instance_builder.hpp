@@ -63,7 +63,7 @@ class InstanceBuilder {
   std::optional<Duration> inside_execution(ThreadIndex thread, HostIndex host, Timestamp now);
 
  private:
-  static constexpr std::size_t kRecentEnds = 64;
+  static constexpr std::size_t kRecentEnds = 16;
 
   struct OfThread {
     std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above

@@ -2,16 +2,15 @@
 // bound.
 #pragma once
 
+#include <cie/analysis/rare.hpp>
 #include <cie/analysis/time.hpp>
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <span>
-#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -66,7 +65,7 @@ class LogLinearHistogram {
         add_block(block);
       auto& count = counts_[(places_[block] - std::size_t{1}) * kBlock + bucket % kBlock];
       if (++count == 0) [[unlikely]]
-        carries_.push_back(static_cast<std::uint32_t>(bucket));
+        carry(bucket);
     }
     void merge(const Counters& other);
     std::size_t size() const noexcept { return places_.size() * kBlock; }
@@ -85,16 +84,18 @@ class LogLinearHistogram {
    private:
     static constexpr std::size_t kBlock = 16;
     void add_block(std::size_t block);
+    void carry(std::size_t bucket);
     std::uint64_t carried(std::size_t bucket) const noexcept;
 
     // By block, where its counters are, from 1; 0: nowhere yet. Of 64 bits there are 236 blocks.
     std::vector<std::uint8_t> places_;
-    std::vector<std::uint32_t> counts_;   // there are many, and most stay small
-    std::vector<std::uint32_t> carries_;  // buckets, once for each time that their count ran over
+    std::vector<std::uint32_t> counts_;  // there are many, and most stay small
+    // Buckets, once for each time that their count ran over.
+    Rare<std::vector<std::uint32_t>> carries_;
   };
 
   Counters positive_;
-  Counters negative_;
+  Rare<Counters> negative_;  // by magnitude
   std::uint64_t count_ = 0;
 };
 
@@ -105,25 +106,15 @@ __extension__ typedef __int128
 // Takes a pointer until the first value: most quantities of most callbacks are never measured.
 class Statistics {
  public:
-  Statistics() noexcept = default;
-  Statistics(const Statistics& other)
-      : values_(other.values_ ? std::make_unique<Values>(*other.values_) : nullptr) {}
-  Statistics(Statistics&& other) noexcept = default;
-  Statistics& operator=(Statistics other) noexcept {
-    values_ = std::move(other.values_);
-    return *this;
-  }
-  ~Statistics() = default;
-
   void add(Duration value) {
     if (!values_) [[unlikely]]
-      begin();
+      values_.emplace();
     values_->waiting[values_->waiting_count++] = value.ns;
     if (values_->waiting_count == values_->waiting.size()) values_->settle();
   }
   // A value will be added soon: brings what add() writes into the cache.
   void expect() const noexcept {
-    if (values_) __builtin_prefetch(values_.get(), 1);
+    if (values_) __builtin_prefetch(&*values_, 1);
   }
   void merge(const Statistics& other);
   std::uint64_t count() const noexcept {
@@ -150,9 +141,7 @@ class Statistics {
     std::int64_t max = 0;
     Int128 sum = 0;
   };
-  void begin() { values_ = std::make_unique<Values>(); }
-
-  std::unique_ptr<Values> values_;  // null: there are none
+  mutable Rare<Values> values_;  // those that wait may be settled whenever they are asked for
 };
 
 }  // namespace cie::analysis

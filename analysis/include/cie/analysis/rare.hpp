@@ -33,6 +33,11 @@ class Rare {
   const T& operator*() const noexcept { return *value_; }
   T* operator->() noexcept { return value_.get(); }
   const T* operator->() const noexcept { return value_.get(); }
+  // A new value, in the place of the one there may be.
+  T& emplace() {
+    value_ = std::make_unique<T>();
+    return *value_;
+  }
   void reset() noexcept { value_.reset(); }
 
  private:
