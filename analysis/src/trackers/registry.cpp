@@ -138,7 +138,12 @@ void Registry::forget_emitters() {
     forget(known);
 }
 
-Emitter Registry::find_emitter(const EventHead& head, Emitter::Known& known) {
+Emitter Registry::find_emitter(const EventHead& head) {
+  if (emitters_.size() < 2 * model_.threads.size() && emitters_.size() < kMostEmitters) {
+    forget_emitters();
+    emitters_.resize(2 * emitters_.size());
+  }
+  auto& known = emitters_[emitter_place(head)];
   forget(known);
   const auto process = process_of(head);
   if (!process || !head.tid) return {.process = process, .thread = std::nullopt};

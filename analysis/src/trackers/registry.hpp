@@ -11,7 +11,6 @@
 #include "model/facts.hpp"
 #include "sequence_tracker.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -26,7 +25,8 @@ struct Emitter {
   std::optional<ProcessIndex> process;
   std::optional<ThreadIndex> thread;
   struct Known;
-  Known* known = nullptr;  // the registry's; null: it was not looked up before
+  // The registry's, until another emitter is looked up; null: it was not looked up before.
+  Known* known = nullptr;
 };
 
 // What the last events said of an emitter, in place of look-ups in three tables for every event.
@@ -72,7 +72,7 @@ class Registry {
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
     auto& known = emitters_[emitter_place(head)];
-    if (!known.is_of(head, host_of(head))) return find_emitter(head, known);
+    if (!known.is_of(head, host_of(head))) return find_emitter(head);
     known.last_time = head.time;
     known.last_cpu = head.cpu;
     known.last_turn = ++turn_;
@@ -155,15 +155,17 @@ class Registry {
   template <typename Value>
   using KeyMap = FlatMap<Key, Value, KeyHash>;
 
-  static constexpr std::size_t kKnownEmitters = 512;  // a power of two
+  // Powers of two. There are twice as many places as threads, as long as that is not too many.
+  static constexpr std::size_t kFewestEmitters = 512;
+  static constexpr std::size_t kMostEmitters = std::size_t{1} << 16U;
 
   // Threads of one process have tids close to each other: they do not meet in one place.
-  static std::size_t emitter_place(const EventHead& head) noexcept {
+  std::size_t emitter_place(const EventHead& head) const noexcept {
     const auto mixed = static_cast<std::uint64_t>(head.tid.value_or(0)) +
                        (SpreadBits{}(head.pid.value_or(0)) >> 32U);
-    return mixed & (kKnownEmitters - 1);
+    return mixed & (emitters_.size() - 1);
   }
-  Emitter find_emitter(const EventHead& head, Emitter::Known& known);
+  Emitter find_emitter(const EventHead& head);
   Emitter find_runner(const EventHead& head, const Emitter& who);
   void forget(Emitter::Known& known);
   void note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn);
@@ -179,7 +181,7 @@ class Registry {
   Model& model_;
   const SchedulingSpec* spec_;
   std::vector<HostIndex> stream_hosts_;
-  std::array<Emitter::Known, kKnownEmitters> emitters_{};
+  std::vector<Emitter::Known> emitters_ = std::vector<Emitter::Known>(kFewestEmitters);
   std::uint64_t turn_ = 0;                              // of events, counted up
   ByIndex<ProcessIndex, std::uint64_t> process_turns_;  // of the event that is its last_seen
   KeyMap<ProcessIndex> process_by_pid_;
