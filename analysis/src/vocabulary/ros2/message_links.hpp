@@ -47,10 +47,12 @@ class MessageLinks {
 
   struct Written {
     std::shared_ptr<WrittenMessage> message;
-    std::int64_t none_after = 0;  // neither this message nor one before it; only of settled ones
+    // Neither this message nor one before it was written later. Only of settled ones.
+    std::int64_t none_after = 0;
   };
   struct Topic {
-    // Messages from the first one on of which it is known when they were written at the latest.
+    // Settled are the first messages, up to one of which it is not known yet when it was written at the
+    // latest.
     void settle();
 
     std::deque<Written> publications{};
