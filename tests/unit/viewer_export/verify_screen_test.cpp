@@ -124,7 +124,7 @@ TEST(VerifyScreen, OfWhatIsUndecidedSaysWhatWasSeenAndEachReasonOnce) {
   EXPECT_EQ(screen_of(verdicts, report),
             "INCONCLUSIVE  run 1: 2 of 2 callbacks that ran had a thread of their own; 3 rules "
             "undecided\n"
-            "  S3 S4  2 threads  thread N is unknown\n"
+            "  S3 S4  2 threads  e.g. thread 1 is unknown\n"
             "  M9     1 thread   /b@Timer(1) is unknown\n"
             "  -> where these rules may stay undecided: --inconclusive=warn exits with 0\n"
             "  2 rules pass, 3 undecided; 14 runs, nothing lost, 1 cut or never ended\n"

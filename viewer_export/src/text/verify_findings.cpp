@@ -366,11 +366,11 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
     }
   }
   std::vector<Doubt> doubts;
-  for (const auto& [reason, gathered] : by_reason) {
+  for (const auto& [alike, gathered] : by_reason) {
     const auto kind =
         gathered.kinds.size() == 1 ? std::optional(*gathered.kinds.begin()) : std::nullopt;
-    doubts.push_back({.reason = judged.names.in_words(
-                          gathered.notes.size() == 1 ? *gathered.notes.begin() : reason),
+    const auto example = judged.names.in_words(*gathered.notes.begin());
+    doubts.push_back({.reason = gathered.notes.size() == 1 ? example : "e.g. " + example,
                       .rules = gathered.rules,
                       .subjects = counted_subjects(gathered.subjects.size(), std::nullopt, kind),
                       .count = gathered.subjects.size()});

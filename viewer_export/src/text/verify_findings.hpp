@@ -46,7 +46,7 @@ struct Finding {
 
 // A reason for which something is undecided, and all that it concerns.
 struct Doubt {
-  std::string reason;              // what differs in it is N, or "a callback"
+  std::string reason;              // "e.g. " and one of them, if it differs between them
   std::vector<std::string> rules;  // their ids
   std::string subjects;            // "11 threads"
   std::size_t count = 0;           // of subjects
