@@ -34,23 +34,31 @@ void ArrivalQueue::add(const Arrival& arrival) noexcept {
   stored_.store(stored + 1, std::memory_order_release);
 }
 
+// What was claimed may have been overwritten before, by what came since the look at stored_: then
+// whoever looked before the claim has counted it. All orders of next_ and stored_ here and in
+// overwritten() are sequential, so that the second look sees what such a one saw. arrival_queue.pml
 std::optional<Arrival> ArrivalQueue::take() noexcept {
   std::uint64_t next = next_.load(std::memory_order_relaxed);
-  std::uint64_t stored = 0;
-  std::uint64_t first = 0;
-  do {
-    stored = stored_.load(std::memory_order_acquire);
+  while (true) {
+    const std::uint64_t stored = stored_.load();
     if (next >= stored) return std::nullopt;
-    first = first_kept(next, stored);
-  } while (!next_.compare_exchange_weak(next, first + 1, std::memory_order_acq_rel,
-                                        std::memory_order_relaxed));
-  if (first > next) overwritten_.fetch_add(first - next, std::memory_order_release);
-  const Slot& slot = slots_[first & (size_ - 1)];
+    const std::uint64_t first = first_kept(next, stored);
+    if (!next_.compare_exchange_weak(next, first + 1)) continue;
+    const bool is_overwritten = first_kept(first, stored_.load()) != first;
+    const std::uint64_t passed = first - next + (is_overwritten ? 1 : 0);
+    if (passed > 0) overwritten_.fetch_add(passed, std::memory_order_release);
+    if (!is_overwritten) return arrival_of(first);
+    next = first + 1;
+  }
+}
+
+Arrival ArrivalQueue::arrival_of(std::uint64_t number) const noexcept {
+  const Slot& slot = slots_[number & (size_ - 1)];
   Arrival arrival{.monotonic_ns = slot.monotonic_ns.load(std::memory_order_acquire),
                   .realtime_ns = slot.realtime_ns.load(std::memory_order_acquire),
                   .entity = slot.entity.load(std::memory_order_acquire),
-                  .number = first};
-  if (stored_.load(std::memory_order_acquire) >= first + size_) {
+                  .number = number};
+  if (stored_.load(std::memory_order_acquire) >= number + size_) {
     arrival.monotonic_ns = -1;  // written over
     arrival.realtime_ns = 0;
     arrival.entity = Arrival::kAnyEntity;
@@ -91,9 +99,9 @@ std::uint64_t ArrivalQueue::overwritten() const noexcept {
   std::uint64_t stored = 0;
   do {
     passed = overwritten_.load(std::memory_order_acquire);
-    next = next_.load(std::memory_order_acquire);
-    stored = stored_.load(std::memory_order_acquire);
-  } while (next_.load(std::memory_order_acquire) != next);
+    next = next_.load();
+    stored = stored_.load();
+  } while (next_.load() != next);
   return next < stored ? passed + (first_kept(next, stored) - next) : passed;
 }
 

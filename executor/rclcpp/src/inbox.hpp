@@ -54,6 +54,8 @@ class ArrivalQueue {
   std::uint64_t first_kept(std::uint64_t next, std::uint64_t stored) const noexcept {
     return depth_ > 0 && stored - next > depth_ ? stored - depth_ : next;
   }
+  // As much as is still known of a claimed one.
+  Arrival arrival_of(std::uint64_t number) const noexcept;
 
   std::size_t depth_;
   std::size_t size_;
