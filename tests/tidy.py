@@ -32,6 +32,14 @@ def entries(root, tree):
     return [entry for entry in database if entry["file"].startswith(wanted) and not left_out.search(entry["file"])]
 
 
+def named(compiled, names):
+    """The entries of sources whose path has one of the names in it, also if a unity file includes them; all, if there is none."""
+    def sources(entry):
+        file = pathlib.Path(entry["file"])
+        return file.read_text("utf-8") if file.parent.name == "Unity" else entry["file"]
+    return [entry for entry in compiled if not names or any(name in sources(entry) for name in names)]
+
+
 def groups(compiled):
     """Lists of entries that can be read as one: unity files that are compiled alike. The largest come first."""
     alike = {}
@@ -78,10 +86,9 @@ def main():
     parser.add_argument("tree", type=lambda path: pathlib.Path(path).resolve())
     parser.add_argument("--jobs", type=int, default=len(os.sched_getaffinity(0)))
     parser.add_argument("names", nargs="*")
-    options = parser.parse_args()
+    options = parser.parse_intermixed_args()
     root = pathlib.Path(__file__).resolve().parent.parent
-    compiled = [entry for entry in entries(root, options.tree)
-                if not options.names or any(name in entry["file"] for name in options.names)]
+    compiled = named(entries(root, options.tree), options.names)
     if not compiled:
         sys.exit(f"tidy: {options.tree} compiles none of these sources")
     printed = set()

@@ -44,6 +44,19 @@ class Groups(unittest.TestCase):
         self.assertEqual(tidy.groups(alone), [[alone[0]], [alone[1]]])
 
 
+class Names(unittest.TestCase):
+    def test_a_unity_file_goes_by_those_of_its_sources(self):
+        with tempfile.TemporaryDirectory() as folder:
+            entries = [unity(number, folder=folder) for number in (0, 1)]
+            pathlib.Path(folder, "Unity").mkdir()
+            for entry, source in zip(entries, ("inbox", "entity")):
+                pathlib.Path(entry["file"]).write_text(f'#include "/t/src/{source}.cpp"\n')
+            alone = {"directory": "/t", "file": "/t/inbox_main.cpp", "command": "clang++ -c /t/inbox_main.cpp"}
+            self.assertEqual(tidy.named([*entries, alone], ["src/inbox"]), [entries[0]])
+            self.assertEqual(tidy.named([*entries, alone], ["inbox"]), [entries[0], alone])
+            self.assertEqual(tidy.named([*entries, alone], []), [*entries, alone])
+
+
 class Findings(unittest.TestCase):
     def setUp(self):
         kept = tempfile.TemporaryDirectory()
