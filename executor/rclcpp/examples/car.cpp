@@ -77,9 +77,10 @@ class Sensor : public WithGroups {
     timers_.push_back(create_wall_timer(
         50ms, [this] { send(*camera_); }, own_group()));
     if (!words.contains("--equal-timers")) return;
-    for (int i = 0; i < 2; ++i)
+    for (int i = 0; i < 2; ++i) {
       timers_.push_back(create_wall_timer(
           50ms, [] {}, own_group()));
+    }
   }
 
  private:
@@ -130,12 +131,14 @@ class Plan : public WithGroups {
         words.contains("--client-with-subscription") ? of_subscription : own_group();
     fused_ = create_subscription<Message>(
         "fused", 10, [](const Message&) {}, in(of_subscription));
+    // rclcpp takes these arguments by value. NOLINTBEGIN(performance-unnecessary-value-param)
     service_ = create_service<SetBool>(
         "enable",
         [](const SetBool::Request::SharedPtr request, SetBool::Response::SharedPtr response) {
           response->success = request->data;
         },
         services_qos(*this), own_group());
+    // NOLINTEND(performance-unnecessary-value-param)
     client_ = create_client<SetBool>("enable", services_qos(*this), of_client);
     timer_ = create_wall_timer(
         100ms,
@@ -151,6 +154,7 @@ class Plan : public WithGroups {
   void call() {
     auto request = std::make_shared<SetBool::Request>();
     request->data = true;
+    // By value, as rclcpp has it. NOLINTNEXTLINE(performance-unnecessary-value-param)
     client_->async_send_request(request, [](rclcpp::Client<SetBool>::SharedFuture) {});
   }
 

@@ -50,8 +50,9 @@ ExecutorState::ExecutorState(cie::ExecutorOptions options)
       server_(std::make_shared<InternalServer>()) {
   server_->on_failure = [core = std::weak_ptr{core_}](std::exception_ptr failure) {
     if (const auto alive = core.lock()) {
-      alive->on_failure(
-          {.callback = cie::kNoCallback, .logical_id = "cie-rclcpp", .exception = failure});
+      alive->on_failure({.callback = cie::kNoCallback,
+                         .logical_id = "cie-rclcpp",
+                         .exception = std::move(failure)});
     }
   };
 }
