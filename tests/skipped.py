@@ -10,6 +10,13 @@ import xml.etree.ElementTree
 ALLOWED = "not possible here:"
 # A part of a test in Python, as unittest tells of it: "test_a (module.Class.test_a) ... skipped 'why'".
 PART = re.compile(r"^(.*) \.\.\. skipped ['\"](.*)['\"]$", re.MULTILINE)
+# A test of GoogleTest among others of its program: its lines from "RUN" on, without other tests.
+GTEST_PART = re.compile(r"^\[ RUN {6}\] (.*)\n((?:(?!\[ RUN {6}\]).*\n)*?)\[  SKIPPED \] \1\b", re.MULTILINE)
+
+
+def allowed(output):
+    """The first line with an accepted reason; None where there is none."""
+    return next((line.strip() for line in output.splitlines() if ALLOWED in line), None)
 
 
 def check(results) -> int:
@@ -17,13 +24,11 @@ def check(results) -> int:
     wrong = 0
     for case in xml.etree.ElementTree.parse(results).getroot().iter("testcase"):
         output = case.findtext("system-out") or ""
-        for part, reason in PART.findall(output):
-            is_allowed = reason.startswith(ALLOWED)
-            print(f"skipped: {case.get('name')}: {part}: {reason if is_allowed else 'NO ACCEPTED REASON'}")
-            wrong += not is_allowed
-        if case.find("skipped") is None and case.get("status") not in ("notrun", "disabled"):
-            continue
-        reason = next((line.strip() for line in output.splitlines() if ALLOWED in line), None)
-        print(f"skipped: {case.get('name')}: {reason or 'NO ACCEPTED REASON'}")
-        wrong += reason is None
+        parts = [(part, reason if reason.startswith(ALLOWED) else None) for part, reason in PART.findall(output)]
+        parts += [(part, allowed(lines)) for part, lines in GTEST_PART.findall(output)]
+        if not parts and (case.find("skipped") is not None or case.get("status") in ("notrun", "disabled")):
+            parts = [("all of it", allowed(output))]
+        for part, reason in parts:
+            print(f"skipped: {case.get('name')}: {part}: {reason or 'NO ACCEPTED REASON'}")
+            wrong += reason is None
     return wrong

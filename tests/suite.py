@@ -13,6 +13,7 @@ Tests of every other kind depend on nothing but the code, so they must pass at o
 
 A test may skip only for a reason that ./run cannot help (see skipped.py).
 """
+import bisect
 import re
 import subprocess
 import sys
@@ -68,11 +69,14 @@ def cases(results):
 
 
 def reasons(failure):
-    """The lines that say what was wrong, or the last ones."""
+    """The lines that say what was wrong, after the name of the test where a program has several; or the last lines."""
     lines = failure.output.rstrip().splitlines()
+    begun = [at for at, line in enumerate(lines) if line.startswith("[ RUN ")]
     chosen = {}
     for at, line in enumerate(lines):
         if REASON.search(line):
+            if len(begun) > 1 and begun[0] < at:
+                chosen[begun[bisect.bisect(begun, at) - 1]] = None
             chosen.update(dict.fromkeys(range(at, at + (GTEST_LINES if line.endswith(": Failure") else 1))))
     picked = [lines[at] for at in sorted(chosen) if at < len(lines) and lines[at].strip()]
     return (picked or lines[-5:])[:20]

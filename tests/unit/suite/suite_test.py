@@ -65,6 +65,25 @@ class Suite(unittest.TestCase):
         code, out, _ = self.run_suite({name: ONCE for name in names}, "-j", "2")
         self.assertEqual((code, [self.runs(name) for name in names]), (1, [1] * 11), out)
 
+    def test_of_a_program_of_many_tests_those_that_failed_are_named(self):
+        code, out, brief = self.run_suite({"unit.program": """cat <<'END'
+[ RUN      ] A.passes
+[       OK ] A.passes (0 ms)
+[ RUN      ] A.fails
+a_test.cpp:7: Failure
+Expected: 1
+[  FAILED  ] A.fails (0 ms)
+[ RUN      ] A.races
+WARNING: ThreadSanitizer: data race (pid=1)
+[       OK ] A.races (0 ms)
+END
+exit 1"""})
+        self.assertEqual(code, 1, out)
+        self.assertEqual(brief.splitlines(), [
+            "FAILED: unit.program (Failed)",
+            "    [ RUN      ] A.fails", "    a_test.cpp:7: Failure", "    Expected: 1", "    [  FAILED  ] A.fails (0 ms)",
+            "    [ RUN      ] A.races", "    WARNING: ThreadSanitizer: data race (pid=1)", "    [       OK ] A.races (0 ms)"])
+
     def test_everything_passing_says_nothing_more(self):
         code, out, brief = self.run_suite({"unit.a": "true", "live.b": "true"})
         self.assertEqual((code, brief), (0, ""), out)
@@ -74,6 +93,19 @@ class Suite(unittest.TestCase):
         self.assertEqual((code, brief), (1, "FAILED: ctest did not come to its end\n"))
         code, _, brief = self.run_suite({"unit.b": "echo 'test_a (m.C.test_a) ... skipped \"no program\"'"})
         self.assertEqual((code, brief), (1, "FAILED: 1 skipped tests could have run here\n"))
+        for reason, expected in (("no program", 1), ("not possible here: no PMU", 0)):
+            code, out, _ = self.run_suite({"unit.program": f"""cat <<'END'
+[ RUN      ] A.skips
+a_test.cpp:7: Skipped
+{reason}
+[  SKIPPED ] A.skips (0 ms)
+[ RUN      ] A.passes
+[       OK ] A.passes (0 ms)
+[  SKIPPED ] 1 test, listed below:
+[  SKIPPED ] A.skips
+END"""})
+            self.assertEqual(code, expected, out)
+            self.assertEqual(out.count("skipped: unit.program: A.skips: "), 1, out)
         self.assertEqual(self.run_suite({"unit.c": "echo 'test_a (m.C.test_a) ... skipped \"not possible here: no PMU\"'"})[0], 0)
 
 
