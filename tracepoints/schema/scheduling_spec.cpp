@@ -53,6 +53,12 @@ std::optional<Policy> policy_from_name(std::string_view name) noexcept {
   return std::nullopt;
 }
 
+std::vector<std::string> policy_names() {
+  std::vector<std::string> names;
+  for (const auto& [policy, name] : kPolicies) names.emplace_back(name);
+  return names;
+}
+
 bool SpecEntry::is_wildcard() const noexcept { return id.ends_with(kWildcard); }
 
 SchedulingSpec SchedulingSpec::parse(std::string_view text, std::string_view name,

@@ -176,8 +176,7 @@ void read_cpuset(const Fields& fields, ThreadParameters& parameters) {
 
 // "FIFO" and "sched_fifo" are near to SCHED_FIFO, too.
 std::string nearest_policy(std::string_view name) {
-  const std::vector<std::string> policies{"SCHED_OTHER", "SCHED_BATCH", "SCHED_IDLE",
-                                          "SCHED_FIFO",  "SCHED_RR",    "SCHED_DEADLINE"};
+  const auto policies = policy_names();
   std::string upper(name.substr(0, 64));
   std::ranges::transform(upper, upper.begin(), [](char c) {
     return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c;

@@ -20,6 +20,23 @@ constexpr std::size_t kMaxAnswering = 64;
 // State is announced within one second of a session's start; three are ample.
 constexpr Duration kSettleTime{3'000'000'000};
 
+// Of an instance that another one of its callback began in, or that another one began inside of.
+CallbackFacts::Overlap overlap_of(const LiveInstance& live) {
+  return {.first_seq = live.seq,
+          .first_start = live.start,
+          .first_end = live.end,
+          .second_seq = live.first_overlapping->first,
+          .second_start = live.first_overlapping->second};
+}
+
+ThreadFacts::Nesting nesting_of(const LiveInstance& live) {
+  return {.outer = live.callback,
+          .outer_start = live.start,
+          .outer_end = live.end,
+          .inner = live.first_inner->first,
+          .inner_start = live.first_inner->second};
+}
+
 }  // namespace
 
 void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
@@ -330,20 +347,12 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
   std::erase(callback.open, live.get());
   auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap) {
-    facts.overlap = CallbackFacts::Overlap{.first_seq = live->seq,
-                                           .first_start = live->start,
-                                           .first_end = live->end,
-                                           .second_seq = live->first_overlapping->first,
-                                           .second_start = live->first_overlapping->second};
+    facts.overlap = overlap_of(*live);
   }
   if (live->thread) {
     auto& thread = *live->thread_facts;
     if (live->first_inner && !thread.nesting) {
-      thread.nesting = ThreadFacts::Nesting{.outer = live->callback,
-                                            .outer_start = live->start,
-                                            .outer_end = live->end,
-                                            .inner = live->first_inner->first,
-                                            .inner_start = live->first_inner->second};
+      thread.nesting = nesting_of(*live);
     }
     facts.ran_on[live->on_callback].last_activity = *live->end;
     callback.last_on = live->on_callback;
@@ -369,22 +378,10 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
   std::erase(callback.open, live.get());
   auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap_unproven) {
-    facts.overlap_unproven =
-        CallbackFacts::Overlap{.first_seq = live->seq,
-                               .first_start = live->start,
-                               .first_end = std::nullopt,
-                               .second_seq = live->first_overlapping->first,
-                               .second_start = live->first_overlapping->second};
+    facts.overlap_unproven = overlap_of(*live);
   }
-  if (live->thread && live->first_inner) {
-    auto& thread = *live->thread_facts;
-    if (!thread.nesting_unproven) {
-      thread.nesting_unproven = ThreadFacts::Nesting{.outer = live->callback,
-                                                     .outer_start = live->start,
-                                                     .outer_end = std::nullopt,
-                                                     .inner = live->first_inner->first,
-                                                     .inner_start = live->first_inner->second};
-    }
+  if (live->thread && live->first_inner && !live->thread_facts->nesting_unproven) {
+    live->thread_facts->nesting_unproven = nesting_of(*live);
   }
   measure(std::move(live));
 }

@@ -74,7 +74,7 @@ void Registry::set_stream_host(StreamIndex stream, HostIndex host) {
 }
 
 ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
-  forget_emitters();
+  emitters_.forget_all();
   const auto index = ProcessIndex{static_cast<std::uint32_t>(model_.processes.size())};
   auto& process = model_.processes.emplace_back();
   process.host = host;
@@ -90,15 +90,8 @@ std::optional<ProcessIndex> Registry::process_of(const EventHead& head) {
   const auto index = found != nullptr ? *found : new_process(host, *head.pid);
   auto& process = model_.processes[at(index)];
   if (!process.first_seen) process.first_seen = ref(head);
-  note_last_seen(index, ref(head), ++turn_);
+  emitters_.process_seen(index, ref(head));
   return index;
-}
-
-void Registry::note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn) {
-  auto& last = process_turns_[process];
-  if (turn < last) return;
-  last = turn;
-  model_.processes[at(process)].last_seen = event;
 }
 
 std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
@@ -108,10 +101,7 @@ std::optional<ProcessIndex> Registry::speaker_of(const EventHead& head) {
 }
 
 ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
-  EventHead of_thread;
-  of_thread.pid = model_.processes[at(process)].pid;
-  of_thread.tid = tid;
-  forget(emitters_[emitter_place(of_thread)]);
+  emitters_.forget(model_.processes[at(process)].pid, tid);
   const auto index = ThreadIndex{static_cast<std::uint32_t>(model_.threads.size())};
   auto& thread = model_.threads.emplace_back();
   thread.process = process;
@@ -126,25 +116,7 @@ std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int6
   return found != nullptr ? std::optional(*found) : std::nullopt;
 }
 
-void Registry::forget(Emitter::Known& known) {
-  if (known.thread_facts == nullptr) return;
-  known.thread_facts->last_seen = known.last_seen();
-  note_last_seen(known.process, known.last_seen(), known.last_turn);
-  known.thread_facts = nullptr;
-}
-
-void Registry::forget_emitters() {
-  for (auto& known : emitters_)
-    forget(known);
-}
-
 Emitter Registry::find_emitter(const EventHead& head) {
-  if (emitters_.size() < 2 * model_.threads.size() && emitters_.size() < kMostEmitters) {
-    forget_emitters();
-    emitters_.resize(2 * emitters_.size());
-  }
-  auto& known = emitters_[emitter_place(head)];
-  forget(known);
   const auto process = process_of(head);
   if (!process || !head.tid) return {.process = process, .thread = std::nullopt};
   auto index = find_thread(*process, *head.tid);
@@ -152,18 +124,7 @@ Emitter Registry::find_emitter(const EventHead& head) {
   if (!index || model_.threads[at(*index)].kernel_exit) index = new_thread(*process, *head.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.first_seen) thread.first_seen = ref(head);
-  known = Emitter::Known{.thread_facts = &thread,
-                         .host = host_of(head),
-                         .process = *process,
-                         .thread = *index,
-                         .pid = *head.pid,
-                         .tid = *head.tid,
-                         .last_time = head.time,
-                         .last_cpu = head.cpu,
-                         .last_turn = turn_,
-                         .callback_id = {},
-                         .callback = std::nullopt,
-                         .callback_facts = nullptr};
+  auto& known = emitters_.keep(head, host_of(head), *process, *index);
   return {.process = process, .thread = index, .known = &known};
 }
 
@@ -430,7 +391,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
 void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
   const auto index = thread_by_tid(host_of(head), event.tid);
   if (!index) return;
-  forget_emitters();
+  emitters_.forget_all();
   model_.threads[at(*index)].kernel_exit = ref(head);
 }
 
@@ -491,7 +452,7 @@ std::optional<std::uint32_t> Registry::publisher_by_gid(HostIndex reader, std::u
 }
 
 void Registry::finish() {
-  forget_emitters();
+  emitters_.forget_all();
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
     auto& facts = model_.callbacks[i];
     const auto& numbers = start_numbers_[CallbackIndex{static_cast<std::uint32_t>(i)}];

@@ -7,6 +7,7 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "flat_map.hpp"
+#include "known_emitters.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "sequence_tracker.hpp"
@@ -24,33 +25,8 @@ namespace cie::analysis {
 struct Emitter {
   std::optional<ProcessIndex> process;
   std::optional<ThreadIndex> thread;
-  struct Known;
   // The registry's, until another emitter is looked up; null: it was not looked up before.
-  Known* known = nullptr;
-};
-
-// What the last events said of an emitter, in place of look-ups in three tables for every event.
-struct Emitter::Known {
-  ThreadFacts* thread_facts = nullptr;  // null: nothing
-  HostIndex host{};
-  ProcessIndex process{};
-  ThreadIndex thread{};
-  std::int64_t pid = 0;
-  std::int64_t tid = 0;
-  // Its last event, not yet in its facts and its process's; and which of all it was.
-  Timestamp last_time;
-  std::optional<std::int32_t> last_cpu;
-  std::uint64_t last_turn = 0;
-  CallbackId callback_id{};
-  std::optional<CallbackIndex> callback;  // what it ran last, by that id
-  CallbackFacts* callback_facts = nullptr;
-
-  bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
-    return thread_facts != nullptr && head.tid == tid && head.pid == pid && host == of_host;
-  }
-  EventRef last_seen() const noexcept {
-    return {.time = last_time, .cpu = last_cpu, .pid = pid, .tid = tid};
-  }
+  KnownEmitter* known = nullptr;
 };
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event);
@@ -59,7 +35,7 @@ class Registry {
  public:
   // Both are borrowed. `spec` may be null.
   explicit Registry(Model& model, const SchedulingSpec* spec = nullptr)
-      : model_(model), spec_(spec) {}
+      : model_(model), spec_(spec), emitters_(model) {}
 
   // The machine of that name and boot: machines may be called alike, and a boot has one clock. A
   // trace that does not tell its boot is of any machine of that name.
@@ -71,12 +47,9 @@ class Registry {
 
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
-    auto& known = emitters_[emitter_place(head)];
-    if (!known.is_of(head, host_of(head))) return find_emitter(head);
-    known.last_time = head.time;
-    known.last_cpu = head.cpu;
-    known.last_turn = ++turn_;
-    return {.process = known.process, .thread = known.thread, .known = &known};
+    auto* const known = emitters_.find(head, host_of(head));
+    if (known == nullptr) return find_emitter(head);
+    return {.process = known->process, .thread = known->thread, .known = known};
   }
   // The same of a callback's start. A thread may publish after its `thread_fini`, but runs no
   // callback: one that starts there, unless a `thread_init` came since, is on an unknown thread.
@@ -155,22 +128,8 @@ class Registry {
   template <typename Value>
   using KeyMap = FlatMap<Key, Value, KeyHash>;
 
-  // Powers of two. There are twice as many places as threads, as long as that is not too many.
-  static constexpr std::size_t kFewestEmitters = 512;
-  static constexpr std::size_t kMostEmitters = std::size_t{1} << 16U;
-
-  // Threads of one process have tids close to each other: they do not meet in one place.
-  std::size_t emitter_place(const EventHead& head) const noexcept {
-    const auto mixed = static_cast<std::uint64_t>(head.tid.value_or(0)) +
-                       (SpreadBits{}(head.pid.value_or(0)) >> 32U);
-    return mixed & (emitters_.size() - 1);
-  }
   Emitter find_emitter(const EventHead& head);
   Emitter find_runner(const EventHead& head, const Emitter& who);
-  void forget(Emitter::Known& known);
-  void note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn);
-  // Before an incarnation is replaced by another one, or what is known of them is read.
-  void forget_emitters();
   void tell_namesakes_apart(std::string_view name);
   ProcessIndex new_process(HostIndex host, std::int64_t pid);
   ThreadIndex new_thread(ProcessIndex process, std::int64_t tid);
@@ -181,9 +140,7 @@ class Registry {
   Model& model_;
   const SchedulingSpec* spec_;
   std::vector<HostIndex> stream_hosts_;
-  std::vector<Emitter::Known> emitters_ = std::vector<Emitter::Known>(kFewestEmitters);
-  std::uint64_t turn_ = 0;                              // of events, counted up
-  ByIndex<ProcessIndex, std::uint64_t> process_turns_;  // of the event that is its last_seen
+  KnownEmitters emitters_;
   KeyMap<ProcessIndex> process_by_pid_;
   KeyMap<ThreadIndex> thread_by_process_tid_;
   KeyMap<ThreadIndex> thread_by_host_tid_;

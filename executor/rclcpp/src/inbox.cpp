@@ -4,20 +4,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <mutex>
 
-#include <time.h>
-
 namespace cie_rclcpp {
-namespace {
-
-std::int64_t realtime_now() noexcept {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
-
-}  // namespace
 
 // Room for four times the queue: what is taken has not been written over meanwhile.
 ArrivalQueue::ArrivalQueue(std::size_t depth)
@@ -115,7 +105,8 @@ void Inbox::announce(Source source, std::size_t count, int entity) noexcept {
   Arrival arrival{.entity = entity};
   if (!is_earlier) {
     arrival.monotonic_ns = cie::scheduling::monotonic_now();
-    arrival.realtime_ns = realtime_now();
+    arrival.realtime_ns =
+        std::chrono::nanoseconds{std::chrono::system_clock::now().time_since_epoch()}.count();
   }
   const std::lock_guard lock{mutex_};
   if (source == Source::lost) {

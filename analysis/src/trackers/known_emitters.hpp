@@ -1,0 +1,88 @@
+// Who emitted the last events, and when each was last seen: for most events this takes the place of
+// look-ups in three tables of the registry, and of writing to the facts.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "flat_map.hpp"
+#include "model/by_index.hpp"
+#include "model/facts.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+struct KnownEmitter {
+  ThreadFacts* thread_facts = nullptr;  // null: nothing
+  HostIndex host{};
+  ProcessIndex process{};
+  ThreadIndex thread{};
+  std::int64_t pid = 0;
+  std::int64_t tid = 0;
+  // Its last event, not yet in its facts and its process's; and which of all it was.
+  Timestamp last_time;
+  std::optional<std::int32_t> last_cpu;
+  std::uint64_t last_turn = 0;
+  CallbackId callback_id{};
+  std::optional<CallbackIndex> callback;  // what it ran last, by that id
+  CallbackFacts* callback_facts = nullptr;
+
+  bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
+    return thread_facts != nullptr && head.tid == tid && head.pid == pid && host == of_host;
+  }
+  EventRef last_seen() const noexcept {
+    return {.time = last_time, .cpu = last_cpu, .pid = pid, .tid = tid};
+  }
+};
+
+class KnownEmitters {
+ public:
+  // Borrowed. The facts' `last_seen` are up to date after forget_all().
+  explicit KnownEmitters(Model& model) : model_(model) {}
+
+  // Notes the event; null: its emitter must be looked up. Valid until another one is kept.
+  KnownEmitter* find(const EventHead& head, HostIndex host) {
+    auto& known = places_[place(head.pid, head.tid)];
+    if (!known.is_of(head, host)) return nullptr;
+    known.last_time = head.time;
+    known.last_cpu = head.cpu;
+    known.last_turn = ++turn_;
+    return &known;
+  }
+  // After process_seen(): what was looked up of an event with a pid and a tid.
+  KnownEmitter& keep(const EventHead& head, HostIndex host, ProcessIndex process,
+                     ThreadIndex thread);
+  // An event of a process whose emitter was not found here.
+  void process_seen(ProcessIndex process, const EventRef& event) {
+    note_last_seen(process, event, ++turn_);
+  }
+  // Before that thread's incarnation is replaced by another one.
+  void forget(std::int64_t pid, std::int64_t tid) { forget(places_[place(pid, tid)]); }
+  // Before incarnations of processes are replaced, or what is known of emitters is read.
+  void forget_all();
+
+ private:
+  // Powers of two. There are twice as many places as threads, as long as that is not too many.
+  static constexpr std::size_t kFewest = 512;
+  static constexpr std::size_t kMost = std::size_t{1} << 16U;
+
+  // Threads of one process have tids close to each other: they do not meet in one place.
+  std::size_t place(std::optional<std::int64_t> pid,
+                    std::optional<std::int64_t> tid) const noexcept {
+    const auto mixed =
+        static_cast<std::uint64_t>(tid.value_or(0)) + (SpreadBits{}(pid.value_or(0)) >> 32U);
+    return mixed & (places_.size() - 1);
+  }
+  void forget(KnownEmitter& known);
+  void note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn);
+
+  Model& model_;
+  std::vector<KnownEmitter> places_ = std::vector<KnownEmitter>(kFewest);
+  std::uint64_t turn_ = 0;                              // of events, counted up
+  ByIndex<ProcessIndex, std::uint64_t> process_turns_;  // of the event that is its last_seen
+};
+
+}  // namespace cie::analysis
