@@ -60,7 +60,7 @@ class SharedMemory : public testing::Test {
     if (posix_spawnp(&roudi_, arguments[0], nullptr, nullptr, const_cast<char* const*>(arguments),
                      environ) != 0) {
       roudi_ = 0;
-      GTEST_SKIP() << "not possible here: iox-roudi cannot be started (Debian: iceoryx)";
+      GTEST_SKIP() << "iox-roudi (Debian package iceoryx) is not installed";
     }
     bool is_gone = false;
     eventually([&] {
