@@ -55,7 +55,8 @@ std::optional<Policy> policy_from_name(std::string_view name) noexcept {
 
 std::vector<std::string> policy_names() {
   std::vector<std::string> names;
-  for (const auto& [policy, name] : kPolicies) names.emplace_back(name);
+  for (const auto& [policy, name] : kPolicies)
+    names.emplace_back(name);
   return names;
 }
 
