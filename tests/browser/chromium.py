@@ -6,12 +6,18 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import time
+import unittest
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "support"))
+from system_package import lacking  # noqa: E402  pylint: disable=wrong-import-position
 
 
-class Unavailable(Exception):
-    """There is no Chromium; the text says so."""
+class Unavailable(unittest.SkipTest):
+    """There is no Chromium; the text says so. Whether a test may skip for that, the suite decides."""
 
 
 class Chromium:
@@ -20,7 +26,7 @@ class Chromium:
     def __init__(self, width=1280, height=900, scheme="light"):
         program = shutil.which("chromium")
         if program is None:
-            raise Unavailable("chromium is not installed")
+            raise Unavailable(lacking("chromium"))
         self.profile = tempfile.TemporaryDirectory(prefix="cie-chromium-", ignore_cleanup_errors=True)
         to_browser, self.write_end = os.pipe()
         self.read_end, from_browser = os.pipe()

@@ -26,10 +26,7 @@ def release():
 
 def requirement():
     release()
-    try:
-        chromium.Chromium().__exit__()
-    except chromium.Unavailable as error:
-        raise npm_package.Unavailable(str(error)) from error
+    chromium.Chromium().__exit__()
 
 
 def spans_of(profile, frames):

@@ -84,5 +84,8 @@ def main(case, requirement):
     except Unavailable as error:
         print(f"not possible here: {error}")
         sys.exit(77)
+    except unittest.SkipTest as error:
+        print(error)
+        sys.exit(77)
     result = unittest.TextTestRunner().run(unittest.defaultTestLoader.loadTestsFromTestCase(case))
     sys.exit(0 if result.wasSuccessful() and result.testsRun else 1)

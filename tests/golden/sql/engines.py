@@ -15,8 +15,10 @@ import urllib.error
 import urllib.parse
 import urllib.request
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "browser"))
+TESTS = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(TESTS / "browser"), str(TESTS / "support")]
 import npm_package  # noqa: E402  pylint: disable=wrong-import-position
+from system_package import lacking  # noqa: E402  pylint: disable=wrong-import-position
 from npm_package import Unavailable  # noqa: E402  pylint: disable=wrong-import-position
 
 DUCKDB = [("@duckdb/node-api@1.5.6-r.1", "64d5080af3c0144329f9cbdbff7bc867c9c1f9df57a7e7e2a8b13bc6ed2bc664"),
@@ -121,12 +123,6 @@ def clickhouse_cluster(folder: pathlib.Path, count: int) -> list:
             if "Address already in use" not in str(reason) or attempt == 4:
                 raise
     raise AssertionError("not reached")
-
-
-def lacking(package: str) -> str:
-    """Why a test cannot run without a Debian package: ./run says which this Debian does not have."""
-    is_absent = package in os.environ.get("CIE_NO_PACKAGES", "").split()
-    return f"not possible here: this Debian has no package {package}" if is_absent else f"{package} is not installed"
 
 
 class ClickHouse:

@@ -17,7 +17,7 @@ from support import CIE, SHORT_SUBSCRIPTION, SHORT_TIMER, TIMER, Running, app, w
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLES = ROOT / "viewer_export" / "live" / "prometheus"
 sys.path.insert(0, str(ROOT / "tests" / "browser"))
-from chromium import Chromium, Unavailable  # noqa: E402  pylint: disable=wrong-import-position
+from chromium import Chromium  # noqa: E402  pylint: disable=wrong-import-position
 from hostile_clients import HostileClients  # noqa: E402  pylint: disable=wrong-import-position
 
 
@@ -135,11 +135,7 @@ class Served(HostileClients, unittest.TestCase):
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
     def test_the_page_follows_the_system(self):
-        try:
-            browser = Chromium()
-        except Unavailable as reason:
-            self.skipTest(str(reason))
-        with browser:
+        with Chromium() as browser:
             url = f"http://127.0.0.1:{self.port}/"
             browser.open(url)
             names = "[...document.querySelectorAll('#callbacks tbody td:first-child')].map(cell => cell.textContent)"
@@ -171,11 +167,7 @@ class Served(HostileClients, unittest.TestCase):
             self.assertEqual(browser.troubles(), [])
 
     def test_the_page_is_readable_in_the_dark_and_on_a_small_screen(self):
-        try:
-            browser = Chromium(width=400, height=800, scheme="dark")
-        except Unavailable as reason:
-            self.skipTest(str(reason))
-        with browser:
+        with Chromium(width=400, height=800, scheme="dark") as browser:
             browser.open(f"http://127.0.0.1:{self.port}/")
             self.assertEqual(browser.evaluate("getComputedStyle(document.body).backgroundColor"), "rgb(20, 23, 26)")
             self.assertLessEqual(browser.evaluate("document.documentElement.scrollWidth"), 400)

@@ -5,14 +5,16 @@ import argparse
 import csv
 import io
 import json
+import shutil
 import statistics
 import subprocess
 import sys
 import unittest
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parents[2] / "support")]
 import isolated_main  # noqa: E402  pylint: disable=wrong-import-position
+from system_package import lacking  # noqa: E402  pylint: disable=wrong-import-position
 
 options: argparse.Namespace
 scratch: Path
@@ -34,6 +36,8 @@ class Perf(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
+        if shutil.which("perf") is None:
+            raise unittest.SkipTest(lacking("linux-perf"))
         probe = perf_record(scratch / "probe.data", command=["true"])
         if probe.returncode != 0:
             raise unittest.SkipTest("not possible here: perf may not record: "

@@ -102,7 +102,7 @@ class Run(Scratch):
 
     @unittest.skipUnless(os.geteuid() == 0, "not possible here: only root makes a system of its own")
     def test_packages_of_another_debian_are_built_and_tried_there(self):
-        self.scripts("tests/package/elsewhere", in_another_debian='printf "%s\\n" "$@" >calls; mkdir -p "$4"; touch "$4/a.deb"')
+        self.scripts("tests/package/elsewhere", in_another_system='printf "%s\\n" "$@" >calls; mkdir -p "$4"; touch "$4/a.deb"')
         self.assertEqual(self.calls("package", "--try", "debian13"),
                          ["trixie", "./run package --try", "build/package/packages", "build/package/debian13"])
 
