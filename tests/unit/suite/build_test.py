@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -100,11 +101,21 @@ class Run(Scratch):
         self.assertIn(" -DCIE_WERROR=OFF", configuring)
         self.assertIn("--build --preset dev", building)
 
+    def test_whoever_calls_adds_options_of_cmake(self):
+        with unittest.mock.patch.dict(os.environ, CIE_CMAKE="-DCIE_WITH_DDS=OFF -DCIE_BUILD_DESK=ON"):
+            configuring, _ = self.calls("build")
+        self.assertTrue(configuring.endswith(" -DCIE_WITH_DDS=OFF -DCIE_BUILD_DESK=ON"), configuring)
+
     @unittest.skipUnless(os.geteuid() == 0, "not possible here: only root makes a system of its own")
     def test_packages_of_another_debian_are_built_and_tried_there(self):
         self.scripts("tests/package/elsewhere", in_another_system='printf "%s\\n" "$@" >calls; mkdir -p "$4"; touch "$4/a.deb"')
         self.assertEqual(self.calls("package", "--try", "debian13"),
                          ["trixie", "./run package --try", "build/package/packages", "build/package/debian13"])
+
+    @unittest.skipUnless(os.geteuid() == 0, "not possible here: only root makes a system of its own")
+    def test_the_two_commands_are_tried_elsewhere(self):
+        self.scripts("tests/package/elsewhere", in_another_system='printf "%s\n" "$@" >>calls')
+        self.assertEqual(self.calls("elsewhere", "ubuntu24.04"), ["noble", "./run demo && ./run test"])
 
     def test_a_package_is_there_only_by_its_very_name(self):
         self.scripts("tools", dpkg_query="exit 1",
