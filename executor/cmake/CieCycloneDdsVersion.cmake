@@ -4,12 +4,12 @@
 set(tried
   "0.10.2: Debian 12, the whole test suite"
   "0.10.3: its interfaces alone, which are the same"
-  "0.10.4: its interfaces alone, which are the same"
+  "0.10.4: Ubuntu 24.04, the whole test suite"
   "0.10.5: Debian 13, the whole test suite, and its interfaces alone as ROS 2 Humble and Jazzy have it")
 
 list(JOIN tried "\n  " CIE_CYCLONEDDS_ADVICE)
 string(CONCAT CIE_CYCLONEDDS_ADVICE "cie was tried with these versions of Cyclone DDS:\n  ${CIE_CYCLONEDDS_ADVICE}\n"
-  "Debian 12 and 13 have one of them (cyclonedds-dev), ROS 2 Humble and Jazzy too (-DCIE_CYCLONEDDS_OF_ROS=ON); "
+  "Debian 12 and 13 and Ubuntu 24.04 have one of them (cyclonedds-dev), ROS 2 Humble and Jazzy too (-DCIE_CYCLONEDDS_OF_ROS=ON); "
   "-DCycloneDDS_DIR=… names another. To try another version: -DCIE_CYCLONEDDS_UNTRIED=ON, then ./run test.")
 string(REGEX REPLACE ":[^;]*" "" tried "${tried}")
 list(FIND tried "${CycloneDDS_VERSION}" found)

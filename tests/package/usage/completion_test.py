@@ -17,6 +17,7 @@ SCRIPT = os.path.join(os.path.abspath(sys.argv[2]), "viewer_export", "completion
 DRIVER = f"""
 source {LIBRARY} && source "$1" || exit 1
 compopt() {{ :; }}  # of a terminal
+_quote_readline_by_ref() {{ printf -v "$2" %s "$1"; }}  # without one, bash does not take the quotes off again
 while IFS= read -r COMP_LINE; do
   COMP_POINT=${{#COMP_LINE}}
   read -ra COMP_WORDS <<<"$COMP_LINE"

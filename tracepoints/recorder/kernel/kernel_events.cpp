@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 
 extern "C" {
@@ -107,8 +108,11 @@ std::size_t recorded_size(const KernelEventClass& event_class) {
 
 void RingBufferPage::Free::operator()(kbuffer* buffer) const noexcept { kbuffer_free(buffer); }
 
+// libtraceevent has names of this machine's own size and order since 1.6.
 RingBufferPage::RingBufferPage()
-    : buffer_(kbuffer_alloc(KBUFFER_LSIZE_SAME_AS_HOST, KBUFFER_ENDIAN_SAME_AS_HOST)) {
+    : buffer_(kbuffer_alloc(
+          sizeof(long) == 8 ? KBUFFER_LSIZE_8 : KBUFFER_LSIZE_4,
+          std::endian::native == std::endian::big ? KBUFFER_ENDIAN_BIG : KBUFFER_ENDIAN_LITTLE)) {
   if (!buffer_) throw std::bad_alloc();
 }
 

@@ -10,8 +10,8 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <linux/magic.h>
-#include <sys/mount.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/vfs.h>
 #include <unistd.h>
 
@@ -34,13 +34,18 @@ FileDescriptor open_mounted() {
   return {};
 }
 
+// glibc has these system calls and their constants since 2.36, and its header and the kernel's, <linux/mount.h>, exclude
+// each other.
 FileDescriptor mount_detached() {
-  const FileDescriptor context(fsopen("tracefs", FSOPEN_CLOEXEC));
+  constexpr unsigned kCloseOnExec = 1;  // FSOPEN_CLOEXEC, FSMOUNT_CLOEXEC
+  constexpr unsigned kCreate = 6;       // FSCONFIG_CMD_CREATE
+  const auto descriptor = [](long result) { return FileDescriptor(static_cast<int>(result)); };
+  const auto context = descriptor(syscall(SYS_fsopen, "tracefs", kCloseOnExec));
   if (!context.is_open() ||
-      fsconfig(context.get(), FSCONFIG_CMD_CREATE, nullptr, nullptr, 0) != 0) {
+      syscall(SYS_fsconfig, context.get(), kCreate, nullptr, nullptr, 0) != 0) {
     return {};
   }
-  return FileDescriptor(fsmount(context.get(), FSMOUNT_CLOEXEC, 0));
+  return descriptor(syscall(SYS_fsmount, context.get(), kCloseOnExec, 0U));
 }
 
 }  // namespace
