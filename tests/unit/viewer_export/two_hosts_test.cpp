@@ -393,7 +393,7 @@ TEST(TwoHosts, HaveProfilesOfTheirOwnInSpeedscope) {
   const auto speedscope = exported("speedscope");
   for (const auto& profile : speedscope["profiles"]) {
     EXPECT_EQ(profile["events"].size(), 2U);
-    names.insert(profile["name"]);
+    names.insert(profile["name"].get<std::string>());
   }
   EXPECT_EQ(names.size(), 4U);
 }
