@@ -238,6 +238,13 @@ TEST_P(Record, CountsExactlyWhatIsDiscardedAheadOfALateConsumerDaemon) {
   expect_exact_counts_of_a_burst({"env", "LD_PRELOAD=" CIE_LATE_CONSUMER});
 }
 
+TEST_P(Record, SaysThatTheSessionDaemonWentAwayAtTheEnd) {
+  const Finished result = sandbox_.run({"env", "LD_PRELOAD=" CIE_LOST_DAEMON, CIE_RECORD, "-o",
+                                        "rec", "--", CIE_TRACED_APP, "--instances", "10"});
+  EXPECT_EQ(result.status, 4);
+  EXPECT_THAT(result.err, HasSubstr("went away while it finished the session"));
+}
+
 // Rule T3: no announcement may promise a start that came before it.
 void expect_no_start_above_next_seq(const TextTrace& trace) {
   for (const std::int64_t callback : {0, 1}) {

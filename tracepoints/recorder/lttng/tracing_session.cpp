@@ -216,8 +216,11 @@ void TracingSession::destroy() {
   const auto patience = std::chrono::milliseconds(kDrainPatience).count();
   const auto completed =
       lttng_destruction_handle_wait_for_completion(destruction.get(), static_cast<int>(patience));
-  if (completed != LTTNG_DESTRUCTION_HANDLE_STATUS_COMPLETED) {
+  if (completed == LTTNG_DESTRUCTION_HANDLE_STATUS_TIMEOUT) {
     throw RecordError("the session daemon did not finish the session within a minute");
+  }
+  if (completed != LTTNG_DESTRUCTION_HANDLE_STATUS_COMPLETED) {
+    throw RecordError("the session daemon went away while it finished the session");
   }
   lttng_error_code result = LTTNG_OK;
   if (lttng_destruction_handle_get_result(destruction.get(), &result) !=
