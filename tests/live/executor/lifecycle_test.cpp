@@ -262,7 +262,8 @@ TEST_P(AnyExecutor, LeavesNoThreadBehind) {
     timers.push_back(node.create_wall_timer(1ms, [] {}));
   executor->add_node(node);
   executor->spin_for(10ms);
-  EXPECT_EQ(thread_count(), before);
+  // The kernel lists a thread for a moment after it was joined.
+  EXPECT_TRUE(eventually([&] { return thread_count() <= before; }));
 }
 
 TEST(Executors, AreMadeByName) {
