@@ -11,7 +11,7 @@
 
 namespace example {
 
-class Talker {
+class Talker final {
  public:
   explicit Talker(const cie::ComponentOptions& options)
       : node_(options),
@@ -23,6 +23,7 @@ class Talker {
       ++message_->seq;
       publisher_->publish(*message_);
     });
+    cie::check_member_order(*this, timer_);
   }
   cie::Node& node() { return node_; }
 

@@ -6,6 +6,7 @@
 #include <cie/executor/context.hpp>
 #include <cie/executor/event_callbacks.hpp>
 #include <cie/executor/guard_condition.hpp>
+#include <cie/executor/member_order.hpp>
 #include <cie/executor/message.hpp>
 #include <cie/executor/parameters.hpp>
 #include <cie/executor/publisher.hpp>
