@@ -55,6 +55,7 @@ std::optional<Policy> policy_from_name(std::string_view name) noexcept {
 
 std::vector<std::string> policy_names() {
   std::vector<std::string> names;
+  names.reserve(kPolicies.size());
   for (const auto& [policy, name] : kPolicies)
     names.emplace_back(name);
   return names;
