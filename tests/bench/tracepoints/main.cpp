@@ -156,7 +156,7 @@ std::vector<std::pair<std::string, Costs>> parse(const std::string& text) {
 int print_table(const std::string& self) {
   cie::test::Sandbox sandbox(cie::test::User::current);
   if (!sandbox.skip_reason().empty()) {
-    std::printf("cannot measure: %s\n", sandbox.skip_reason().c_str());
+    std::printf("%s\n", sandbox.skip_reason().c_str());
     return 1;
   }
   const cie::test::Finished disabled = sandbox.run({self, "--measure"});

@@ -54,9 +54,7 @@ class MachineWithKernelTracing : public ::testing::Test {
     } catch (const record::KernelUnavailable& error) {
       GTEST_SKIP() << "not possible here: " << error.what();
     }
-    if (!sandbox_.skip_reason().empty()) {
-      GTEST_SKIP() << "not possible here: " << sandbox_.skip_reason();
-    }
+    if (!sandbox_.skip_reason().empty()) GTEST_SKIP() << sandbox_.skip_reason();
   }
 
   fs::path path(const std::string& name) const { return sandbox_.directory() / name; }
@@ -352,9 +350,7 @@ TEST(KernelRecordForOrdinaryUsers, SaysInOneLineWhyItCannot) {
     GTEST_SKIP() << "not possible here: only root can become an ordinary user";
   }
   Sandbox sandbox(User::ordinary);
-  if (!sandbox.skip_reason().empty()) {
-    GTEST_SKIP() << "not possible here: " << sandbox.skip_reason();
-  }
+  if (!sandbox.skip_reason().empty()) GTEST_SKIP() << sandbox.skip_reason();
   const Finished refused =
       sandbox.run({CIE_RECORD, "-o", "rec", "--kernel=yes", "--", CIE_TRACED_APP});
   EXPECT_EQ(refused.status, 4);

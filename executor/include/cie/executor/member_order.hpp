@@ -10,7 +10,7 @@
 #include <type_traits>
 
 namespace cie {
-namespace internal {
+namespace detail {
 
 struct MemberExtent {
   std::uintptr_t begin;
@@ -29,7 +29,7 @@ constexpr std::uintptr_t aligned(std::uintptr_t place, std::size_t alignment) no
   return (place + alignment - 1) / alignment * alignment;
 }
 
-}  // namespace internal
+}  // namespace detail
 
 // Throws std::logic_error unless `last` are the last members of `owner`, in whatever order among
 // themselves. Members are destroyed from the last to the first: of a class whose callbacks use its
@@ -47,9 +47,9 @@ void check_member_order(const Owner& owner, const Members&... last) {
   static_cast<void>(owner);
   (static_cast<void>(last), ...);
 #else
-  const auto whole = internal::extent_of(owner);
-  std::array extents{internal::extent_of(last)...};
-  std::ranges::sort(extents, {}, &internal::MemberExtent::begin);
+  const auto whole = detail::extent_of(owner);
+  std::array extents{detail::extent_of(last)...};
+  std::ranges::sort(extents, {}, &detail::MemberExtent::begin);
   if (extents.front().begin < whole.begin ||
       extents.back().begin + extents.back().size > whole.begin + whole.size) {
     throw std::logic_error{"check_member_order: it was given what is no member of the object"};
@@ -63,10 +63,10 @@ void check_member_order(const Owner& owner, const Members&... last) {
         "declare it further up"};
   };
   for (const auto& member : extents) {
-    refuse_if(member.begin != internal::aligned(end, member.alignment));
+    refuse_if(member.begin != detail::aligned(end, member.alignment));
     end = member.begin + member.size;
   }
-  refuse_if(whole.begin + whole.size != internal::aligned(end, whole.alignment));
+  refuse_if(whole.begin + whole.size != detail::aligned(end, whole.alignment));
 #endif
 }
 
