@@ -25,14 +25,9 @@ using analysis::ChainReport;
 using analysis::Report;
 using analysis::Summary;
 using analysis::ThreadReport;
-using Align = TextTable::Align;
 
 // Beyond this many chains that no spec names only the slowest are printed; the JSON has all.
 constexpr std::size_t kChainsShown = 20;
-
-constexpr std::string_view kNotMeasured = "-";
-
-TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
 
 TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summary::*part) {
   return summary ? TextCell{format_duration((*summary).*part)} : not_measured();
@@ -224,8 +219,12 @@ std::string chain_table(const Report& report, const ChainReport& chain, std::siz
                                              : names.of(chain),
                                  chain_place(report, chain), counted(chain.hops.size(), "callback"),
                                  counted(chain.instances, "instance"));
-  TextTable table(
-      {{"", "", Align::left}, {"count", ""}, {"min", ""}, {"p50", ""}, {"p99", ""}, {"max", ""}});
+  TextTable table({{"", "", TextTable::Align::left},
+                   {"count", ""},
+                   {"min", ""},
+                   {"p50", ""},
+                   {"p99", ""},
+                   {"max", ""}});
   const bool by_starts = is_by_starts(chain);
   add_quantity(table, "path latency", chain.path_latency);
   if (by_starts) {
@@ -352,7 +351,7 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
   auto text = tables_by_process(
       "Callbacks", report, that_ran, style,
       [] {
-        return TextTable({{"", "callback", Align::left},
+        return TextTable({{"", "callback", TextTable::Align::left},
                           {"", "runs"},
                           {"", "every"},
                           {"response", "time p50"},
@@ -378,13 +377,13 @@ std::string thread_tables(const Report& report, const TextStyle& style) {
   return tables_by_process(
       "Threads", report, report.threads, style,
       [] {
-        return TextTable({{"thread", "", Align::left},
+        return TextTable({{"thread", "", TextTable::Align::left},
                           {"tid", ""},
-                          {"role", "", Align::left},
-                          {"scheduling", "", Align::left},
-                          {"CPUs", "", Align::left},
+                          {"role", "", TextTable::Align::left},
+                          {"scheduling", "", TextTable::Align::left},
+                          {"CPUs", "", TextTable::Align::left},
                           {"busy", ""},
-                          {"runs", "", Align::left}});
+                          {"runs", "", TextTable::Align::left}});
       },
       [&names](const auto& thread) { return thread_row(thread, names); });
 }

@@ -144,7 +144,7 @@ TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNam
                    {"", "", TextTable::Align::left}});
   for (const auto& change : changes)
     add_quantities(table, change, names, has_range);
-  if (!has_range) table.drop_columns_of("-");
+  if (!has_range) table.drop_columns_of(kNotMeasured);
   return table;
 }
 
@@ -279,7 +279,7 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
                time(before.max),
                time(after.max)});
   }
-  table.drop_columns_of("-");
+  table.drop_columns_of(kNotMeasured);
   table.keep_rows_on_one_line();
   auto text = table.render(style);
   const auto rest = std::span(changes).subspan(shown);

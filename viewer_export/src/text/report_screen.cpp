@@ -31,10 +31,6 @@ using analysis::Isolation;
 using analysis::Report;
 using analysis::Summary;
 
-constexpr std::string_view kNotMeasured = "-";
-
-TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
-
 TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*part,
                    std::string_view mark = {}) {
   if (!times) return not_measured();

@@ -66,27 +66,27 @@ bool counts(const SubjectVerdict& subject, Verdict verdict) {
   return subject.verdict == verdict && !subject.is_suppressed();
 }
 
-const CallbackReport* callback_of(const Judged& judged, const SubjectVerdict& subject) {
+const CallbackReport* reported_callback(const Judged& judged, const SubjectVerdict& subject) {
   if (subject.about.kind != SubjectKind::callback || !subject.about.index) return nullptr;
   return judged.rows.find(analysis::CallbackIndex{*subject.about.index});
 }
 
-const ThreadReport* thread_of(const Judged& judged, const SubjectVerdict& subject) {
+const ThreadReport* reported_thread(const Judged& judged, const SubjectVerdict& subject) {
   if (subject.about.kind != SubjectKind::thread || !subject.about.index) return nullptr;
   return judged.rows.find(analysis::ThreadIndex{*subject.about.index});
 }
 
 // That missed deadlines.
-const CallbackReport* late_callback_of(const Judged& judged, const SubjectVerdict& subject) {
-  const auto* callback = callback_of(judged, subject);
+const CallbackReport* late_callback(const Judged& judged, const SubjectVerdict& subject) {
+  const auto* callback = reported_callback(judged, subject);
   return callback == nullptr || callback->late.value_or(0) == 0 ? nullptr : callback;
 }
 
 // "plan timer 1 ns", "pool-0 (4008)": the kind stands in the rule's line, and on one host a tid needs
 // no pid.
 std::string name_of(const Judged& judged, const SubjectVerdict& subject) {
-  if (const auto* callback = callback_of(judged, subject)) return judged.names.of(*callback);
-  const auto* thread = thread_of(judged, subject);
+  if (const auto* callback = reported_callback(judged, subject)) return judged.names.of(*callback);
+  const auto* thread = reported_thread(judged, subject);
   const bool is_unique = thread != nullptr && judged.report.trace.hosts.size() < 2;
   std::string_view name = is_unique ? subject.name() : std::string_view(subject.subject);
   const auto kind = label(subject.about.kind);
@@ -176,9 +176,9 @@ struct Told {
 
 Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict& subject) {
   const auto checked = static_cast<std::int64_t>(subject.checked);
-  const auto* thread = thread_of(judged, subject);
-  const auto* callback = callback_of(judged, subject);
-  const auto* late = late_callback_of(judged, subject);
+  const auto* thread = reported_thread(judged, subject);
+  const auto* callback = reported_callback(judged, subject);
+  const auto* late = late_callback(judged, subject);
   if (rule.id == "M2" && thread != nullptr && thread->ran.size() > 1) {
     return {.weight = static_cast<std::int64_t>(thread->ran.size()),
             .detail = counted(thread->ran.size(), "callback"),
@@ -248,7 +248,7 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
     auto& row = finding.rows[places.at(told.detail)];
     if (row.names.size() == 1) row.more = told.of_one;
   }
-  const auto* late = ranked.empty() ? nullptr : late_callback_of(judged, *ranked.front().subject);
+  const auto* late = ranked.empty() ? nullptr : late_callback(judged, *ranked.front().subject);
   const auto* worst = late == nullptr ? nullptr : worst_run_of(judged, *late);
   if (rule.id == analysis::kDeadlineRule && worst != nullptr)
     finding.worst = where_time_went(judged, *worst);
@@ -404,7 +404,7 @@ std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findi
   std::uint64_t instances = 0;
   for (const auto& subject : gravest.rule->subjects) {
     const auto* callback =
-        counts(subject, Verdict::fail) ? late_callback_of(judged, subject) : nullptr;
+        counts(subject, Verdict::fail) ? late_callback(judged, subject) : nullptr;
     if (callback == nullptr) continue;
     late += *callback->late;
     instances += callback->instances;

@@ -56,6 +56,10 @@ struct TextCell {
   Look look = Look::plain;
 };
 
+// Of a cell that has no value.
+inline constexpr std::string_view kNotMeasured = "-";
+inline TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}; }
+
 // Columns aligned over all rows; numbers to the right, the first column (names) to the left. A name
 // too wide for what the other columns leave stands on a line of its own; text in a last column that
 // is aligned to the left is cut to what is left.
