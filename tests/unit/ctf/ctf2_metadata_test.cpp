@@ -2,6 +2,7 @@
 #include <cie/analysis/analyzer.hpp>
 
 #include "ctf_trace.hpp"
+#include "metadata_error.hpp"
 
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 namespace cie::analysis::ctf {
 namespace {
 
+using cie::test::error_of;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -27,14 +29,6 @@ std::string sequence(const std::vector<std::string>& fragments) {
   return text;
 }
 
-std::string error_of(const std::string& text) {
-  try {
-    const TracePlan plan(parse_metadata(text));
-  } catch (const MetadataError& error) {
-    return error.what();
-  }
-  return "none";
-}
 std::string error_of(const std::vector<std::string>& fragments) {
   return error_of(sequence(fragments));
 }

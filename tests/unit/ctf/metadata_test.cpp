@@ -1,3 +1,6 @@
+// What CTF 1.8 metadata says, and what none may say.
+#include "metadata_error.hpp"
+
 #include <string>
 #include <string_view>
 
@@ -10,6 +13,7 @@
 namespace cie::analysis::ctf {
 namespace {
 
+using cie::test::error_of;
 using testing::HasSubstr;
 
 constexpr const char* kTrace = "trace { major = 1; minor = 8; byte_order = le; };\n";
@@ -21,15 +25,6 @@ TypeRef field(const std::string& declarations, const std::string& declaration) {
   const auto metadata =
       parse(declarations + "event { id = 0; fields := struct { " + declaration + " }; };");
   return metadata.events.at(0).fields->members.at(0).type;
-}
-
-std::string error_of(const std::string& text) {
-  try {
-    const TracePlan plan(parse_metadata(text));
-  } catch (const MetadataError& error) {
-    return error.what();
-  }
-  return "none";
 }
 
 TEST(Metadata, TraceAndEnvironment) {

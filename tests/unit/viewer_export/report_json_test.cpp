@@ -192,7 +192,7 @@ TEST(ReportJson, SurvivesHostileNames) {
 }
 
 TEST(ReportJson, OfNothingIsStillComplete) {
-  const auto report = json_of({});
+  const auto report = json_of(analysis::Report{});
   EXPECT_EQ(report["callbacks"], Json::array());
   EXPECT_EQ(report["trace"]["paths"], Json::array());
   EXPECT_EQ(report["trace"]["lost_events"], 0);

@@ -36,11 +36,11 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
-using Json = nlohmann::json;
+using Json = nlohmann::ordered_json;
 using Rows = std::vector<std::vector<std::string>>;
 
-analysis::AnalysisResult analyzed(analysis::Observer* observer = nullptr,
-                                  const SchedulingSpec* spec = nullptr) {
+analysis::AnalysisResult two_hosts(analysis::Observer* observer = nullptr,
+                                   const SchedulingSpec* spec = nullptr) {
   static const auto trace = test::application_on_two_hosts();
   return test::analyze(trace, {.spec = spec}, observer);
 }
@@ -59,7 +59,8 @@ std::string text_of(Write write) {
 }
 
 Json report_json() {
-  return Json::parse(text_of([](std::ostream& out) { write_report_json(out, analyzed().report); }));
+  return Json::parse(
+      text_of([](std::ostream& out) { write_report_json(out, two_hosts().report); }));
 }
 
 // The row of that number.
@@ -97,7 +98,7 @@ Rows columns_of(const std::string& csv, const std::vector<std::string>& names) {
 
 Rows table(const std::string& name, const std::vector<std::string>& columns) {
   return columns_of(
-      text_of([&](std::ostream& out) { write_table(out, name, TableFormat::csv, analyzed()); }),
+      text_of([&](std::ostream& out) { write_table(out, name, TableFormat::csv, two_hosts()); }),
       columns);
 }
 
@@ -178,7 +179,7 @@ TEST(TwoHosts, HaveHistogramsAndLanesOfTheirOwnOnThePage) {
 }
 
 TEST(TwoHosts, AreTwoClustersOfTheGraph) {
-  const auto dot = text_of([](std::ostream& out) { write_graph_dot(out, analyzed().report); });
+  const auto dot = text_of([](std::ostream& out) { write_graph_dot(out, two_hosts().report); });
   EXPECT_THAT(dot, HasSubstr("label=\"pid 100 on robot\";"));
   EXPECT_THAT(dot, HasSubstr("label=\"pid 100 on desk\";"));
   EXPECT_THAT(dot, Not(HasSubstr("style=dashed"))) << "no message left its process";
@@ -194,7 +195,7 @@ TEST(TwoHosts, AreTwoClustersOfTheGraph) {
 
 TEST(TwoHosts, AreTwoTablesOfTheText) {
   const auto text = text_of([](std::ostream& out) {
-    const auto result = analyzed();
+    const auto result = two_hosts();
     write_report_text(out, result.report, &result.verdicts, {});
   });
   for (const std::string what : {"Callbacks", "Threads"}) {
@@ -241,7 +242,7 @@ TEST(TwoHosts, AreNamedByEveryTable) {
               UnorderedElementsAre(Row{"robot", "plan", "1"}, Row{"robot", "show", "3"},
                                    Row{"desk", "plan", "5"}, Row{"desk", "show", "90"}));
   InstanceWriter instances;
-  const auto result = analyzed(&instances);
+  const auto result = two_hosts(&instances);
   EXPECT_THAT(columns_of(text_of([&](std::ostream& out) {
                            instances.write(out, TableFormat::csv, result.report);
                          }),
@@ -251,7 +252,7 @@ TEST(TwoHosts, AreNamedByEveryTable) {
 }
 
 TEST(TwoHosts, AreNamedByVerdicts) {
-  const auto result = analyzed();
+  const auto result = two_hosts();
   std::set<std::string> subjects;
   for (const auto& rule : result.verdicts.rules) {
     if (rule.id != "M3") continue;
@@ -264,7 +265,7 @@ TEST(TwoHosts, AreNamedByVerdicts) {
 
 TEST(TwoHosts, HaveVerdictsOfTheirOwn) {
   const auto spec = with_deadline();
-  const auto result = analyzed(nullptr, &spec);
+  const auto result = two_hosts(nullptr, &spec);
   const analysis::ReportRows rows(result.report);
   std::map<std::string, analysis::Verdict> deadline;
   for (const auto& rule : result.verdicts.rules) {
@@ -285,7 +286,7 @@ TEST(TwoHosts, HaveVerdictsOfTheirOwn) {
 
 TEST(TwoHosts, AreReachedFromVerdictsByTheReportsRows) {
   const auto spec = with_deadline();
-  const auto result = analyzed(nullptr, &spec);
+  const auto result = two_hosts(nullptr, &spec);
   const auto report = report_json();
   const auto verdicts = Json::parse(
       text_of([&](std::ostream& out) { write_verify_json(out, result.verdicts, result.report); }));
@@ -304,7 +305,7 @@ TEST(TwoHosts, AreReachedFromVerdictsByTheReportsRows) {
 
 TEST(TwoHosts, AreNamedByEveryFormatOfVerdicts) {
   const auto spec = with_deadline();
-  const auto result = analyzed(nullptr, &spec);
+  const auto result = two_hosts(nullptr, &spec);
   const auto& report = result.report;
   const auto& verdicts = result.verdicts;
   const auto named = HasSubstr("callback plan (pid 100 on desk)");
@@ -322,7 +323,7 @@ TEST(TwoHosts, HaveBoundsOfTheirOwn) {
       "  - {id: plan, wcet: 10, min_inter_arrival: 100}\n"
       "  - {id: show, wcet: 20, min_inter_arrival: 200}\n",
       "spec.yaml");
-  const auto report = analyzed().report;
+  const auto report = two_hosts().report;
   const auto result = analysis::schedulability_of(report, &spec);
   const auto json = Json::parse(
       text_of([&](std::ostream& out) { write_schedulability_json(out, result, report); }));
@@ -340,7 +341,7 @@ TEST(TwoHosts, HaveBoundsOfTheirOwn) {
 TEST(TwoHosts, HaveTheirViolationsOnTheirMachinesOfPerfetto) {
   const auto spec = with_deadline();
   PerfettoExport perfetto({});
-  const auto result = analyzed(&perfetto, &spec);
+  const auto result = two_hosts(&perfetto, &spec);
   const auto file = test::decode(text_of([&](std::ostream& out) { perfetto.write(out, result); }));
   std::set<std::uint64_t> violated;
   std::set<std::uint64_t> late;  // the machine on which `plan` of the desk starts
@@ -356,7 +357,7 @@ TEST(TwoHosts, HaveTheirViolationsOnTheirMachinesOfPerfetto) {
 
 TEST(TwoHosts, AreTwoMachinesOfPerfetto) {
   PerfettoExport perfetto({});
-  const auto result = analyzed(&perfetto);
+  const auto result = two_hosts(&perfetto);
   const auto file = test::decode(text_of([&](std::ostream& out) { perfetto.write(out, result); }));
   EXPECT_EQ(file.machines.size(), 2U);
   std::set<std::uint64_t> tracks;  // where instances begin
@@ -369,7 +370,7 @@ TEST(TwoHosts, AreTwoMachinesOfPerfetto) {
 
 Json exported(std::string_view format) {
   const auto viewer = make_viewer_export(format, {});
-  const auto result = analyzed(viewer.get());
+  const auto result = two_hosts(viewer.get());
   return Json::parse(text_of([&](std::ostream& out) { viewer->write(out, result); }));
 }
 
@@ -400,7 +401,7 @@ TEST(TwoHosts, HaveProfilesOfTheirOwnInSpeedscope) {
 
 TEST(TwoHosts, AreNamedByTheMessagesOfMcap) {
   const auto viewer = make_viewer_export("mcap", {});
-  const auto result = analyzed(viewer.get());
+  const auto result = two_hosts(viewer.get());
   const auto text = text_of([&](std::ostream& out) { viewer->write(out, result); });
   for (const std::string host : {"robot", "desk"}) {
     EXPECT_THAT(text, HasSubstr(R"("logical_id":"plan","host":")" + host + R"(","pid":100)"));
@@ -410,7 +411,7 @@ TEST(TwoHosts, AreNamedByTheMessagesOfMcap) {
 
 TEST(TwoHosts, AreTwoResourcesOfOpenTelemetry) {
   const auto viewer = make_viewer_export("otlp", {});
-  const auto result = analyzed(viewer.get());
+  const auto result = two_hosts(viewer.get());
   const auto text = text_of([&](std::ostream& out) { viewer->write(out, result); });
   EXPECT_THAT(text, HasSubstr("robot"));
   EXPECT_THAT(text, HasSubstr("desk"));

@@ -67,7 +67,7 @@ TEST(VerifyJson, NamesSuppressionsOfASubjectAndOfTheFile) {
 }
 
 TEST(VerifyJson, AnOverallVerdictIsNeverNotApplicable) {
-  EXPECT_EQ(json_of({}).at("verdict"), "PASS");
+  EXPECT_EQ(json_of(analysis::VerdictReport{}).at("verdict"), "PASS");
 }
 
 TEST(VerifyJson, SurvivesHostileNames) {
