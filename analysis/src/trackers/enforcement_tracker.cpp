@@ -149,8 +149,9 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   has_switches_ = true;
   auto& tids = tids_[host];
   if (event.prev_tid != 0) {
-    tids[event.prev_tid].prio = event.prev_prio;
-    tids[event.prev_tid].scheduled = ref(head);
+    auto& prev = tids[event.prev_tid];
+    prev.prio = event.prev_prio;
+    prev.scheduled = ref(head);
     check_priority(head, host, event.prev_tid, event.prev_prio);
     const bool waits = (static_cast<std::uint64_t>(event.prev_state) & 0xffU) != 0;
     if (const auto index = registry_.thread_by_tid(host, event.prev_tid); index && waits) {

@@ -108,7 +108,7 @@ class EnforcementTracker {
   ThreadTimeline& timeline_;
   InstanceBuilder& instances_;
   ByIndex<ThreadIndex, OfThread> threads_;
-  ByIndex<HostIndex, FlatMap<std::int64_t, OfTid>> tids_;
+  ByIndex<HostIndex, DenseMap<std::int64_t, OfTid>> tids_;
   bool is_judging_ = true;
   bool has_switches_ = false;  // of any host: until then nothing was scheduled
   bool is_totalled_ = false;

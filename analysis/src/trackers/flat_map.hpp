@@ -1,4 +1,4 @@
-// A hash table for look-ups per event: one array of slots, probed one after the other.
+// Hash tables for look-ups per event: one array of slots, probed one after the other.
 #pragma once
 
 #include <cstddef>
@@ -73,6 +73,33 @@ class FlatMap {
   std::vector<Slot> slots_;  // a power of two, at most half of them used
   std::size_t used_ = 0;
   unsigned shift_ = 0;
+};
+
+// The same for values that are large: they lie one after the other, so that the unused half of the
+// table costs little, and it grows without moving them about.
+template <typename Key, typename Value>
+class DenseMap {
+ public:
+  // Null: not there.
+  const Value* find(const Key& key) const noexcept {
+    const auto* place = places_.find(key);
+    return place == nullptr ? nullptr : &values_[*place];
+  }
+  Value* find(const Key& key) noexcept {
+    return const_cast<Value*>(std::as_const(*this).find(key));
+  }
+  Value& operator[](const Key& key) {
+    const auto [place, is_new] = places_.insert(key);
+    if (is_new) {
+      *place = static_cast<std::uint32_t>(values_.size());
+      values_.emplace_back();
+    }
+    return values_[*place];
+  }
+
+ private:
+  FlatMap<Key, std::uint32_t> places_;
+  std::vector<Value> values_;
 };
 
 }  // namespace cie::analysis

@@ -130,7 +130,7 @@ class ThreadTimeline {
     std::vector<std::int64_t> waiting;  // watched threads that were preempted here
   };
   struct Host {
-    FlatMap<std::int64_t, Thread> threads;
+    DenseMap<std::int64_t, Thread> threads;
     std::vector<Cpu> cpus;  // by first switch
     FlatMap<std::int32_t, std::size_t> cpu_places;
     std::size_t unconfirmed = 0;         // CPU that was not heard of when is_confirmed() last asked

@@ -44,6 +44,25 @@ TEST(FlatMap, KeepsWhatAnOrdinaryMapKeeps) {
   EXPECT_EQ(map.find(5'000), nullptr);
 }
 
+TEST(DenseMap, FindsNothingInAnEmptyOne) {
+  const DenseMap<std::int64_t, std::string> map;
+  EXPECT_EQ(map.find(0), nullptr);
+}
+
+TEST(DenseMap, KeepsWhatAnOrdinaryMapKeeps) {
+  std::mt19937_64 random(2);
+  DenseMap<std::int64_t, std::string> map;
+  std::unordered_map<std::int64_t, std::string> expected;
+  for (int i = 0; i < 20'000; ++i) {
+    const auto key = static_cast<std::int64_t>(random() % 2'000) - 1'000;
+    ASSERT_EQ(map.find(key) != nullptr, expected.contains(key));
+    ASSERT_EQ(map[key], expected[key]);  // "" where it is new
+    map[key] = expected[key] = std::to_string(random());
+  }
+  for (const auto& [key, value] : expected)
+    EXPECT_EQ(*map.find(key), value);
+}
+
 TEST(Recent, ForgetsTheOldest) {
   Recent<int, 4> recent;
   EXPECT_EQ(recent.size(), 0U);
