@@ -272,10 +272,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (!who.process) return;
   const auto index = registry_.callback(who, event.callback);
   const auto& thread = who.thread;
-  of_thread(thread).last_activity = head.time;
+  auto& on_thread = of_thread(thread);
+  on_thread.last_activity = head.time;
   auto& facts = model_.callbacks[at(index)];
   registry_.ends(index).observe(event.seq, ref(head), facts.ended);
-  auto& on_thread = of_thread(thread);
   auto& open = on_thread.open;
   const auto found = std::find_if(open.rbegin(), open.rend(),
                                   [index, &event](const std::unique_ptr<LiveInstance>& live) {

@@ -54,9 +54,10 @@ bool InstanceMeasurer::is_recorded(const LiveInstance& live) const {
 
 // A wake-up stands in the record of the CPU that woke the thread, which may be any.
 ThreadTimeline::Wake InstanceMeasurer::wake_of(const LiveInstance& live) const {
+  if (!live.wake.waking) return {};
   const auto window = recording_.kernel_window(live.host);
   const auto woken = live.wake.since ? live.wake.since : window.begin;
-  const bool is_last = live.wake.waking && woken && recording_.coverage().covers_all(live.host) &&
+  const bool is_last = woken && recording_.coverage().covers_all(live.host) &&
                        window.contains(*woken, live.start.time) &&
                        !timeline_.overlaps_hole(live.host, *woken, live.start.time);
   return is_last ? live.wake : ThreadTimeline::Wake{};
