@@ -75,8 +75,8 @@ class FlatMap {
   unsigned shift_ = 0;
 };
 
-// The same for values that are large: they lie one after the other, so that the unused half of the
-// table costs little, and it grows without moving them about.
+// The same for values that are large: they lie one after the other beside the table, so that its
+// unused half costs little.
 template <typename Key, typename Value>
 class DenseMap {
  public:
@@ -88,13 +88,14 @@ class DenseMap {
   Value* find(const Key& key) noexcept {
     return const_cast<Value*>(std::as_const(*this).find(key));
   }
-  Value& operator[](const Key& key) {
+  Value& operator[](const Key& key) { return *insert(key).first; }
+  std::pair<Value*, bool> insert(const Key& key) {
     const auto [place, is_new] = places_.insert(key);
     if (is_new) {
       *place = static_cast<std::uint32_t>(values_.size());
       values_.emplace_back();
     }
-    return values_[*place];
+    return {&values_[*place], is_new};
   }
 
  private:

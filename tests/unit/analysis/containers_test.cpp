@@ -15,14 +15,20 @@
 namespace cie::analysis {
 namespace {
 
-TEST(FlatMap, FindsNothingInAnEmptyOne) {
-  const FlatMap<std::int64_t, int> map;
+template <typename Map>
+class HashTable : public testing::Test {};
+using HashTables =
+    testing::Types<FlatMap<std::int64_t, std::uint64_t>, DenseMap<std::int64_t, std::uint64_t>>;
+TYPED_TEST_SUITE(HashTable, HashTables);
+
+TYPED_TEST(HashTable, FindsNothingWhereItIsEmpty) {
+  const TypeParam map;
   EXPECT_EQ(map.find(0), nullptr);
 }
 
-TEST(FlatMap, KeepsWhatAnOrdinaryMapKeeps) {
+TYPED_TEST(HashTable, KeepsWhatAnOrdinaryMapKeeps) {
   std::mt19937_64 random(1);
-  FlatMap<std::int64_t, std::uint64_t> map;
+  TypeParam map;
   std::unordered_map<std::int64_t, std::uint64_t> expected;
   for (int i = 0; i < 20'000; ++i) {
     // Dense keys, negative ones, and ones that differ in their upper bits only.
@@ -42,25 +48,6 @@ TEST(FlatMap, KeepsWhatAnOrdinaryMapKeeps) {
     EXPECT_EQ(*found, value);
   }
   EXPECT_EQ(map.find(5'000), nullptr);
-}
-
-TEST(DenseMap, FindsNothingInAnEmptyOne) {
-  const DenseMap<std::int64_t, std::string> map;
-  EXPECT_EQ(map.find(0), nullptr);
-}
-
-TEST(DenseMap, KeepsWhatAnOrdinaryMapKeeps) {
-  std::mt19937_64 random(2);
-  DenseMap<std::int64_t, std::string> map;
-  std::unordered_map<std::int64_t, std::string> expected;
-  for (int i = 0; i < 20'000; ++i) {
-    const auto key = static_cast<std::int64_t>(random() % 2'000) - 1'000;
-    ASSERT_EQ(map.find(key) != nullptr, expected.contains(key));
-    ASSERT_EQ(map[key], expected[key]);  // "" where it is new
-    map[key] = expected[key] = std::to_string(random());
-  }
-  for (const auto& [key, value] : expected)
-    EXPECT_EQ(*map.find(key), value);
 }
 
 TEST(Recent, ForgetsTheOldest) {

@@ -41,7 +41,7 @@ Look look_of(Change change) {
 std::string quantile_name(unsigned per_mille) { return fmt::format("p{}", per_mille / 10); }
 
 std::string percent(std::int64_t before, std::int64_t after) {
-  if (before == 0) return "-";
+  if (before == 0) return std::string(kNotMeasured);
   return fmt::format("{:+.1f} %",
                      100 * (static_cast<double>(after) / static_cast<double>(before) - 1));
 }
@@ -119,7 +119,7 @@ void add_quantities(TextTable& table, const CallbackChange& change, const Callba
                {format_duration(quantity.before->estimate)},
                {format_duration(quantity.after->estimate)},
                {percent(quantity.before->estimate, quantity.after->estimate)},
-               {has_range ? range(*quantity.after) : "-"},
+               {has_range ? range(*quantity.after) : std::string(kNotMeasured)},
                {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});
   }
   if (is_certain(change.missed)) {
@@ -127,8 +127,8 @@ void add_quantities(TextTable& table, const CallbackChange& change, const Callba
                {"missed releases"},
                {std::to_string(change.missed_before.value_or(0))},
                {std::to_string(change.missed_after.value_or(0))},
-               {"-"},
-               {"-"},
+               {std::string(kNotMeasured)},
+               {std::string(kNotMeasured)},
                {std::string(analysis::label(change.missed)), look_of(change.missed)}});
   }
 }
