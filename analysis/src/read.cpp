@@ -7,6 +7,7 @@
 #include "trackers/registry.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
 
+#include <cstdint>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -16,21 +17,18 @@
 namespace cie::analysis {
 namespace {
 
-void read_files(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
-                const ctf::ReadOptions& options) {
-  const bool has_two_cores = std::thread::hardware_concurrency() > 1;
-  const auto& read = has_two_cores ? ctf::read_ahead : ctf::read_traces;
-  read(traces, sink, options);
-}
-
-// `translator` may be null: whoever looks at packets alone does not need it.
-void read_events(std::span<const std::filesystem::path> traces, const ctf::EventSink& sink,
-                 const AnalysisOptions& options, EventTranslator* translator) {
-  read_files(traces, sink,
-             {.metadata_from = options.metadata_from,
-              .progress = options.progress,
-              .translator = translator,
-              .counts_others = !options.window});  // else those inside are
+// For a `sink` that has work of its own to do: to count an event costs less than to pass it on to
+// another core.
+void read_for(const ctf::EventSink& sink, std::span<const std::filesystem::path> traces,
+              const ctf::ReadOptions& options) {
+  // Less is read before the other core has awoken often enough to be of use.
+  constexpr std::uint64_t kWorthAnotherCore = std::uint64_t{6} << 20U;
+  ctf::TraceReader reader(traces, options);
+  if (reader.bytes() >= kWorthAnotherCore && std::thread::hardware_concurrency() > 1) {
+    ctf::read_ahead(reader, sink);
+  } else {
+    reader.read(sink);
+  }
 }
 
 bool is_in(const std::optional<TimeWindow>& window, Timestamp begin, Timestamp end) {
@@ -121,8 +119,11 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
   Analyzer analyzer(options, observer);
   analyzer.add(find_recordings(traces, options.is_content_checked));
   EventTranslator translator;
-  read_events(
-      traces, [&analyzer](const Event& event) { analyzer.consume(event); }, options, &translator);
+  read_for([&analyzer](const Event& event) { analyzer.consume(event); }, traces,
+           {.metadata_from = options.metadata_from,
+            .progress = options.progress,
+            .translator = &translator,
+            .counts_others = !options.window});  // else those inside are
   auto result = analyzer.finish();
   for (const auto& trace : traces)
     result.report.trace.paths.push_back(trace.string());
@@ -135,12 +136,17 @@ MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces
                                    const RecordedEventSink& sink) {
   ctf::EventChoice choice(options.wants, options.has_fields);
   RecordedEvents events(choice, options.window, sink);
-  read_files(traces, [&events](const Event& event) { events.consume(event); },
-             {.metadata_from = options.metadata_from,
-              .progress = options.progress,
-              .choice = &choice,
-              .window = options.window.value_or(TimeWindow{}),
-              .counts_others = true});
+  const auto consume = [&events](const Event& event) { events.consume(event); };
+  const ctf::ReadOptions reading{.metadata_from = options.metadata_from,
+                                 .progress = options.progress,
+                                 .choice = &choice,
+                                 .window = options.window.value_or(TimeWindow{}),
+                                 .counts_others = true};
+  if (options.has_fields) {
+    read_for(consume, traces, reading);
+  } else {
+    ctf::read_traces(traces, consume, reading);
+  }
   return events.missing();
 }
 
@@ -149,17 +155,19 @@ std::optional<TimeWindow> recorded_window(std::span<const std::filesystem::path>
   Model model;
   Registry registry(model);
   RecordingTracker recording(model, registry);
-  read_events(
-      traces,
-      [&recording](const Event& event) {
-        const auto apply = [&](const auto& e) { recording.apply(event.head, e); };
-        std::visit(Overloaded{[&](const StreamBegin& e) { apply(e); },
-                              [&](const StreamEnd& e) { apply(e); },
-                              [&](const PacketBegin& e) { apply(e); },
-                              [&](const PacketEnd& e) { apply(e); }, [](const auto&) {}},
-                   event.body);
-      },
-      options, nullptr);
+  ctf::read_traces(traces,
+                   [&recording](const Event& event) {
+                     const auto apply = [&](const auto& e) { recording.apply(event.head, e); };
+                     std::visit(
+                         Overloaded{[&](const StreamBegin& e) { apply(e); },
+                                    [&](const StreamEnd& e) { apply(e); },
+                                    [&](const PacketBegin& e) { apply(e); },
+                                    [&](const PacketEnd& e) { apply(e); }, [](const auto&) {}},
+                         event.body);
+                   },
+                   {.metadata_from = options.metadata_from,
+                    .progress = options.progress,
+                    .counts_others = true});
   recording.finish();
   if (!model.begin || !model.end) return std::nullopt;
   return TimeWindow{.from = *model.begin, .to = *model.end};

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMemory = 4U << 20U;  // of all pieces of streams together
+constexpr std::size_t kMemory = 2U << 20U;  // of all pieces of streams together
 constexpr std::size_t kSmallestPiece = 64U << 10U;
 constexpr std::size_t kLargestPiece = 1U << 20U;
 constexpr const char* kOtherUuid = ": its packets have another uuid than its metadata";
@@ -87,9 +87,11 @@ bool are_of_one_boot(const Clock& a, const Clock& b) {
          difference < static_cast<Wide>(kNanoseconds);
 }
 
-class Reader {
+}  // namespace
+
+class TraceReader::Streams {
  public:
-  Reader(std::span<const fs::path> traces, const ReadOptions& options)
+  Streams(std::span<const fs::path> traces, const ReadOptions& options)
       : metadata_from_(options.metadata_from),
         progress_(options.progress),
         translator_(options.translator),
@@ -111,6 +113,8 @@ class Reader {
       salvage_directory(directory, reason);
     make_streams();
   }
+
+  std::uint64_t bytes() const noexcept { return bytes_; }
 
   void read(EventBatch& first, const EventWriter::Exchange& exchange) {
     EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
@@ -230,8 +234,9 @@ class Reader {
         throw UnreadableTrace("cannot read " + path.string() + ": " + file.file.error());
       }
       if (file.file.size() == 0) continue;
+      bytes_ += file.file.size();
       if (progress_ != nullptr) progress_->total += file.file.size();
-      file.first = PacketScanner(file.file, *plan, kSmallestPiece).next_header();
+      file.first = PacketScanner(file.file, *plan, PacketScanner::kHeaderPiece).next_header();
       files_[key_of(name, file, path)].push_back(std::move(file));
     }
   }
@@ -415,6 +420,7 @@ class Reader {
   EventChoice* choice_;
   TimeWindow window_;
   bool counts_others_;
+  std::uint64_t bytes_ = 0;                                   // of files
   std::optional<Clock> clock_;                                // of the first sound trace
   std::vector<std::pair<fs::path, Metadata>> perfs_;          // to read once clocks_ is complete
   std::map<std::string, Clock> clocks_;                       // by host, the first one seen
@@ -427,22 +433,28 @@ class Reader {
   std::vector<std::unique_ptr<StreamReader>> streams_;
 };
 
-}  // namespace
+TraceReader::TraceReader(std::span<const fs::path> traces, const ReadOptions& options)
+    : streams_(std::make_unique<Streams>(traces, options)) {}
+TraceReader::~TraceReader() = default;
 
-void read_batches(std::span<const fs::path> traces, EventBatch& first,
-                  const EventWriter::Exchange& exchange, const ReadOptions& options) {
-  Reader(traces, options).read(first, exchange);
+std::uint64_t TraceReader::bytes() const noexcept { return streams_->bytes(); }
+
+void TraceReader::read(EventBatch& first, const EventWriter::Exchange& exchange) {
+  streams_->read(first, exchange);
+}
+
+void TraceReader::read(const EventSink& sink) {
+  EventBatch batch(kEventsPerBatch);
+  read(batch, [&sink](EventBatch& filled) -> EventBatch& {
+    filled.each(sink);
+    filled.clear();
+    return filled;
+  });
 }
 
 void read_traces(std::span<const fs::path> traces, const EventSink& sink,
                  const ReadOptions& options) {
-  EventBatch batch(kEventsPerBatch);
-  const auto pass_on = [&sink](EventBatch& filled) -> EventBatch& {
-    filled.each(sink);
-    filled.clear();
-    return filled;
-  };
-  read_batches(traces, batch, pass_on, options);
+  TraceReader(traces, options).read(sink);
 }
 
 }  // namespace cie::analysis::ctf

@@ -7,8 +7,10 @@
 #include "ctf/stream/event_writer.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 
 namespace cie::analysis::ctf {
@@ -33,15 +35,32 @@ struct ReadOptions {
   bool counts_others = false;
 };
 
-// Feeds everything to `sink`, merged by time; equal times in an order that depends on the traces
-// alone, not on names or order of files. What cannot be read of a trace is told as DamagedPacket,
-// Discarded and TimeRegression. Throws UnreadableTrace when metadata cannot be read, or nothing
-// can. A trace that is read with another's metadata is told as a DamagedPacket of all of it.
+// Reads traces once, in two parts, each of which throws UnreadableTrace: when metadata cannot be
+// read, and when nothing can. Events are merged by time; equal times in an order that depends on the
+// traces alone, not on names or order of files. What cannot be read of a trace is told as
+// DamagedPacket, Discarded and TimeRegression. A trace that is read with another's metadata is told
+// as a DamagedPacket of all of it.
+class TraceReader {
+ public:
+  // Finds their streams. What `options` refers to is borrowed.
+  explicit TraceReader(std::span<const std::filesystem::path> traces,
+                       const ReadOptions& options = {});
+  ~TraceReader();
+  TraceReader(const TraceReader&) = delete;
+  TraceReader& operator=(const TraceReader&) = delete;
+
+  std::uint64_t bytes() const noexcept;  // of the streams' files
+  // Feeds everything to `sink`.
+  void read(const EventSink& sink);
+  // The same into batches, which begin empty. The last one is passed on as well.
+  void read(EventBatch& first, const EventWriter::Exchange& exchange);
+
+ private:
+  class Streams;
+  std::unique_ptr<Streams> streams_;
+};
+
 void read_traces(std::span<const std::filesystem::path> traces, const EventSink& sink,
                  const ReadOptions& options = {});
-
-// The same into batches, which begin empty. The last one is passed on as well.
-void read_batches(std::span<const std::filesystem::path> traces, EventBatch& first,
-                  const EventWriter::Exchange& exchange, const ReadOptions& options);
 
 }  // namespace cie::analysis::ctf

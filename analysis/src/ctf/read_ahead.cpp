@@ -105,16 +105,14 @@ class Ring {
 
 }  // namespace
 
-void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& sink,
-                const ReadOptions& options) {
+void read_ahead(TraceReader& traces, const EventSink& sink) {
   Ring ring;
   std::exception_ptr error;
   std::jthread reader([&] {
     try {
       try {
-        read_batches(
-            traces, ring.exchange(),
-            [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); }, options);
+        traces.read(ring.exchange(),
+                    [&ring](EventBatch& /*filled*/) -> EventBatch& { return ring.exchange(); });
       } catch (const Abandoned&) {
         throw;
       } catch (...) {

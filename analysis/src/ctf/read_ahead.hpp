@@ -3,14 +3,10 @@
 
 #include "ctf/native_reader.hpp"
 
-#include <filesystem>
-#include <span>
-
 namespace cie::analysis::ctf {
 
-// Like read_traces(): the same events in the same order, `sink` called on the caller's thread.
+// Like TraceReader::read(): the same events in the same order, `sink` called on the caller's thread.
 // Exceptions of either side end both and reach the caller.
-void read_ahead(std::span<const std::filesystem::path> traces, const EventSink& sink,
-                const ReadOptions& options = {});
+void read_ahead(TraceReader& traces, const EventSink& sink);
 
 }  // namespace cie::analysis::ctf

@@ -2,8 +2,10 @@
 """The cie program from outside: what is read and written: unreadable input, output files, terminals, pipes. Arguments: CIE EXAMPLES."""
 import json
 import os
+import pathlib
 import re
 import resource
+import shutil
 import signal
 import stat
 import subprocess
@@ -102,11 +104,22 @@ class Output(Folder):
         """Wherever it ends: an error of ours, not a signal."""
         commands = [("report", TRACE), ("instances", TRACE), ("events", TRACE), ("verify", TRACE), ("diff", TRACE, TRACE),
                     ("analyze", "schedulability", TRACE), ("spec", "template", TRACE), ("export", TRACE, "--to", "chrome")]
+        # Large enough to be read on a thread of its own, for whose stack there may be no room either.
+        large = self.path("large")
+        shutil.copytree(TRACE, large)
+        stream = next(file for file in sorted(pathlib.Path(large).rglob("*")) if file.is_file())
+        (stream.parent / "damaged").write_bytes(bytes(8 << 20))
+        commands.append(("report", large))
+
+        def limited(command, kibibytes):
+            limit = kibibytes << 10
+            return cie(*command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit)))
+
+        loaded = next(kibibytes for kibibytes in range(64, 16_384, 16) if limited(("--version",), kibibytes).returncode == 0)
         lack = set()
         for command in commands:
-            for kibibytes in (1024, 3000, 8000, 12_300, 12_350, 12_500, 20_000):
-                limit = kibibytes << 10
-                done = cie(*command, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_DATA, (limit, limit)))
+            for kibibytes in (*range(loaded, loaded + 64, 16), loaded + 200, loaded + 400, 3000, 8000, 20_000):
+                done = limited(command, kibibytes)
                 if done.returncode == 127:  # the loader
                     continue
                 self.assertIn(done.returncode, (0, 1, 3, 4), (command, kibibytes, done.stderr))
@@ -114,6 +127,7 @@ class Output(Folder):
                     self.assertRegex(done.stderr, b"cie: (out of memory|.*([Mm]emory|[Rr]esource).*)\n")
                     lack.add(command)
         self.assertEqual(lack, set(commands))
+        self.assertIn(b"Resource", limited(("report", large), 8000).stderr)
 
     def test_head(self):
         """As a shell runs it: the last one's status counts, and nothing is said."""

@@ -60,17 +60,8 @@ bool is_structure(const Event& event) {
          std::holds_alternative<PacketEnd>(event.body);
 }
 
-std::vector<std::string> all_lines(const TraceFolder& folder,
-                                   decltype(ctf::read_traces)& read_with) {
-  std::vector<std::string> lines;
-  const std::vector<fs::path> paths{folder.path()};
-  read_with(paths,
-            [&lines](const Event& event) {
-              lines.push_back(std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " +
-                              line_of(event));
-            },
-            {});
-  return lines;
+std::string placed_line_of(const Event& event) {
+  return std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " + line_of(event);
 }
 
 }  // namespace
@@ -168,11 +159,17 @@ std::vector<std::string> read_counting(const TraceFolder& folder) {
 }
 
 std::vector<std::string> read_all(const TraceFolder& folder) {
-  return all_lines(folder, ctf::read_traces);
+  std::vector<std::string> lines;
+  ctf::read_traces(std::vector<fs::path>{folder.path()},
+                   [&lines](const Event& event) { lines.push_back(placed_line_of(event)); });
+  return lines;
 }
 
 std::vector<std::string> read_all_ahead(const TraceFolder& folder) {
-  return all_lines(folder, ctf::read_ahead);
+  std::vector<std::string> lines;
+  ctf::TraceReader reader(std::vector<fs::path>{folder.path()});
+  ctf::read_ahead(reader, [&lines](const Event& event) { lines.push_back(placed_line_of(event)); });
+  return lines;
 }
 
 }  // namespace cie::test

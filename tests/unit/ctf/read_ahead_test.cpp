@@ -55,9 +55,10 @@ TEST(ReadAhead, GivesTheSameEvents) {
 
 TEST(ReadAhead, PassesOnWhyNothingCanBeRead) {
   TraceFolder folder;
-  folder.write("metadata", "nonsense");
+  folder.write("metadata", metadata());
+  folder.write("s0", std::string(100, 'x'));
   EXPECT_THAT([&] { read_all_ahead(folder); },
-              ThrowsMessage<analysis::UnreadableTrace>(HasSubstr("metadata")));
+              ThrowsMessage<analysis::UnreadableTrace>(HasSubstr("cannot read any packet")));
 }
 
 TEST(ReadAhead, EndsWithAConsumerThatFails) {
@@ -68,7 +69,8 @@ TEST(ReadAhead, EndsWithAConsumerThatFails) {
   const auto fail_late = [&seen](const analysis::Event&) {
     if (++seen == 700) throw std::runtime_error("no space left");
   };
-  EXPECT_THAT([&] { analysis::ctf::read_ahead(paths, fail_late); },
+  analysis::ctf::TraceReader reader(paths);
+  EXPECT_THAT([&] { analysis::ctf::read_ahead(reader, fail_late); },
               ThrowsMessage<std::runtime_error>("no space left"));
   EXPECT_EQ(seen, 700);
 }

@@ -5,15 +5,10 @@
 #include <set>
 
 namespace cie::analysis::ctf {
-namespace {
-
-constexpr std::size_t kPiece = 64U << 10U;
-
-}  // namespace
 
 bool PacketTimes::has_events() const {
   for (const auto& file : files_) {
-    PacketScanner scanner(file.file, file.trace->plan(), kPiece);
+    PacketScanner scanner(file.file, file.trace->plan(), PacketScanner::kHeaderPiece);
     while (const auto packet = scanner.next_header()) {
       if (scanner.has_events(*packet)) return true;
     }
@@ -24,7 +19,7 @@ bool PacketTimes::has_events() const {
 std::optional<TimeWindow> PacketTimes::times(Timestamp enough) const {
   std::optional<TimeWindow> covered;
   for (const auto& file : files_) {
-    PacketScanner scanner(file.file, file.trace->plan(), kPiece);
+    PacketScanner scanner(file.file, file.trace->plan(), PacketScanner::kHeaderPiece);
     while (const auto packet = scanner.next_header()) {
       if (!packet->stream->has_packet_times || !packet->begin || !packet->end) return std::nullopt;
       // A packet that was open when its writer died ends with its last event.

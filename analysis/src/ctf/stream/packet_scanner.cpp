@@ -10,7 +10,7 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::uint64_t kHeaderPiece = 4096;
+constexpr std::uint64_t kSearchPiece = 64U << 10U;
 constexpr std::uint64_t kMaxHeader = 1U << 20U;
 constexpr std::uint64_t kHeaderSteps = 100'000;
 constexpr std::uint64_t kExamineAgain = 4;  // times the file's size
@@ -200,7 +200,7 @@ std::uint64_t PacketScanner::find_magic(std::uint64_t from, Window& window) {
   std::array<std::uint8_t, 4> magic{0xC1, 0x1F, 0xFC, 0xC1};
   if (trace_.byte_order == ByteOrder::big) std::reverse(magic.begin(), magic.end());
   while (from < size) {
-    const auto available = window.show(from, std::max<std::uint64_t>(window.piece(), 4096));
+    const auto available = window.show(from, std::max<std::uint64_t>(window.piece(), kSearchPiece));
     if (available < magic.size()) return size;
     const auto* found = static_cast<const std::uint8_t*>(
         ::memmem(window.data(), available, magic.data(), magic.size()));

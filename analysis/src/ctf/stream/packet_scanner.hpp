@@ -6,6 +6,7 @@
 #include "event_cursor.hpp"
 #include "packet.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -14,6 +15,7 @@ namespace cie::analysis::ctf {
 
 class PacketScanner {
  public:
+  static constexpr std::size_t kHeaderPiece = 4096;  // bytes that hold most headers
   // Borrowed. `piece`: bytes to have in memory at a time.
   // Packets outside `window` are taken by their headers, whatever they hold.
   PacketScanner(const File& file, const TracePlan& trace, std::size_t piece,
