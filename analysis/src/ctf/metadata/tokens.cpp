@@ -60,6 +60,20 @@ void Tokens::expect(std::string_view spelling) {
   if (!accept(spelling)) fail("expected \"" + std::string(spelling) + "\"");
 }
 
+std::string_view Tokens::block() const noexcept {
+  if (!current_.is("{")) return {};
+  const auto begin = static_cast<std::size_t>(current_.spelling.data() - text_.data());
+  const auto end = text_.find('}', begin);
+  return end == std::string_view::npos ? std::string_view{} : text_.substr(begin, end + 1 - begin);
+}
+
+void Tokens::skip(std::string_view text) {
+  at_ = static_cast<std::size_t>(text.data() - text_.data()) + text.size();
+  line_ = current_.line + static_cast<std::uint32_t>(std::count(text.begin(), text.end(), '\n'));
+  current_ = scan();
+  next_ = scan();
+}
+
 void Tokens::skip_blank() {
   while (at_ < text_.size()) {
     const char c = text_[at_];

@@ -44,6 +44,10 @@ class Tokens {
   // Takes it if it is there.
   bool accept(std::string_view spelling);
   void expect(std::string_view spelling);
+  // If "{" is next: the text from there to the first "}". Empty: it is not, or there is none.
+  std::string_view block() const noexcept;
+  // Goes on after a text that begins with the next token.
+  void skip(std::string_view text);
   [[noreturn]] void fail(const std::string& what) const;
 
  private:

@@ -106,6 +106,11 @@ TypeRef TypeParser::finish(Type type) const {
 }
 
 TypeRef TypeParser::integer() {
+  const auto block = tokens_.block();
+  if (const auto known = integers_.find(block); known != integers_.end()) {
+    tokens_.skip(block);
+    return known->second;
+  }
   Type type{.kind = Type::Kind::integer};
   type.align = 0;
   attributes([&](const std::string& name, const AttributeValue& value) {
@@ -130,7 +135,10 @@ TypeRef TypeParser::integer() {
   });
   if (type.size == 0) tokens_.fail("an integer without a size ends here");
   if (type.align == 0) type.align = default_align(type.size);
-  return finish(std::move(type));
+  auto result = finish(std::move(type));
+  // In texts and comments a "}" is none.
+  if (block.find_first_of("\"'/") == std::string_view::npos) integers_.emplace(block, result);
+  return result;
 }
 
 TypeRef TypeParser::real() {

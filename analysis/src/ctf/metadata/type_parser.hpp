@@ -7,6 +7,8 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace cie::analysis::ctf {
@@ -60,6 +62,8 @@ class TypeParser {
 
   Tokens& tokens_;
   std::vector<Scope> scopes_;
+  // By how they are written, which repeats: what they are does not depend on where they stand.
+  std::unordered_map<std::string_view, TypeRef> integers_;
   std::uint32_t nesting_ = 0;
 };
 

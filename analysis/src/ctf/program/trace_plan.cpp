@@ -199,6 +199,7 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
   const auto fields = layout_of(event.fields);
   if (!common || !own || !fields) return;
   EventPlan::FixedBody body;
+  if (event.translation != nullptr) body.fields.resize(event.translation->fields.size());
   const auto take = [&body](FixedField field, std::span<FixedField> slots) {
     field.offset += static_cast<std::uint32_t>(body.bytes);
     slots[static_cast<std::uint8_t>(field.slot)] = field;
@@ -221,7 +222,7 @@ void TracePlan::find_layouts(const StreamPlan& stream, EventPlan& event) {
     body.fields[event.translation->fields.size() - 1] = body.context[slot(ContextSlot::name)];
   }
   // Events of no size must be noticed: the programs do.
-  if (body.bytes > 0 || stream.header_layout) event.fixed = body;
+  if (body.bytes > 0 || stream.header_layout) event.fixed = std::move(body);
 }
 
 // What an event is without a vocabulary.

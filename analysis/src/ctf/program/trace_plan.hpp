@@ -81,8 +81,8 @@ struct EventPlan {
   // What the programs read, if all of it has fixed places: contexts and fields one after the other.
   struct FixedBody {
     std::uint64_t bytes = 0;
-    std::array<FixedField, 3> context{};         // by ContextSlot
-    std::array<FixedField, kMaxSlots> fields{};  // by slot of the translation
+    std::array<FixedField, 3> context{};  // by ContextSlot
+    std::vector<FixedField> fields{};     // by slot of the translation
   };
   std::optional<FixedBody> fixed;
 };
