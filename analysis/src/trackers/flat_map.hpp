@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -100,7 +101,7 @@ class DenseMap {
 
  private:
   FlatMap<Key, std::uint32_t> places_;
-  std::vector<Value> values_;
+  std::deque<Value> values_;  // which moves none when it grows
 };
 
 }  // namespace cie::analysis

@@ -169,7 +169,7 @@ void ThreadTimeline::on_waking(HostIndex host, std::int64_t tid, Timestamp time)
   auto& woken = thread(host, tid);
   wake(woken, time);
   woken.waking = time;
-  woken.first_in.reset();
+  woken.first_in = {};
 }
 
 bool ThreadTimeline::on_wakeup(HostIndex host, std::int64_t tid, Timestamp time) {
@@ -178,7 +178,7 @@ bool ThreadTimeline::on_wakeup(HostIndex host, std::int64_t tid, Timestamp time)
   if (woken.waking) return false;
   woken.wakeup = time;
   woken.asleep = woken.out;
-  woken.first_in.reset();
+  woken.first_in = {};
   return true;
 }
 
@@ -192,7 +192,8 @@ void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
   auto& of_host = hosts_[host];
   auto& seen = of_host.threads[tid];
   if (seen.state == State::running && (!cpu || seen.cpu == *cpu)) return;
-  if (seen.out == time && seen.state != State::unknown) return;  // the event came just before it
+  if (seen.out && *seen.out == time && seen.state != State::unknown)
+    return;  // the event came just before it
   stop_waiting(of_host, tid, seen, time);
   drop_presumption(seen);
   const bool has_moved = seen.state == State::running;  // to another CPU, unseen
@@ -317,9 +318,9 @@ void ThreadTimeline::forget_wake(HostIndex host, std::int64_t tid) {
   auto* of_host = hosts_.find(host);
   auto* read = of_host != nullptr ? of_host->threads.find(tid) : nullptr;
   if (read == nullptr) return;
-  read->waking.reset();
-  read->wakeup.reset();
-  read->first_in.reset();
+  read->waking = {};
+  read->wakeup = {};
+  read->first_in = {};
 }
 
 }  // namespace cie::analysis

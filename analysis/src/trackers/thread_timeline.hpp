@@ -8,6 +8,7 @@
 #include "flat_map.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "model/optional_time.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -101,19 +102,19 @@ class ThreadTimeline {
   enum class State : std::uint8_t { unknown, running, preempted, blocked, waking };
   struct Thread {
     State state = State::unknown;
-    std::int32_t cpu = -1;
-    Timestamp since;
-    std::optional<Timestamp> out;  // last switch-out
-    TimeParts total;
-    std::uint64_t breaks = 0;
-    std::uint64_t split_breaks = 0;
-    std::optional<Timestamp> waking;
-    std::optional<Timestamp> wakeup;
-    std::optional<Timestamp> asleep;  // when it had left its CPU before `wakeup`
-    std::optional<Timestamp> first_in;
     // A user event of the time `since` moved it to running without a switch-in, which is presumed
     // to follow with the same time.
     bool is_presumed = false;
+    std::int32_t cpu = -1;
+    Timestamp since;
+    OptionalTime out;  // last switch-out
+    TimeParts total;
+    std::uint64_t breaks = 0;
+    std::uint64_t split_breaks = 0;
+    OptionalTime waking;
+    OptionalTime wakeup;
+    OptionalTime asleep;  // when it had left its CPU before `wakeup`
+    OptionalTime first_in;
     std::uint64_t presumptions = 0;
     std::uint64_t failed_presumption = 0;
     std::uint64_t departures = 0;
@@ -122,6 +123,7 @@ class ThreadTimeline {
     Timestamp charged;           // until then it is noted who ran there
     std::vector<Preemptor> preemptors;
   };
+  static_assert(sizeof(Thread) <= 168, "a recording of the kernel has thousands");
   struct Cpu {
     std::int64_t tid = -1;  // last next_tid
     Timestamp time;         // last switch
