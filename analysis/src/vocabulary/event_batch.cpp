@@ -101,22 +101,19 @@ void EventBatch::keep_views(EventBody& body) {
       body);
 }
 
-void EventBatch::keep_raw(Event& event, const Translation& translation, const Payload& payload) {
-  if (!has_raw_) raw_.assign(capacity_, Raw{});
+void EventBatch::begin_raw() {
+  raw_.assign(capacity_, RawEvent{});
   has_raw_ = true;
-  auto fields = payload;
-  if (!payload.is_in_place()) {
-    const auto slots = translation.fields.size();
-    auto* const kept = static_cast<Field*>(memory_.allocate(slots * sizeof(Field), alignof(Field)));
-    for (std::size_t slot = 0; slot < slots; ++slot) {
-      std::construct_at(kept + slot, payload.collected(slot));
-      Keeper(memory_).keep(kept[slot]);
-    }
-    fields = Payload(kept);
+}
+
+Payload EventBatch::copy_of(const Translation& translation, const Payload& payload) {
+  const auto slots = translation.fields.size();
+  auto* const kept = static_cast<Field*>(memory_.allocate(slots * sizeof(Field), alignof(Field)));
+  for (std::size_t slot = 0; slot < slots; ++slot) {
+    std::construct_at(kept + slot, payload.collected(slot));
+    Keeper(memory_).keep(kept[slot]);
   }
-  raw_[static_cast<std::size_t>(&event - events_.get())] = {.translation = &translation,
-                                                            .fields = fields};
-  event.body = OtherEvent{.name = translation.event};  // which lives as long as its vocabulary
+  return Payload(kept);
 }
 
 void EventBatch::clear() noexcept {

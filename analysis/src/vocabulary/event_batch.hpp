@@ -32,8 +32,9 @@ inline constexpr std::uint64_t kWithViews =
 
 // What a translator with a memory is given of an event: see Translation.
 struct RawEvent {
-  std::uint32_t kind;
-  Payload fields;  // those that were asked for; borrowed from the batch or its reader
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  std::uint32_t kind = kNone;
+  Payload fields{nullptr};  // those that were asked for; borrowed from the batch or its reader
 };
 
 // Keeps a bounded number of events with copies of what they view, and of shown fields no more than
@@ -66,7 +67,12 @@ class EventBatch {
   void translate(Event& event, const Translation& translation, const Payload& payload,
                  VocabularyState& state) {
     if (translation.translate == nullptr) {
-      keep_raw(event, translation, payload);
+      if (!has_raw_) begin_raw();
+      raw_[static_cast<std::size_t>(&event - events_.get())] = {
+          .kind = translation.kind,
+          .fields = payload.is_in_place() ? payload : copy_of(translation, payload)};
+      // Its name lives as long as its vocabulary.
+      event.body = OtherEvent{.name = translation.event};
     } else {
       translation.translate(payload, state, event.body);
       keep(event);
@@ -76,12 +82,11 @@ class EventBatch {
   // Which kinds of events were kept, as bits.
   std::uint64_t kinds_kept() const noexcept { return kinds_; }
   bool has_raw() const noexcept { return has_raw_; }
-  // Of an event of the batch; empty if nothing was kept beside it.
-  std::optional<RawEvent> raw(const Event& event) const noexcept {
-    if (!has_raw_) return std::nullopt;
+  // Of an event of the batch; null if nothing was kept beside it.
+  const RawEvent* raw(const Event& event) const noexcept {
+    if (!has_raw_) return nullptr;
     const auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
-    if (raw.translation == nullptr) return std::nullopt;
-    return RawEvent{.kind = raw.translation->kind, .fields = raw.fields};
+    return raw.kind == RawEvent::kNone ? nullptr : &raw;
   }
   // Events that were added since the last call, complete: whoever derives from them sees each once.
   std::span<Event> take_new() noexcept { return {std::exchange(new_, next_), next_}; }
@@ -137,10 +142,6 @@ class EventBatch {
   std::span<Event> events() noexcept { return {events_.get(), next_}; }
 
  private:
-  struct Raw {
-    const Translation* translation = nullptr;
-    Payload fields{nullptr};
-  };
   struct Derived {
     const Event* cause = nullptr;
     Event event;
@@ -148,7 +149,8 @@ class EventBatch {
 
   void keep_views(EventBody& body);
   void keep_shown(const OtherEvent& event) noexcept;
-  void keep_raw(Event& event, const Translation& translation, const Payload& payload);
+  void begin_raw();
+  Payload copy_of(const Translation& translation, const Payload& payload);
 
   std::unique_ptr<Event[]> events_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
   Event* next_;
@@ -158,7 +160,7 @@ class EventBatch {
   std::size_t shown_ = 0;  // bytes
   std::uint64_t kinds_ = 0;
   bool has_raw_ = false;
-  std::vector<Raw> raw_;                        // by place of the event
+  std::vector<RawEvent> raw_;                   // by place of the event
   std::vector<Derived> derived_;                // in order
   std::pmr::monotonic_buffer_resource memory_;  // what all of them view
 };

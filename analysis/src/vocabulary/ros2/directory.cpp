@@ -166,6 +166,7 @@ void Directory::add_object(Address subscription_handle, Address object) {
   for (const auto address : waiting->second) {
     const auto binding = bindings_.find(address);
     if (binding == bindings_.end() || binding->second.object != object) continue;
+    forget(address);
     bind(binding->second, subscription_handle);
     known.has_callback = true;
   }
@@ -175,6 +176,7 @@ void Directory::add_object(Address subscription_handle, Address object) {
 void Directory::add_object_callback(Address object, Address callback, bool repeats) {
   const auto bound = bindings_.find(callback);
   if (repeats && bound != bindings_.end() && bound->second.object == object) return;
+  forget(callback);
   auto& binding = bindings_[callback] = Binding{.object = object};
   const auto known = objects_.find(object);
   if (known != objects_.end() && !known->second.has_callback) {
@@ -188,6 +190,7 @@ void Directory::add_object_callback(Address object, Address callback, bool repea
 }
 
 void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback) {
+  forget(callback);
   auto& binding = bindings_[callback];
   const auto entity = entities_.find(handle);
   const bool is_same =
@@ -200,6 +203,7 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
 }
 
 void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
+  forget(address);
   auto& binding = bindings_[address] = Binding{};
   auto& entity = entities_[handle];
   if (!entity.is_announced) entity.kind = kind;
@@ -274,7 +278,7 @@ void Directory::bind(Binding& binding, Address handle) {
   describe(callback, entity);
 }
 
-CallbackNumber Directory::callback(Address address) {
+CallbackNumber Directory::find_callback(Address address) {
   auto& binding = bindings_[address];
   if (!binding.callback) {
     binding.callback = new_callback();

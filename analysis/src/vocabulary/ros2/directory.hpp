@@ -5,6 +5,8 @@
 
 #include <cie/analysis/event.hpp>
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -97,7 +99,11 @@ class Directory {
   bool has_publisher(Address handle) const { return publishers_.contains(handle); }
 
   // The callback behind an address; an unknown one the first time that nobody spoke of it.
-  CallbackNumber callback(Address address);
+  CallbackNumber callback(Address address) {
+    auto& asked = asked_[place(address)];
+    if (asked.address != address || address == 0) asked = {address, find_callback(address)};
+    return asked.callback;
+  }
   // The callback that a queue between callbacks feeds. Empty: unknown.
   std::optional<CallbackNumber> callback_of_buffer(Address buffer) const;
   Callback& get(CallbackNumber number) { return callbacks_[static_cast<std::size_t>(number)]; }
@@ -148,6 +154,18 @@ class Directory {
     std::optional<GroupType> type{};
   };
 
+  // What an address stood for when it was asked for last: every start asks.
+  struct Asked {
+    Address address = 0;  // 0: nothing
+    CallbackNumber callback{};
+  };
+  static constexpr std::size_t kAsked = 64;  // a power of two
+
+  // Addresses of one process lie 16 bytes apart or more.
+  static std::size_t place(Address address) noexcept { return address / 16 % kAsked; }
+  // Before it stands for something else.
+  void forget(Address address) noexcept { asked_[place(address)] = {}; }
+  CallbackNumber find_callback(Address address);
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
   void bind(Binding& binding, Address handle);
   void hide(Entity& entity, Hidden hidden);
@@ -157,6 +175,7 @@ class Directory {
   std::optional<NodeId> node_of(Address handle) const;
   std::string plain_id(const Callback& callback) const;
 
+  std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
   std::deque<Callback> callbacks_;
   std::unordered_map<Address, NodeId> nodes_by_handle_;

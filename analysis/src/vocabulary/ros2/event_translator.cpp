@@ -82,20 +82,20 @@ void EventTranslator::translate(EventBatch& batch) {
   if (!batch.has_raw() && !links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
   for (auto& event : events) {
     const auto& head = event.head;
-    std::visit(
-        Overloaded{[&](const StreamBegin& e) { apply(head, e); },
-                   [&](const RunBegin& e) { apply(head, e); },
-                   [&](const CallbackInit& e) { apply(head, e); },
-                   [&](const PublisherInit& e) { apply(head, e); },
-                   [&](CallbackStart& e) { complete(head, e); },
-                   [&](const Discarded&) { lose(head); }, [&](const DamagedPacket&) { lose(head); },
-                   [&](const OtherEvent&) {
-                     if (const auto raw = batch.raw(event)) {
-                       translate(head, *raw, {.batch = batch, .cause = &event});
-                     }
-                   },
-                   [](const auto&) {}},
-        event.body);
+    if (std::holds_alternative<OtherEvent>(event.body)) {  // most often, where there are any
+      if (const auto* raw = batch.raw(event)) {
+        translate(head, *raw, {.batch = batch, .cause = &event});
+      }
+      continue;
+    }
+    std::visit(Overloaded{[&](const StreamBegin& e) { apply(head, e); },
+                          [&](const RunBegin& e) { apply(head, e); },
+                          [&](const CallbackInit& e) { apply(head, e); },
+                          [&](const PublisherInit& e) { apply(head, e); },
+                          [&](CallbackStart& e) { complete(head, e); },
+                          [&](const Discarded&) { lose(head); },
+                          [&](const DamagedPacket&) { lose(head); }, [](const auto&) {}},
+               event.body);
   }
 }
 
@@ -141,28 +141,18 @@ void EventTranslator::lose(const EventHead& head) {
   }
 }
 
-EventTranslator::Stream& EventTranslator::stream_of(const EventHead& head) {
-  const auto index = static_cast<std::size_t>(head.stream);
+EventTranslator::Stream& EventTranslator::new_stream(std::size_t index) {
   if (index >= streams_.size()) streams_.resize(index + 1);
   auto& stream = streams_[index];
-  if (stream.host == nullptr) stream.host = &hosts_[{}];
+  stream.host = &hosts_[{}];
   return stream;
 }
 
-const EventTranslator::EmittingThread& EventTranslator::emitting_thread(Host& host,
-                                                                        const EventHead& head) {
-  const auto pid = *head.pid;
-  const auto tid = head.tid.value_or(-1);
-  auto& emitting = emitting_[static_cast<std::uint64_t>(tid) % kEmitting];
-  if (emitting.host != &host || emitting.pid != pid || emitting.tid != tid) {
-    auto& process = host.processes[pid];
-    emitting = {.host = &host,
-                .pid = pid,
-                .tid = tid,
-                .process = &process,
-                .thread = &process.threads[tid]};
-  }
-  return emitting;
+void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pid,
+                           std::int64_t tid) {
+  auto& process = host.processes[pid];
+  emitting = {
+      .host = &host, .pid = pid, .tid = tid, .process = &process, .thread = &process.threads[tid]};
 }
 
 void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
@@ -292,11 +282,13 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address address,
                                         Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
-  if (const auto entry = process.agnocast_entries.find(address);
-      entry != process.agnocast_entries.end()) {
-    const auto origin = links_.find_entry(callback.source, entry->second);
-    process.agnocast_entries.erase(entry);
-    return {.origin = origin};
+  if (!process.agnocast_entries.empty()) {
+    const auto entry = process.agnocast_entries.find(address);
+    if (entry != process.agnocast_entries.end()) {
+      const auto origin = links_.find_entry(callback.source, entry->second);
+      process.agnocast_entries.erase(entry);
+      return {.origin = origin};
+    }
   }
   // Whatever the thread took before a timer's callback was another one's.
   if (callback.kind == CallbackKind::timer) return {};
@@ -312,8 +304,8 @@ QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address 
 void EventTranslator::start(Address address, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   const auto number = process.directory.callback(address);
-  announce(number, head, process, sink);
   auto& callback = process.directory.get(number);
+  if (!callback.is_told) announce(number, head, process, sink);
   CallbackStart body{.callback = callback.id,
                      .seq = callback.next_seq++,
                      .release_kind = std::nullopt,

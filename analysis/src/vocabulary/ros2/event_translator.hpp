@@ -73,9 +73,22 @@ class EventTranslator {
   static void enqueue(const Payload& p, ros2::Context& context);
   ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
                                ros2::Context& context);
-  Stream& stream_of(const EventHead& head);
+  Stream& stream_of(const EventHead& head) {
+    const auto index = static_cast<std::size_t>(head.stream);
+    const bool is_known = index < streams_.size() && streams_[index].host != nullptr;
+    return is_known ? streams_[index] : new_stream(index);
+  }
+  Stream& new_stream(std::size_t index);
   // Of an event that has a pid.
-  const EmittingThread& emitting_thread(Host& host, const EventHead& head);
+  const EmittingThread& emitting_thread(Host& host, const EventHead& head) {
+    const auto pid = *head.pid;
+    const auto tid = head.tid.value_or(-1);
+    auto& emitting = emitting_[static_cast<std::uint64_t>(tid) % kEmitting];
+    const bool is_it = emitting.host == &host && emitting.pid == pid && emitting.tid == tid;
+    if (!is_it) find(emitting, host, pid, tid);
+    return emitting;
+  }
+  static void find(EmittingThread& emitting, Host& host, std::int64_t pid, std::int64_t tid);
 
   std::vector<Stream> streams_;
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid

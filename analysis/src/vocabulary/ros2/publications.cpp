@@ -16,7 +16,7 @@ bool is_current(const Thread& thread, Address message) {
 
 }  // namespace
 
-bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
+bool Publications::take(Ros2Event event, const Payload& p, Context& context) {
   auto& thread = context.thread;
   switch (event) {
     case Ros2Event::publish:
@@ -63,7 +63,7 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
   }
 }
 
-void Publications::settle(Context& context) {
+void Publications::complete(Context& context) {
   auto& thread = context.thread;
   if (thread.writing) {
     thread.writing->until = context.realtime;
