@@ -155,6 +155,15 @@ struct Analyzer::Pipeline {
   // Hot events. `who` is empty for those of the kernel.
   void hot(const Event& event, const Emitter& who) {
     if (cut && !cut->is_before(event.head.time)) cut->see_inside(who, event.body);
+    // Most often one of these.
+    if (const auto* start = std::get_if<CallbackStart>(&event.body)) {
+      on(event.head, who, *start);
+      return;
+    }
+    if (const auto* end = std::get_if<CallbackEnd>(&event.body)) {
+      on(event.head, who, *end);
+      return;
+    }
     std::visit([&](const auto& body) { on(event.head, who, body); }, event.body);
   }
 

@@ -17,13 +17,8 @@ std::optional<Duration> response_deadline(const SpecEntry* entry,
 
 std::optional<Duration> least_response_time(const Instance& instance) noexcept {
   if (!instance.end) return std::nullopt;
-  if (instance.release_source == ReleaseSource::timer_grid && instance.release) {
-    return *instance.end - std::min(*instance.release + kMostTimerError, instance.start);
-  }
-  // A source timestamp is a bound of the other side: the message was written before it arrived.
-  const bool is_bound_known = instance.release_source == ReleaseSource::exact ||
-                              instance.release_source == ReleaseSource::wakeup;
-  return *instance.end - (is_bound_known && instance.release ? *instance.release : instance.start);
+  return least_response_time(instance.release_source, instance.release.value_or(instance.start),
+                             instance.start, *instance.end);
 }
 
 std::optional<Duration> response_time_or_bound(const Instance& instance) noexcept {

@@ -112,7 +112,6 @@ void ChainTracker::resolve(ChainNode& node) {
 
 void ChainTracker::link(ChainNode& node) {
   resolve(node);
-  if (node.is_in_window) node.read = reads_[node.callback].add(node.start.time);
   // What it will be measured by when it ends.
   if (const auto* path = last_path_to_.find(node.callback); path != nullptr && *path != nullptr) {
     const auto& facts = (*path)->second.facts;

@@ -30,7 +30,16 @@ class ChainTracker {
   // `node` is the open instance that publishes, null outside callbacks.
   void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
                   ChainNodeRef node);
-  // An instance began: looks up what it took.
+  // An instance began in the window. Returns the number of its read.
+  std::uint64_t add_read(CallbackIndex callback, Timestamp start) {
+    return reads_[callback].add(start);
+  }
+  // Whether an instance that took this message (0: none) may continue a chain, or be all of one. Of
+  // others nothing is told but what they publish.
+  bool may_be_of_chain(std::uint64_t writer_gid, std::int64_t source_timestamp) const noexcept {
+    return has_spec_ || (writer_gid != 0 && source_timestamp != 0);
+  }
+  // Such an instance began: looks up what it took.
   void link(ChainNode& node);
   // An instance in the window was completed.
   void on_complete(ChainNode& node, const EventRef& end);

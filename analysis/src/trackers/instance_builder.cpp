@@ -105,8 +105,10 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   live->stream = head.stream;
   live->seq = event.seq;
   live->start = ref(head);
-  live->release_kind = event.release_kind.value_or(ReleaseKind::none);
-  live->release_ns = event.release_ns;
+  const auto release_kind = event.release_kind.value_or(ReleaseKind::none);
+  if (release_kind != ReleaseKind::none && event.release_ns >= 0) {
+    live->release = Timestamp{event.release_ns};
+  }
   live->missed = event.missed;
   live->source_timestamp = event.source_timestamp_realtime_ns;
   live->writer_gid = event.writer_gid;
@@ -118,7 +120,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (head.is_derived) facts.is_accounted = false;
   registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
   if (facts.first_expiry) follow_grid(*live);
-  if (facts.kind == CallbackKind::timer || live->release_kind == ReleaseKind::timer) {
+  if (facts.kind == CallbackKind::timer || release_kind == ReleaseKind::timer) {
     note_missed(*live);
   }
   if (live->thread) {
@@ -142,27 +144,11 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     if (!open->first_overlapping) open->first_overlapping = {live->seq, live->start};
   }
 
-  live->node = chains_.new_node();
-  live->node->callback = live->callback;
-  live->node->host = live->host;
-  live->node->seq = live->seq;
-  live->node->start = live->start;
-  live->node->writer_gid = live->writer_gid;
-  live->node->source_timestamp = live->source_timestamp;
   const auto& window = recording_.window_of(head.stream);
-  live->node->is_in_window = window.begin && *window.begin <= head.time;
-  if (live->release_kind != ReleaseKind::none && live->release_ns >= 0) {
-    live->node->release = Timestamp{live->release_ns};
-  }
-  if (live->node->release) {
-    live->node->earliest = live->node->release;
-  } else if (live->expiry) {
-    live->node->earliest = live->expiry;
-  } else {  // here, too: the chain may end before this instance does
-    live->written = measurer_.source_time(*live);
-    live->node->earliest = measurer_.bound_of_release(*live);
-  }
-  chains_.link(*live->node);
+  live->is_in_window = window.begin && *window.begin <= head.time;
+  if (live->is_in_window) live->read = chains_.add_read(live->callback, head.time);
+  if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp))
+    chains_.link(*node_of(*live));
   measurer_.expect(*live);
 
   if (on_thread.open.size() >= kMaxOpenPerThread) {
@@ -235,6 +221,17 @@ bool InstanceBuilder::is_confined(const LiveInstance& live) const {
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& facts = *live.callback_facts;
   auto& callback = callbacks_[live.callback];
+  const bool goes_on =
+      !callback.ran_on.empty() && callback.ran_on[callback.last_on] == *live.thread;
+  if (goes_on) {
+    live.on_callback = callback.last_on;
+    live.on_thread = callback.last_on_thread;
+    for (auto* pair : {&facts.ran_on[live.on_callback], &live.thread_facts->ran[live.on_thread]}) {
+      ++pair->starts;
+      pair->last_activity = live.start;
+    }
+    return;
+  }
   // Where the pair of callback and thread is in `pairs`; `keys` tells which is which there.
   const auto start_on = [&live](std::vector<CallbackOnThread>& pairs, auto& keys, auto key) {
     const auto place = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
@@ -254,18 +251,17 @@ void InstanceBuilder::note_on_thread(LiveInstance& live) {
   };
   if (!facts.ran_on.empty() && facts.moves.size() < kMaxMoves) {
     const auto& last = facts.ran_on[callback.last_on];
-    if (last.thread != *live.thread) {
-      const bool is_new = facts.last_init && facts.last_init->time > last.last_activity.time;
-      facts.moves.push_back(Move{.from = last.thread,
-                                 .to = *live.thread,
-                                 .last_on_from = last.last_activity,
-                                 .first_on_to = live.start,
-                                 .registered_again = is_new});
-    }
+    const bool is_new = facts.last_init && facts.last_init->time > last.last_activity.time;
+    facts.moves.push_back(Move{.from = last.thread,
+                               .to = *live.thread,
+                               .last_on_from = last.last_activity,
+                               .first_on_to = live.start,
+                               .registered_again = is_new});
   }
   live.on_callback = start_on(facts.ran_on, callback.ran_on, *live.thread);
   live.on_thread = start_on(live.thread_facts->ran, of_thread(live.thread).ran, live.callback);
   callback.last_on = live.on_callback;
+  callback.last_on_thread = live.on_thread;
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
@@ -356,13 +352,14 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
     }
     facts.ran_on[live->on_callback].last_activity = *live->end;
     callback.last_on = live->on_callback;
+    callback.last_on_thread = live->on_thread;
     thread.ran[live->on_thread].last_activity = *live->end;
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
   if (facts.kind == CallbackKind::service && !facts.is_accounted && live->writer_gid != 0) {
     auto& answering = callback.answering;
     if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());
-    answering.push_back(live->node);
+    answering.push_back(node_of(*live));
   }
   // Without the way through the queue if nothing is to be waited for.
   if (pending_.empty() && is_settled(*live, live->end->time, live->host)) {
@@ -419,15 +416,39 @@ void InstanceBuilder::advance(const EventHead& head) {
   }
 }
 
+const ChainNodeRef& InstanceBuilder::node_of(LiveInstance& live) {
+  if (live.node) return live.node;
+  live.node = chains_.new_node();
+  auto& node = *live.node;
+  node.callback = live.callback;
+  node.host = live.host;
+  node.seq = live.seq;
+  node.start = live.start;
+  node.read = live.read;
+  node.is_in_window = live.is_in_window;
+  node.writer_gid = live.writer_gid;
+  node.source_timestamp = live.source_timestamp;
+  node.release = live.release;
+  if (live.release) {
+    node.earliest = live.release;
+  } else if (live.expiry) {
+    node.earliest = live.expiry;
+  } else {  // here, too: the chain may end before this instance does
+    live.written = measurer_.source_time(live);
+    node.earliest = measurer_.bound_of_release(live);
+  }
+  return live.node;
+}
+
 ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) {
   if (event.callback == kNoCallback) {
     if (!who.thread) return {};
     const auto& open = of_thread(who.thread).open;
-    return open.empty() ? ChainNodeRef{} : open.back()->node;
+    return open.empty() ? ChainNodeRef{} : node_of(*open.back());
   }
   auto& callback = callbacks_[registry_.callback(who, event.callback)];
-  for (const auto* live : callback.open) {
-    if (live->seq == event.callback_seq) return live->node;
+  for (auto* live : callback.open) {
+    if (live->seq == event.callback_seq) return node_of(*live);
   }
   const auto ended = std::ranges::find(callback.answering, event.callback_seq,
                                        [](const ChainNodeRef& node) { return node->seq; });

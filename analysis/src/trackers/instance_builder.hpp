@@ -88,12 +88,15 @@ class InstanceBuilder {
     std::uint64_t losses = 0;             // that the grid knows of
     std::vector<ThreadIndex> ran_on;      // those of its facts, which are larger by far
     std::size_t last_on = 0;              // of them, where it did something last
+    std::size_t last_on_thread = 0;       // and its place in what that thread ran
   };
 
   OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
     return thread ? threads_[*thread] : nobody_;
   }
   std::unique_ptr<LiveInstance> new_instance();
+  // Made when it is asked for: most instances have no part in a chain.
+  const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   void note_on_thread(LiveInstance& live);

@@ -13,12 +13,9 @@ namespace {
 constexpr std::size_t kMaxOpenListed = 64;
 constexpr std::size_t kMaxPreemptors = 1024;
 
-Extreme<Duration> extreme_of(const LiveInstance& live, const Instance& instance, Duration value) {
-  return {.value = value,
-          .seq = live.seq,
-          .start = live.start,
-          .end = live.end,
-          .release = instance.release};
+Extreme<Duration> extreme_of(const LiveInstance& live, Timestamp release, Duration value) {
+  return {
+      .value = value, .seq = live.seq, .start = live.start, .end = live.end, .release = release};
 }
 
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
@@ -63,7 +60,53 @@ ThreadTimeline::Wake InstanceMeasurer::wake_of(const LiveInstance& live) const {
   return is_last ? live.wake : ThreadTimeline::Wake{};
 }
 
-Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
+void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured) const {
+  if (live.release) {
+    measured.release = *live.release;
+    measured.release_source = ReleaseSource::exact;
+  } else if (live.expiry && !live.callback_facts->grid.is_refuted) {
+    measured.release = *live.expiry;
+    measured.release_source = ReleaseSource::timer_grid;
+  } else if (is_isolated_thread(live) && (measured.waking || live.wakeup)) {
+    // Of a thread that waited again for something else the first sign is the nearer one.
+    const bool is_woken_first =
+        measured.waking && (!live.wakeup || *measured.waking <= *live.wakeup);
+    measured.release = is_woken_first ? *measured.waking : *live.wakeup;
+    measured.release_source = ReleaseSource::wakeup;
+  } else if (const auto written = source_time(live)) {
+    measured.release = *written;
+    measured.release_source = ReleaseSource::source_timestamp;
+  } else {
+    measured.release = live.start.time;
+    measured.release_source = ReleaseSource::start;
+  }
+}
+
+InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live) const {
+  Measured measured;
+  measured.waking = wake_of(live).waking;
+  find_release(live, measured);
+  if (!live.end) {
+    measured.state = InstanceState::open;
+    return measured;
+  }
+  const auto& window = recording_.window_of(live.stream);
+  if (!window.contains(live.start.time, live.end->time)) {
+    measured.state = InstanceState::cut_by_window;
+  }
+  if (live.parts && model_.hosts[at(live.host)].has_switches && is_recorded(live)) {
+    measured.parts = live.parts;
+    const auto waiting =
+        live.end->time - live.start.time - live.parts->execution - live.parts->preempted;
+    if (waiting > Duration{} && !recording_.coverage().covers_all(live.host)) {
+      measured.parts->blocked.reset();  // who woke it may have done so on a CPU without a record
+      measured.parts->wake_delay.reset();
+    }
+  }
+  return measured;
+}
+
+Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured& measured) const {
   const auto& facts = *live.callback_facts;
   Instance instance;
   if (facts.registered) instance.logical_id = facts.logical_id;
@@ -72,76 +115,38 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live) const {
   instance.pid = live.start.pid.value_or(-1);
   instance.tid = live.start.tid.value_or(-1);
   instance.seq = live.seq;
+  instance.state = measured.state;
   instance.status = live.status;
+  instance.release = measured.release;
+  instance.release_source = measured.release_source;
+  instance.wakeup = live.wakeup;
+  instance.waking = measured.waking;
   instance.start = live.start.time;
   if (live.end) instance.end = live.end->time;
   instance.cpu_start = live.start.cpu;
   if (live.end) instance.cpu_end = live.end->cpu;
-  instance.wakeup = live.wakeup;
-  instance.waking = wake_of(live).waking;
-  instance.response_deadline = facts.response_deadline;
+  if (measured.parts) {
+    instance.execution = measured.parts->execution;
+    instance.preempted = measured.parts->preempted;
+    instance.blocked = measured.parts->blocked;
+    instance.wake_delay = measured.parts->wake_delay;
+    instance.preempted_by = live.preempted_by;
+  }
   instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
+  instance.response_deadline = facts.response_deadline;
   instance.source_timestamp_realtime_ns = std::max<std::int64_t>(live.source_timestamp, 0);
   instance.writer_gid = live.writer_gid;
   instance.host = live.host;
-
-  if (live.node->release) {
-    instance.release = live.node->release;
-    instance.release_source = ReleaseSource::exact;
-  } else if (live.expiry && !facts.grid.is_refuted) {
-    instance.release = live.expiry;
-    instance.release_source = ReleaseSource::timer_grid;
-  } else if (is_isolated_thread(live) && (instance.waking || live.wakeup)) {
-    // Of a thread that waited again for something else the first sign is the nearer one.
-    const bool is_woken_first =
-        instance.waking && (!live.wakeup || *instance.waking <= *live.wakeup);
-    instance.release = is_woken_first ? instance.waking : live.wakeup;
-    instance.release_source = ReleaseSource::wakeup;
-  } else if (const auto written = source_time(live)) {
-    instance.release = written;
-    instance.release_source = ReleaseSource::source_timestamp;
-  } else {
-    instance.release = live.start.time;
-    instance.release_source = ReleaseSource::start;
-  }
-
-  const auto end = live.end ? live.end->time : live.start.time;
-  const auto& window = recording_.window_of(live.stream);
-  if (!live.end) {
-    instance.state = InstanceState::open;
-  } else if (!window.contains(live.start.time, end)) {
-    instance.state = InstanceState::cut_by_window;
-  }
-
-  if (live.end && live.parts && model_.hosts[at(live.host)].has_switches && is_recorded(live)) {
-    instance.execution = live.parts->execution;
-    instance.preempted = live.parts->preempted;
-    instance.blocked = live.parts->blocked;
-    instance.wake_delay = live.parts->wake_delay;
-    instance.preempted_by = live.preempted_by;
-    const auto waiting =
-        *instance.end - instance.start - live.parts->execution - live.parts->preempted;
-    if (waiting > Duration{} && !recording_.coverage().covers_all(live.host)) {
-      instance.blocked.reset();  // who woke it may have done so on a CPU without a record
-      instance.wake_delay.reset();
-    }
-  }
   return instance;
 }
 
-std::optional<Timestamp> InstanceMeasurer::source_time(const LiveInstance& live) const {
-  if (live.written) return live.written;
-  if (live.source_timestamp <= 0 || !live.realtime_offset) return std::nullopt;
+std::optional<Timestamp> InstanceMeasurer::find_source_time(const LiveInstance& live) const {
+  if (!live.realtime_offset) return std::nullopt;
   const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
   if (!publisher) return std::nullopt;
   const auto process = model_.publishers[*publisher].process;
   if (model_.processes[at(process)].host != live.host) return std::nullopt;  // another clock
   return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
-}
-
-std::optional<Timestamp> InstanceMeasurer::bound_of_release(const LiveInstance& live) const {
-  const auto written = source_time(live);
-  return written && *written <= live.start.time ? written : std::nullopt;
 }
 
 void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
@@ -157,15 +162,15 @@ void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
 }
 
 void InstanceMeasurer::measure(const LiveInstance& live) {
-  const auto instance = instance_of(live);
+  const auto measured = this->measured(live);
   auto& facts = *live.callback_facts;
   const auto& window = recording_.window_of(live.stream);
   if (live.end && window.excludes(live.start.time, live.end->time)) return;
   if (!live.end && window.end && live.start.time > *window.end) return;
-  switch (instance.state) {
+  switch (measured.state) {
     case InstanceState::complete:
-      count(live, instance);
-      chains_.on_complete(*live.node, *live.end);
+      count(live, measured);
+      if (live.node) chains_.on_complete(*live.node, *live.end);
       break;
     case InstanceState::cut_by_window:
       ++facts.cut_instances;
@@ -176,14 +181,14 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
         facts.open.push_back(
             OpenInstance{.start = live.start,
                          .seq = live.seq,
-                         .release = instance.release,
-                         .release_exact = instance.release_source == ReleaseSource::exact,
+                         .release = measured.release,
+                         .release_exact = measured.release_source == ReleaseSource::exact,
                          .missed = live.missed,
                          .thread = live.thread.value_or(ThreadIndex{kNoId})});
       }
       break;
   }
-  if (observer_ != nullptr) observer_->on_instance(instance);
+  if (observer_ != nullptr) observer_->on_instance(instance_of(live, measured));
 }
 
 // Nothing else is known of such a timer's releases than that they were not after the starts.
@@ -220,17 +225,20 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   arrivals_[index] = {};
 }
 
-void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance) {
+void InstanceMeasurer::count(const LiveInstance& live, const Measured& measured) {
   auto& facts = *live.callback_facts;
   ++facts.instances;
-  ++facts.by_release_source[static_cast<std::size_t>(instance.release_source)];
+  ++facts.by_release_source[static_cast<std::size_t>(measured.release_source)];
   if (live.source_timestamp != 0 || live.writer_gid != 0) ++facts.messages_told;
-  if (facts.response_deadline && least_response_time(instance) > facts.response_deadline) {
+  const auto start = live.start.time;
+  const auto end = live.end->time;
+  if (facts.response_deadline && least_response_time(measured.release_source, measured.release,
+                                                     start, end) > *facts.response_deadline) {
     ++facts.late;
-    if (*instance.end - instance.start > *facts.response_deadline) ++facts.late_by_duration;
+    if (end - start > *facts.response_deadline) ++facts.late_by_duration;
   }
-  if (!instance.status) ++facts.without_status;
-  if (instance.status == CallbackStatus::exception) {
+  if (!live.status) ++facts.without_status;
+  if (live.status == CallbackStatus::exception) {
     ++facts.exceptions;
     if (!facts.first_exception) facts.first_exception = {live.seq, *live.end};
   }
@@ -238,39 +246,41 @@ void InstanceMeasurer::count(const LiveInstance& live, const Instance& instance)
     ++facts.ran_on[live.on_callback].instances;
     ++live.thread_facts->ran[live.on_thread].instances;
   }
-  note_response_time(live, instance);
-  note_parts(live, instance);
-  note_arrival(live, instance);
+  note_response_time(live, measured);
+  note_parts(live, measured);
+  note_arrival(live, measured);
 }
 
-void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instance& instance) {
+void InstanceMeasurer::note_response_time(const LiveInstance& live, const Measured& measured) {
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
-  const bool is_calculated = instance.release_source == ReleaseSource::timer_grid;
-  const auto lower =
-      is_calculated ? *instance.end - instance.start : *least_response_time(instance);
+  const auto [source, release] = std::pair(measured.release_source, measured.release);
+  const auto start = live.start.time;
+  const auto end = live.end->time;
+  const bool is_calculated = source == ReleaseSource::timer_grid;
+  const auto lower = is_calculated ? end - start : least_response_time(source, release, start, end);
   if (bounds.response_lower.rise(lower)) {
-    facts.max_response_lower = extreme_of(live, instance, lower);
+    facts.max_response_lower = extreme_of(live, release, lower);
   }
-  if (is_known(instance.release_source)) {
+  if (is_known(source)) {
     ++facts.exact_instances;
-    const auto response = *response_time(instance);
+    const auto response = end - release;
     facts.response_time.add(response);
-    facts.start_latency.add(*start_latency(instance));
+    facts.start_latency.add(start - release);
     if (bounds.response.rise(response)) {
-      facts.max_response = extreme_of(live, instance, response);
+      facts.max_response = extreme_of(live, release, response);
     }
     if (bounds.response_upper.rise(response)) {
-      facts.max_response_upper = extreme_of(live, instance, response);
+      facts.max_response_upper = extreme_of(live, release, response);
     }
   } else {
     facts.response_time_lower.add(lower);
     if (const auto written = bound_of_release(live)) {
-      live.node->earliest = written;
-      const auto upper = *instance.end - *written;
+      if (live.node) live.node->earliest = written;
+      const auto upper = end - *written;
       facts.response_time_upper.add(upper);
       if (bounds.response_upper.rise(upper)) {
-        facts.max_response_upper = extreme_of(live, instance, upper);
+        facts.max_response_upper = extreme_of(live, release, upper);
       }
     } else {
       ++facts.without_upper_bound;
@@ -278,35 +288,34 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Instan
   }
 }
 
-void InstanceMeasurer::note_parts(const LiveInstance& live, const Instance& instance) {
+void InstanceMeasurer::note_parts(const LiveInstance& live, const Measured& measured) {
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
-  const auto duration = *instance.end - instance.start;
+  const auto duration = live.end->time - live.start.time;
   facts.duration.add(duration);
   if (bounds.duration.rise(duration)) {
-    facts.max_duration = extreme_of(live, instance, duration);
+    facts.max_duration = extreme_of(live, measured.release, duration);
   }
-  if (instance.execution) {
-    facts.execution_time.add(*instance.execution);
-    facts.preempted.add(*instance.preempted);
-    note_preemptors(facts, instance.preempted_by);
-    if (bounds.execution.rise(*instance.execution)) {
-      facts.max_execution = extreme_of(live, instance, *instance.execution);
+  if (const auto& parts = measured.parts) {
+    facts.execution_time.add(parts->execution);
+    facts.preempted.add(parts->preempted);
+    note_preemptors(facts, live.preempted_by);
+    if (bounds.execution.rise(parts->execution)) {
+      facts.max_execution = extreme_of(live, measured.release, parts->execution);
     }
-    if (instance.blocked && instance.wake_delay) {
-      facts.blocked.add(*instance.blocked);
-      facts.wake_delay.add(*instance.wake_delay);
-      const auto sum =
-          *instance.execution + *instance.preempted + *instance.blocked + *instance.wake_delay;
+    if (parts->blocked && parts->wake_delay) {
+      facts.blocked.add(*parts->blocked);
+      facts.wake_delay.add(*parts->wake_delay);
+      const auto sum = parts->execution + parts->preempted + *parts->blocked + *parts->wake_delay;
       if (sum != duration) ++facts.identity_failures;
     }
   } else {
     if (bounds.duration_without_execution.rise(duration)) {
-      facts.max_duration_without_execution = extreme_of(live, instance, duration);
+      facts.max_duration_without_execution = extreme_of(live, measured.release, duration);
     }
   }
-  if (instance.waking && live.wake.first_in) {
-    facts.wakeup_latency.add(*live.wake.first_in - *instance.waking);
+  if (measured.waking && live.wake.first_in) {
+    facts.wakeup_latency.add(*live.wake.first_in - *measured.waking);
   }
 }
 
@@ -336,13 +345,13 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
                                                              .next_start = later.start};
 }
 
-void InstanceMeasurer::note_arrival(const LiveInstance& live, const Instance& instance) {
-  if (!is_known(instance.release_source)) return;
+void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured) {
+  if (!is_known(measured.release_source)) return;
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
   auto& arrivals = arrivals_[live.callback];
   Arrival arrived{
-      .seq = live.seq, .start = live.start, .end = *live.end, .release = *instance.release};
+      .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};
   const auto pair = [&](Arrival& earlier, Arrival& later) {
     note_pair(facts, bounds, earlier, later);
     earlier.has_next = later.has_previous = true;

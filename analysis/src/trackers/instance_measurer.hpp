@@ -33,8 +33,7 @@ struct LiveInstance {
   EventRef start;
   std::optional<EventRef> end;
   std::optional<CallbackStatus> status{};
-  ReleaseKind release_kind = ReleaseKind::none;
-  std::int64_t release_ns = -1;
+  OptionalTime release;  // exact ones only
   std::uint32_t missed = 0;
   std::optional<Timestamp> expiry;  // calculated
   std::int64_t source_timestamp = 0;
@@ -48,7 +47,9 @@ struct LiveInstance {
   std::vector<Preemptor> preempted_by;
   // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
   bool is_confined = false;
-  ChainNodeRef node;
+  bool is_in_window = false;    // began inside the window
+  std::uint64_t read = 0;       // see ChainNode
+  ChainNodeRef node;            // null: it has no part in a chain yet
   std::size_t on_callback = 0;  // places in `ran_on` of its callback and `ran` of its thread
   std::size_t on_thread = 0;
   bool is_nested = false;  // began inside another instance of its thread
@@ -68,10 +69,16 @@ class InstanceMeasurer {
         observer_(observer) {}
 
   // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
-  std::optional<Timestamp> source_time(const LiveInstance& live) const;
+  std::optional<Timestamp> source_time(const LiveInstance& live) const {
+    if (live.written || live.source_timestamp <= 0) return live.written;
+    return find_source_time(live);
+  }
   // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile
   // so that the message was written after it was taken.
-  std::optional<Timestamp> bound_of_release(const LiveInstance& live) const;
+  std::optional<Timestamp> bound_of_release(const LiveInstance& live) const {
+    const auto written = source_time(live);
+    return written && *written <= live.start.time ? written : std::nullopt;
+  }
   // An instance began: what measuring it needs will be in the cache by its end.
   void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
@@ -127,16 +134,29 @@ class InstanceMeasurer {
     Bound max_inter_arrival;
   };
 
-  Instance instance_of(const LiveInstance& live) const;
+  // What follows from the recording around an instance.
+  struct Measured {
+    InstanceState state = InstanceState::complete;
+    ReleaseSource release_source = ReleaseSource::start;
+    Timestamp release;
+    std::optional<Timestamp> waking;
+    std::optional<ThreadTimeline::Parts> parts;
+  };
+
+  Measured measured(const LiveInstance& live) const;
+  // What observers are told.
+  Instance instance_of(const LiveInstance& live, const Measured& measured) const;
+  void find_release(const LiveInstance& live, Measured& measured) const;
+  std::optional<Timestamp> find_source_time(const LiveInstance& live) const;
   bool is_isolated_thread(const LiveInstance& live) const;
   // The kernel's record is whole wherever the instance may have run.
   bool is_recorded(const LiveInstance& live) const;
   // What woke the thread last before the instance, if no later wake-up may be missing.
   ThreadTimeline::Wake wake_of(const LiveInstance& live) const;
-  void count(const LiveInstance& live, const Instance& instance);
-  void note_response_time(const LiveInstance& live, const Instance& instance);
-  void note_parts(const LiveInstance& live, const Instance& instance);
-  void note_arrival(const LiveInstance& live, const Instance& instance);
+  void count(const LiveInstance& live, const Measured& measured);
+  void note_response_time(const LiveInstance& live, const Measured& measured);
+  void note_parts(const LiveInstance& live, const Measured& measured);
+  void note_arrival(const LiveInstance& live, const Measured& measured);
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);

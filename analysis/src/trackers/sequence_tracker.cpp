@@ -7,7 +7,9 @@ namespace {
 constexpr std::size_t kMaxKeptHoles = 256;
 }
 
-void SequenceTracker::observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
+// Not the number after the last one.
+void SequenceTracker::observe_other(std::uint64_t number, const EventRef& where,
+                                    SequenceFacts& facts) {
   ++facts.count;
   if (!facts.first) {
     facts.first = facts.last = number;

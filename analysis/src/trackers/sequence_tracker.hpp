@@ -11,7 +11,17 @@ namespace cie::analysis {
 
 class SequenceTracker {
  public:
-  void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
+  void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
+    const bool is_next =
+        facts.last && number > *facts.last && number - *facts.last == 1 && !restarted_;
+    if (!is_next) {
+      observe_other(number, where, facts);
+      return;
+    }
+    ++facts.count;
+    facts.last = number;
+    facts.last_at = where;
+  }
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;
   // Whether any number in (after, until] is in a hole.
@@ -26,6 +36,7 @@ class SequenceTracker {
   void finish_from(std::uint64_t promised, const EventRef& promised_at, SequenceFacts& facts) const;
 
  private:
+  void observe_other(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
   void total_holes(SequenceFacts& facts, std::uint64_t from = 0) const;
 
   struct Hole {

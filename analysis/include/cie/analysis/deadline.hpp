@@ -5,6 +5,7 @@
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -29,6 +30,19 @@ inline std::optional<Duration> start_latency(const Instance& instance) noexcept 
 // What is certain of an instance's response time: all of it where its release is known exactly, a
 // lower bound elsewhere (of a calculated one, as if the timer had been reset unnoticed). Empty while it is open.
 std::optional<Duration> least_response_time(const Instance& instance) noexcept;
+// The same of an instance that ended and has a release of some kind.
+inline Duration least_response_time(ReleaseSource source, Timestamp release, Timestamp start,
+                                    Timestamp end) noexcept {
+  switch (source) {
+    case ReleaseSource::exact:
+    case ReleaseSource::wakeup:
+      return end - release;
+    case ReleaseSource::timer_grid:
+      return end - std::min(release + kMostTimerError, start);
+    default:  // a bound of the other side: the message was written before it arrived
+      return end - start;
+  }
+}
 // The response time where its release is known, calculated ones included; else that bound.
 std::optional<Duration> response_time_or_bound(const Instance& instance) noexcept;
 
