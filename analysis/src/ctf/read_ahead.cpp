@@ -12,10 +12,11 @@
 namespace cie::analysis::ctf {
 namespace {
 
-constexpr std::size_t kBatches = 8;
+constexpr std::size_t kBatches = 16;
 // Who had to wait goes on when so many wait for the consumer: to wake a thread for every batch would
 // cost more than the batch.
-constexpr std::size_t kFewBatches = kBatches / 2;
+constexpr std::size_t kEnough = kBatches / 2;  // the consumer
+constexpr std::size_t kFew = kBatches / 4;  // the reader: it fills one faster than that is consumed
 
 struct Batch {
   EventBatch events{kEventsPerBatch};
@@ -47,7 +48,7 @@ class Ring {
   const Batch& take() {
     std::unique_lock lock(mutex_);
     if (filled_ == 0) {
-      changed_.wait(lock, [this] { return filled_ >= kFewBatches || is_finished_; });
+      changed_.wait(lock, [this] { return filled_ >= kEnough || is_finished_; });
     }
     return batches_[taken_ % kBatches];
   }
@@ -58,7 +59,7 @@ class Ring {
       const std::scoped_lock lock(mutex_);
       ++taken_;
       --filled_;
-      is_low = filled_ == kFewBatches;
+      is_low = filled_ == kFew;
     }
     if (is_low) changed_.notify_one();
   }
@@ -74,7 +75,7 @@ class Ring {
   void begin_batch() {
     std::unique_lock lock(mutex_);
     if (filled_ == kBatches) {
-      changed_.wait(lock, [this] { return filled_ <= kFewBatches || is_abandoned_; });
+      changed_.wait(lock, [this] { return filled_ <= kFew || is_abandoned_; });
     }
     if (is_abandoned_) throw Abandoned{};
     filling_ = &batches_[(taken_ + filled_) % kBatches];
@@ -86,7 +87,7 @@ class Ring {
       const std::scoped_lock lock(mutex_);
       ++filled_;
       is_finished_ = filling_->is_last;
-      is_enough = filled_ == kFewBatches || is_finished_;
+      is_enough = filled_ == kEnough || is_finished_;
     }
     filling_ = nullptr;
     if (is_enough) changed_.notify_one();

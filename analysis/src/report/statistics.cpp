@@ -51,8 +51,10 @@ std::int64_t clamped(Int128 value) noexcept {
     places_.reserve(block + 1);  // no more: there are many histograms
     places_.resize(block + 1);
   }
-  counts_.reserve(counts_.size() + kBlock);
-  counts_.resize(counts_.size() + kBlock);
+  // By a quarter: most have few.
+  const auto size = counts_.size() + kBlock;
+  if (size > counts_.capacity()) counts_.reserve(size + counts_.size() / 4);
+  counts_.resize(size);
   places_[block] = static_cast<std::uint8_t>(counts_.size() / kBlock);
 }
 

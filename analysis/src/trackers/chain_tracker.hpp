@@ -25,8 +25,11 @@ class ChainTracker {
  public:
   ChainTracker(Model& model, Registry& registry, HostClocks& clocks, const SchedulingSpec* spec);
 
-  // A node for an instance that begins. Valid as long as the tracker.
-  ChainNodeRef new_node() { return nodes_.take(); }
+  // A node for an instance of the callback. Valid as long as the tracker.
+  ChainNodeRef new_node(CallbackIndex callback) {
+    reads_[callback].keep_all();
+    return nodes_.take();
+  }
   // `node` is the open instance that publishes, null outside callbacks.
   void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
                   ChainNodeRef node);
@@ -64,21 +67,36 @@ class ChainTracker {
     ChainNodeRef node;
   };
   // When instances of one callback started, the last few, numbered from 0. Which of them begin a
-  // chain is seen only when its last callback ends, so every one is kept.
+  // chain is seen only when its last callback ends, so every one is kept of a callback that
+  // publishes. Of one that never did, those are that may have begun since the first that will.
   class Reads {
    public:
     std::uint64_t add(Timestamp read) {
-      times_.push(read);
+      if (is_publishing_) {
+        times_.push(read);
+      } else {
+        before_.push(read);
+      }
       return count_++;
     }
+    // An instance of the callback has part in a chain.
+    void keep_all() {
+      if (is_publishing_) return;
+      is_publishing_ = true;
+      before_.for_each([this](Timestamp read) { times_.push(read); });
+      before_ = {};
+    }
     std::uint64_t oldest() const noexcept { return count_ - times_.size(); }
-    // oldest() <= number < the count.
+    // After keep_all(); oldest() <= number < the count.
     Timestamp operator[](std::uint64_t number) const noexcept {
       return times_.newest(static_cast<std::size_t>(count_ - 1 - number));
     }
 
    private:
+    static constexpr std::size_t kBefore = 64;  // a thread has no more instances open
     Recent<Timestamp, kMaxReads> times_;
+    Recent<Timestamp, kBefore> before_;
+    bool is_publishing_ = false;
     std::uint64_t count_ = 0;
   };
   struct Progress {

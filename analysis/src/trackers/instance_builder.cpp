@@ -418,7 +418,7 @@ void InstanceBuilder::advance(const EventHead& head) {
 
 const ChainNodeRef& InstanceBuilder::node_of(LiveInstance& live) {
   if (live.node) return live.node;
-  live.node = chains_.new_node();
+  live.node = chains_.new_node(live.callback);
   auto& node = *live.node;
   node.callback = live.callback;
   node.host = live.host;

@@ -102,14 +102,13 @@ class Output(Folder):
     @unittest.skipIf("CIE_EMULATED" in os.environ, "not possible here: it is the emulator that lacks memory")
     def test_too_little_memory(self):
         """Wherever it ends: an error of ours, not a signal."""
-        commands = [("report", TRACE), ("instances", TRACE), ("events", TRACE), ("verify", TRACE), ("diff", TRACE, TRACE),
-                    ("analyze", "schedulability", TRACE), ("spec", "template", TRACE), ("export", TRACE, "--to", "chrome")]
         # Large enough to be read on a thread of its own, for whose stack there may be no room either.
         large = self.path("large")
         shutil.copytree(TRACE, large)
         stream = next(file for file in sorted(pathlib.Path(large).rglob("*")) if file.is_file())
         (stream.parent / "damaged").write_bytes(bytes(8 << 20))
-        commands.append(("report", large))
+        commands = [("report", large), ("instances", large), ("events", large), ("verify", large), ("diff", large, large),
+                    ("analyze", "schedulability", large), ("spec", "template", large), ("export", large, "--to", "chrome")]
 
         def limited(command, kibibytes):
             limit = kibibytes << 10

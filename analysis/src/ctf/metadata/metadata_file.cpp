@@ -45,6 +45,7 @@ std::string metadata_text(std::string_view bytes) {
     return std::string(bytes);
   }
   std::string text;
+  text.reserve(bytes.size());
   for (auto rest = bytes; !rest.empty();) {
     const auto at = std::to_string(bytes.size() - rest.size());
     // Too little for a packet, and not the begin of one: a line feed that an editor or a transfer

@@ -60,6 +60,7 @@ class Scope {
 
   // Complete once all scopes that may refer to this one are built.
   const Sequence& program() const noexcept { return *program_; }
+  std::shared_ptr<const Sequence> shared_program() const noexcept { return program_; }
   // Whether the slot is ever filled, and the clock that the type of its field names.
   bool has_slot(std::size_t slot) const noexcept;
   const std::string& clock_of_slot(std::size_t slot) const noexcept { return slots_[slot].clock; }

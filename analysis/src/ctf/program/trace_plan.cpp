@@ -80,6 +80,13 @@ Scope& TracePlan::new_scope(std::string_view root, RegisterRange& registers,
   return *scopes_.back();
 }
 
+// Of a scope that no later one refers to: it need not stay.
+const Sequence* TracePlan::keep_program(const Scope& scope) {
+  if (scope.program().ops.empty()) return nullptr;
+  programs_.push_back(scope.shared_program());
+  return programs_.back().get();
+}
+
 std::string host_of(const Metadata& metadata) {
   const auto name = value_of(metadata, "hostname");  // LTTng's; perf says "host"
   return name.empty() ? value_of(metadata, "host") : name;
@@ -243,9 +250,8 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   result->is_ordered = domain == Domain::kernel || is_kernel_event(event.name);
   result->other.name = result->name;
   if (choice_ != nullptr) choose(*result);
-  registers_.push_back(std::make_unique<RegisterRange>(kEventRegisters));
-  auto& registers = *registers_.back();
-  auto& context = new_scope("event.context", registers, earlier);
+  RegisterRange registers(kEventRegisters);
+  Scope context("event.context", context_, registers, earlier);
   const auto build = [&](Scope& scope, const TypeRef& type, std::span<const FieldRequest> wanted) {
     return result->is_shown ? scope.build_shown(type, wanted, *choice_) : scope.build(type, wanted);
   };
@@ -258,12 +264,12 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
       context.has_slot(slot(ContextSlot::tid)) && !common->has_slot(slot(ContextSlot::tid));
   auto with_context = earlier;
   with_context.push_back(&context);
-  auto& fields = new_scope("event.fields", registers, with_context);
+  Scope fields("event.fields", context_, registers, with_context);
   static const std::vector<FieldRequest> nothing;
   build(fields, event.fields,
         result->translation != nullptr ? result->translation->fields : nothing);
-  result->context = program_or_null(context);
-  result->fields = program_or_null(fields);
+  result->context = keep_program(context);
+  result->fields = keep_program(fields);
   // Streams that share their small ids' tables evenly do not grow them without bound.
   const auto grown = event.id < plan.dense_.size() ? 0 : event.id + 1 - plan.dense_.size();
   if (event.id < kDenseIds && dense_ids_ + grown <= kMaxDenseIds) {

@@ -158,6 +158,7 @@ class TracePlan {
   static void find_layouts(const StreamPlan& stream, EventPlan& event);
   void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
   void choose(EventPlan& plan) const;
+  const Sequence* keep_program(const Scope& scope);
   Scope& new_scope(std::string_view root, RegisterRange& registers,
                    const std::vector<Scope*>& earlier);
 
@@ -166,6 +167,7 @@ class TracePlan {
   RegisterRange trace_registers_;
   std::vector<std::unique_ptr<RegisterRange>> registers_;
   std::vector<std::unique_ptr<Scope>> scopes_;
+  std::vector<std::shared_ptr<const Sequence>> programs_;
   std::map<std::uint64_t, StreamPlan> streams_;
   std::vector<std::unique_ptr<EventPlan>> events_;
   std::size_t dense_ids_ = 0;  // entries of all tables by small ids
