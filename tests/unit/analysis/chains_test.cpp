@@ -171,5 +171,69 @@ TEST(ReactionTime, OfTheLongestWaitIsExactHoweverManyReadsWait) {
   EXPECT_EQ(defect->count + reaction->count, kReads + 1U) << "what is left out is told";
 }
 
+TEST(ReactionTime, BeginsWithTheFirstChainHoweverOftenNothingWasPublished) {
+  std::string text = R"(
+    publisher out topic=/points
+    callback plan timer period=10
+    callback fusion subscription topic=/points)";
+  const auto add = [&text](int at, const std::string& what) {
+    text += "\n" + std::to_string(at) + " " + what;
+  };
+  for (int at = 1; at < 1000; at += 10) {
+    add(at, "start plan release=" + std::to_string(at - 1));
+    add(at + 2, "end plan");
+  }
+  text += R"(
+    1001 start plan release=1000
+    1003 publish out on=plan
+    1005 end plan
+    1006 start fusion release=1006 from=out:0
+    1008 end fusion
+    1011 start plan release=1010
+    1013 end plan
+    1021 start plan release=1020
+    1022 publish out on=plan
+    1023 end plan
+    1024 start fusion release=1024 from=out:1
+    1030 end fusion)";
+  const auto chain = chain_of(trace_of(text));
+  ASSERT_TRUE(chain.reaction_time);
+  EXPECT_EQ(chain.reaction_time->count, 2U);
+  EXPECT_EQ(chain.reaction_time->max, 1030 - 1001);
+  EXPECT_EQ(chain.reaction_time->min, 1030 - 1011);
+}
+
+TEST(ReactionTime, CountsReadsThatBeganBeforeTheFirstPublication) {
+  const auto chain = chain_of(trace_of(R"(
+    publisher out topic=/points
+    callback plan timer period=10
+    callback fusion subscription topic=/points
+    thread second pool
+    1 start plan release=0
+    3 start plan on=second release=2
+    5 publish out on=plan
+    7 end plan seq=0
+    9 end plan on=second seq=1
+    10 start fusion release=10 from=out:0
+    12 end fusion
+    21 start plan release=20
+    22 publish out on=plan
+    23 end plan
+    24 start fusion release=24 from=out:1
+    30 end fusion)"));
+  ASSERT_TRUE(chain.reaction_time);
+  EXPECT_EQ(chain.reaction_time->count, 2U);
+  EXPECT_EQ(chain.reaction_time->sum, (30 - 1) + (30 - 3));
+}
+
+TEST(Chains, BeginInTheWindow) {
+  auto trace = trace_of(kOvertaken);
+  for (auto& event : trace.events) {
+    if (std::holds_alternative<PacketBegin>(event.body)) event.head.time = Timestamp{12};
+  }
+  std::ranges::stable_sort(trace.events, {}, [](const Event& event) { return event.head.time; });
+  EXPECT_EQ(chain_of(trace).instances, 1U) << "what fusion took at 18 was read at 11";
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -68,6 +68,20 @@ TEST(Metadata, AlignmentIsAByteForWholeBytesAndABitOtherwise) {
   EXPECT_EQ(field("", "integer { size = 9; } x;")->align, 1U);
 }
 
+// A kernel's metadata repeat a few integers some thousand times.
+TEST(Metadata, IntegersThatAreWrittenAlikeAreAlike) {
+  const auto metadata = parse(
+      "event { id = 0; fields := struct { integer { size = 8; signed = 1; } a, b[2];\n"
+      " integer { size = 8; signed = 1; } c; integer { size = 8; signed = 0; } d;\n"
+      " integer { /* } */ size = 16; } e; integer { /* } */ size = 32; } f; }; };");
+  const auto& members = metadata.events.at(0).fields->members;
+  ASSERT_EQ(members.size(), 6U);
+  EXPECT_TRUE(members[2].type->is_signed);
+  EXPECT_FALSE(members[3].type->is_signed);
+  EXPECT_EQ(members[4].type->size, 16U);
+  EXPECT_EQ(members[5].type->size, 32U) << "the first } is of a comment";
+}
+
 TEST(Metadata, AliasesOfSeveralWordsAndDefinedTypes) {
   const std::string declarations =
       "typealias integer { size = 32; } := unsigned int;\n"
@@ -126,6 +140,10 @@ TEST(Metadata, ErrorsNameTheLine) {
   EXPECT_THAT(error_of("trace { major = 1;\n byte_order = le;\n };\nevent { id = ; };"),
               HasSubstr("line 4: expected a number, not \";\""));
   EXPECT_THAT(error_of("trace { byte_order = le; };\n\n/* no end"), HasSubstr("line 3"));
+  const std::string integer = "integer {\n size = 8;\n }";
+  EXPECT_THAT(error_of(kTrace + ("event { fields := struct {\n" + integer + " a;\n" + integer +
+                                 " b;\n no_type c; }; };")),
+              HasSubstr("line 9"));
   EXPECT_THAT(error_of("trace { major = 2; };"), HasSubstr("only CTF 1"));
   EXPECT_THAT(error_of(""), HasSubstr("no trace block"));
   EXPECT_THAT(error_of("trace {"), HasSubstr("the end"));
