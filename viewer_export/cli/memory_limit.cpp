@@ -12,6 +12,10 @@ void limit_memory() noexcept {
 #ifdef M_MMAP_THRESHOLD
   constexpr int kLarge = 128 * 1024;  // glibc's own choice, until something larger was freed
   mallopt(M_MMAP_THRESHOLD, kLarge);
+  // Each of both heaps, and the reader's thread makes its own accessible page by page beyond this.
+  constexpr int kMebibyte = 1024 * 1024;
+  mallopt(M_TOP_PAD, kMebibyte);
+  mallopt(M_TRIM_THRESHOLD, 4 * kMebibyte);
 #endif
 #if !defined(CIE_ADDRESS_SANITIZER) && !defined(CIE_THREAD_SANITIZER)
   const auto pages = sysconf(_SC_PHYS_PAGES);

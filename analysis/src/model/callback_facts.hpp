@@ -126,7 +126,10 @@ struct CallbackFacts {
   std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
 
   Statistics response_time{};
+  // What is certain of those whose release is not known: most often the duration of every one, as of
+  // callbacks of ROS 2. Then it is only in `duration`.
   Statistics response_time_lower{};
+  bool is_lower_duration = true;
   Statistics response_time_upper{};
   Statistics start_latency{};
   Statistics duration{};

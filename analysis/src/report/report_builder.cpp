@@ -153,10 +153,11 @@ CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool k
   report.release_source = release_source_of(facts);
   report.has_calculated_releases = facts.has_grid_releases();
   report.response_time = facts.response_time.summary(keep_buckets);
-  report.response_time_lower = facts.response_time_lower.summary(keep_buckets);
   report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
   report.start_latency = facts.start_latency.summary(keep_buckets);
   report.duration = facts.duration.summary(keep_buckets);
+  report.response_time_lower =
+      facts.is_lower_duration ? report.duration : facts.response_time_lower.summary(keep_buckets);
   report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
   report.execution_time = facts.execution_time.summary(keep_buckets);
   report.preempted = facts.preempted.summary(keep_buckets);

@@ -18,6 +18,13 @@ Extreme<Duration> extreme_of(const LiveInstance& live, Timestamp release, Durati
       .value = value, .seq = live.seq, .start = live.start, .end = live.end, .release = release};
 }
 
+// From here on not every instance has its duration as what is certain of its response time.
+void keep_lower_apart(CallbackFacts& facts) {
+  if (!facts.is_lower_duration) return;
+  facts.is_lower_duration = false;
+  facts.response_time_lower = facts.duration;
+}
+
 // What a callback's instances were preempted by, as long as that is not everything of the machine.
 void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors) {
   for (const auto& preemptor : preemptors) {
@@ -201,7 +208,8 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   facts.by_release_source[static_cast<std::size_t>(ReleaseSource::start)] = facts.instances;
   facts.late = facts.late_by_duration;
   facts.response_time = {};
-  facts.response_time_lower = facts.duration;
+  facts.response_time_lower = {};
+  facts.is_lower_duration = true;
   facts.response_time_upper = {};
   facts.without_upper_bound = facts.instances;
   facts.start_latency = {};
@@ -263,6 +271,7 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Measur
     facts.max_response_lower = extreme_of(live, release, lower);
   }
   if (is_known(source)) {
+    keep_lower_apart(facts);
     ++facts.exact_instances;
     const auto response = end - release;
     facts.response_time.add(response);
@@ -274,7 +283,8 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Measur
       facts.max_response_upper = extreme_of(live, release, response);
     }
   } else {
-    facts.response_time_lower.add(lower);
+    if (lower != end - start) keep_lower_apart(facts);
+    if (!facts.is_lower_duration) facts.response_time_lower.add(lower);
     if (const auto written = bound_of_release(live)) {
       if (live.node) live.node->earliest = written;
       const auto upper = end - *written;
