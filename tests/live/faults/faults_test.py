@@ -48,7 +48,7 @@ def children(pid, name):
 class Recording:
     """fault_app under `cie record`, or several of them by a shell command."""
 
-    def __init__(self, name, *arguments, record=(), shell=None, directory=None):
+    def __init__(self, name, *arguments, record=(), shell=None, directory=None, environment=None):
         self.directory = directory or scratch / name
         self.counts = scratch / f"{name}.counts"
         self.counts.mkdir()
@@ -56,7 +56,7 @@ class Recording:
         command = ["sh", "-c", shell, "sh", options.app, self.counts] if shell else [options.app, self.counts, *arguments]
         self.recorder = subprocess.Popen(
             [options.programs / "cie", "record", "-o", self.directory, "--kernel=no", *record, "--", *command],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | (environment or {}))
 
     def wait_until_ready(self):
         wait_for(lambda: self.ready.exists() or self.recorder.poll() is not None, "the application runs")
@@ -297,6 +297,15 @@ class Faults(unittest.TestCase):
             self.assert_nothing_fails(verdicts)
             self.assertEqual((verdicts["M2"], verdicts["M3"], verdicts["T4"]), ("PASS",) * 3)
 
+    def test_a_daemon_that_hears_applications_later_than_clients(self):
+        daemon = scratch / "late-sessiond"
+        daemon.write_text(f'#!/bin/sh\nLD_PRELOAD={options.late} exec lttng-sessiond "$@"\n')
+        daemon.chmod(0o755)
+        recording = Recording("late", "--instances", "50", environment={"LTTNG_SESSIOND_PATH": str(daemon)})
+        recording.finish()
+        self.assertEqual(recording.counted(), (100, 100))
+        self.assert_law(recording)
+
     def test_a_suspended_application(self):
         recording = Recording("suspended", "--ready", scratch / "suspended.ready", "--period-us", "500")
         pid = recording.wait_until_ready()
@@ -344,7 +353,7 @@ def begin(directory):
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
-    for argument in ("programs", "app", "clock"):
+    for argument in ("programs", "app", "clock", "late"):
         parser.add_argument(f"--{argument}", type=Path, required=True)
     parser.add_argument("--processes", type=int, default=200)
     options, rest = parser.parse_known_args()

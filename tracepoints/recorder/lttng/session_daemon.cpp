@@ -12,6 +12,7 @@
 #include <fstream>
 #include <string_view>
 #include <thread>
+#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -31,6 +32,7 @@ using std::chrono::steady_clock;
 
 constexpr seconds kStartPatience{60};
 constexpr seconds kOthersStartPatience{10};
+constexpr seconds kRegistrationPatience{10};
 constexpr seconds kStopPatience{30};
 constexpr seconds kGivenUpPatience{3};
 constexpr std::chrono::milliseconds kPollInterval{20};
@@ -63,21 +65,39 @@ std::string tail_of(const fs::path& log_file) {
 // The pid comes from a file, so it may be another process's by now.
 bool is_session_daemon(pid_t pid) { return process_name(pid) == "lttng-sessiond"; }
 
-// The process that listens where clients of LTTng connect; 0: nobody, or of another pid namespace.
-pid_t answering_daemon(const fs::path& run_directory) {
-  const std::string path = run_directory / "client-lttng-sessiond";
+// Not open: nobody listens there.
+FileDescriptor connected_to(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
-  if (path.size() >= sizeof address.sun_path) return 0;
+  if (path.size() >= sizeof address.sun_path) return {};
   path.copy(address.sun_path, path.size());
-  const FileDescriptor client(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  FileDescriptor client(socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  const bool is_heard =
+      client.is_open() &&
+      connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  return is_heard ? std::move(client) : FileDescriptor{};
+}
+
+// The process that listens where clients of LTTng connect; 0: nobody, or of another pid namespace.
+pid_t answering_daemon(const fs::path& run_directory) {
+  const auto client = connected_to(run_directory / "client-lttng-sessiond");
   ucred peer{};
   socklen_t size = sizeof peer;
   const bool is_known =
-      client.is_open() &&
-      connect(client.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 &&
-      getsockopt(client.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
+      client.is_open() && getsockopt(client.get(), SOL_SOCKET, SO_PEERCRED, &peer, &size) == 0;
   return is_known ? peer.pid : 0;
+}
+
+// Whether applications can register, by whichever version of LTTng-UST.
+bool hears_applications(const fs::path& run_directory) {
+  std::error_code error;
+  fs::directory_iterator entry(run_directory, error);
+  for (const fs::directory_iterator end; !error && entry != end; entry.increment(error)) {
+    const bool is_for_applications =
+        entry->path().filename().string().starts_with("lttng-ust-sock-");
+    if (is_for_applications && connected_to(entry->path()).is_open()) return true;
+  }
+  return false;
 }
 
 // Locks of one byte each that belong to the open file: released when it is closed.
@@ -265,6 +285,12 @@ void SessionDaemon::start(const fs::path& log_file, bool is_own) {
     if (steady_clock::now() > deadline) {
       throw RecordError("the session daemon of LTTng did not start: " + tail_of(log_file));
     }
+    std::this_thread::sleep_for(kPollInterval);
+  }
+  // The daemon hears clients a moment before applications, and one that finds nobody runs untraced,
+  // however long it was told to wait.
+  const auto until = steady_clock::now() + kRegistrationPatience;
+  while (!hears_applications(shared_run_directory()) && steady_clock::now() < until) {
     std::this_thread::sleep_for(kPollInterval);
   }
   if (!is_own) {
