@@ -54,7 +54,7 @@ bool Writer::kernel_event(std::int64_t time, const Line& line) {
   } else if (verb == "boost") {
     add(time, head,
         SchedPiSetprio{.tid = thread(2)->tid,
-                       .old_prio = thread(2)->prio,
+                       .old_prio = line.number<std::int32_t>("old", thread(2)->prio),
                        .new_prio = line.number<std::int32_t>("prio", 0)});
   } else {
     return false;

@@ -35,7 +35,7 @@
 //   switch CPU PREV NEXT [state=N] [prio=N] [next_prio=N] · waking T · fork T T · exit T
 //       `idle` is the idle thread; states are the kernel's (0 runnable, 1 blocked)
 //   preempt T by=T · block T · resume T       switches on T's CPU
-//   boost T prio=N                     sched_pi_setprio
+//   boost T prio=N [old=N]             sched_pi_setprio
 //   discard user|kernel until=T [count=N] [packets] · damage user|kernel · regress previous=T
 #pragma once
 

@@ -211,9 +211,17 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   tids_[host][event.tid].has_inheritance = true;
   const auto index = registry_.thread_by_tid(host, event.tid);
   if (!index) return;
-  const auto* expected = reference(model_.threads[at(*index)]);
+  auto& thread = model_.threads[at(*index)];
+  const auto* expected = reference(thread);
   auto& state = threads_[*index];
   state.may_be_boosted = false;
+  // Nobody waits for it any more, and the kernel gives it its own priority, which nobody changed then:
+  // the higher one was inherited, though no event told since when.
+  auto& raised = thread.raised_priority;
+  const bool was_inherited = raised && expected != nullptr && raised->first.n == expected->n &&
+                             raised->second.prio == event.old_prio &&
+                             event.new_prio == kernel_priority(*expected);
+  if (was_inherited) raised.reset();
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
   state.is_boosted = event.new_prio != own;

@@ -169,6 +169,23 @@ TEST(ParametersUnchanged, TakesAPriorityThatWasThereBeforeForInheritedUntilTheKe
   EXPECT_EQ(judged("", "", 120), Verdict::fail) << "nobody ever waited";
 }
 
+// What the kernel returns to is the thread's own priority: whoever had changed that would see it returned to his.
+TEST(ParametersUnchanged, TakesAPriorityThatTheKernelTakesBackForInherited) {
+  const auto judged = [](const std::string& told) {
+    return Verified(
+        "callback fusion\n-100 initial fusion\n-90 applied fusion nice=15\n"
+        "6 switch 0 idle fusion next_prio=120\n" +
+        told + "10 start fusion\n12 end fusion")["S3"];
+  };
+  EXPECT_EQ(judged("7 boost fusion prio=135 old=120\n"), Verdict::pass);
+  EXPECT_EQ(judged(""), Verdict::fail);
+  EXPECT_EQ(judged("7 boost fusion prio=120 old=120\n"), Verdict::fail) << "that is its own now";
+  EXPECT_EQ(judged("7 boost fusion prio=135 old=110\n"), Verdict::fail) << "of another one";
+  EXPECT_EQ(judged("7 boost fusion prio=135 old=120\n8 switch 0 fusion idle prio=120\n"),
+            Verdict::fail)
+      << "and again, which nobody waits for";
+}
+
 TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
   const Verified verified(configured_run("15 wakeup fusion cpu=2"));
   EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::fail);
