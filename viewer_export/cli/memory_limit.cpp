@@ -12,7 +12,7 @@ void limit_memory() noexcept {
 #ifdef M_MMAP_THRESHOLD
   constexpr int kLarge = 128 * 1024;  // glibc's own choice, until something larger was freed
   mallopt(M_MMAP_THRESHOLD, kLarge);
-  // Each of both heaps, and the reader's thread makes its own accessible page by page beyond this.
+  // What a heap has in reserve: beyond that, glibc extends those of threads page by page.
   constexpr int kMebibyte = 1024 * 1024;
   mallopt(M_TOP_PAD, kMebibyte);
   mallopt(M_TRIM_THRESHOLD, 4 * kMebibyte);

@@ -29,7 +29,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMemory = 1U << 20U;  // of all pieces of streams together
 constexpr std::size_t kSmallestPiece = 64U << 10U;
-constexpr std::size_t kLargestPiece = 1U << 20U;
 constexpr const char* kOtherUuid = ": its packets have another uuid than its metadata";
 
 // What to do about a trace that cannot be read, from a directory or file of it. Only recordings by
@@ -261,8 +260,7 @@ class TraceReader::Streams {
   void make_streams() {
     const auto share = kMemory / std::max<std::size_t>(files_.size(), 1);
     // With the header of a packet that ends where a piece does.
-    const auto piece =
-        std::clamp(share, kSmallestPiece, kLargestPiece) + PacketScanner::kHeaderPiece;
+    const auto piece = std::max(share, kSmallestPiece) + PacketScanner::kHeaderPiece;
     std::map<std::tuple<std::string, bool, std::uint64_t>, std::uint32_t> channels;
     std::vector<Stream> streams;
     MergeOffsets offsets;

@@ -215,16 +215,16 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   const auto* expected = reference(thread);
   auto& state = threads_[*index];
   state.may_be_boosted = false;
-  // Nobody waits for it any more, and the kernel gives it its own priority, which nobody changed then:
-  // the higher one was inherited, though no event told since when.
-  auto& raised = thread.raised_priority;
-  const bool was_inherited = raised && expected != nullptr && raised->first.n == expected->n &&
-                             raised->second.prio == event.old_prio &&
-                             event.new_prio == kernel_priority(*expected);
-  if (was_inherited) raised.reset();
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
   state.is_boosted = event.new_prio != own;
+  // Nobody waits for it any more, and the kernel gives it its own priority, which nobody changed then:
+  // the higher one was inherited, though no event told since when.
+  auto& raised = thread.raised_priority;
+  const bool was_inherited = !state.is_boosted && raised && expected != nullptr &&
+                             raised->first.n == expected->n &&
+                             raised->second.prio == event.old_prio;
+  if (was_inherited) raised.reset();
 }
 
 void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {

@@ -221,47 +221,43 @@ bool InstanceBuilder::is_confined(const LiveInstance& live) const {
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& facts = *live.callback_facts;
   auto& callback = callbacks_[live.callback];
-  const bool goes_on =
-      !callback.ran_on.empty() && callback.ran_on[callback.last_on] == *live.thread;
-  if (goes_on) {
-    live.on_callback = callback.last_on;
-    live.on_thread = callback.last_on_thread;
-    for (auto* pair : {&facts.ran_on[live.on_callback], &live.thread_facts->ran[live.on_thread]}) {
-      ++pair->starts;
-      pair->last_activity = live.start;
+  const bool has_run = !callback.ran_on.empty();
+  const bool goes_on = has_run && callback.ran_on[callback.last_on] == *live.thread;
+  if (!goes_on) {
+    // Where the pair of callback and thread is in `pairs`; `keys` tells which is which there.
+    const auto place_in = [&live](std::vector<CallbackOnThread>& pairs, auto& keys, auto key) {
+      const auto place = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
+      if (place == keys.size()) {
+        keys.push_back(key);
+        pairs.push_back(CallbackOnThread{.callback = live.callback,
+                                         .thread = *live.thread,
+                                         .starts = 0,
+                                         .instances = 0,
+                                         .first_start = live.start,
+                                         .first_seq = live.seq,
+                                         .last_activity = {}});
+      }
+      return place;
+    };
+    if (has_run && facts.moves.size() < kMaxMoves) {
+      const auto& last = facts.ran_on[callback.last_on];
+      const bool is_new = facts.last_init && facts.last_init->time > last.last_activity.time;
+      facts.moves.push_back(Move{.from = last.thread,
+                                 .to = *live.thread,
+                                 .last_on_from = last.last_activity,
+                                 .first_on_to = live.start,
+                                 .registered_again = is_new});
     }
-    return;
+    callback.last_on = place_in(facts.ran_on, callback.ran_on, *live.thread);
+    callback.last_on_thread =
+        place_in(live.thread_facts->ran, of_thread(live.thread).ran, live.callback);
   }
-  // Where the pair of callback and thread is in `pairs`; `keys` tells which is which there.
-  const auto start_on = [&live](std::vector<CallbackOnThread>& pairs, auto& keys, auto key) {
-    const auto place = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
-    if (place == keys.size()) {
-      keys.push_back(key);
-      pairs.push_back(CallbackOnThread{.callback = live.callback,
-                                       .thread = *live.thread,
-                                       .starts = 0,
-                                       .instances = 0,
-                                       .first_start = live.start,
-                                       .first_seq = live.seq,
-                                       .last_activity = {}});
-    }
-    ++pairs[place].starts;
-    pairs[place].last_activity = live.start;
-    return place;
-  };
-  if (!facts.ran_on.empty() && facts.moves.size() < kMaxMoves) {
-    const auto& last = facts.ran_on[callback.last_on];
-    const bool is_new = facts.last_init && facts.last_init->time > last.last_activity.time;
-    facts.moves.push_back(Move{.from = last.thread,
-                               .to = *live.thread,
-                               .last_on_from = last.last_activity,
-                               .first_on_to = live.start,
-                               .registered_again = is_new});
+  live.on_callback = callback.last_on;
+  live.on_thread = callback.last_on_thread;
+  for (auto* pair : {&facts.ran_on[live.on_callback], &live.thread_facts->ran[live.on_thread]}) {
+    ++pair->starts;
+    pair->last_activity = live.start;
   }
-  live.on_callback = start_on(facts.ran_on, callback.ran_on, *live.thread);
-  live.on_thread = start_on(live.thread_facts->ran, of_thread(live.thread).ran, live.callback);
-  callback.last_on = live.on_callback;
-  callback.last_on_thread = live.on_thread;
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {

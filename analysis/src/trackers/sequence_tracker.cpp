@@ -26,13 +26,11 @@ void SequenceTracker::observe_other(std::uint64_t number, const EventRef& where,
   }
   const auto last = *facts.last;
   if (number > last) {
-    if (number - last > 1) {
-      if (holes_.size() < kMaxKeptHoles) {
-        holes_.push_back(
-            Hole{.begin = last + 1, .end = number, .before = facts.last_at, .after = where});
-      } else {
-        untracked_ += number - last - 1;
-      }
+    if (holes_.size() < kMaxKeptHoles) {
+      holes_.push_back(
+          Hole{.begin = last + 1, .end = number, .before = facts.last_at, .after = where});
+    } else {
+      untracked_ += number - last - 1;
     }
     facts.last = number;
     facts.last_at = where;

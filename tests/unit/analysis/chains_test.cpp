@@ -137,6 +137,10 @@ TEST(ReactionTime, IsNotTakenAcrossALostRead) {
   EXPECT_FALSE(chain.data_age);
 }
 
+void add(std::string& text, int at, const std::string& what) {
+  text += "\n" + std::to_string(at) + " " + what;
+}
+
 TEST(ReactionTime, OfTheLongestWaitIsExactHoweverManyReadsWait) {
   constexpr int kReads = 9'000;  // more than are kept
   std::string text = R"(
@@ -148,17 +152,14 @@ TEST(ReactionTime, OfTheLongestWaitIsExactHoweverManyReadsWait) {
     15 end plan
     16 start fusion release=16 from=out:0
     18 end fusion)";
-  const auto add = [&text](int at, const std::string& what) {
-    text += "\n" + std::to_string(at) + " " + what;
-  };
   for (int i = 1; i <= kReads + 1; ++i) {
-    add(11 + 10 * i, "start plan release=" + std::to_string(10 + 10 * i));
-    if (i == kReads + 1) add(12 + 10 * i, "publish out on=plan");
-    add(13 + 10 * i, "end plan");
+    add(text, 11 + 10 * i, "start plan release=" + std::to_string(10 + 10 * i));
+    if (i == kReads + 1) add(text, 12 + 10 * i, "publish out on=plan");
+    add(text, 13 + 10 * i, "end plan");
   }
   const int last = 10 * (kReads + 1);
-  add(14 + last, "start fusion release=" + std::to_string(14 + last) + " from=out:1");
-  add(20 + last, "end fusion");
+  add(text, 14 + last, "start fusion release=" + std::to_string(14 + last) + " from=out:1");
+  add(text, 20 + last, "end fusion");
   const auto report = analyze(trace_of(text)).report;
   ASSERT_EQ(report.chains.size(), 1U);
   const auto& reaction = report.chains[0].reaction_time;
@@ -176,12 +177,9 @@ TEST(ReactionTime, BeginsWithTheFirstChainHoweverOftenNothingWasPublished) {
     publisher out topic=/points
     callback plan timer period=10
     callback fusion subscription topic=/points)";
-  const auto add = [&text](int at, const std::string& what) {
-    text += "\n" + std::to_string(at) + " " + what;
-  };
   for (int at = 1; at < 1000; at += 10) {
-    add(at, "start plan release=" + std::to_string(at - 1));
-    add(at + 2, "end plan");
+    add(text, at, "start plan release=" + std::to_string(at - 1));
+    add(text, at + 2, "end plan");
   }
   text += R"(
     1001 start plan release=1000

@@ -60,8 +60,15 @@ bool is_structure(const Event& event) {
          std::holds_alternative<PacketEnd>(event.body);
 }
 
-std::string placed_line_of(const Event& event) {
-  return std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " + line_of(event);
+template <typename Read>
+std::vector<std::string> all_lines(const TraceFolder& folder, Read read) {
+  std::vector<std::string> lines;
+  ctf::TraceReader reader(std::vector<fs::path>{folder.path()});
+  read(reader, [&lines](const Event& event) {
+    lines.push_back(std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " +
+                    line_of(event));
+  });
+  return lines;
 }
 
 }  // namespace
@@ -159,17 +166,12 @@ std::vector<std::string> read_counting(const TraceFolder& folder) {
 }
 
 std::vector<std::string> read_all(const TraceFolder& folder) {
-  std::vector<std::string> lines;
-  ctf::read_traces(std::vector<fs::path>{folder.path()},
-                   [&lines](const Event& event) { lines.push_back(placed_line_of(event)); });
-  return lines;
+  return all_lines(folder,
+                   [](ctf::TraceReader& reader, const ctf::EventSink& sink) { reader.read(sink); });
 }
 
 std::vector<std::string> read_all_ahead(const TraceFolder& folder) {
-  std::vector<std::string> lines;
-  ctf::TraceReader reader(std::vector<fs::path>{folder.path()});
-  ctf::read_ahead(reader, [&lines](const Event& event) { lines.push_back(placed_line_of(event)); });
-  return lines;
+  return all_lines(folder, ctf::read_ahead);
 }
 
 }  // namespace cie::test

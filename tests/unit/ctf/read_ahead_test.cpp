@@ -55,6 +55,9 @@ TEST(ReadAhead, GivesTheSameEvents) {
 
 TEST(ReadAhead, PassesOnWhyNothingCanBeRead) {
   TraceFolder folder;
+  folder.write("metadata", "nonsense");
+  EXPECT_THAT([&] { read_all_ahead(folder); },
+              ThrowsMessage<analysis::UnreadableTrace>(HasSubstr("metadata")));
   folder.write("metadata", metadata());
   folder.write("s0", std::string(100, 'x'));
   EXPECT_THAT([&] { read_all_ahead(folder); },

@@ -82,9 +82,9 @@ Scope& TracePlan::new_scope(std::string_view root, RegisterRange& registers,
 
 // Of a scope that no later one refers to: it need not stay.
 const Sequence* TracePlan::keep_program(const Scope& scope) {
-  if (scope.program().ops.empty()) return nullptr;
-  programs_.push_back(scope.shared_program());
-  return programs_.back().get();
+  const auto* program = program_or_null(scope);
+  if (program != nullptr) programs_.push_back(scope.shared_program());
+  return program;
 }
 
 std::string host_of(const Metadata& metadata) {

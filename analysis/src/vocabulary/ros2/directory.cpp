@@ -166,8 +166,7 @@ void Directory::add_object(Address subscription_handle, Address object) {
   for (const auto address : waiting->second) {
     const auto binding = bindings_.find(address);
     if (binding == bindings_.end() || binding->second.object != object) continue;
-    forget(address);
-    bind(binding->second, subscription_handle);
+    bind(address, binding->second, subscription_handle);
     known.has_callback = true;
   }
   waiting_.erase(waiting);
@@ -181,7 +180,7 @@ void Directory::add_object_callback(Address object, Address callback, bool repea
   const auto known = objects_.find(object);
   if (known != objects_.end() && !known->second.has_callback) {
     known->second.has_callback = true;
-    bind(binding, known->second.handle);
+    bind(callback, binding, known->second.handle);
     return;
   }
   // An object that has a callback already died, and this one was made where it lay.
@@ -190,7 +189,6 @@ void Directory::add_object_callback(Address object, Address callback, bool repea
 }
 
 void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback) {
-  forget(callback);
   auto& binding = bindings_[callback];
   const auto entity = entities_.find(handle);
   const bool is_same =
@@ -199,15 +197,14 @@ void Directory::add_handle_callback(CallbackKind kind, Address handle, Address c
   binding = Binding{};
   auto& of_handle = entities_[handle];
   of_handle.kind = kind;
-  bind(binding, handle);
+  bind(callback, binding, handle);
 }
 
 void Directory::stand_for(CallbackKind kind, Address address, Address handle) {
-  forget(address);
   auto& binding = bindings_[address] = Binding{};
   auto& entity = entities_[handle];
   if (!entity.is_announced) entity.kind = kind;
-  bind(binding, handle);
+  bind(address, binding, handle);
 }
 
 void Directory::add_symbol(Address callback, std::string_view symbol) {
@@ -267,7 +264,8 @@ void Directory::refresh(const Entity& entity) {
 }
 
 // The address is one of the handle's callback. What ran there unknown becomes that callback.
-void Directory::bind(Binding& binding, Address handle) {
+void Directory::bind(Address address, Binding& binding, Address handle) {
+  forget(address);
   auto& entity = entities_[handle];
   if (!entity.callback) {
     entity.callback = binding.callback ? *binding.callback : new_callback();

@@ -167,7 +167,7 @@ class Directory {
   void forget(Address address) noexcept { asked_[place(address)] = {}; }
   CallbackNumber find_callback(Address address);
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
-  void bind(Binding& binding, Address handle);
+  void bind(Address address, Binding& binding, Address handle);
   void hide(Entity& entity, Hidden hidden);
   static void describe(Callback& callback, const Entity& entity);
   void refresh(const Entity& entity);

@@ -16,7 +16,7 @@ bool is_current(const Thread& thread, Address message) {
 
 }  // namespace
 
-bool Publications::take(Ros2Event event, const Payload& p, Context& context) {
+bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
   auto& thread = context.thread;
   switch (event) {
     case Ros2Event::publish:

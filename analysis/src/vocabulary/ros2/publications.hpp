@@ -16,19 +16,7 @@ class Publications {
   explicit Publications(MessageLinks& links) noexcept : links_(links) {}
 
   // Whether the event is part of a publication.
-  bool apply(Ros2Event event, const Payload& p, Context& context) {
-    switch (event) {
-      case Ros2Event::publish:
-      case Ros2Event::intra_publish:
-      case Ros2Event::rcl_publish:
-      case Ros2Event::rmw_publish:
-      case Ros2Event::bind_stamp:
-      case Ros2Event::agnocast_publish:
-        return take(event, p, context);
-      default:
-        return false;
-    }
-  }
+  bool apply(Ros2Event event, const Payload& p, Context& context);
   // The thread did something else: whatever it was writing is written.
   void settle(Context& context) {
     const auto& thread = context.thread;
@@ -36,7 +24,6 @@ class Publications {
   }
 
  private:
-  bool take(Ros2Event event, const Payload& p, Context& context);
   void complete(Context& context);
   void begin(Address message, std::optional<Address> publisher, Context& context);
   MessageLinks::Origin tell(const Publishing& publishing, WrittenMessage publication,
