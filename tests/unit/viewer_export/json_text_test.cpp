@@ -94,5 +94,25 @@ TEST(JsonText, HandsOverWhatIsLong) {
   EXPECT_EQ(Json::parse(text).get<std::vector<int>>(), expected);
 }
 
+// Each of them larger than what it keeps, and what follows after all but full.
+TEST(JsonText, HandsOverTextsLongerThanItsBuffer) {
+  for (const std::size_t size : {65'500U, 65'534U, 65'535U, 65'536U, 65'537U, 200'000U}) {
+    const std::string plain(size, 'a');
+    const std::string escaped(size, '"');
+    const auto text = written([&](JsonText& json) {
+      json.object([&] {
+        json.key("plain");
+        json.value(std::string_view(plain));
+        json.key("escaped");
+        json.value(std::string_view(escaped));
+        json.key("verbatim");
+        json.verbatim("1");
+      });
+    });
+    const Json expected = {{"plain", plain}, {"escaped", escaped}, {"verbatim", 1}};
+    EXPECT_EQ(text, expected.dump(2)) << size;
+  }
+}
+
 }  // namespace
 }  // namespace cie::viewer_export

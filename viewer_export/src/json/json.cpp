@@ -19,8 +19,10 @@ std::string json_string(std::string_view text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
+bool needs_no_escape(std::string_view text) { return std::ranges::all_of(text, is_plain); }
+
 void append_json_string(std::string& to, std::string_view text) {
-  if (!std::ranges::all_of(text, is_plain)) {
+  if (!needs_no_escape(text)) {
     to += json_string(text);
     return;
   }

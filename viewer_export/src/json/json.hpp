@@ -17,7 +17,9 @@ void write_json(std::ostream& out, const Json& document);
 
 // A string with its quotes, on one line.
 std::string json_string(std::string_view text);
-// The same, appended; most texts need no escapes and are copied.
+// Between quotes it is a JSON string as it is.
+bool needs_no_escape(std::string_view text);
+// A string with its quotes, appended; most texts need no escapes and are copied.
 void append_json_string(std::string& to, std::string_view text);
 
 // Null when empty.

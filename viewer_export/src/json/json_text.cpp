@@ -2,6 +2,7 @@
 
 #include "json.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cie::viewer_export {
@@ -9,40 +10,61 @@ namespace {
 
 constexpr std::size_t kBuffer = std::size_t{64} << 10U;
 
+char* quoted(std::string_view text, char* to) {
+  *to++ = '"';
+  to = std::ranges::copy(text, to).out;
+  *to++ = '"';
+  return to;
+}
+
 }  // namespace
 
 void JsonText::flush() {
-  out_.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-  text_.clear();
+  out_.write(text_.data(), at_ - text_.data());
+  at_ = text_.data();
 }
 
-void JsonText::break_line() {
-  if (indentation_ == kOneLine) return;
-  text_ += '\n';
-  text_.append(depth_ * static_cast<std::size_t>(indentation_), ' ');
+void JsonText::make_room(std::size_t size) {
+  flush();
+  text_.resize(std::max({text_.size(), kBuffer, size}));
+  at_ = text_.data();
+  end_ = at_ + text_.size();
 }
 
-void JsonText::separate() {
-  if (text_.size() >= kBuffer) flush();
-  if (!is_empty_) text_ += ',';
+char* JsonText::break_line(char* at) const noexcept {
+  const auto size = line_size();
+  if (size == 0) return at;
+  *at = '\n';
+  return std::fill_n(at + 1, size - 1, ' ');
+}
+
+char* JsonText::separate(std::size_t size) {
+  auto* at = room(1 + line_size() + size);
+  if (!is_empty_) *at++ = ',';
   is_empty_ = false;
-  break_line();
+  return break_line(at);
 }
 
 void JsonText::key(std::string_view name) {
-  separate();
-  text_ += '"';
-  text_ += name;
-  text_ += indentation_ == kOneLine ? "\":" : "\": ";
+  constexpr std::size_t kMarks = 4;
+  auto* at = quoted(name, separate(name.size() + kMarks));
+  *at++ = ':';
+  if (indentation_ != kOneLine) *at++ = ' ';
+  at_ = at;
 }
 
-void JsonText::value(std::string_view value) { append_json_string(text_, value); }
+void JsonText::value(std::string_view value) {
+  if (!needs_no_escape(value)) return verbatim(json_string(value));
+  constexpr std::size_t kQuotes = 2;
+  at_ = quoted(value, room(value.size() + kQuotes));
+}
 
 // As Json does, whose digits are not always the shortest.
 void JsonText::value(double value) {
   if (!std::isfinite(value)) return null();
-  std::array<char, 64> digits{};
-  text_.append(digits.data(), nlohmann::detail::to_chars(digits.begin(), digits.end(), value));
+  constexpr std::size_t kDigits = 64;
+  auto* digits = room(kDigits);
+  at_ = nlohmann::detail::to_chars(digits, digits + kDigits, value);
 }
 
 }  // namespace cie::viewer_export

@@ -2,13 +2,13 @@
 // same values. Keys are in the order given, once each, and need no escapes.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <charconv>
 #include <concepts>
 #include <cstddef>
 #include <ostream>
-#include <string>
 #include <string_view>
+#include <vector>
 
 namespace cie::viewer_export {
 
@@ -30,20 +30,21 @@ class JsonText {
   void array(const Elements& elements) {
     nest('[', ']', elements);
   }
-  void key(std::string_view name);  // before each member's value
-  void element() { separate(); }    // before each element of an array
+  void key(std::string_view name);       // before each member's value
+  void element() { at_ = separate(0); }  // before each element of an array
 
-  void null() { text_ += "null"; }
-  void value(std::same_as<bool> auto value) { text_ += value ? "true" : "false"; }
+  void null() { verbatim("null"); }
+  void value(std::same_as<bool> auto value) { verbatim(value ? "true" : "false"); }
   void value(double value);
   void value(std::string_view value);
   template <std::integral Integer>
   requires(!std::same_as<Integer, bool>) void value(Integer value) {
-    std::array<char, 20> digits{};
-    text_.append(digits.data(), std::to_chars(digits.begin(), digits.end(), value).ptr);
+    constexpr std::size_t kDigits = 20;
+    auto* digits = room(kDigits);
+    at_ = std::to_chars(digits, digits + kDigits, value).ptr;
   }
   // A value that is JSON already.
-  void verbatim(std::string_view json) { text_ += json; }
+  void verbatim(std::string_view json) { at_ = std::ranges::copy(json, room(json.size())).out; }
 
   // Once, at the end.
   void flush();
@@ -51,23 +52,38 @@ class JsonText {
  private:
   template <typename Inside>
   void nest(char begin, char end, const Inside& inside) {
-    text_ += begin;
+    *room(1) = begin;
+    ++at_;
     ++depth_;
     is_empty_ = true;
     inside();
     --depth_;
-    if (!is_empty_) break_line();
+    auto* at = is_empty_ ? room(1) : break_line(room(line_size() + 1));
     is_empty_ = false;
-    text_ += end;
+    *at = end;
+    at_ = at + 1;
   }
-  void separate();
-  void break_line();
+  // Where that many bytes may be written; whoever does moves `at_` behind them.
+  char* room(std::size_t size) {
+    if (static_cast<std::size_t>(end_ - at_) < size) [[unlikely]]
+      make_room(size);
+    return at_;
+  }
+  void make_room(std::size_t size);
+  // Writes what comes before a member or an element. The place behind it has that many bytes.
+  char* separate(std::size_t size);
+  std::size_t line_size() const noexcept {
+    return indentation_ == kOneLine ? 0 : 1 + depth_ * static_cast<std::size_t>(indentation_);
+  }
+  char* break_line(char* at) const noexcept;
 
   std::ostream& out_;
   int indentation_;
   std::size_t depth_ = 0;
   bool is_empty_ = true;  // the innermost object or array, so far
-  std::string text_;      // not in `out_` yet
+  std::vector<char> text_;
+  char* at_ = nullptr;  // behind what is not in `out_` yet
+  char* end_ = nullptr;
 };
 
 }  // namespace cie::viewer_export
