@@ -107,33 +107,55 @@ void LogLinearHistogram::merge(const LogLinearHistogram& other) {
   count_ += other.count_;
 }
 
-std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
-                                          std::uint64_t denominator) const {
-  assert(count_ > 0 && numerator <= denominator);
-  const auto product = static_cast<Int128>(count_) * numerator;
-  const auto rank = std::max<std::uint64_t>(
-      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
-  std::uint64_t seen = 0;
-  for (auto i = negative_ ? negative_->size() : 0; i-- > 0;) {  // largest magnitude first
-    seen += (*negative_)[i];
-    if (seen >= rank) return static_cast<std::int64_t>(0 - value_of(i));
+// `visit` takes a value and how many there are, ascending, and says whether it wants more.
+template <typename Visit>
+void LogLinearHistogram::each(const Visit& visit) const {
+  if (negative_) {
+    for (auto i = negative_->size(); i-- > 0;) {  // largest magnitude first
+      const auto count = (*negative_)[i];
+      if (count > 0 && !visit(static_cast<std::int64_t>(0 - value_of(i)), count)) return;
+    }
   }
   for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1)) {
-    seen += positive_[i];
-    if (seen >= rank) return static_cast<std::int64_t>(value_of(i));
+    const auto count = positive_[i];
+    if (count > 0 && !visit(static_cast<std::int64_t>(value_of(i)), count)) return;
   }
-  return 0;
+}
+
+void LogLinearHistogram::at_ranks(std::span<const std::uint64_t> ranks,
+                                  std::span<std::int64_t> values) const {
+  assert(ranks.size() == values.size() && std::ranges::is_sorted(ranks));
+  std::size_t next = 0;
+  std::uint64_t seen = 0;
+  each([&](std::int64_t value, std::uint64_t count) {
+    seen += count;
+    for (; next < ranks.size() && seen >= ranks[next]; ++next)
+      values[next] = value;
+    return next < ranks.size();
+  });
+}
+
+std::uint64_t LogLinearHistogram::rank(std::uint64_t numerator, std::uint64_t denominator) const {
+  assert(count_ > 0 && numerator <= denominator);
+  const auto product = static_cast<Int128>(count_) * numerator;
+  return std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>((product + denominator - 1) / denominator));
+}
+
+std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
+                                          std::uint64_t denominator) const {
+  const auto rank_asked = rank(numerator, denominator);
+  std::int64_t value = 0;
+  at_ranks({&rank_asked, 1}, {&value, 1});
+  return value;
 }
 
 std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
   std::vector<HistogramBucket> all;
-  const auto add = [&all](std::uint64_t value, std::uint64_t count) {
-    if (count > 0) all.push_back({.value = static_cast<std::int64_t>(value), .count = count});
-  };
-  for (auto i = negative_ ? negative_->size() : 0; i-- > 0;)
-    add(0 - value_of(i), (*negative_)[i]);
-  for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1))
-    add(value_of(i), positive_[i]);
+  each([&all](std::int64_t value, std::uint64_t count) {
+    all.push_back({.value = value, .count = count});
+    return true;
+  });
   return all;
 }
 
@@ -156,11 +178,6 @@ void Statistics::Values::settle() {
   waiting_count = 0;
 }
 
-std::int64_t Statistics::Values::quantile(std::uint64_t numerator,
-                                          std::uint64_t denominator) const {
-  return std::clamp(histogram.quantile(numerator, denominator), min, max);
-}
-
 void Statistics::merge(const Statistics& other) {
   if (!other.values_) return;
   other.values_->settle();
@@ -178,24 +195,32 @@ void Statistics::merge(const Statistics& other) {
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   if (!values_) return 0;
   values_->settle();
-  return values_->quantile(rank, count());
+  std::int64_t value = 0;
+  values_->histogram.at_ranks({&rank, 1}, {&value, 1});
+  return std::clamp(value, values_->min, values_->max);
 }
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {
   if (!values_) return std::nullopt;
   auto& values = *values_;
   values.settle();
-  return Summary{
-      .count = count(),
-      .min = values.min,
-      .max = values.max,
-      .sum = clamped(values.sum),
-      .mean = static_cast<double>(values.sum) / static_cast<double>(count()),
-      .p50 = values.quantile(50, 100),
-      .p90 = values.quantile(90, 100),
-      .p99 = values.quantile(99, 100),
-      .p99_9 = values.quantile(999, 1000),
-      .buckets = with_buckets ? values.histogram.buckets() : std::vector<HistogramBucket>{}};
+  const auto& histogram = values.histogram;
+  const std::array ranks{histogram.rank(50, 100), histogram.rank(90, 100), histogram.rank(99, 100),
+                         histogram.rank(999, 1000)};
+  std::array<std::int64_t, ranks.size()> quantiles{};
+  histogram.at_ranks(ranks, quantiles);
+  for (auto& quantile : quantiles)
+    quantile = std::clamp(quantile, values.min, values.max);
+  return Summary{.count = count(),
+                 .min = values.min,
+                 .max = values.max,
+                 .sum = clamped(values.sum),
+                 .mean = static_cast<double>(values.sum) / static_cast<double>(count()),
+                 .p50 = quantiles[0],
+                 .p90 = quantiles[1],
+                 .p99 = quantiles[2],
+                 .p99_9 = quantiles[3],
+                 .buckets = with_buckets ? histogram.buckets() : std::vector<HistogramBucket>{}};
 }
 
 }  // namespace cie::analysis

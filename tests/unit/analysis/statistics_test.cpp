@@ -163,6 +163,26 @@ TEST(Statistics, MergedPartsEqualTheWhole) {
   EXPECT_EQ(a.p99_9, b.p99_9);
 }
 
+// Below 128 every value is known exactly, whatever its sign.
+TEST(Histogram, AnswersAscendingRanksInOneWalk) {
+  std::vector<std::int64_t> values;
+  for (std::int64_t value = -60; value < 60; value += 3) {
+    for (std::int64_t times = 0; times <= (value + 60) % 4; ++times)
+      values.push_back(value);
+  }
+  LogLinearHistogram histogram;
+  histogram.add(values);
+  std::vector<std::uint64_t> ranks;
+  for (std::uint64_t rank = 1; rank <= values.size(); rank += 1 + rank % 3) {
+    ranks.push_back(rank);
+    ranks.push_back(rank);
+  }
+  std::vector<std::int64_t> found(ranks.size());
+  histogram.at_ranks(ranks, found);
+  for (std::size_t i = 0; i < ranks.size(); ++i)
+    EXPECT_EQ(found[i], values[ranks[i] - 1]) << "rank " << ranks[i];
+}
+
 // In four bytes for each bucket, most of which hold little.
 TEST(Histogram, CountsBeyondFourBytes) {
   LogLinearHistogram histogram;

@@ -50,6 +50,10 @@ class LogLinearHistogram {
   // Nearest rank ceil(p * count) with p = numerator/denominator; the bucket's midpoint. Requires
   // count() > 0.
   std::int64_t quantile(std::uint64_t numerator, std::uint64_t denominator) const;
+  // That rank, of 1 to count().
+  std::uint64_t rank(std::uint64_t numerator, std::uint64_t denominator) const;
+  // The values of ranks that ascend, in one walk over the buckets.
+  void at_ranks(std::span<const std::uint64_t> ranks, std::span<std::int64_t> values) const;
   std::uint64_t count() const noexcept { return count_; }
   // Those that hold something, ascending. Adding up the counts of equal values of several
   // histograms gives the buckets of their sum, and so its quantiles.
@@ -94,6 +98,9 @@ class LogLinearHistogram {
     Rare<std::vector<std::uint32_t>> carries_;
   };
 
+  template <typename Visit>
+  void each(const Visit& visit) const;
+
   Counters positive_;
   Rare<Counters> negative_;  // by magnitude
   std::uint64_t count_ = 0;
@@ -129,9 +136,6 @@ class Statistics {
   struct Values {
     // Adds what waits. Changes nothing that can be seen.
     void settle();
-    // The value of a histogram's bucket, within the extremes.
-    std::int64_t quantile(std::uint64_t numerator, std::uint64_t denominator) const;
-
     // Values wait for some more: consecutive ones are of different quantities, and to reach the
     // histogram of each is to wait for memory. Together with their number they take two cache lines.
     std::uint64_t waiting_count = 0;
