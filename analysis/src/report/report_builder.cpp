@@ -4,6 +4,7 @@
 
 #include "model/host_clocks.hpp"
 #include "model/recorded_parts.hpp"
+#include "model/sort_rows.hpp"
 #include "model/subjects.hpp"
 #include "model/wall_clock.hpp"
 #include "rules/completeness_rules.hpp"
@@ -386,20 +387,26 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   for (const auto index : context.callbacks) {
     report.callbacks.push_back(report_of(context, index, keep_buckets));
   }
+  report.threads.reserve(model.threads.size());
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
     const auto& thread = model.threads[i];
     if (thread.announced || !thread.ran.empty()) {
       report.threads.push_back(report_of(model, ThreadIndex{static_cast<std::uint32_t>(i)}));
     }
   }
-  std::ranges::stable_sort(report.threads, {}, [&model](const ThreadReport& thread) {
+  const auto order_of = [&model](const ThreadReport& thread) {
     const auto& process = model.processes[at(thread.process)];
     return std::tuple(process.host, process.pid, thread.process, thread.tid);
+  };
+  sort_rows(report.threads, [&order_of](const ThreadReport& a, const ThreadReport& b) {
+    return order_of(a) < order_of(b);
   });
+  report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
     report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));
   report.clocks = clocks_of(model);
   report.recordings = recording_reports(model);
+  report.edges.reserve(model.edges.size());
   for (const auto& edge : model.edges)
     report.edges.push_back(report_of(model, edge));
   const auto place_of = [&model](CallbackIndex index) {
@@ -407,10 +414,13 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
     return std::tuple(std::string_view(callback.logical_id),
                       model.processes[at(callback.process)].pid, index);
   };
-  std::ranges::stable_sort(report.edges, {}, [&place_of](const GraphEdge& edge) {
+  const auto places_of = [&place_of](const GraphEdge& edge) {
     return std::tuple(place_of(edge.to),
                       edge.from ? std::optional(place_of(*edge.from)) : std::nullopt,
                       std::string_view(edge.topic));
+  };
+  sort_rows(report.edges, [&places_of](const GraphEdge& a, const GraphEdge& b) {
+    return places_of(a) < places_of(b);
   });
   return report;
 }

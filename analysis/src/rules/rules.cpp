@@ -6,6 +6,7 @@
 #include "mapping_rules.hpp"
 #include "message_rules.hpp"
 #include "model/recorded_parts.hpp"
+#include "model/sort_rows.hpp"
 #include "ownership_rules.hpp"
 #include "parameter_rules.hpp"
 #include "restart_rule.hpp"
@@ -177,8 +178,7 @@ RuleVerdict judge(const Rule& rule, const RuleContext& context, const SharedPids
   }
   doubt_shared_pids(rule, context.model, shared, verdict.subjects);
   if (missing) doubt_missing_part(rule, context, *missing, verdict.subjects);
-  std::ranges::stable_sort(verdict.subjects, comes_before);
-  verdict.subjects.shrink_to_fit();  // most rules name every callback
+  sort_rows(verdict.subjects, comes_before);
   for (auto& subject : verdict.subjects) {
     verdict.verdict = std::max(verdict.verdict, subject.verdict);
     locate(context.model, subject.evidence);

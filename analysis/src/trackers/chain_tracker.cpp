@@ -1,5 +1,6 @@
 #include "chain_tracker.hpp"
 
+#include "model/sort_rows.hpp"
 #include "prefetch.hpp"
 
 #include <algorithm>
@@ -458,9 +459,10 @@ void ChainTracker::fill_model(Take take) {
     }
     add(entry->second, std::move(facts));
   }
-  std::stable_sort(
-      model_.chains.begin(), model_.chains.end(),
-      [](const ChainFacts& a, const ChainFacts& b) { return !a.specified && a.name < b.name; });
+  // Either all are specified, or none.
+  sort_rows(model_.chains, [](const ChainFacts& a, const ChainFacts& b) {
+    return !a.specified && a.name < b.name;
+  });
 }
 
 }  // namespace cie::analysis

@@ -5,10 +5,12 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <model/by_index.hpp>
 #include <model/context_number.hpp>
+#include <model/sort_rows.hpp>
 #include <trackers/flat_map.hpp>
 #include <trackers/recent.hpp>
 
@@ -84,6 +86,26 @@ TEST(ByIndex, GrowsToWhatIsAskedFor) {
   EXPECT_EQ(*values.find(Index{3}), 7);
   EXPECT_EQ(*values.find(Index{2}), 0);
   EXPECT_EQ(values.find(Index{4}), nullptr);
+}
+
+TEST(SortRows, IsStable) {
+  struct Row {
+    int key = 0;
+    std::string text;
+  };
+  std::vector<Row> rows;
+  rows.reserve(100);
+  for (const auto& [key, text] : {std::pair(2, "c"), {1, "a"}, {2, "b"}, {0, "d"}, {1, "e"}})
+    rows.push_back({.key = key, .text = text});
+  sort_rows(rows, [](const Row& a, const Row& b) { return a.key < b.key; });
+  std::string order;
+  for (const auto& row : rows)
+    order += row.text;
+  EXPECT_EQ(order, "daecb");
+  EXPECT_EQ(rows.capacity(), 5U);
+  std::vector<Row> none;
+  sort_rows(none, [](const Row&, const Row&) { return true; });
+  EXPECT_TRUE(none.empty());
 }
 
 TEST(ContextNumber, StandsForAnOptional) {
