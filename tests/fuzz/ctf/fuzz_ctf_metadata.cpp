@@ -11,7 +11,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace cie::analysis::ctf;
   try {
-    const auto text = metadata_text(std::string_view(reinterpret_cast<const char*>(data), size));
+    const auto text = metadata_text({reinterpret_cast<const char*>(data), size});
     const auto metadata = parse_metadata(text);
     const TracePlan plan(metadata);
     for (const auto& [id, stream] : metadata.streams) {

@@ -35,22 +35,22 @@ bool is_text_sequence(std::string_view bytes) noexcept {
   return first != std::string_view::npos && bytes[first] == '\x1e';
 }
 
-std::string metadata_text(std::string_view bytes) {
+std::string metadata_text(std::string file) {
+  const std::string_view bytes = file;
   const bool is_swapped = is_packet(bytes, true);
   if (!is_swapped && !is_packet(bytes, false)) {
     const auto first = bytes.find_first_not_of(kBlank);
     if (first != std::string_view::npos && (bytes[first] == '[' || bytes[first] == '{')) {
       throw MetadataError("it is JSON, but no text sequence as CTF 2 has it (RFC 7464)");
     }
-    return std::string(bytes);
+    return file;
   }
-  std::string text;
-  text.reserve(bytes.size());
+  std::size_t size = 0;  // of the text, which takes the place of packets that were read
   for (auto rest = bytes; !rest.empty();) {
     const auto at = std::to_string(bytes.size() - rest.size());
     // Too little for a packet, and not the begin of one: a line feed that an editor or a transfer
     // has added.
-    if (!text.empty() && rest.size() < kHeaderBytes && !is_packet(rest, is_swapped)) break;
+    if (size > 0 && rest.size() < kHeaderBytes && !is_packet(rest, is_swapped)) break;
     if (rest.size() < kHeaderBytes) throw MetadataError("it is cut at byte " + at);
     if (!is_packet(rest, is_swapped)) throw MetadataError("it is damaged at byte " + at);
     const std::size_t content = read_u32(rest, kContentBitsAt, is_swapped) / 8;
@@ -62,11 +62,13 @@ std::string metadata_text(std::string_view bytes) {
     if (rest[kCompressionAt] != 0 || rest[kEncryptionAt] != 0) {
       throw MetadataError("it is compressed or encrypted");
     }
-    text += rest.substr(kHeaderBytes, content - kHeaderBytes);
+    std::memmove(file.data() + size, rest.data() + kHeaderBytes, content - kHeaderBytes);
+    size += content - kHeaderBytes;
     rest.remove_prefix(std::min(packet, rest.size()));
   }
-  if (is_text_sequence(text)) throw MetadataError("it is of CTF 2, which has no packets here");
-  return text;
+  file.resize(size);
+  if (is_text_sequence(file)) throw MetadataError("it is of CTF 2, which has no packets here");
+  return file;
 }
 
 std::string read_metadata(const std::filesystem::path& path) {

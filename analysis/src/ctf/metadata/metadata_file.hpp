@@ -11,8 +11,9 @@ namespace cie::analysis::ctf {
 // separator.
 bool is_text_sequence(std::string_view bytes) noexcept;
 
-// Throws MetadataError if packets are cut or damaged, or the metadata is of another format.
-std::string metadata_text(std::string_view bytes);
+// Of a file's bytes. Throws MetadataError if packets are cut or damaged, or the metadata is of
+// another format.
+std::string metadata_text(std::string file);
 
 // The bytes of a file. Throws MetadataError when it cannot be read, is empty or is too large.
 std::string read_metadata(const std::filesystem::path& file);
