@@ -58,34 +58,96 @@ struct Move {
   bool registered_again = false;  // a new callback_init (not an announcement) lies between
 };
 
-struct CallbackFacts {
+// What every instance reads or writes comes first and together, so that it takes few cache lines.
+struct alignas(64) CallbackFacts {
   ProcessIndex process{};
   CallbackId id{};
+  bool is_accounted = true;  // its recorder numbers instances and counts losses
+  // What is certain of the response times of those whose release is not known is the duration of
+  // every one, most often, as of callbacks of ROS 2. Then `response_time_lower` has none.
+  bool is_lower_duration = true;
+  std::optional<CallbackKind> kind{};
   std::optional<EventRef> registered{};  // first callback_init; empty: never seen
+  std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
+  // Of samples.
+  std::uint64_t releases = 0;
+  std::optional<std::uint64_t> first_release{};  // the least release_seq seen
+  std::uint64_t last_release = 0;                // and the largest
+  std::uint64_t overwritten = 0;                 // last running total of callback_release
+  // That were released and not overwritten, and whose instance had not started: the most.
+  std::uint64_t longest_queue = 0;
+  SequenceFacts starts{};
+  SequenceFacts ended{};  // missing: of instances from the first start seen to the last end seen
+  std::vector<CallbackOnThread> ran_on{};   // by first start
+  std::optional<Timestamp> first_expiry{};  // of a timer whose others follow from it
+  std::optional<Duration>
+      response_deadline{};   // to be kept: that of the spec, else the declared one
+  std::uint64_t missed = 0;  // skipped periods, those before open instances included
+  struct Overlap {
+    std::uint64_t first_seq = 0;
+    EventRef first_start{};
+    std::optional<EventRef> first_end{};
+    std::uint64_t second_seq = 0;
+    EventRef second_start{};
+  };
+  Rare<Overlap> overlap{};           // the first one did end: proven
+  Rare<Overlap> overlap_unproven{};  // it never ended
+  // R1 directly: release of k+1 at or before the end of k.
+  struct ReleaseBeforeEnd {
+    std::uint64_t seq = 0;
+    EventRef start{};
+    EventRef end{};
+    Timestamp next_release{};
+    EventRef next_start{};
+  };
+  Rare<ReleaseBeforeEnd> release_before_end{};
+  // Of a timer with `first_expiry`.
+  struct Grid {
+    std::uint64_t unresolved =
+        0;                    // instances before which periods may have been skipped, uncounted
+    bool is_refuted = false;  // its expiries do not follow from `first_expiry`
+    bool is_steady = false;   // no reset moved it by more than `error`
+    Duration error = kTimerError;
+  };
+  Grid grid{};
+
+  // Complete instances in the window, by what their release is known from.
+  std::uint64_t instances = 0;
+  std::uint64_t exact_instances = 0;                 // their release is known
+  std::uint64_t messages_told = 0;                   // of which it is told what they took
+  std::uint64_t late = 0;                            // certainly beyond response_deadline
+  std::uint64_t late_by_duration = 0;                // of these, those whose duration alone is
+  std::uint64_t without_status = 0;                  // whose end does not tell
+  std::uint64_t exceptions = 0;                      // that an exception ended
+  std::uint64_t without_upper_bound = 0;             // inexact, no upper bound
+  std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
+  Statistics response_time{};
+  Statistics response_time_lower{};
+  Statistics response_time_upper{};
+  Statistics start_latency{};
+  Statistics duration{};
+  Statistics inter_arrival{};
+  Statistics execution_time{};
+  Statistics preempted{};
+  Statistics blocked{};
+  Statistics wake_delay{};
+  Statistics wakeup_latency{};
+
   std::uint32_t inits = 0;
+  std::uint32_t queue_depth = 0;
   std::optional<EventRef> last_init{};      // last callback_init that was not a mere announcement
   std::uint64_t announcements_at_init = 0;  // of its process, at the last callback_init
-  std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
-  bool is_accounted = true;          // its recorder numbers instances and counts losses
-  std::string logical_id{};          // "?<id>" when never registered
+  std::string logical_id{};                 // "?<id>" when never registered
   std::string node{};
   NodeId node_id{};
-  std::optional<CallbackKind> kind{};
   std::optional<GroupId> group{};
   std::string source{};
   std::string symbol{};
   std::uint64_t period_ns = 0;
-  std::uint32_t queue_depth = 0;
   std::uint64_t deadline_ns = 0;  // declared; 0: none
-  std::optional<Duration>
-      response_deadline{};                  // to be kept: that of the spec, else the declared one
-  std::optional<Timestamp> first_expiry{};  // of a timer whose others follow from it
   std::optional<CallbackTotals> fini{};
 
-  SequenceFacts starts{};
-  std::uint64_t starts_outside = 0;  // of the window that was asked for
-  SequenceFacts ended{};  // missing: of instances from the first start seen to the last end seen
-  std::uint64_t releases = 0;
+  std::uint64_t starts_outside = 0;      // of the window that was asked for
   std::uint64_t ends_without_start = 0;  // seq not below the first start seen
   std::uint64_t ends_before_first = 0;   // of instances cut by the window's begin
   Rare<std::pair<std::uint64_t, EventRef>> first_end_without_start{};
@@ -96,98 +158,38 @@ struct CallbackFacts {
     EventRef second{};
   };
   Rare<SecondEnd> first_second_end{};
-
-  std::vector<CallbackOnThread> ran_on{};  // by first start
-  std::vector<Move> moves{};               // capped at 1024
+  std::vector<Move> moves{};  // capped at 1024
   std::uint64_t starts_without_tid = 0;
-  std::uint64_t messages_told = 0;  // complete instances of which it is told what they took
 
-  struct Overlap {
-    std::uint64_t first_seq = 0;
-    EventRef first_start{};
-    std::optional<EventRef> first_end{};
-    std::uint64_t second_seq = 0;
-    EventRef second_start{};
-  };
-  Rare<Overlap> overlap{};           // the first one did end: proven
-  Rare<Overlap> overlap_unproven{};  // it never ended
-
-  // Complete instances in the window, by what their release is known from.
-  std::uint64_t instances = 0;
-  std::uint64_t exact_instances = 0;   // their release is known
-  std::uint64_t late = 0;              // certainly beyond response_deadline
-  std::uint64_t late_by_duration = 0;  // of these, those whose duration alone is
-  std::uint64_t exceptions = 0;        // that an exception ended
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end
-  std::uint64_t without_status = 0;                            // whose end does not tell
   std::uint64_t cut_instances = 0;
   std::vector<OpenInstance> open{};  // capped at 64
   std::uint64_t open_count = 0;
-  std::array<std::uint64_t, 5> by_release_source{};  // indexed by ReleaseSource exact..start
-
-  Statistics response_time{};
-  // What is certain of those whose release is not known: most often the duration of every one, as of
-  // callbacks of ROS 2. Then it is only in `duration`.
-  Statistics response_time_lower{};
-  bool is_lower_duration = true;
-  Statistics response_time_upper{};
-  Statistics start_latency{};
-  Statistics duration{};
-  Statistics inter_arrival{};
-  Statistics execution_time{};
-  Statistics preempted{};
   std::map<std::int64_t, Preemptor> preempted_by{};  // by tid
-  Statistics blocked{};
-  Statistics wake_delay{};
-  Statistics wakeup_latency{};
   std::uint64_t identity_failures = 0;
 
   // Witnesses of the extremes, over complete instances in the window.
   std::optional<Extreme<Duration>> max_response{};        // known ones
   std::optional<Extreme<Duration>> max_response_lower{};  // what is certain of it
   std::optional<Extreme<Duration>> max_response_upper{};  // exact value or upper bound
-  std::uint64_t without_upper_bound = 0;                  // inexact, no upper bound
   std::optional<Extreme<Duration>> max_duration{};
   std::optional<Extreme<Duration>> max_execution{};
   std::optional<Extreme<Duration>> max_duration_without_execution{};  // CPU time unknown
   // Inter-arrival of consecutive seqs, both exact; seq and start are the later one's.
   std::optional<Extreme<Duration>> min_inter_arrival{};
   std::optional<Extreme<Duration>> max_inter_arrival{};
-  // R1 directly: release of k+1 at or before the end of k.
-  struct ReleaseBeforeEnd {
-    std::uint64_t seq = 0;
-    EventRef start{};
-    EventRef end{};
-    Timestamp next_release{};
-    EventRef next_start{};
-  };
-  Rare<ReleaseBeforeEnd> release_before_end{};
 
-  std::uint64_t missed = 0;  // skipped periods, those before open instances included
   Rare<Extreme<std::uint32_t>> first_missed{};
-  // Of a timer with `first_expiry`.
-  struct Grid {
-    std::uint64_t unresolved =
-        0;                    // instances before which periods may have been skipped, uncounted
-    bool is_refuted = false;  // its expiries do not follow from `first_expiry`
-    bool is_steady = false;   // no reset moved it by more than `error`
-    Duration error = kTimerError;
-  };
-  Grid grid{};
+  std::uint64_t lost = 0;  // last running total of sample_lost
+  std::optional<EventRef> overwritten_at{};
+  std::optional<EventRef> lost_at{};
+
   bool has_grid_releases() const noexcept {
     return by_release_source[static_cast<std::size_t>(ReleaseSource::timer_grid)] != 0;
   }
   // What evidence of these releases is good to, either way; zero where they were recorded.
   Duration release_error() const noexcept { return has_grid_releases() ? grid.error : Duration{}; }
   bool are_releases_certain() const noexcept { return !has_grid_releases() || grid.is_steady; }
-  std::uint64_t overwritten = 0;  // last running total of callback_release
-  std::uint64_t lost = 0;         // last running total of sample_lost
-  // Samples that were released and not overwritten, and whose instance had not started: the most.
-  std::uint64_t longest_queue = 0;
-  std::optional<std::uint64_t> first_release{};  // the least release_seq seen
-  std::uint64_t last_release = 0;                // and the largest
-  std::optional<EventRef> overwritten_at{};
-  std::optional<EventRef> lost_at{};
 };
 
 struct PublisherFacts {

@@ -135,11 +135,11 @@ struct SequenceGap {
 
 // Numbers of one subject (`seq` of a callback or publisher, `n` of a thread).
 struct SequenceFacts {
-  std::uint64_t count = 0;  // numbers seen
-  std::optional<std::uint64_t> first{};
+  std::uint64_t count = 0;              // numbers seen
   std::optional<std::uint64_t> last{};  // largest
-  EventRef first_at{};
   EventRef last_at{};
+  std::optional<std::uint64_t> first{};
+  EventRef first_at{};
   std::uint64_t missing = 0;
   Rare<SequenceGap> first_gap{};
   std::uint64_t repeated = 0;  // a number not above the last, seen again or out of order
@@ -177,17 +177,18 @@ struct ScheduledAs {
   std::vector<UsedCpu> cpus{};
 };
 
-// One thread incarnation: (process, tid, creation).
+// One thread incarnation: (process, tid, creation). What every instance looks at comes first.
 struct ThreadFacts {
   ProcessIndex process{};
+  std::optional<ThreadRole> role{};
   std::int64_t tid = 0;
   std::optional<EventRef> announced{};  // first thread_init; empty: never announced
-  std::optional<ThreadRole> role{};
+  std::optional<EventRef> fini{};
+  std::vector<CallbackOnThread> ran{};   // by first start
   std::optional<CallbackId> callback{};  // as announced; empty: none
   std::optional<GroupId> group{};
   std::string name{};
   std::optional<std::int64_t> start_ns{};
-  std::optional<EventRef> fini{};
   std::uint32_t fini_read_backs = 0;
   // Of a thread that is known only by a callback that started on its tid after this `thread_fini`
   // of the tid's last thread, and before any other `thread_init`.
@@ -195,7 +196,6 @@ struct ThreadFacts {
   std::optional<EventRef> kernel_exit{};  // sched_process_exit
   std::optional<EventRef> first_seen{};   // events that this thread itself emitted
   std::optional<EventRef> last_seen{};
-  std::vector<CallbackOnThread> ran{};  // by first start
 
   SequenceFacts read_backs{};         // their `n`
   std::optional<ReadBack> initial{};  // first of moment initial

@@ -70,10 +70,16 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
   // A start follows soon, but other threads' events come between.
-  if (who.known != nullptr && who.known->callback_facts != nullptr) {
-    prefetch_to_write(&who.known->callback_facts->starts);
-    prefetch_head(&who.known->callback_facts->response_time);
-  }
+  if (who.known != nullptr && who.known->callback_facts != nullptr) expect(*who.known);
+}
+
+void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
+  const auto& facts = *runner.callback_facts;
+  prefetch_lines(&facts, &facts.inits);
+  prefetch_lines(runner.thread_facts, &runner.thread_facts->callback);
+  if (const auto* callback = callbacks_.find(*runner.callback)) prefetch_to_write(callback);
+  registry_.expect(*runner.callback);
+  measurer_.expect(*runner.callback);
 }
 
 std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {

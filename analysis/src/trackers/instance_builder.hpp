@@ -95,6 +95,8 @@ class InstanceBuilder {
     return thread ? threads_[*thread] : nobody_;
   }
   std::unique_ptr<LiveInstance> new_instance();
+  // The thread will run its callback soon: what that needs will be in the cache.
+  void expect(const KnownEmitter& runner) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.

@@ -158,14 +158,16 @@ std::optional<Timestamp> InstanceMeasurer::find_source_time(const LiveInstance& 
 
 void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
   const auto& facts = *live.callback_facts;
-  prefetch_head(&facts.ended.last);
-  prefetch_head(&facts.instances);
   for (const auto* quantity :
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
     quantity->expect();
   }
-  if (const auto* bounds = bounds_.find(live.callback)) prefetch_to_write(bounds);
-  if (const auto* arrivals = arrivals_.find(live.callback)) prefetch_to_write(arrivals);
+  if (!live.wakeup) expect(live.callback);  // else that was said when the thread woke up
+}
+
+void InstanceMeasurer::expect(CallbackIndex callback) const noexcept {
+  if (const auto* bounds = bounds_.find(callback)) prefetch_to_write(bounds);
+  if (const auto* arrivals = arrivals_.find(callback)) prefetch_to_write(&arrivals->latest);
 }
 
 void InstanceMeasurer::measure(const LiveInstance& live) {

@@ -79,7 +79,9 @@ class InstanceMeasurer {
     const auto written = source_time(live);
     return written && *written <= live.start.time ? written : std::nullopt;
   }
-  // An instance began: what measuring it needs will be in the cache by its end.
+  // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
+  void expect(CallbackIndex callback) const noexcept;
+  // The same of what is found by the callback's facts: it began.
   void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.
   void measure(const LiveInstance& live);

@@ -5,13 +5,18 @@
 
 namespace cie::analysis {
 
-// Brings an object that will be written into the cache, all lines of it. Null does nothing.
+// Brings what lies there, and will be written, into the cache: all lines of it.
+inline void prefetch_lines(const void* begin, const void* end) noexcept {
+  constexpr std::size_t kCacheLine = 64;
+  const auto* bytes = static_cast<const char*>(begin);
+  for (; bytes < end; bytes += kCacheLine)
+    __builtin_prefetch(bytes, 1);
+}
+
+// The same of an object. Null does nothing.
 template <typename T>
 void prefetch_to_write(const T* object) noexcept {
-  constexpr std::size_t kCacheLine = 64;
-  const auto* bytes = reinterpret_cast<const char*>(object);
-  for (std::size_t at = 0; at < sizeof(T); at += kCacheLine)
-    __builtin_prefetch(bytes + at, 1);
+  if (object != nullptr) prefetch_lines(object, object + 1);
 }
 
 // The same of its first line only.

@@ -10,6 +10,7 @@
 #include "known_emitters.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "prefetch.hpp"
 #include "sequence_tracker.hpp"
 
 #include <cstddef>
@@ -109,6 +110,11 @@ class Registry {
   // (machines that are copies of each other may give equal ones). Empty if unknown.
   std::optional<std::uint32_t> publisher_by_gid(HostIndex reader, std::uint64_t gid) const;
 
+  // Numbers of the callback's instances will be seen soon.
+  void expect(CallbackIndex callback) const noexcept {
+    prefetch_head(start_numbers_.find(callback));
+    prefetch_head(end_numbers_.find(callback));
+  }
   SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
   SequenceTracker& ends(CallbackIndex callback) { return end_numbers_[callback]; }
   SequenceTracker& published(std::uint32_t publisher) { return publish_numbers_[publisher]; }
