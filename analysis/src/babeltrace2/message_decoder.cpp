@@ -3,6 +3,7 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include "bt_fields.hpp"
+#include "vocabulary/tracer_clock.hpp"
 
 #include <array>
 #include <cstdio>
@@ -12,18 +13,9 @@ namespace {
 
 const std::vector<FieldRequest> kPacketNames{"cpu_id"};
 
-// Cycles of a trace clock as nanoseconds; LTTng's count nanoseconds already.
 Timestamp time_of(const bt_clock_snapshot* snapshot) {
   const auto* clock = bt_clock_snapshot_borrow_clock_class_const(snapshot);
-  const auto cycles = bt_clock_snapshot_get_value(snapshot);
-  const auto frequency = bt_clock_class_get_frequency(clock);
-  constexpr std::uint64_t kNanoseconds = 1'000'000'000;
-  if (frequency == kNanoseconds || frequency == 0) {
-    return Timestamp{static_cast<std::int64_t>(cycles)};
-  }
-  __extension__ using Wide = unsigned __int128;
-  return Timestamp{static_cast<std::int64_t>(
-      static_cast<std::uint64_t>(static_cast<Wide>(cycles) * kNanoseconds / frequency))};
+  return time_of_cycles(bt_clock_snapshot_get_value(snapshot), bt_clock_class_get_frequency(clock));
 }
 
 std::string uuid_text(bt_uuid uuid) {
@@ -89,9 +81,7 @@ void MessageDecoder::stream_begin(const bt_stream* stream) {
     std::int64_t seconds = 0;
     std::uint64_t cycles = 0;
     bt_clock_class_get_offset(clock, &seconds, &cycles);
-    offset_ns = detail::wrapping_add(
-        static_cast<std::int64_t>(static_cast<std::uint64_t>(seconds) * 1'000'000'000U),
-        static_cast<std::int64_t>(cycles));
+    offset_ns = clock_offset(seconds, cycles, bt_clock_class_get_frequency(clock));
   }
   const char* name = bt_stream_get_name(stream);
   const EventHead head{.time = {}, .stream = state.index, .cpu = {}, .pid = {}, .tid = {}};

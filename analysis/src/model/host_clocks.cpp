@@ -108,10 +108,9 @@ const HostFacts* reference_host(const Model& model) noexcept {
 
 Duration clock_shift(const HostFacts& from, const HostFacts& to) noexcept {
   if (!from.clock_offset_ns || !to.clock_offset_ns) return {};
-  constexpr std::int64_t kSameClock = 1'000'000'000;  // offsets are measured less well than that
-  const Duration shift{detail::wrapping_sub(*from.clock_offset_ns, *to.clock_offset_ns)};
   const bool is_same_boot = from.clock_uuid == to.clock_uuid && !from.clock_uuid.empty();
-  return is_same_boot && shift.ns < kSameClock && shift.ns > -kSameClock ? Duration{} : shift;
+  if (is_same_boot && detail::are_alike(*from.clock_offset_ns, *to.clock_offset_ns)) return {};
+  return {detail::wrapping_sub(*from.clock_offset_ns, *to.clock_offset_ns)};
 }
 
 ClockError clock_error(const Model& model, HostPair from_to) {

@@ -5,13 +5,11 @@
 namespace cie::analysis {
 
 std::optional<std::int64_t> clock_offset_ns(const Model& model) {
-  constexpr std::int64_t kSecond = 1'000'000'000;
   std::optional<std::int64_t> offset;
   for (const auto& stream : model.streams) {
     if (stream.clock_offset_ns == 0) return std::nullopt;
     if (!offset) offset = stream.clock_offset_ns;
-    const auto difference = detail::wrapping_sub(stream.clock_offset_ns, *offset);
-    if (difference > kSecond || difference < -kSecond) return std::nullopt;
+    if (!detail::are_alike(stream.clock_offset_ns, *offset)) return std::nullopt;
   }
   return offset;
 }

@@ -4,6 +4,7 @@ import io
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -55,6 +56,19 @@ class ReportSink(unittest.TestCase):
                         "--connect", "muxkernel:report", "--connect", "muxust:report")
             told = pathlib.Path(out).read_text(encoding="utf-8")
         self.assertEqual(report_of(told), report_of(cie("report", ISOLATED, "-f", "json")))
+
+    # The half of the offset that is no whole seconds counts in cycles, too.
+    def test_of_a_clock_that_counts_half_nanoseconds(self):
+        with tempfile.TemporaryDirectory() as folder:
+            trace = pathlib.Path(shutil.copytree(ISOLATED, f"{folder}/trace"))
+            for metadata in trace.rglob("metadata"):
+                text = metadata.read_text(encoding="utf-8")
+                faster = text.replace("freq = 1000000000;", "freq = 2000000000;")
+                self.assertNotEqual(faster, text)
+                metadata.write_text(faster, encoding="utf-8")
+            told = report_of(babeltrace2(str(trace), "-c", "sink.cie.report", "-p", 'format="json"'))
+            self.assertEqual(told, report_of(cie("report", str(trace), "-f", "json")))
+            self.assertEqual(told["trace"]["clock_offset_ns"], 1_700_000_000_000_000_000 + 123_456_789 // 2)
 
     def test_refuses_unknown_parameters(self):
         told = babeltrace2(ISOLATED, "-c", "sink.cie.report", "-p", 'colour="red"', expect=1)

@@ -29,6 +29,13 @@ constexpr std::int64_t wrapping_add(std::int64_t a, std::int64_t b) noexcept {
 constexpr std::int64_t wrapping_sub(std::int64_t a, std::int64_t b) noexcept {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
+// Whether two offsets between CLOCK_MONOTONIC and CLOCK_REALTIME, in nanoseconds, may be of one
+// machine: tracers measure no better than that.
+constexpr bool are_alike(std::int64_t offset, std::int64_t other) noexcept {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  const auto difference = wrapping_sub(offset, other);
+  return difference > -kSecond && difference < kSecond;
+}
 }  // namespace detail
 
 constexpr Duration operator-(Timestamp a, Timestamp b) noexcept {

@@ -8,6 +8,7 @@
 #include "event_choice.hpp"
 #include "layout.hpp"
 #include "program_builder.hpp"
+#include "vocabulary/tracer_clock.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <array>
@@ -53,11 +54,7 @@ struct ClockPlan {
 
   // Cycles as nanoseconds of this clock, without its offset.
   Timestamp time_of(std::uint64_t cycles) const noexcept {
-    constexpr std::uint64_t kNanoseconds = 1'000'000'000;
-    if (frequency == kNanoseconds) return {static_cast<std::int64_t>(cycles)};
-    __extension__ using Wide = unsigned __int128;
-    return {static_cast<std::int64_t>(
-        static_cast<std::uint64_t>(static_cast<Wide>(cycles) * kNanoseconds / frequency))};
+    return time_of_cycles(cycles, frequency);
   }
 };
 

@@ -20,14 +20,12 @@ class MergeOffsets {
     if (const auto known = hosts.find(host); known != hosts.end()) return known->second;
     auto offset = clock.offset_ns;
     for (const auto& [name, other] : hosts) {
-      const auto difference = detail::wrapping_sub(offset, other);
-      if (difference > -kSameClock && difference < kSameClock) offset = other;
+      if (detail::are_alike(offset, other)) offset = other;
     }
     return hosts.try_emplace(host, offset).first->second;
   }
 
  private:
-  static constexpr std::int64_t kSameClock = 1'000'000'000;
   std::map<std::string, std::map<std::string, std::int64_t>> by_boot_;
 };
 
