@@ -43,17 +43,15 @@ void Tokens::fail(const std::string& what) const {
                       shown(current_));
 }
 
-Token Tokens::take() {
-  const auto token = current_;
+void Tokens::advance() {
   current_ = next_;
   next_ = scan();
-  return token;
 }
 
-bool Tokens::accept(std::string_view spelling) {
-  if (!current_.is(spelling)) return false;
-  take();
-  return true;
+Token Tokens::take() {
+  const auto token = current_;
+  advance();
+  return token;
 }
 
 void Tokens::expect(std::string_view spelling) {
@@ -82,9 +80,11 @@ void Tokens::skip_blank() {
       ++at_;
     } else if (c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f') {
       ++at_;
-    } else if (text_.substr(at_, 2) == "//") {
+    } else if (c != '/') {
+      return;
+    } else if (is_next("//")) {
       at_ = std::min(text_.find('\n', at_), text_.size());
-    } else if (text_.substr(at_, 2) == "/*") {
+    } else if (is_next("/*")) {
       const auto end = text_.find("*/", at_ + 2);
       if (end == std::string_view::npos) {
         throw MetadataError("line " + std::to_string(line_) + ": a comment without end");
@@ -170,7 +170,7 @@ Token Tokens::scan() {
   if (at_ >= text_.size())
     return {.kind = Token::Kind::end, .spelling = {}, .number = 0, .line = line_};
   const char c = text_[at_];
-  if (c == 'L' && (text_.substr(at_, 2) == "L\"" || text_.substr(at_, 2) == "L'")) ++at_;
+  if (c == 'L' && (is_next("L\"") || is_next("L'"))) ++at_;
   if (text_[at_] == '"') return scan_text();
   if (text_[at_] == '\'') return scan_character();
   if (is_digit(c)) return scan_number();
@@ -181,10 +181,8 @@ Token Tokens::scan() {
     while (at_ < text_.size() && is_name(text_[at_]))
       ++at_;
   } else {
-    const auto rest = text_.substr(at_);
-    const auto found =
-        std::find_if(kLongPunctuation.begin(), kLongPunctuation.end(),
-                     [rest](std::string_view spelling) { return rest.starts_with(spelling); });
+    const auto found = std::ranges::find_if(
+        kLongPunctuation, [this](std::string_view spelling) { return is_next(spelling); });
     at_ += found == kLongPunctuation.end() ? 1 : found->size();
   }
   token.spelling = text_.substr(begin, at_ - begin);

@@ -41,8 +41,12 @@ class Tokens {
   const Token& peek() const noexcept { return current_; }
   const Token& peek_next() const noexcept { return next_; }
   Token take();
-  // Takes it if it is there.
-  bool accept(std::string_view spelling);
+  // Takes it if it is there. Inline: most often it is not, and what is asked for is known here.
+  bool accept(std::string_view spelling) {
+    if (!current_.is(spelling)) return false;
+    advance();
+    return true;
+  }
   void expect(std::string_view spelling);
   // If "{" is next: the text from there to the first "}". Empty: it is not, or there is none.
   std::string_view block() const noexcept;
@@ -51,8 +55,12 @@ class Tokens {
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
+  void advance();
   Token scan();
   void skip_blank();
+  bool is_next(std::string_view text) const noexcept {
+    return text_.substr(at_, text.size()) == text;
+  }
   Token scan_number();
   Token scan_text();
   Token scan_character();

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -32,7 +33,16 @@ bool is_hexadecimal(const AttributeValue& base) {
 
 std::uint32_t default_align(std::uint32_t size) { return size % 8 == 0 ? 8 : 1; }
 
+TypeRef string_type() {
+  Type type{.kind = Type::Kind::string};
+  type.align = 8;
+  type.depth = depth_of(type);
+  return std::make_shared<const Type>(std::move(type));
+}
+
 }  // namespace
+
+TypeParser::TypeParser(Tokens& tokens) : tokens_(tokens), scopes_(1), string_(string_type()) {}
 
 std::string TypeParser::dotted_name() {
   std::string name;
@@ -163,9 +173,7 @@ TypeRef TypeParser::real() {
 
 TypeRef TypeParser::string() {
   if (tokens_.peek().is("{")) attributes([](const std::string&, const AttributeValue&) {});
-  Type type{.kind = Type::Kind::string};
-  type.align = 8;
-  return finish(std::move(type));
+  return string_;
 }
 
 void TypeParser::ranges(Type& type) {

@@ -5,6 +5,7 @@
 #include "ctf/metadata/tokens.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -55,10 +56,8 @@ ClockPlan clock_of(const Metadata& metadata, const std::string& name) {
   } else if (metadata.has_roles) {
     plan.uuid = chosen->uuid;
   }
-  const auto seconds =
-      static_cast<std::int64_t>(static_cast<std::uint64_t>(chosen->offset_s) * 1'000'000'000U);
   plan.offset_ns =
-      detail::wrapping_add(seconds, plan.time_of(static_cast<std::uint64_t>(chosen->offset)).ns);
+      clock_offset(chosen->offset_s, static_cast<std::uint64_t>(chosen->offset), plan.frequency);
   return plan;
 }
 
@@ -251,24 +250,28 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   result->other.name = result->name;
   if (choice_ != nullptr) choose(*result);
   RegisterRange registers(kEventRegisters);
-  Scope context("event.context", context_, registers, earlier);
   const auto build = [&](Scope& scope, const TypeRef& type, std::span<const FieldRequest> wanted) {
     return result->is_shown ? scope.build_shown(type, wanted, *choice_) : scope.build(type, wanted);
   };
-  // Only what the common context does not have is taken from here.
-  build(context, event.context, context_requests());
-  const auto* common = earlier.back();
-  result->has_own_pid =
-      context.has_slot(slot(ContextSlot::pid)) && !common->has_slot(slot(ContextSlot::pid));
-  result->has_own_tid =
-      context.has_slot(slot(ContextSlot::tid)) && !common->has_slot(slot(ContextSlot::tid));
-  auto with_context = earlier;
-  with_context.push_back(&context);
-  Scope fields("event.fields", context_, registers, with_context);
+  auto before_fields = earlier;
+  std::optional<Scope> context;  // most events have none of their own
+  if (event.context) {
+    context.emplace("event.context", context_, registers, earlier);
+    // Only what the common context does not have is taken from here.
+    build(*context, event.context, context_requests());
+    const auto* common = earlier.back();
+    const auto is_own = [&](ContextSlot which) {
+      return context->has_slot(slot(which)) && !common->has_slot(slot(which));
+    };
+    result->has_own_pid = is_own(ContextSlot::pid);
+    result->has_own_tid = is_own(ContextSlot::tid);
+    before_fields.push_back(&*context);
+  }
+  Scope fields("event.fields", context_, registers, std::move(before_fields));
   static const std::vector<FieldRequest> nothing;
   build(fields, event.fields,
         result->translation != nullptr ? result->translation->fields : nothing);
-  result->context = keep_program(context);
+  if (context) result->context = keep_program(*context);
   result->fields = keep_program(fields);
   // Streams that share their small ids' tables evenly do not grow them without bound.
   const auto grown = event.id < plan.dense_.size() ? 0 : event.id + 1 - plan.dense_.size();
