@@ -80,11 +80,9 @@ void Tokens::skip_blank() {
       ++at_;
     } else if (c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f') {
       ++at_;
-    } else if (c != '/') {
-      return;
-    } else if (is_next("//")) {
+    } else if (c == '/' && is_next("//")) {
       at_ = std::min(text_.find('\n', at_), text_.size());
-    } else if (is_next("/*")) {
+    } else if (c == '/' && is_next("/*")) {
       const auto end = text_.find("*/", at_ + 2);
       if (end == std::string_view::npos) {
         throw MetadataError("line " + std::to_string(line_) + ": a comment without end");
