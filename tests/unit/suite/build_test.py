@@ -106,6 +106,13 @@ class Run(Scratch):
             configuring, _ = self.calls("build")
         self.assertTrue(configuring.endswith(" -DCIE_WITH_DDS=OFF -DCIE_BUILD_DESK=ON"), configuring)
 
+    def test_commands_refuse_what_they_do_not_know_before_they_begin(self):
+        for command in ("build", "fuzz"):
+            done = self.run_it(command, "--help")
+            shutil.rmtree(self.folder / "tools")
+            self.assertEqual(done.returncode, 1)
+            self.assertRegex(done.stderr, rf'^run: {command}: no option "--help"[^\n]*\n$')
+
     @unittest.skipUnless(os.geteuid() == 0, "not possible here: only root makes a system of its own")
     def test_packages_of_another_debian_are_built_and_tried_there(self):
         self.scripts("tests/package/elsewhere", in_another_system='printf "%s\\n" "$@" >calls; mkdir -p "$4"; touch "$4/a.deb"')
