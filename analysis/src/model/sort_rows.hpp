@@ -3,19 +3,21 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <numeric>
 #include <utility>
 #include <vector>
 
 namespace cie::analysis {
 
-// Stable. Leaves no room for more rows than there are.
-template <typename Row, typename Less>
-void sort_rows(std::vector<Row>& rows, const Less& comes_before) {
+// As std::ranges::stable_sort() does. Leaves no room for more rows than there are.
+template <typename Row, typename Less = std::ranges::less, typename Projection = std::identity>
+void sort_rows(std::vector<Row>& rows, Less comes_before = {}, Projection projection = {}) {
   std::vector<std::uint32_t> order(rows.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::ranges::stable_sort(
-      order, [&](std::uint32_t a, std::uint32_t b) { return comes_before(rows[a], rows[b]); });
+  std::ranges::stable_sort(order, comes_before, [&](std::uint32_t place) -> decltype(auto) {
+    return std::invoke(projection, rows[place]);
+  });
   std::vector<Row> sorted;
   sorted.reserve(rows.size());
   for (const auto place : order)

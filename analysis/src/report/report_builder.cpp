@@ -394,12 +394,9 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
       report.threads.push_back(report_of(model, ThreadIndex{static_cast<std::uint32_t>(i)}));
     }
   }
-  const auto order_of = [&model](const ThreadReport& thread) {
+  sort_rows(report.threads, {}, [&model](const ThreadReport& thread) {
     const auto& process = model.processes[at(thread.process)];
     return std::tuple(process.host, process.pid, thread.process, thread.tid);
-  };
-  sort_rows(report.threads, [&order_of](const ThreadReport& a, const ThreadReport& b) {
-    return order_of(a) < order_of(b);
   });
   report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
@@ -414,13 +411,10 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
     return std::tuple(std::string_view(callback.logical_id),
                       model.processes[at(callback.process)].pid, index);
   };
-  const auto places_of = [&place_of](const GraphEdge& edge) {
+  sort_rows(report.edges, {}, [&place_of](const GraphEdge& edge) {
     return std::tuple(place_of(edge.to),
                       edge.from ? std::optional(place_of(*edge.from)) : std::nullopt,
                       std::string_view(edge.topic));
-  };
-  sort_rows(report.edges, [&places_of](const GraphEdge& a, const GraphEdge& b) {
-    return places_of(a) < places_of(b);
   });
   return report;
 }

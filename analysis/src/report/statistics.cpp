@@ -43,6 +43,12 @@ std::int64_t clamped(Int128 value) noexcept {
   return static_cast<std::int64_t>(value);
 }
 
+std::int64_t value_at(const LogLinearHistogram& histogram, std::uint64_t rank) {
+  std::int64_t value = 0;
+  histogram.at_ranks({&rank, 1}, {&value, 1});
+  return value;
+}
+
 }  // namespace
 
 // Apart from what it grows, so that counting needs no register saved.
@@ -144,10 +150,7 @@ std::uint64_t LogLinearHistogram::rank(std::uint64_t numerator, std::uint64_t de
 
 std::int64_t LogLinearHistogram::quantile(std::uint64_t numerator,
                                           std::uint64_t denominator) const {
-  const auto rank_asked = rank(numerator, denominator);
-  std::int64_t value = 0;
-  at_ranks({&rank_asked, 1}, {&value, 1});
-  return value;
+  return value_at(*this, rank(numerator, denominator));
 }
 
 std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
@@ -195,9 +198,7 @@ void Statistics::merge(const Statistics& other) {
 std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   if (!values_) return 0;
   values_->settle();
-  std::int64_t value = 0;
-  values_->histogram.at_ranks({&rank, 1}, {&value, 1});
-  return std::clamp(value, values_->min, values_->max);
+  return std::clamp(value_at(values_->histogram, rank), values_->min, values_->max);
 }
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {

@@ -459,10 +459,7 @@ void ChainTracker::fill_model(Take take) {
     }
     add(entry->second, std::move(facts));
   }
-  // Either all are specified, or none.
-  sort_rows(model_.chains, [](const ChainFacts& a, const ChainFacts& b) {
-    return !a.specified && a.name < b.name;
-  });
+  if (!has_spec_) sort_rows(model_.chains, {}, &ChainFacts::name);  // else they are in its order
 }
 
 }  // namespace cie::analysis

@@ -166,7 +166,7 @@ void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
 }
 
 void InstanceMeasurer::expect(CallbackIndex callback) const noexcept {
-  if (const auto* bounds = bounds_.find(callback)) prefetch_to_write(bounds);
+  prefetch_to_write(bounds_.find(callback));
   if (const auto* arrivals = arrivals_.find(callback)) prefetch_to_write(&arrivals->latest);
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <memory>
 #include <string_view>
 #include <utility>
 
@@ -33,16 +32,7 @@ bool is_hexadecimal(const AttributeValue& base) {
 
 std::uint32_t default_align(std::uint32_t size) { return size % 8 == 0 ? 8 : 1; }
 
-TypeRef string_type() {
-  Type type{.kind = Type::Kind::string};
-  type.align = 8;
-  type.depth = depth_of(type);
-  return std::make_shared<const Type>(std::move(type));
-}
-
 }  // namespace
-
-TypeParser::TypeParser(Tokens& tokens) : tokens_(tokens), scopes_(1), string_(string_type()) {}
 
 std::string TypeParser::dotted_name() {
   std::string name;
@@ -173,6 +163,11 @@ TypeRef TypeParser::real() {
 
 TypeRef TypeParser::string() {
   if (tokens_.peek().is("{")) attributes([](const std::string&, const AttributeValue&) {});
+  if (!string_) {
+    Type type{.kind = Type::Kind::string};
+    type.align = 8;
+    string_ = finish(std::move(type));
+  }
   return string_;
 }
 

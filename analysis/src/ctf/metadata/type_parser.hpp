@@ -23,7 +23,7 @@ struct AttributeValue {
 // Reads from `tokens`, which it shares with the parser of blocks. Nesting is bounded.
 class TypeParser {
  public:
-  explicit TypeParser(Tokens& tokens);
+  explicit TypeParser(Tokens& tokens) : tokens_(tokens), scopes_(1) {}
 
   // Names declared after it vanish with leave(): a block or a structure is a scope.
   void enter() { scopes_.emplace_back(); }
@@ -64,7 +64,7 @@ class TypeParser {
   std::vector<Scope> scopes_;
   // By how they are written, which repeats: what they are does not depend on where they stand.
   std::unordered_map<std::string_view, TypeRef> integers_;
-  TypeRef string_;
+  TypeRef string_;  // all are alike; null: there was none yet
   std::uint32_t nesting_ = 0;
 };
 
