@@ -132,8 +132,10 @@ class Manifest(unittest.TestCase):
         self.assert_holds(directory)
         chunks = sorted(directory.glob("chunk-*"))
         for chunk in chunks:
-            self.assert_holds(chunk)
-            self.assertLessEqual(named(manifest_of(chunk)), pids_of(chunk))
+            pids = pids_of(chunk)
+            self.assertLessEqual(named(manifest_of(chunk)), pids)
+            if pids:  # on a busy machine a second may pass before the application starts
+                self.assert_holds(chunk)
         self.assertEqual(named(manifest_of(directory)), pids_of(directory))
         self.assertEqual(len(named(manifest_of(directory))), 2)
         report = json.loads(run(CIE, "report", directory, "-f", "json").stdout)
