@@ -51,7 +51,7 @@ endmacro()
 
 set(library libcie${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 set(this_version "(= ${PROJECT_VERSION}-${CPACK_DEBIAN_PACKAGE_RELEASE})")
-set(needed_to_build libyaml-cpp-dev libssl-dev)
+set(needed_to_build libyaml-cpp-dev libgcrypt20-dev)
 if(CIE_BUILD_ROBOT AND CIE_WITH_DDS)
   # It uses what Cyclone DDS does not promise: no other version than the one it was built with.
   find_package(CycloneDDS REQUIRED)

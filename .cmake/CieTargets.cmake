@@ -160,12 +160,17 @@ Libs: -L\${prefix}/${CMAKE_INSTALL_LIBDIR} -l${ARG_LIBRARY} ${libs}
   install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
 endfunction()
 
-# cie_program(cie-record SOURCES ... LIBRARIES ...): an installed command, which bash completes.
+# cie_program(cie-run SOURCES ... LIBRARIES ...): an installed command, which bash completes.
+# OF_PACKAGES: shared libraries come from the system's packages alone, which are searched for nowhere else.
 function(cie_program target)
-  cmake_parse_arguments(ARG "NO_INSTALL" "" "SOURCES;LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "NO_INSTALL;OF_PACKAGES" "" "SOURCES;LIBRARIES" ${ARGN})
   add_executable(${target} ${ARG_SOURCES})
   target_link_libraries(${target} PRIVATE ${ARG_LIBRARIES})
   cie_compile_options(${target})
+  target_link_options(${target} PRIVATE LINKER:--as-needed)
+  if(ARG_OF_PACKAGES)
+    set_target_properties(${target} PROPERTIES INSTALL_RPATH "")
+  endif()
   if(NOT ARG_NO_INSTALL)
     cie_keep_rpath(${target})
     install(TARGETS ${target} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

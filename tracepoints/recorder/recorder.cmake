@@ -86,8 +86,8 @@ else()
   target_sources(cie_recorder PRIVATE recorder/kernel/no_bpf_source.cpp)
 endif()
 
-cie_program(cie-record SOURCES recorder/main.cpp LIBRARIES cie_recorder)
-cie_program(cie-collect SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11 fmt::fmt)
+cie_program(cie-record OF_PACKAGES SOURCES recorder/main.cpp LIBRARIES cie_recorder)
+cie_program(cie-collect OF_PACKAGES SOURCES recorder/collect_main.cpp LIBRARIES cie_recorder CLI11::CLI11 fmt::fmt)
 target_include_directories(cie-collect PRIVATE "${CMAKE_CURRENT_BINARY_DIR}/generated")
 cie_install_manual()
 # An always-on recorder, and a collector. systemd looks for units and users of packages below /usr/lib, whatever the architecture.

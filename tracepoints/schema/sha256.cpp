@@ -1,49 +1,65 @@
 #include <cie/tracepoints/sha256.hpp>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <cstddef>
 #include <cstdio>
 #include <memory>
 #include <new>
+#include <span>
 #include <system_error>
 
-#include <openssl/evp.h>
+#include <gcrypt.h>
 
 namespace cie {
 namespace {
 
-struct FreeContext {
-  void operator()(EVP_MD_CTX* context) const noexcept { EVP_MD_CTX_free(context); }
+constexpr std::size_t kBytes = 32;
+
+// Once per process, unless the application did: libgcrypt wants to be asked for its version first.
+// Nothing here is secret.
+void prepare_library() {
+  static const bool is_prepared = [] {
+    if (gcry_control(GCRYCTL_INITIALIZATION_FINISHED_P) != 0) return true;
+    gcry_check_version(nullptr);
+    gcry_control(GCRYCTL_DISABLE_SECMEM, 0);
+    gcry_control(GCRYCTL_INITIALIZATION_FINISHED, 0);
+    return true;
+  }();
+  static_cast<void>(is_prepared);
+}
+
+struct CloseHash {
+  void operator()(gcry_md_handle* hash) const noexcept { gcry_md_close(hash); }
 };
 
 class Sha256 {
  public:
-  Sha256() : context_(EVP_MD_CTX_new()) {
-    if (!context_ || EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr) != 1) {
-      throw std::bad_alloc();
-    }
+  Sha256() {
+    prepare_library();
+    gcry_md_hd_t hash = nullptr;
+    if (gcry_md_open(&hash, GCRY_MD_SHA256, 0) != 0) throw std::bad_alloc();
+    hash_.reset(hash);
   }
-  void update(const void* bytes, std::size_t size) {
-    if (EVP_DigestUpdate(context_.get(), bytes, size) != 1) throw std::bad_alloc();
-  }
-  std::string finish() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-    unsigned int size = 0;
-    if (EVP_DigestFinal_ex(context_.get(), digest.data(), &size) != 1) throw std::bad_alloc();
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    std::string hex;
-    hex.reserve(std::size_t{2} * size);
-    for (unsigned int i = 0; i < size; ++i) {
-      hex += kDigits[digest[i] >> 4U];
-      hex += kDigits[digest[i] & 0xfU];
-    }
-    return hex;
+  void update(const void* bytes, std::size_t size) { gcry_md_write(hash_.get(), bytes, size); }
+  std::span<const std::uint8_t> finish() {
+    return {gcry_md_read(hash_.get(), GCRY_MD_SHA256), kBytes};
   }
 
  private:
-  std::unique_ptr<EVP_MD_CTX, FreeContext> context_;
+  std::unique_ptr<gcry_md_handle, CloseHash> hash_;
 };
+
+std::string hex(std::span<const std::uint8_t> digest) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  text.reserve(2 * digest.size());
+  for (const auto byte : digest) {
+    text += kDigits[byte >> 4U];
+    text += kDigits[byte & 0xfU];
+  }
+  return text;
+}
 
 struct CloseFile {
   void operator()(std::FILE* file) const noexcept { std::fclose(file); }
@@ -51,11 +67,15 @@ struct CloseFile {
 
 }  // namespace
 
-std::string sha256_hex(std::string_view bytes) {
+std::array<std::uint8_t, kBytes> sha256(std::string_view bytes) {
   Sha256 hash;
   hash.update(bytes.data(), bytes.size());
-  return hash.finish();
+  std::array<std::uint8_t, kBytes> digest{};
+  std::ranges::copy(hash.finish(), digest.begin());
+  return digest;
 }
+
+std::string sha256_hex(std::string_view bytes) { return hex(sha256(bytes)); }
 
 std::string sha256_file(const std::filesystem::path& file) {
   const auto fail = [&file] {
@@ -69,7 +89,7 @@ std::string sha256_file(const std::filesystem::path& file) {
     hash.update(block.data(), size);
   }
   if (std::ferror(stream.get()) != 0) fail();
-  return hash.finish();
+  return hex(hash.finish());
 }
 
 }  // namespace cie

@@ -23,18 +23,18 @@ int view_command(const Arguments& arguments);
 int analyze_command(const Arguments& arguments);
 int doctor_command(const Arguments& arguments);
 
-// Path of `cie-run` or `cie-record`: beside this program, or in PATH. Throws std::runtime_error
-// when it is not installed.
+// Path of `cie-record` or another program of cie's: beside this one, or in PATH. Throws
+// std::runtime_error when it is not installed.
 std::string program_path(const std::string& name);
 
-// Replaces this process by `cie-run` or `cie-record`, found beside this program or in PATH. Returns
-// only by throwing std::runtime_error when it is not installed.
+// Replaces this process by such a program. Returns only by throwing std::runtime_error when it is
+// not installed.
 [[noreturn]] void start_program(const std::string& name, const Arguments& arguments);
 
 struct Command {
   std::string_view name;
   std::string_view summary;
-  int (*run)(const Arguments&);  // null: started by start_program, or not available yet
+  int (*run)(const Arguments&);  // null: a program of its own, cie-NAME
 };
 // In the order of a newcomer's work.
 std::span<const Command> commands();

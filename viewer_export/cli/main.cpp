@@ -1,28 +1,18 @@
-// `cie`: chooses the subcommand, and turns errors into one line and an exit code.
-#include <cie/analysis/analyzer.hpp>
+// `cie`: chooses the subcommand.
 #include <cie/tracepoints/nearest_name.hpp>
-#include <cie/tracepoints/scheduling_spec.hpp>
-#include <cie/viewer_export/output_file.hpp>
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "exit_code.hpp"
 #include "memory_limit.hpp"
-#include "output.hpp"
+#include "program.hpp"
 #include "version_text.hpp"
-#include "words/text_layout.hpp"
 
 #include <algorithm>
 #include <array>
-#include <csignal>
-#include <cstdio>
-#include <initializer_list>
-#include <new>
+#include <string>
 #include <string_view>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 namespace cie::cli {
 
@@ -43,15 +33,13 @@ std::span<const Command> commands() {
       {"view", "the report and the timeline in a browser", view_command},
       {"spec", "check a scheduling spec", spec_command},
       {"diff", "two recordings side by side: what became slower", diff_command},
-      {"live", "watch a running system: terminal, web page, Prometheus", live_command},
+      {"live", "watch a running system: terminal, web page, Prometheus", nullptr},
       {"doctor", "is this machine fit to trace and for real time?", doctor_command},
   }};
   return kCommands;
 }
 
 namespace {
-
-using viewer_export::OutputFile;
 
 std::string overview() {
   std::string text =
@@ -74,88 +62,32 @@ Commands:
          "\ncie COMMAND --help explains a command; cie --version prints the version.\n";
 }
 
-int print(const std::string& text) {
-  OutputFile out("-");
-  out.stream() << text;
-  out.commit();
-  return ok;
+const Command* find_command(std::string_view name) {
+  const auto all = commands();
+  const auto* const found = std::ranges::find(all, name, &Command::name).base();
+  return found == all.data() + all.size() ? nullptr : found;
 }
 
 int dispatch(Arguments arguments) {
   if (arguments.empty() || arguments.front() == "--help" || arguments.front() == "-h") {
-    return print(overview());
+    return print_text(overview());
   }
   auto name = arguments.front();
   arguments.erase(arguments.begin());
   if (name == "--version") {
-    return print(version_text());
+    return print_text(version_text());
   }
   if (name == "help") {  // cie help verify
     return dispatch(arguments.empty() ? Arguments{} : Arguments{arguments.front(), "--help"});
   }
+  if (const auto* command = find_command(name)) {
+    if (command->run == nullptr) start_program("cie-" + name, arguments);
+    return command->run(arguments);
+  }
   std::vector<std::string> names{"--help", "--version", "help"};
-  for (const auto& command : commands()) {
-    if (command.name == name && command.run != nullptr) {
-      return command.run(arguments);
-    }
+  for (const auto& command : commands())
     names.emplace_back(command.name);
-  }
-  if (name == "run" || name == "record" || name == "collect") {
-    start_program("cie-" + name, arguments);
-  }
   throw UsageError(fmt::format("there is no command \"{}\"{}", name, did_you_mean(name, names)));
-}
-
-// A descriptor that is closed would be given to the next file that is opened, and receive what is
-// meant for standard output.
-void reserve_standard_descriptors() {
-  for (int descriptor = ::open("/dev/null", O_RDONLY); descriptor >= 0;
-       descriptor = ::open("/dev/null", O_RDONLY)) {
-    if (descriptor > STDERR_FILENO) {
-      ::close(descriptor);
-      return;
-    }
-  }
-}
-
-int fail(std::string_view what, int code, std::string_view hint = "") {
-  fmt::print(stderr, "cie: {}\n", printable(what));
-  if (!hint.empty()) {
-    fmt::print(stderr, "{}\n", hint);
-  }
-  return code;
-}
-
-// As programs end that do not know of the pipe: quietly, by SIGPIPE (a shell says 141). Everything
-// that was held has been given back.
-int end_with_the_pipe() {
-  std::signal(SIGPIPE, SIG_DFL);
-  std::raise(SIGPIPE);
-  return unreadable;  // the signal is blocked
-}
-
-int run(const Arguments& arguments) {
-  const bool is_known =
-      !arguments.empty() &&
-      std::any_of(commands().begin(), commands().end(), [&](const Command& command) {
-        return command.name == arguments.front() && command.run != nullptr;
-      });
-  const auto hint = fmt::format("Try: cie {}--help", is_known ? arguments.front() + " " : "");
-  try {
-    return dispatch(arguments);
-  } catch (const UsageError& error) {
-    return fail(error.what(), usage_error, hint);
-  } catch (const SpecError& error) {
-    return fail(error.what(), usage_error);
-  } catch (const viewer_export::ClosedPipe&) {
-    return end_with_the_pipe();
-  } catch (const analysis::UnreadableTrace& error) {
-    return fail(error.what(), unreadable);
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory", unreadable);
-  } catch (const std::exception& error) {
-    return fail(error.what(), unreadable);
-  }
 }
 
 }  // namespace
@@ -163,17 +95,16 @@ int run(const Arguments& arguments) {
 }  // namespace cie::cli
 
 int main(int argc, char** argv) {
-  cie::cli::reserve_standard_descriptors();
-  const cie::cli::Arguments arguments(argv + std::min(argc, 1), argv + argc);
-  const auto is_one_of = [&arguments](std::initializer_list<std::string_view> names) {
-    return !arguments.empty() && std::find(names.begin(), names.end(), arguments[0]) != names.end();
-  };
-  if (is_one_of({"run", "record", "collect"})) return cie::cli::run(arguments);
-  // A closed pipe is an error of the write, so that temporary files are removed first; a file size
-  // limit is an error with a message.
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);
-  cie::cli::end_with_a_message_instead_of_aborting();
-  if (!is_one_of({"live", "doctor"})) cie::cli::limit_memory();
-  return cie::cli::run(arguments);
+  using namespace cie::cli;
+  reserve_standard_descriptors();
+  const Arguments arguments(argv + std::min(argc, 1), argv + argc);
+  const auto* command = arguments.empty() ? nullptr : find_command(arguments.front());
+  const bool is_here = command == nullptr || command->run != nullptr;
+  if (is_here) {
+    turn_signals_into_errors();
+    if (command == nullptr || command->name != "doctor") limit_memory();
+  }
+  const bool has_help = command != nullptr && is_here;
+  return run_command([](const Arguments& all) { return dispatch(all); }, arguments,
+                     fmt::format("Try: cie {}--help", has_help ? arguments.front() + " " : ""));
 }

@@ -44,9 +44,12 @@ std::string program_path(const std::string& name) {
     if (::access(program.c_str(), X_OK) == 0 && !fs::is_directory(program)) return program;
   }
   const auto beside = directories.empty() ? std::string("?") : directories.front().string();
+  const std::string part = name == "cie-live"
+                               ? "It comes with cie"
+                               : "It belongs to the part of cie that runs on the robot (CMake "
+                                 "option CIE_BUILD_ROBOT)";
   throw std::runtime_error("\"" + name + "\" is not installed: it is neither in \"" + beside +
-                           "\" nor in PATH. It belongs to the part of cie that runs on the robot "
-                           "(CMake option CIE_BUILD_ROBOT)");
+                           "\" nor in PATH. " + part);
 }
 
 void start_program(const std::string& name, const Arguments& arguments) {

@@ -2,9 +2,8 @@
 
 #include <cie/viewer_export/version.hpp>
 
-#include <babeltrace2/babeltrace.h>
 #include <fmt/core.h>
-#include <openssl/crypto.h>
+#include <gcrypt.h>
 #include <sqlite3.h>
 #include <zlib.h>
 
@@ -23,10 +22,8 @@ std::string version_text() {
   auto text = fmt::format("cie {}\n", viewer_export::tool_version());
   if (!built_commit().empty()) text += fmt::format("commit {}, ", built_commit());
   text += fmt::format("built with {}\n", kCompiler);
-  return text + fmt::format("libbabeltrace2 {}.{}.{}, OpenSSL {}, SQLite {}, zlib {}\n",
-                            bt_version_get_major(), bt_version_get_minor(), bt_version_get_patch(),
-                            OpenSSL_version(OPENSSL_VERSION_STRING), sqlite3_libversion(),
-                            zlibVersion());
+  return text + fmt::format("libgcrypt {}, SQLite {}, zlib {}\n", gcry_check_version(nullptr),
+                            sqlite3_libversion(), zlibVersion());
 }
 
 }  // namespace cie::cli

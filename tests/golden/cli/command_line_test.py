@@ -29,7 +29,10 @@ class Help(unittest.TestCase):
             cie("--version").stdout,
             rb"^cie \d+\.\d+\.\d+\n"
             rb"(commit [0-9a-f]{12}(-dirty)?, )?built with (g\+\+|clang) \d+\..*\n"
-            rb"libbabeltrace2 2\.\d+\.\d+, OpenSSL 3\.\S+, SQLite 3\.\S+, zlib 1\.\S+\n$")
+            rb"libgcrypt 1\.\S+, SQLite 3\.\S+, zlib 1\.\S+\n$")
+
+        live = cie("--version", program=os.path.join(os.path.dirname(CIE), "cie-live"))
+        self.assertRegex(live.stdout, rb"^cie-live \d+\.\d+\.\d+\nlibbabeltrace2 2\.\d+\.\d+\n$")
 
     def test_every_command_explains_itself(self):
         for command in COMMANDS:
@@ -433,7 +436,7 @@ class Diff(Folder):
 
 
 class OtherPrograms(Folder):
-    """`cie run`, `cie record` and `cie collect` start cie-run, cie-record and cie-collect."""
+    """`cie run`, `cie record`, `cie collect` and `cie live` start cie-run, cie-record, cie-collect and cie-live."""
 
     def setUp(self):
         super().setUp()
@@ -447,10 +450,11 @@ class OtherPrograms(Folder):
         return cie(*arguments, program=self.program, env={**os.environ, "PATH": self.path("path") + ":/usr/bin:/bin"})
 
     def test_absent(self):
-        for name in ("run", "record", "collect"):
+        for name, part in (("run", "the robot"), ("record", "the robot"), ("collect", "the robot"), ("live", "with cie")):
             result = self.start(name, "app.yaml")
             self.assertEqual((result.returncode, result.stdout), (4, b""))
             self.assertIn(f'"cie-{name}" is not installed'.encode(), result.stderr)
+            self.assertIn(part.encode(), result.stderr)
 
     def test_found_in_path_with_every_argument_as_it_is(self):
         self.write("path/cie-record", self.echo, 0o755)

@@ -119,7 +119,7 @@ class Screen(unittest.TestCase):
     def test_a_reader_that_crashes_does_not_take_the_terminal_with_it(self):
         terminal = Terminal(self)
         terminal.expect(SHORT_SUBSCRIPTION)
-        os.kill(terminal.children()["cie"], signal.SIGSEGV)
+        os.kill(terminal.children()["cie-live"], signal.SIGSEGV)
         terminal.expect("was ended by signal 11")
         terminal.type("q")
         self.assertEqual(terminal.wait(), 4)

@@ -266,7 +266,7 @@ class Burst(unittest.TestCase):
         for line in program.process.stdout:
             last = json.loads(line)
             for child in read_process(program.process.pid, f"task/{program.process.pid}/children").split():
-                if read_process(child, "comm").strip() == "cie":
+                if read_process(child, "comm").strip() == "cie-live":
                     feed = child
             peak = re.search(r"VmHWM:\s+(\d+) kB", read_process(feed, "status"))
             if peak and last["events"] > 0:

@@ -14,6 +14,10 @@ def dynamic(path):
     return subprocess.run(["readelf", "-d", path], stdout=subprocess.PIPE, text=True, timeout=60, check=True).stdout
 
 
+def needed(program):
+    return re.findall(r"\(NEEDED\).*\[(.*)\]", dynamic(os.path.join(FOLDER, program)))
+
+
 class Libraries(unittest.TestCase):
     def test_paths_are_of_the_program_or_absolute(self):
         libraries = os.path.join(FOLDER, "..", "lib")
@@ -25,11 +29,18 @@ class Libraries(unittest.TestCase):
             for entry in found.group(1).split(":") if found else []:
                 self.assertRegex(entry, r"^(\$ORIGIN|/)", path)
 
+    def test_commands_load_what_they_need_from_packages_alone(self):
+        for name in ("libbabeltrace2.so.0", "libncursesw.so.6"):
+            self.assertIn(name, needed("cie-live"))
+            self.assertNotIn(name, needed("cie"), "half a millisecond of each start")
+        for name in ("cie", "cie-live", "cie-record", "cie-collect"):
+            if name in PROGRAMS:
+                self.assertNotRegex(dynamic(os.path.join(FOLDER, name)), "RUNPATH|RPATH", name)
+
     def test_a_library_in_the_current_directory_is_not_loaded(self):
-        needed = re.findall(r"\(NEEDED\).*\[(.*)\]", dynamic(os.path.join(FOLDER, "cie")))
-        self.assertIn("libc.so.6", needed)
+        self.assertIn("libc.so.6", needed("cie"))
         with tempfile.TemporaryDirectory() as strange:
-            for name in needed:
+            for name in needed("cie"):
                 with open(os.path.join(strange, name), "w", encoding="ascii") as file:
                     file.write("no library\n")
             for name in PROGRAMS:

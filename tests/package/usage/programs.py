@@ -66,6 +66,6 @@ class Programs:
         return found.group(1).split(", ") if found else []
 
 
-# Programs that are not commands of cie, with the command that starts them.
-STARTED = {"cie-run": "run", "cie-record": "record", "cie-collect": "collect"}
+# Programs that are not cie itself, with the command that starts them.
+STARTED = {"cie-run": "run", "cie-record": "record", "cie-collect": "collect", "cie-live": "live"}
 OTHERS = ["cie-demo"]

@@ -1,42 +1,40 @@
 #include "base64.hpp"
 
-#include <array>
-#include <new>
+#include <cie/tracepoints/sha256.hpp>
 
-#include <openssl/evp.h>
+#include <array>
+#include <cstddef>
+
+#include <boost/archive/iterators/base64_from_binary.hpp>
+#include <boost/archive/iterators/transform_width.hpp>
 
 namespace cie::viewer_export {
 namespace {
 
-const unsigned char* bytes_of(std::string_view text) {
-  return reinterpret_cast<const unsigned char*>(text.data());
-}
+// Whole groups of three bytes only: beyond an incomplete one the iterator would read.
+using Digits = boost::archive::iterators::base64_from_binary<
+    boost::archive::iterators::transform_width<const char*, 6, 8>>;
+constexpr std::size_t kGroup = 3;
 
 }  // namespace
 
 std::string base64(std::string_view bytes) {
-  constexpr std::size_t kPiece = 3U << 20U;  // EVP counts in int
+  const auto rest = bytes.size() % kGroup;
+  const auto* const end = bytes.data() + (bytes.size() - rest);
   std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4 + 1);
-  std::string part(kPiece / 3 * 4 + 1, '\0');
-  while (!bytes.empty()) {
-    const auto piece = bytes.substr(0, kPiece);
-    const int size = EVP_EncodeBlock(reinterpret_cast<unsigned char*>(part.data()), bytes_of(piece),
-                                     static_cast<int>(piece.size()));
-    text.append(part, 0, static_cast<std::size_t>(size));
-    bytes.remove_prefix(piece.size());
-  }
+  text.reserve((bytes.size() + kGroup - 1) / kGroup * 4);
+  text.assign(Digits(bytes.data()), Digits(end));
+  if (rest == 0) return text;
+  std::array<char, kGroup> last{};
+  bytes.copy(last.data(), rest, bytes.size() - rest);
+  text.append(Digits(last.data()), Digits(last.data() + kGroup));
+  text.replace(text.size() - (kGroup - rest), kGroup - rest, kGroup - rest, '=');
   return text;
 }
 
 std::string csp_hash(std::string_view text) {
-  std::array<char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  if (EVP_Digest(text.data(), text.size(), reinterpret_cast<unsigned char*>(digest.data()), &size,
-                 EVP_sha256(), nullptr) != 1) {
-    throw std::bad_alloc();  // the only way it fails
-  }
-  return "sha256-" + base64({digest.data(), size});
+  const auto digest = sha256(text);
+  return "sha256-" + base64({reinterpret_cast<const char*>(digest.data()), digest.size()});
 }
 
 }  // namespace cie::viewer_export

@@ -3,6 +3,7 @@
 // the message is a consumer's span below that one, and linked to it. So a trace is a chain from its
 // first instance on. Ids are digests of what they stand for: one recording gives the same ones
 // always, also in parts.
+#include <cie/tracepoints/sha256.hpp>
 #include <cie/viewer_export/version.hpp>
 
 #include "json/json.hpp"
@@ -10,7 +11,6 @@
 #include "output/nesting.hpp"
 #include "viewers.hpp"
 
-#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,7 +19,6 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 namespace cie::viewer_export {
 namespace {
@@ -34,12 +33,7 @@ struct Context {
 
 // The first `digits` of a digest; all zeros would mean "none".
 std::string id_of(std::string_view what, std::size_t digits) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  EVP_Digest(what.data(), what.size(), digest.data(), &size, EVP_sha256(), nullptr);
-  std::string text;
-  for (std::size_t i = 0; text.size() < digits; ++i)
-    fmt::format_to(std::back_inserter(text), "{:02x}", digest.at(i));
+  auto text = sha256_hex(what).substr(0, digits);
   if (text.find_first_not_of('0') == std::string::npos) text.back() = '1';
   return text;
 }
