@@ -61,13 +61,15 @@ std::string_view event_or_name(const trace::CallbackInfo& info) {
   return kind;
 }
 
-// Runs, or would if it had a CPU: a thread that has not come to its first instructions does.
+// Runs, or would if it had a CPU or its memory: a thread that has not come to its first instructions.
 bool is_runnable(std::uint32_t tid) {
   std::ifstream file{fmt::format("/proc/self/task/{}/stat", tid)};
   std::string line;
   std::getline(file, line);
   const std::size_t name_end = line.rfind(") ");
-  return name_end != std::string::npos && line.compare(name_end + 2, 1, "R") == 0;
+  if (name_end == std::string::npos || name_end + 2 >= line.size()) return false;
+  const char state = line[name_end + 2];
+  return state == 'R' || state == 'D';
 }
 
 }  // namespace
