@@ -152,6 +152,30 @@ struct Analyzer::Pipeline {
         event.body);
   }
 
+  // Where threads tell of their wake-ups, a callback will run on the thread. Other events follow on
+  // these soon enough.
+  static bool is_foretelling(const Event& event) noexcept {
+    return event.head.pid &&
+           (std::holds_alternative<ThreadWakeup>(event.body) ||
+            std::holds_alternative<Publish>(event.body)) &&
+           !event.head.is_derived;
+  }
+  // First what is known of the thread, then what is touched because of it.
+  void expect(const Event& event) const noexcept {
+    if (is_foretelling(event)) registry.expect(event.head);
+  }
+  void expect_next(const Event& event) const noexcept {
+    if (!is_foretelling(event)) return;
+    const auto* emitter = registry.known_emitter_of(event.head);
+    if (emitter == nullptr) return;
+    if (std::holds_alternative<Publish>(event.body)) {
+      registry.expect_publication(*emitter);
+    } else {
+      enforcement.expect(emitter->thread);
+      instances->expect(*emitter);
+    }
+  }
+
   // Hot events. `who` is empty for those of the kernel.
   void hot(const Event& event, const Emitter& who) {
     if (cut && !cut->is_before(event.head.time)) cut->see_inside(who, event.body);
@@ -184,7 +208,7 @@ struct Analyzer::Pipeline {
   }
   void on(const EventHead& head, const Emitter& who, const CallbackRelease& e) {
     if (!who.process) return;
-    auto& callback = model.callbacks[at(registry.callback(who, e.callback))];
+    auto& callback = model.callbacks[at(registry.released(who, e.callback))];
     ++callback.releases;
     note_queue(callback, e);
     if (e.overwritten > callback.overwritten) {
@@ -194,7 +218,7 @@ struct Analyzer::Pipeline {
   }
   void on(const EventHead& head, const Emitter& who, const SampleLost& e) {
     if (!who.process) return;
-    auto& callback = model.callbacks[at(registry.callback(who, e.callback))];
+    auto& callback = model.callbacks[at(registry.released(who, e.callback))];
     if (e.total <= callback.lost) return;
     callback.lost = e.total;
     callback.lost_at = ref(head);
@@ -420,6 +444,10 @@ void Analyzer::consume(const Event& event) {
   }
   pipeline.instances->advance(event.head);
 }
+
+void Analyzer::expect(const Event& event) const noexcept { pipeline_->expect(event); }
+
+void Analyzer::expect_next(const Event& event) const noexcept { pipeline_->expect_next(event); }
 
 void Analyzer::add(std::vector<Recording> recordings) {
   std::ranges::move(recordings, std::back_inserter(pipeline_->model.recordings));

@@ -19,7 +19,7 @@ namespace {
 
 // For a `sink` that has work of its own to do: to count an event costs less than to pass it on to
 // another core.
-void read_for(const ctf::EventSink& sink, std::span<const std::filesystem::path> traces,
+void read_for(const ctf::BatchSink& sink, std::span<const std::filesystem::path> traces,
               const ctf::ReadOptions& options) {
   // Less is read before the other core has awoken often enough to be of use.
   constexpr std::uint64_t kWorthAnotherCore = std::uint64_t{6} << 20U;
@@ -119,7 +119,12 @@ AnalysisResult analyze(std::span<const std::filesystem::path> traces,
   Analyzer analyzer(options, observer);
   analyzer.add(find_recordings(traces, options.is_content_checked));
   EventTranslator translator;
-  read_for([&analyzer](const Event& event) { analyzer.consume(event); }, traces,
+  const auto consume = [&analyzer](const EventBatch& batch) {
+    batch.each([&analyzer](const Event& event) { analyzer.expect(event); },
+               [&analyzer](const Event& event) { analyzer.expect_next(event); },
+               [&analyzer](const Event& event) { analyzer.consume(event); });
+  };
+  read_for(consume, traces,
            {.metadata_from = options.metadata_from,
             .progress = options.progress,
             .translator = &translator,
@@ -143,7 +148,7 @@ MissingEvents read_recorded_events(std::span<const std::filesystem::path> traces
                                  .window = options.window.value_or(TimeWindow{}),
                                  .counts_others = true};
   if (options.has_fields) {
-    read_for(consume, traces, reading);
+    read_for([&consume](const EventBatch& batch) { batch.each(consume); }, traces, reading);
   } else {
     ctf::read_traces(traces, consume, reading);
   }

@@ -443,10 +443,10 @@ void TraceReader::read(EventBatch& first, const EventWriter::Exchange& exchange)
   streams_->read(first, exchange);
 }
 
-void TraceReader::read(const EventSink& sink) {
+void TraceReader::read(const BatchSink& sink) {
   EventBatch batch(kEventsPerBatch);
   read(batch, [&sink](EventBatch& filled) -> EventBatch& {
-    filled.each(sink);
+    sink(filled);
     filled.clear();
     return filled;
   });
@@ -454,7 +454,7 @@ void TraceReader::read(const EventSink& sink) {
 
 void read_traces(std::span<const fs::path> traces, const EventSink& sink,
                  const ReadOptions& options) {
-  TraceReader(traces, options).read(sink);
+  TraceReader(traces, options).read([&sink](const EventBatch& batch) { batch.each(sink); });
 }
 
 }  // namespace cie::analysis::ctf

@@ -17,6 +17,8 @@ namespace cie::analysis::ctf {
 
 // Receives events in order of time; what they view is valid during the call.
 using EventSink = std::function<void(const Event&)>;
+// The same, many at a time.
+using BatchSink = std::function<void(const EventBatch&)>;
 
 struct ReadOptions {
   // What to read traces with whose own metadata cannot be read; empty: nothing.
@@ -51,7 +53,7 @@ class TraceReader {
 
   std::uint64_t bytes() const noexcept;  // of the streams' files
   // Feeds everything to `sink`.
-  void read(const EventSink& sink);
+  void read(const BatchSink& sink);
   // The same into batches, which begin empty. The last one is passed on as well.
   void read(EventBatch& first, const EventWriter::Exchange& exchange);
 

@@ -106,7 +106,7 @@ class Ring {
 
 }  // namespace
 
-void read_ahead(TraceReader& traces, const EventSink& sink) {
+void read_ahead(TraceReader& traces, const BatchSink& sink) {
   Ring ring;
   std::exception_ptr error;
   std::jthread reader([&] {
@@ -126,7 +126,7 @@ void read_ahead(TraceReader& traces, const EventSink& sink) {
   try {
     for (bool is_last = false; !is_last;) {
       const auto& batch = ring.take();
-      batch.events.each(sink);
+      sink(batch.events);
       is_last = batch.is_last;
       ring.give_back();
     }

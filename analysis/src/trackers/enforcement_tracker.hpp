@@ -8,6 +8,7 @@
 #include "instance_builder.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "prefetch.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
@@ -29,6 +30,8 @@ class EnforcementTracker {
   void on_read_back(ThreadIndex thread, const ThreadSched& event);
   // An audit after the window: where it agrees, nothing changed in the window that lasted.
   void on_later_audit(ThreadIndex thread, const ReadBack& audit);
+  // The thread will emit an event soon.
+  void expect(ThreadIndex thread) const noexcept { prefetch_head(threads_.find(thread)); }
   void on_user_event(const EventHead& head, ThreadIndex thread) {
     auto* state = threads_.find(thread);
     if (state == nullptr || !state->has_cpus) {

@@ -69,18 +69,18 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
   auto& on_thread = of_thread(who.thread);
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
-  // A start follows soon, but other threads' events come between.
-  if (who.known != nullptr && who.known->callback_facts != nullptr) expect(*who.known);
 }
 
 void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
+  prefetch_to_write(threads_.find(runner.thread));
   // Up to the first members that few instances touch.
-  const auto& facts = *runner.callback_facts;
-  prefetch_lines(&facts, &facts.inits);
   prefetch_lines(runner.thread_facts, &runner.thread_facts->callback);
-  prefetch_to_write(callbacks_.find(*runner.callback));
-  registry_.expect(*runner.callback);
-  measurer_.expect(*runner.callback);
+  if (!runner.ran.is_any()) return;
+  const auto callback = runner.ran.index;
+  prefetch_lines(runner.ran_facts, &runner.ran_facts->inits);
+  prefetch_to_write(callbacks_.find(callback));
+  registry_.expect(callback);
+  measurer_.expect(callback);
 }
 
 std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
@@ -464,7 +464,7 @@ ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
   registry_.note_speaker(head, *who.process);
-  const auto index = registry_.publisher(*who.process, event.publisher);
+  const auto index = registry_.publisher(who, event.publisher);
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;
   registry_.published(index).observe(event.seq, ref(head), facts.published);

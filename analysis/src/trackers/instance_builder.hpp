@@ -58,6 +58,8 @@ class InstanceBuilder {
   // Finalises instances that nothing later in the trace can change any more.
   void advance(const EventHead& head);
   void finish();
+  // The thread will run its callback soon: what that takes will be in the cache.
+  void expect(const KnownEmitter& runner) const noexcept;
 
   // On-CPU time of a thread inside its instances so far; empty where its record is broken.
   std::optional<Duration> inside_execution(ThreadIndex thread, HostIndex host, Timestamp now);
@@ -95,8 +97,6 @@ class InstanceBuilder {
     return thread ? threads_[*thread] : nobody_;
   }
   std::unique_ptr<LiveInstance> new_instance();
-  // The thread will run its callback soon: what that needs will be in the cache.
-  void expect(const KnownEmitter& runner) const noexcept;
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.

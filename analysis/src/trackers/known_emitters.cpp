@@ -19,9 +19,10 @@ KnownEmitter& KnownEmitters::keep(const EventHead& head, HostIndex host, Process
                        .last_time = head.time,
                        .last_cpu = head.cpu,
                        .last_turn = turn_,
-                       .callback_id = {},
-                       .callback = std::nullopt,
-                       .callback_facts = nullptr};
+                       .ran = {},
+                       .ran_facts = nullptr,
+                       .released = {},
+                       .published = {}};
   return known;
 }
 

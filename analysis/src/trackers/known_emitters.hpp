@@ -7,6 +7,7 @@
 #include "flat_map.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "prefetch.hpp"
 
 #include <cstddef>
 #include <cstdint>
@@ -14,6 +15,17 @@
 #include <vector>
 
 namespace cie::analysis {
+
+// What an emitter's events named last, which they often name again.
+template <typename Id, typename Index>
+struct LastNamed {
+  static constexpr auto kNothing = static_cast<Index>(~std::uint32_t{0});
+  Id id{};
+  Index index = kNothing;
+
+  bool is_any() const noexcept { return index != kNothing; }
+  bool is(Id other) const noexcept { return is_any() && id == other; }
+};
 
 struct KnownEmitter {
   ThreadFacts* thread_facts = nullptr;  // null: nothing
@@ -26,9 +38,10 @@ struct KnownEmitter {
   Timestamp last_time;
   std::optional<std::int32_t> last_cpu;
   std::uint64_t last_turn = 0;
-  CallbackId callback_id{};
-  std::optional<CallbackIndex> callback;  // what it ran last, by that id
-  CallbackFacts* callback_facts = nullptr;
+  LastNamed<CallbackId, CallbackIndex> ran;
+  CallbackFacts* ran_facts = nullptr;             // of that callback
+  LastNamed<CallbackId, CallbackIndex> released;  // whose release or lost sample it told
+  LastNamed<PublisherId, std::uint32_t> published;
 
   bool is_of(const EventHead& head, HostIndex of_host) const noexcept {
     return thread_facts != nullptr && head.tid == tid && head.pid == pid && host == of_host;
@@ -38,11 +51,22 @@ struct KnownEmitter {
   }
 };
 
+static_assert(sizeof(KnownEmitter) <= 96, "there are two for each thread");
+
 class KnownEmitters {
  public:
   // Borrowed. The facts' `last_seen` are up to date after forget_all().
   explicit KnownEmitters(Model& model) : model_(model) {}
 
+  // It will be looked for soon.
+  void expect(const EventHead& head) const noexcept {
+    prefetch_to_write(&places_[place(head.pid, head.tid)]);
+  }
+  // Null: not known.
+  const KnownEmitter* peek(const EventHead& head, HostIndex host) const noexcept {
+    const auto& known = places_[place(head.pid, head.tid)];
+    return known.is_of(head, host) ? &known : nullptr;
+  }
   // Notes the event; null: its emitter must be looked up. Valid until another one is kept.
   KnownEmitter* find(const EventHead& head, HostIndex host) {
     auto& known = places_[place(head.pid, head.tid)];

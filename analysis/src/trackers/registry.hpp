@@ -46,6 +46,12 @@ class Registry {
     return at(head.stream) < stream_hosts_.size() ? stream_hosts_[at(head.stream)] : HostIndex{};
   }
 
+  // An event's emitter will be looked up soon.
+  void expect(const EventHead& head) const noexcept { emitters_.expect(head); }
+  // Null: it must be looked up.
+  const KnownEmitter* known_emitter_of(const EventHead& head) const noexcept {
+    return emitters_.peek(head, host_of(head));
+  }
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
     auto* const known = emitters_.find(head, host_of(head));
@@ -75,16 +81,30 @@ class Registry {
   // The same of an emitter with a process: most threads run one callback only.
   CallbackIndex callback(const Emitter& who, CallbackId id) {
     auto* known = who.known;
-    if (known != nullptr && known->callback && known->callback_id == id) return *known->callback;
+    if (known != nullptr && known->ran.is(id)) return known->ran.index;
     const auto index = callback(*who.process, id);
     if (known != nullptr) {
-      known->callback = index;
-      known->callback_facts = &model_.callbacks[at(index)];
-      known->callback_id = id;
+      known->ran = {.id = id, .index = index};
+      known->ran_facts = &model_.callbacks[at(index)];
     }
     return index;
   }
+  // The same of one that it releases: within a process who publishes does.
+  CallbackIndex released(const Emitter& who, CallbackId id) {
+    auto* known = who.known;
+    if (known == nullptr) return callback(*who.process, id);
+    if (!known->released.is(id)) known->released = {.id = id, .index = callback(*who.process, id)};
+    return known->released.index;
+  }
   std::uint32_t publisher(ProcessIndex process, PublisherId id);
+  // The same of an emitter with a process.
+  std::uint32_t publisher(const Emitter& who, PublisherId id) {
+    auto* known = who.known;
+    if (known == nullptr) return publisher(*who.process, id);
+    if (!known->published.is(id))
+      known->published = {.id = id, .index = publisher(*who.process, id)};
+    return known->published.index;
+  }
 
   void apply(const EventHead& head, const RunBegin& event);
   void apply(const EventHead& head, const RunEnd& event);
@@ -114,6 +134,13 @@ class Registry {
   void expect(CallbackIndex callback) const noexcept {
     prefetch_head(start_numbers_.find(callback));
     prefetch_head(end_numbers_.find(callback));
+  }
+  // It will publish soon, as it did last.
+  void expect_publication(const KnownEmitter& publisher) const noexcept {
+    if (!publisher.published.is_any()) return;
+    const auto index = publisher.published.index;
+    prefetch_to_write(&model_.publishers[index]);
+    prefetch_head(publish_numbers_.find(index));
   }
   SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
   SequenceTracker& ends(CallbackIndex callback) { return end_numbers_[callback]; }

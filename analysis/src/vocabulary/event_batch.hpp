@@ -123,13 +123,24 @@ class EventBatch {
   // cache.
   template <typename Consume>
   void each(const Consume& consume) const {
-    constexpr std::ptrdiff_t kAhead = 4;
+    each([](const Event& /*event*/) {}, [](const Event& /*event*/) {}, consume);
+  }
+  // The same; calls `expect` with an event of the batch some events before `consume`, and
+  // `expect_next` a few before.
+  template <typename Expect, typename ExpectNext, typename Consume>
+  void each(const Expect& expect, const ExpectNext& expect_next, const Consume& consume) const {
+    constexpr std::ptrdiff_t kNext = 4;
+    constexpr std::ptrdiff_t kExpected = 8;
+    constexpr std::ptrdiff_t kAhead = 12;
     constexpr std::ptrdiff_t kCacheLine = 64;
     auto derived = derived_.begin();
-    for (const Event* event = events_.get(); event != next_; ++event) {
+    auto left = next_ - events_.get();
+    for (const Event* event = events_.get(); event != next_; ++event, --left) {
       const auto* line = reinterpret_cast<const char*>(event + kAhead);
       for (std::ptrdiff_t at = 0; at < static_cast<std::ptrdiff_t>(sizeof(Event)); at += kCacheLine)
         __builtin_prefetch(line + at);
+      if (left > kExpected) expect(event[kExpected]);
+      if (left > kNext) expect_next(event[kNext]);
       consume(*event);
       for (; derived != derived_.end() && derived->cause == event; ++derived)
         consume(derived->event);

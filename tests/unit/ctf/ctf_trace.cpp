@@ -64,9 +64,11 @@ template <typename Read>
 std::vector<std::string> all_lines(const TraceFolder& folder, Read read) {
   std::vector<std::string> lines;
   ctf::TraceReader reader(std::vector<fs::path>{folder.path()});
-  read(reader, [&lines](const Event& event) {
-    lines.push_back(std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " +
-                    line_of(event));
+  read(reader, [&lines](const EventBatch& batch) {
+    batch.each([&lines](const Event& event) {
+      lines.push_back(std::to_string(static_cast<std::uint32_t>(event.head.stream)) + ": " +
+                      line_of(event));
+    });
   });
   return lines;
 }
@@ -167,7 +169,7 @@ std::vector<std::string> read_counting(const TraceFolder& folder) {
 
 std::vector<std::string> read_all(const TraceFolder& folder) {
   return all_lines(folder,
-                   [](ctf::TraceReader& reader, const ctf::EventSink& sink) { reader.read(sink); });
+                   [](ctf::TraceReader& reader, const ctf::BatchSink& sink) { reader.read(sink); });
 }
 
 std::vector<std::string> read_all_ahead(const TraceFolder& folder) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -73,7 +74,8 @@ TEST(ReadAhead, EndsWithAConsumerThatFails) {
     if (++seen == 700) throw std::runtime_error("no space left");
   };
   analysis::ctf::TraceReader reader(paths);
-  EXPECT_THAT([&] { analysis::ctf::read_ahead(reader, fail_late); },
+  const auto consume = [&](const analysis::EventBatch& batch) { batch.each(fail_late); };
+  EXPECT_THAT([&] { analysis::ctf::read_ahead(reader, consume); },
               ThrowsMessage<std::runtime_error>("no space left"));
   EXPECT_EQ(seen, 700);
 }
@@ -99,6 +101,35 @@ TEST(EventBatch, KeepsWhatEventsView) {
   EXPECT_THAT(std::vector(kept.begin(), kept.end()), testing::ElementsAre(1, 3));
   batch.clear();
   EXPECT_TRUE(batch.events().empty());
+}
+
+TEST(EventBatch, SaysWhichEventsFollow) {
+  constexpr std::int64_t kEvents = 20;
+  analysis::EventBatch batch(kEvents);
+  for (std::int64_t time = 0; time < kEvents; ++time) {
+    auto& event = batch.add();
+    event = {};
+    event.head.time = {time};
+    batch.keep(event);
+  }
+  std::set<std::int64_t> expected;
+  std::set<std::int64_t> expected_next;
+  std::int64_t now = 0;
+  batch.each(
+      [&](const analysis::Event& event) {
+        EXPECT_GT(event.head.time.ns, now);
+        expected.insert(event.head.time.ns);
+      },
+      [&](const analysis::Event& event) {
+        EXPECT_GT(event.head.time.ns, now);
+        expected_next.insert(event.head.time.ns);
+        const bool is_early = event.head.time.ns < 8;  // which follow at once
+        EXPECT_EQ(expected.contains(event.head.time.ns), !is_early) << event.head.time.ns;
+      },
+      [&](const analysis::Event& event) { EXPECT_EQ(event.head.time.ns, now++); });
+  EXPECT_EQ(now, kEvents);
+  EXPECT_EQ(expected.size(), 12U);
+  EXPECT_EQ(expected_next.size(), 16U);
 }
 
 TEST(TaskName, IsACopyOfWhatTheKernelHasRoomFor) {

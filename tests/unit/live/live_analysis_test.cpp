@@ -5,6 +5,7 @@
 
 #include "support/trace_text.hpp"
 
+#include <algorithm>
 #include <sstream>
 #include <string>
 
@@ -50,6 +51,23 @@ TEST(Look, ChangesNothingOfWhatIsSaidAtTheEnd) {
     EXPECT_EQ(once, text_of(analyzer.look()));
   }
   EXPECT_EQ(text_of(analyzer.finish()), expected);
+}
+
+TEST(Expect, ChangesNothing) {
+  const auto trace = test::trace_of(std::string(kBusy) + R"(
+  43 wakeup drive
+  44 publish path on=plan
+  45 start drive from=path:1
+  46 end drive)");
+  Analyzer analyzer(AnalysisOptions{});
+  // Each of everything that follows, of threads that are not known yet as well.
+  for (auto event = trace.events.begin(); event != trace.events.end(); ++event) {
+    std::for_each(event, trace.events.end(), [&](const Event& later) { analyzer.expect(later); });
+    std::for_each(event, trace.events.end(),
+                  [&](const Event& later) { analyzer.expect_next(later); });
+    analyzer.consume(*event);
+  }
+  EXPECT_EQ(text_of(analyzer.finish()), text_of(test::analyze(trace)));
 }
 
 TEST(Look, TellsAGapAndForgetsOneThatWasFilled) {

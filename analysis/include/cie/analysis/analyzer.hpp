@@ -64,6 +64,10 @@ class Analyzer {
   Analyzer& operator=(Analyzer&&) noexcept;
 
   void consume(const Event& event);
+  // Hints, not needed: the event will be consumed after some others, and in the second case after a
+  // few. What it takes to do so is on its way into the processor's cache meanwhile.
+  void expect(const Event& event) const noexcept;
+  void expect_next(const Event& event) const noexcept;
   // What the recordings that the events come from say of themselves: before finish().
   void add(std::vector<Recording> recordings);
   // What finish() would say of the events so far, but for instances that have begun and not ended,
