@@ -27,7 +27,7 @@ RUN_AGAIN = ("live.", "browser.")
 MOST_AGAIN = 10  # more are no accident
 LINES_SHOWN = 60
 # Of ctest's last words: "  565 - live.live_sources (Failed)", since CMake 3.31 with the test's labels.
-FAILED = re.compile(r"^\s+(\d+) - (.*) \(([A-Za-z ]+)\)(?: +[a-z][a-z -]*)?$", re.MULTILINE)
+FAILED = re.compile(r"^\s+\d+ - (.*) \(([A-Za-z ]+)\)(?: +[a-z][a-z -]*)?$", re.MULTILINE)
 SANITIZER = re.compile(r"(Thread|Address|Leak|UndefinedBehavior)Sanitizer|runtime error:")
 # Where GoogleTest, Python's unittest and assert() say what was wrong.
 REASON = re.compile(r": Failure$|^\w*(Error|Exception|Expired)\b.*:|^(FAIL|ERROR): |Assertion .* failed|terminate called|"
@@ -37,7 +37,6 @@ GTEST_LINES = 6  # after "file:line: Failure"
 
 @dataclass
 class Failure:
-    number: str  # ctest's
     name: str
     how: str  # Failed, Timeout, SEGFAULT, ...
     output: str = ""
@@ -82,6 +81,11 @@ def reasons(failure):
     return (picked or lines[-5:])[:20]
 
 
+def exactly(names):
+    """The names as a regular expression of ctest. Its numbers would not do: they depend on what was left out."""
+    return "^(" + "|".join(re.sub(r"[][.*+?^$()|\\]", r"\\\g<0>", name) for name in names) + ")$"
+
+
 def show(failures, title):
     for failure in failures:
         print(f"\n== {title}: {failure.name} ({failure.how}): the end of its output")
@@ -104,10 +108,9 @@ def run(tree, results, options):
     failed_twice = []
     if again:
         print(f"\n== run again, alone: {len(again)} of {len(failures)} failed tests", flush=True)
-        is_content, failed_twice = ctest(
-            tree, second, ["-j", "1", "-I", ",".join(["0,0,0", *(failure.number for failure in again)])])
-    twice = {failure.number for failure in failed_twice}
-    passed_late = [failure for failure in again if failure.number not in twice]
+        is_content, failed_twice = ctest(tree, second, ["-j", "1", "-R", exactly(failure.name for failure in again)])
+    twice = {failure.name for failure in failed_twice}
+    passed_late = [failure for failure in again if failure.name not in twice]
     failed = [failure for failure in failures if failure not in again] + failed_twice
     wrong_skips = sum(skipped.check(file) for file in (first, second) if file.exists())
     show(passed_late, "failed at first")

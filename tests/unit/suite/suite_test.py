@@ -37,6 +37,14 @@ class Suite(unittest.TestCase):
         self.assertEqual(brief, f"passed only when run again: {name} (Failed)\n    a_test.cpp:7: Failure\n    Expected: 1\n")
         self.assertTrue(out.endswith(brief), out)
 
+    def test_it_is_what_failed_that_runs_again_whatever_was_left_out(self):
+        fails = 'echo "AssertionError: 1 != 2"; exit 1'
+        for options in (("-E", "^unit"), ("-R", "^live"), ("-E", "^unit", "-R", "a$")):
+            with self.subTest(options):
+                code, out, brief = self.run_suite({"unit.a": "true", "unit.b": "true", "live.a": fails, "live.aa": "true"}, *options)
+                self.assertEqual((code, self.runs("live.a"), self.runs("live.aa")), (1, 2, 1), out)
+                self.assertEqual(brief, "FAILED: live.a (Failed)\n    AssertionError: 1 != 2\n")
+
     def test_a_live_test_that_fails_twice_fails(self):
         code, out, brief = self.run_suite({"live.a": "seq 200; echo 'AssertionError: 1 != 2 : seconds'; exit 1"})
         self.assertEqual((code, self.runs("live.a")), (1, 2))
