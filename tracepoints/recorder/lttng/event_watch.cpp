@@ -103,6 +103,15 @@ std::int64_t number_of(const Captured& value) noexcept {
   return number != nullptr ? *number : 0;
 }
 
+std::int64_t pid_of(const Captured& value) noexcept {
+  constexpr std::int64_t kMost = std::int64_t{1} << 22U;  // linux/threads.h, PID_MAX_LIMIT
+  const auto is_pid = [](std::int64_t number) { return number > 0 && number <= kMost; };
+  const auto number = number_of(value);
+  const auto reversed =
+      static_cast<std::int64_t>(__builtin_bswap64(static_cast<std::uint64_t>(number)));
+  return !is_pid(number) && is_pid(reversed) ? reversed : number;
+}
+
 void EventWatch::Destroy::operator()(lttng_condition* condition) const noexcept {
   lttng_condition_destroy(condition);
 }

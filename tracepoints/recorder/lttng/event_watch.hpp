@@ -24,6 +24,9 @@ struct Capture {
 // A number or a text; neither where LTTng could not tell.
 using Captured = std::variant<std::monostate, std::int64_t, std::string>;
 std::int64_t number_of(const Captured& value) noexcept;  // 0 for what is no number
+// Of the context `vpid`. LTTng-UST before 2.13.2 captures contexts with their bytes in either order,
+// as its memory happens to be: what is no pid and is one the other way round was reversed.
+std::int64_t pid_of(const Captured& value) noexcept;
 
 // Belongs to this process's session daemon; the destructor takes the trigger away.
 class EventWatch {

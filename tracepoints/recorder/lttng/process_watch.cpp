@@ -34,7 +34,7 @@ bool is_same(const RecordedProcess& a, const RecordedProcess& b) {
 
 // Of its program while it runs; the tracer tells only the name of the thread that spoke.
 std::string name_of(const std::vector<Captured>& event) {
-  const auto pid = static_cast<pid_t>(number_of(event[kPid]));
+  const auto pid = static_cast<pid_t>(pid_of(event[kPid]));
   const auto start = start_ns(std::to_string(pid));
   // The pid is that of the process's own pid namespace; it may be another one's here.
   if (start && std::abs(*start - number_of(event[kStart])) < 1'000'000) return process_name(pid);
@@ -63,14 +63,14 @@ bool ProcessWatch::poll() {
   while (const auto event = begins_ ? begins_->poll() : std::nullopt) {
     is_any = true;
     known_.push_back({.time_ns = number_of((*event)[kTime]),
-                      .process = {.pid = number_of((*event)[kPid]),
+                      .process = {.pid = pid_of((*event)[kPid]),
                                   .name = name_of(*event),
                                   .start_ns = number_of((*event)[kStart])}});
   }
   // It says neither when it was emitted nor when its process began.
   while (const auto event = ros2_begins_ ? ros2_begins_->poll() : std::nullopt) {
     is_any = true;
-    const auto pid = number_of((*event)[kPid]);
+    const auto pid = pid_of((*event)[kPid]);
     const auto* thread = std::get_if<std::string>(&(*event)[kName]);
     auto name = process_name(static_cast<pid_t>(pid));
     if (name.empty() && thread != nullptr) name = *thread;
