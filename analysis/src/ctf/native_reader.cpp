@@ -10,9 +10,11 @@
 #include "ctf/stream/stream_reader.hpp"
 #include "ctf/stream/tournament.hpp"
 #include "recording/discovery.hpp"
+#include "vocabulary/vocabulary.hpp"
 
 #include <algorithm>
 #include <deque>
+#include <functional>
 #include <limits>
 #include <map>
 #include <set>
@@ -142,7 +144,8 @@ class TraceReader::Streams {
  private:
   void add_directory(const fs::path& directory) {
     try {
-      auto metadata = parse_metadata(metadata_text(read_metadata(directory / "metadata")));
+      auto metadata =
+          parse_metadata(metadata_text(read_metadata(directory / "metadata")), is_wanted());
       if (is_perf_on_monotonic_clock(metadata)) {
         perfs_.emplace_back(directory, std::move(metadata));
         return;
@@ -156,6 +159,12 @@ class TraceReader::Streams {
           "cannot read trace " + directory.string() + ": its metadata: " + error.what();
       unreadable_.emplace_back(directory, reason);
     }
+  }
+
+  // Of whose classes the metadata need not be read to the last word.
+  std::function<bool(std::string_view)> is_wanted() const {
+    if (choice_ != nullptr) return {};
+    return [](std::string_view event) { return find_translation(event) != nullptr; };
   }
 
   // perf names no boot and measures the offset from the epoch anew, but its clock is LTTng's.

@@ -126,6 +126,111 @@ TEST(Metadata, NamedTypesAreKnownInTheirBlockOnly) {
               HasSubstr("unknown type \"struct pair\""));
 }
 
+// A kernel declares a thousand classes, of which few have events.
+struct UnreadFields : testing::Test {
+  // Of `declaration`, an event's block, when nobody wants its class.
+  static Metadata parse_unwanted(const std::string& text) {
+    return parse_metadata(kTrace + text, [](std::string_view event) { return event == "wanted"; });
+  }
+  static bool is_left_unread(const std::string& block) {
+    const auto metadata = parse_unwanted(
+        "typealias integer { size = 8; } := u8;\n"
+        "event { name = \"e\"; id = 0; " +
+        block + " };");
+    const auto& event = metadata.events.at(0);
+    EXPECT_NE(event.unread_fields.empty(), event.fields == nullptr);
+    return !event.unread_fields.empty();
+  }
+};
+
+TEST_F(UnreadFields, AreReadWhenAskedFor) {
+  const auto metadata = parse_unwanted(
+      "event { name = \"wanted\"; id = 0; fields := struct { string s; }; };\n"
+      "event { name = \"e\"; id = 1; fields := struct { integer { size = 8; } a[3]; }; };");
+  EXPECT_EQ(metadata.events.at(0).fields->members.at(0).name, "s");
+  const auto& unwanted = metadata.events.at(1);
+  EXPECT_EQ(unwanted.fields, nullptr);
+  const auto fields = metadata.reader->read(unwanted.unread_fields);
+  EXPECT_EQ(fields->members.at(0).name, "a");
+  EXPECT_EQ(fields->members.at(0).type->length, 3U);
+}
+
+TEST_F(UnreadFields, AreThoseThatCanBeReadAlone) {
+  EXPECT_TRUE(is_left_unread("fields := struct { u8 a; enum : u8 { x, y = 3 } b[2]; };"));
+  for (const auto* block :
+       {"fields := struct { u8 n; u8 a[n]; };",
+        "fields := struct { enum : u8 { x } t; variant <t> { u8 x; } v; };",
+        "fields := struct { enum : u8 { \"}\" } a; };", "fields := struct { u8 a; /* } */ };",
+        "fields := struct { u8 a; } align(32);",
+        "typealias integer { size = 16; } := u8; fields := struct { u8 a; };",
+        "context := struct { u8 c; }; fields := struct { u8 a; };",
+        "fields := struct { u8 a; }; context := struct { u8 c; };",
+        "fields := struct { u8 a; }; fields := struct { u8 b; };"})
+    EXPECT_FALSE(is_left_unread(block)) << block;
+  EXPECT_FALSE(parse_unwanted("event { fields := struct { string s; }; name = \"late\"; };")
+                   .events.at(0)
+                   .fields == nullptr)
+      << "whether they are wanted was not known";
+}
+
+TEST_F(UnreadFields, OfTwoTheLastOnesCount) {
+  const auto metadata = parse_unwanted(
+      "event { name = \"e\"; fields := struct { string a; }; fields := struct { string b; }; };");
+  EXPECT_EQ(metadata.events.at(0).fields->members.at(0).name, "b");
+}
+
+TEST_F(UnreadFields, KnowTheNamesOfTheirPlace) {
+  const auto metadata = parse_unwanted(
+      "typealias integer { size = 8; } := number;\n"
+      "event { name = \"e\"; id = 0; fields := struct { number a; }; };\n"
+      "typealias integer { size = 16; } := number;\n"
+      "event { name = \"f\"; id = 1; fields := struct { number a; }; };");
+  const auto size = [&metadata](const EventClass& event) {
+    const auto fields = event.fields ? event.fields : metadata.reader->read(event.unread_fields);
+    return fields->members.at(0).type->size;
+  };
+  EXPECT_EQ(size(metadata.events.at(0)), 8U);
+  EXPECT_EQ(size(metadata.events.at(1)), 16U);
+}
+
+TEST_F(UnreadFields, AreWrongWhenTheyAreRead) {
+  const auto metadata = parse_unwanted(
+      "\nevent { name = \"e\"; id = 0; fields := struct {\n struct { unknown a; } s; }; };\n"
+      "event { name = \"f\"; id = 1; fields := struct { string s; }; };");
+  const auto read = [&metadata](std::size_t event) {
+    return metadata.reader->read(metadata.events.at(event).unread_fields);
+  };
+  EXPECT_THAT([&] { read(0); },
+              testing::ThrowsMessage<MetadataError>(HasSubstr("line 4: unknown type \"unknown\"")));
+  EXPECT_EQ(read(1)->members.at(0).name, "s") << "what was wrong before is forgotten";
+}
+
+TEST_F(UnreadFields, MakeThePlanThatReadOnesMake) {
+  const std::string text =
+      "stream { event.header := struct { integer { size = 8; } id; integer { size = 64; } "
+      "timestamp; }; };\n"
+      "event { name = \"a\"; id = 0; fields := struct { integer { size = 8; } x[300]; }; };\n"
+      "event { name = \"b\"; id = 1; fields := struct { string s; }; };\n"
+      "event { name = \"c\"; id = 70000; fields := struct { integer { size = 64; } x; }; };";
+  const TracePlan early(parse(text));
+  const TracePlan late(parse_unwanted(text));
+  const auto& stream = *late.find(0);
+  EXPECT_LT(stream.most_fixed_bytes(), 300U);
+  for (const std::uint64_t id : {0U, 1U, 70000U}) {
+    const auto* expected = early.find(0)->find(id);
+    const auto* found = stream.find(id);
+    ASSERT_EQ(found->fixed.has_value(), expected->fixed.has_value()) << id;
+    if (found->fixed) {
+      EXPECT_EQ(found->fixed->bytes, expected->fixed->bytes) << id;
+    }
+    EXPECT_NE(found->fields, nullptr);
+    EXPECT_EQ(found->number, expected->number);
+  }
+  EXPECT_EQ(stream.most_fixed_bytes(), early.find(0)->most_fixed_bytes());
+  EXPECT_EQ(stream.fixed_events()[0].bytes, 300U);
+  EXPECT_EQ(stream.fixed_events()[0].plan, stream.find(0));
+}
+
 TEST(Metadata, CallsitesAndUnknownAttributesAreSkipped) {
   const auto metadata = parse(
       "callsite { name = \"e\"; func = \"f\"; ip = 0x10; line = 3; };\n"

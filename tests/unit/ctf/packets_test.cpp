@@ -13,6 +13,7 @@ namespace cie::test {
 namespace {
 
 using analysis::UnreadableTrace;
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -185,6 +186,24 @@ TEST(Packets, OneUndecodableEventCostsItsWholePacket) {
   EXPECT_THAT(lines_of(bytes_of(packets)),
               ElementsAre("110 tick on 0", "120 tick on 0",
                           HasSubstr("beyond the packet's content (event text)"), "310 tick on 0"));
+}
+
+// Whose class is of no vocabulary: it is read when the first event of it comes.
+TEST(Packets, AnEventOfAMalformedClassCostsItsPacket) {
+  auto metadata_of = metadata();
+  const std::string sound = "string s;";
+  metadata_of.replace(metadata_of.find(sound), sound.size(), "unknown s;");
+  auto bytes = bytes_of(three());
+  TraceFolder folder;
+  folder.write("metadata", metadata_of);
+  folder.write("stream", bytes);
+  EXPECT_EQ(read(folder), lines_of(bytes)) << "no event is of it";
+  bytes[kHeader] = '\2';
+  folder.write("stream", bytes);
+  EXPECT_THAT(read(folder),
+              ElementsAre(AllOf(StartsWith("damaged"),
+                                HasSubstr("its class in the metadata is malformed (event text)")),
+                          "210 tick on 0", "310 tick on 0"));
 }
 
 TEST(Packets, WholePacketsBeforeACutAreUsedWhereverItIs) {

@@ -5,6 +5,8 @@
 #include "type_parser.hpp"
 
 #include <algorithm>
+#include <array>
+#include <memory>
 #include <optional>
 #include <set>
 #include <utility>
@@ -12,14 +14,35 @@
 namespace cie::analysis::ctf {
 namespace {
 
+// Metadata's text and what stands there.
+class Text final : public TypeReader {
+ public:
+  explicit Text(std::string text) : text_(std::move(text)) {}
+
+  TypeRef read(std::string_view type) override {
+    types.leave_all();
+    tokens.go_to(type);
+    return types.type();
+  }
+
+ private:
+  std::string text_;
+
+ public:
+  Tokens tokens{text_};
+  TypeParser types{tokens};
+};
+
 class MetadataParser {
  public:
-  explicit MetadataParser(std::string_view text) : tokens_(text), types_(tokens_) {}
+  MetadataParser(std::string text, const std::function<bool(std::string_view)>& is_wanted)
+      : text_(std::make_shared<Text>(std::move(text))), is_wanted_(is_wanted) {}
 
   Metadata parse() {
     while (tokens_.peek().kind != Token::Kind::end)
       statement();
     check();
+    if (has_unread_) metadata_.reader = text_;
     return std::move(metadata_);
   }
 
@@ -29,7 +52,9 @@ class MetadataParser {
   }
 
   void statement() {
-    if (tokens_.accept(";") || types_.accept_declaration()) return;
+    if (tokens_.accept(";")) return;
+    if (has_unread_ && is_declaration()) read_all();
+    if (types_.accept_declaration()) return;
     if (tokens_.accept("trace")) {
       trace();
     } else if (tokens_.accept("env")) {
@@ -42,17 +67,48 @@ class MetadataParser {
       event();
     } else if (tokens_.accept("callsite")) {
       block([](const std::string&, const AttributeValue&) {}, no_types());
-    } else if (tokens_.peek().is("struct") || tokens_.peek().is("variant") ||
-               tokens_.peek().is("enum")) {
+    } else if (is_declaration()) {
       types_.type();
     } else {
       tokens_.fail("expected a block or a type");
     }
   }
 
-  // "{ name = value; name := type; … };"
-  template <typename OnAttribute, typename OnType>
-  void block(OnAttribute&& on_attribute, OnType&& on_type) {
+  bool is_declaration() const {
+    constexpr std::array<std::string_view, 5> kKeywords{"typealias", "typedef", "struct", "variant",
+                                                        "enum"};
+    return std::ranges::any_of(
+        kKeywords, [this](std::string_view keyword) { return tokens_.peek().is(keyword); });
+  }
+
+  // What comes has names that were not known where they stand.
+  void read_all() {
+    for (auto& event : metadata_.events)
+      read_now(event);
+    has_unread_ = false;
+  }
+
+  void read_now(EventClass& event) {
+    if (event.unread_fields.empty()) return;
+    const auto here = tokens_;
+    event.fields = text_->read(std::exchange(event.unread_fields, {}));
+    tokens_ = here;
+  }
+
+  // Leaves a structure unread if it may be read alone.
+  std::string_view accept_unread() {
+    const auto text = types_.has_own_names() ? std::string_view{} : tokens_.plain_structure();
+    if (text.empty()) return {};
+    const auto here = tokens_;
+    tokens_.skip(text);
+    if (tokens_.peek().is(";")) return text;
+    tokens_ = here;  // an alignment follows, or what does not belong there
+    return {};
+  }
+
+  // "{ name = value; name := type; … };"; what `leave_unread(name)` accepts is no type any more.
+  template <typename OnAttribute, typename OnType, typename LeaveUnread>
+  void block(OnAttribute&& on_attribute, OnType&& on_type, LeaveUnread&& leave_unread) {
     tokens_.expect("{");
     types_.enter();
     while (!tokens_.accept("}")) {
@@ -66,9 +122,11 @@ class MetadataParser {
       const auto name = tokens_.peek().kind == Token::Kind::text ? unescape(tokens_.take().spelling)
                                                                  : types_.dotted_name();
       if (tokens_.accept(":=")) {
-        auto type = types_.type();
-        if (type->kind != Type::Kind::structure) tokens_.fail("expected a structure before this");
-        on_type(name, std::move(type));
+        if (!leave_unread(name)) {
+          auto type = types_.type();
+          if (type->kind != Type::Kind::structure) tokens_.fail("expected a structure before this");
+          on_type(name, std::move(type));
+        }
       } else {
         tokens_.expect("=");
         on_attribute(name, types_.value());
@@ -76,6 +134,11 @@ class MetadataParser {
       if (!tokens_.peek().is("}")) tokens_.expect(";");
     }
     types_.leave();
+  }
+
+  template <typename OnAttribute, typename OnType>
+  void block(OnAttribute&& on_attribute, OnType&& on_type) {
+    block(on_attribute, on_type, [](const std::string& /*name*/) { return false; });
   }
 
   void trace() {
@@ -162,7 +225,17 @@ class MetadataParser {
           } else if (name == "fields") {
             event.fields = std::move(type);
           }
+        },
+        [this, &event](const std::string& name) {
+          if (name != "fields" || event.name.empty() || event.fields) return false;
+          if (!event.unread_fields.empty()) return false;  // twice: the last ones count
+          if (!is_wanted_ || is_wanted_(event.name)) return false;
+          event.unread_fields = accept_unread();
+          return !event.unread_fields.empty();
         });
+    if (event.fields) event.unread_fields = {};
+    if (event.context) read_now(event);
+    has_unread_ = has_unread_ || !event.unread_fields.empty();
     if (!event_ids_.emplace(event.stream, event.id).second) {
       tokens_.fail("a second event " + std::to_string(event.id) + " of stream " +
                    std::to_string(event.stream) + " ends here");
@@ -181,17 +254,21 @@ class MetadataParser {
     }
   }
 
-  Tokens tokens_;
-  TypeParser types_;
+  std::shared_ptr<Text> text_;
+  const std::function<bool(std::string_view)>& is_wanted_;
+  Tokens& tokens_ = text_->tokens;
+  TypeParser& types_ = text_->types;
   Metadata metadata_;
   std::set<std::pair<std::uint64_t, std::uint64_t>> event_ids_;
   bool has_trace_ = false;
+  bool has_unread_ = false;
 };
 
 }  // namespace
 
-Metadata parse_metadata(std::string_view text) {
-  return is_text_sequence(text) ? parse_fragments(text) : MetadataParser(text).parse();
+Metadata parse_metadata(std::string text, const std::function<bool(std::string_view)>& is_wanted) {
+  if (is_text_sequence(text)) return parse_fragments(text);
+  return MetadataParser(std::move(text), is_wanted).parse();
 }
 
 }  // namespace cie::analysis::ctf

@@ -4,11 +4,15 @@
 #include "tokens.hpp"
 #include "types.hpp"
 
+#include <functional>
+#include <string>
 #include <string_view>
 
 namespace cie::analysis::ctf {
 
-// Throws MetadataError.
-Metadata parse_metadata(std::string_view text);
+// Throws MetadataError. The fields of event classes whose names `is_wanted` refuses may be left
+// unread: a kernel declares a thousand classes, of which few have events.
+Metadata parse_metadata(std::string text,
+                        const std::function<bool(std::string_view)>& is_wanted = {});
 
 }  // namespace cie::analysis::ctf

@@ -6,9 +6,36 @@
 namespace cie::analysis::ctf {
 namespace {
 
-bool is_name_start(char c) { return c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-bool is_name(char c) { return is_name_start(c) || is_digit(c); }
+constexpr bool is_name_start(char c) {
+  return c == '_' || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+}
+constexpr bool is_digit(char c) { return c >= '0' && c <= '9'; }
+constexpr bool is_name(char c) { return is_name_start(c) || is_digit(c); }
+constexpr bool is_blank(char c) {
+  return c == ' ' || c == '\n' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
+}
+
+// Characters as a table: a text is gone over one by one.
+template <typename IsIn>
+constexpr auto characters(IsIn is_in) {
+  std::array<bool, 256> table{};
+  for (unsigned c = 0; c < table.size(); ++c)
+    table[c] = is_in(static_cast<char>(c));
+  return table;
+}
+constexpr auto kOfNames = characters(is_name);
+constexpr auto kOfBlanks = characters(is_blank);
+// What tells where a plain structure ends, and that it is none: a length that is a name, a variant's
+// tag, a text, a comment.
+constexpr auto kNotable = characters(
+    [](char c) { return std::string_view("[<\"'/{}").find(c) != std::string_view::npos; });
+
+// The first place from `at` on whose character is not in the table.
+std::size_t behind(const std::array<bool, 256>& table, std::string_view text, std::size_t at) {
+  while (at < text.size() && table[static_cast<unsigned char>(text[at])])
+    ++at;
+  return at;
+}
 
 // Value of a digit in bases up to 16; 99 if it is none.
 unsigned digit(char c) {
@@ -39,8 +66,14 @@ Tokens::Tokens(std::string_view text) : text_(text) {
 }
 
 void Tokens::fail(const std::string& what) const {
-  throw MetadataError("line " + std::to_string(current_.line) + ": " + what + ", not " +
-                      shown(current_));
+  fail_at(static_cast<std::size_t>(current_.spelling.data() - text_.data()),
+          what + ", not " + shown(current_));
+}
+
+void Tokens::fail_at(std::size_t at, const std::string& what) const {
+  const auto before = text_.substr(0, at);
+  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+  throw MetadataError("line " + std::to_string(line) + ": " + what);
 }
 
 void Tokens::advance() {
@@ -65,31 +98,41 @@ std::string_view Tokens::block() const noexcept {
   return end == std::string_view::npos ? std::string_view{} : text_.substr(begin, end + 1 - begin);
 }
 
-void Tokens::skip(std::string_view text) {
-  at_ = static_cast<std::size_t>(text.data() - text_.data()) + text.size();
-  line_ = current_.line + static_cast<std::uint32_t>(std::count(text.begin(), text.end(), '\n'));
+std::string_view Tokens::plain_structure() const noexcept {
+  if (!current_.is("struct") || !next_.is("{")) return {};
+  const auto begin = static_cast<std::size_t>(current_.spelling.data() - text_.data());
+  std::size_t depth = 0;
+  for (auto at = begin; at < text_.size(); ++at) {
+    const char c = text_[at];
+    if (!kNotable[static_cast<unsigned char>(c)]) continue;
+    if (c == '{') {
+      ++depth;
+    } else if (c == '}') {
+      if (--depth == 0) return text_.substr(begin, at + 1 - begin);
+    } else if (c != '[' || at + 1 >= text_.size() || !is_digit(text_[at + 1])) {
+      return {};
+    }
+  }
+  return {};
+}
+
+void Tokens::skip(std::string_view text) { go_to(text.substr(text.size())); }
+
+void Tokens::go_to(std::string_view part) {
+  at_ = static_cast<std::size_t>(part.data() - text_.data());
   current_ = scan();
   next_ = scan();
 }
 
 void Tokens::skip_blank() {
-  while (at_ < text_.size()) {
-    const char c = text_[at_];
-    if (c == '\n') {
-      ++line_;
-      ++at_;
-    } else if (c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f') {
-      ++at_;
-    } else if (c == '/' && is_next("//")) {
+  for (;;) {
+    at_ = behind(kOfBlanks, text_, at_);
+    if (at_ >= text_.size() || text_[at_] != '/') return;
+    if (is_next("//")) {
       at_ = std::min(text_.find('\n', at_), text_.size());
-    } else if (c == '/' && is_next("/*")) {
+    } else if (is_next("/*")) {
       const auto end = text_.find("*/", at_ + 2);
-      if (end == std::string_view::npos) {
-        throw MetadataError("line " + std::to_string(line_) + ": a comment without end");
-      }
-      line_ += static_cast<std::uint32_t>(
-          std::count(text_.begin() + static_cast<std::ptrdiff_t>(at_),
-                     text_.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      if (end == std::string_view::npos) fail_at(at_, "a comment without end");
       at_ = end + 2;
     } else {
       return;
@@ -98,7 +141,7 @@ void Tokens::skip_blank() {
 }
 
 Token Tokens::scan_number() {
-  Token token{.kind = Token::Kind::number, .spelling = {}, .number = 0, .line = line_};
+  Token token{.kind = Token::Kind::number, .spelling = {}, .number = 0};
   const auto begin = at_;
   unsigned base = 10;
   if (text_[at_] == '0' && at_ + 1 < text_.size()) {
@@ -118,27 +161,27 @@ Token Tokens::scan_number() {
   for (; at_ < text_.size() && digit(text_[at_]) < base; ++at_) {
     if (__builtin_mul_overflow(token.number, base, &token.number) ||
         __builtin_add_overflow(token.number, digit(text_[at_]), &token.number)) {
-      throw MetadataError("line " + std::to_string(line_) + ": a number beyond 64 bits");
+      fail_at(begin, "a number beyond 64 bits");
     }
   }
   const auto digits_end = at_;
   while (at_ < text_.size() && std::string_view("uUlL").find(text_[at_]) != std::string_view::npos)
     ++at_;
   if (digits_end == digits || (at_ < text_.size() && is_name(text_[at_]))) {
-    throw MetadataError("line " + std::to_string(line_) + ": a malformed number");
+    fail_at(begin, "a malformed number");
   }
   token.spelling = text_.substr(begin, at_ - begin);
   return token;
 }
 
 Token Tokens::scan_text() {
-  Token token{.kind = Token::Kind::text, .spelling = {}, .number = 0, .line = line_};
+  Token token{.kind = Token::Kind::text, .spelling = {}, .number = 0};
   const auto begin = ++at_;
   for (; at_ < text_.size() && text_[at_] != '"' && text_[at_] != '\n'; ++at_) {
     if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
   }
   if (at_ >= text_.size() || text_[at_] != '"') {
-    throw MetadataError("line " + std::to_string(line_) + ": a text without closing quote");
+    fail_at(begin, "a text without closing quote");
   }
   token.spelling = text_.substr(begin, at_ - begin);
   ++at_;
@@ -147,14 +190,14 @@ Token Tokens::scan_text() {
 
 // 'a': a number as in C.
 Token Tokens::scan_character() {
-  Token token{.kind = Token::Kind::number, .spelling = {}, .number = 0, .line = line_};
+  Token token{.kind = Token::Kind::number, .spelling = {}, .number = 0};
   const auto begin = at_++;
   for (; at_ < text_.size() && text_[at_] != '\'' && text_[at_] != '\n'; ++at_) {
     if (text_[at_] == '\\' && at_ + 1 < text_.size()) ++at_;
   }
   const auto characters = unescape(text_.substr(begin + 1, at_ - begin - 1));
   if (at_ >= text_.size() || text_[at_] != '\'' || characters.empty()) {
-    throw MetadataError("line " + std::to_string(line_) + ": a malformed character");
+    fail_at(begin, "a malformed character");
   }
   for (const char c : characters)
     token.number = token.number << 8U | static_cast<unsigned char>(c);
@@ -166,18 +209,17 @@ Token Tokens::scan_character() {
 Token Tokens::scan() {
   skip_blank();
   if (at_ >= text_.size())
-    return {.kind = Token::Kind::end, .spelling = {}, .number = 0, .line = line_};
+    return {.kind = Token::Kind::end, .spelling = text_.substr(text_.size()), .number = 0};
   const char c = text_[at_];
   if (c == 'L' && (is_next("L\"") || is_next("L'"))) ++at_;
   if (text_[at_] == '"') return scan_text();
   if (text_[at_] == '\'') return scan_character();
   if (is_digit(c)) return scan_number();
-  Token token{.kind = Token::Kind::punctuation, .spelling = {}, .number = 0, .line = line_};
+  Token token{.kind = Token::Kind::punctuation, .spelling = {}, .number = 0};
   const auto begin = at_;
   if (is_name_start(c)) {
     token.kind = Token::Kind::name;
-    while (at_ < text_.size() && is_name(text_[at_]))
-      ++at_;
+    at_ = behind(kOfNames, text_, at_);
   } else {
     const auto found = std::ranges::find_if(
         kLongPunctuation, [this](std::string_view spelling) { return is_next(spelling); });

@@ -25,7 +25,6 @@ struct Token {
   Kind kind = Kind::end;
   std::string_view spelling;  // into the metadata; of a text, without quotes
   std::uint64_t number = 0;
-  std::uint32_t line = 1;
 
   bool is(std::string_view punctuation_or_name) const noexcept {
     return (kind == Kind::punctuation || kind == Kind::name) && spelling == punctuation_or_name;
@@ -50,8 +49,13 @@ class Tokens {
   void expect(std::string_view spelling);
   // If "{" is next: the text from there to the first "}". Empty: it is not, or there is none.
   std::string_view block() const noexcept;
+  // If "struct {" is next: the text from there to the "}" that closes it, if that refers to nothing
+  // outside and has neither texts nor comments. Empty: it is not, or has.
+  std::string_view plain_structure() const noexcept;
   // Goes on after a text that begins with the next token.
   void skip(std::string_view text);
+  // Goes on where a part of the text begins.
+  void go_to(std::string_view part);
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
@@ -64,10 +68,11 @@ class Tokens {
   Token scan_number();
   Token scan_text();
   Token scan_character();
+  // `what` of the place `at`.
+  [[noreturn]] void fail_at(std::size_t at, const std::string& what) const;
 
   std::string_view text_;
   std::size_t at_ = 0;
-  std::uint32_t line_ = 1;
   Token current_;
   Token next_;
 };

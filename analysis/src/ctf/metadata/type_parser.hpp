@@ -28,6 +28,13 @@ class TypeParser {
   // Names declared after it vanish with leave(): a block or a structure is a scope.
   void enter() { scopes_.emplace_back(); }
   void leave() { scopes_.pop_back(); }
+  // Names were declared in the block or structure itself.
+  bool has_own_names() const noexcept { return !scopes_.back().empty(); }
+  // Leaves whatever an error ended in.
+  void leave_all() {
+    scopes_.resize(1);
+    nesting_ = 0;
+  }
 
   // "typealias…;", "typedef…;", "struct name {…};" and the like, if one stands here.
   bool accept_declaration();

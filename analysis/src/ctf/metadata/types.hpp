@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::analysis::ctf {
@@ -113,12 +114,26 @@ struct Clock {
   std::int64_t offset = 0;  // cycles
 };
 
+// Reads types that were left unread in the metadata's text, which it owns.
+class TypeReader {
+ public:
+  TypeReader() = default;
+  TypeReader(const TypeReader&) = delete;
+  TypeReader& operator=(const TypeReader&) = delete;
+  virtual ~TypeReader() = default;
+  // Throws MetadataError.
+  virtual TypeRef read(std::string_view type) = 0;
+};
+
 struct EventClass {
   std::string name;
   std::uint64_t id = 0;
   std::uint64_t stream = 0;
   TypeRef context;  // null where there is none
   TypeRef fields;
+  // Instead of `fields`, if not empty: of the reader's text. They refer to nothing outside, and the
+  // class has no context of its own.
+  std::string_view unread_fields{};
 };
 
 struct StreamClass {
@@ -140,6 +155,7 @@ struct Metadata {
   std::vector<Clock> clocks;
   std::map<std::uint64_t, StreamClass> streams;
   std::vector<EventClass> events;
+  std::shared_ptr<TypeReader> reader{};  // of `unread_fields`; null: there are none
 };
 
 }  // namespace cie::analysis::ctf

@@ -92,7 +92,10 @@ std::string host_of(const Metadata& metadata) {
 }
 
 TracePlan::TracePlan(const Metadata& metadata, EventChoice* choice)
-    : byte_order(metadata.byte_order), choice_(choice), trace_registers_(kTraceRegisters) {
+    : byte_order(metadata.byte_order),
+      choice_(choice),
+      reader_(metadata.reader),
+      trace_registers_(kTraceRegisters) {
   context_.byte_order = metadata.byte_order;
   context_.has_roles = metadata.has_roles;
   uuid = parse_uuid(metadata.uuid);
@@ -129,6 +132,7 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
                            std::span<const EventClass* const> events) {
   auto& plan = streams_[stream.id];
   plan.id = stream.id;
+  plan.trace_ = this;
   registers_.push_back(std::make_unique<RegisterRange>(kStreamRegisters));
   auto& registers = *registers_.back();
   std::vector<Scope*> earlier{scopes_.front().get()};
@@ -185,17 +189,43 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
   if (shown_context != nullptr) plan.shown_context = program_or_null(*shown_context);
   // Now that every reference is known.
   plan.header_layout = header_layout_of(plan.event_header);
-  for (auto i = first_event; i < events_.size(); ++i)
-    find_layouts(plan, *events_[i]);
-  std::uint64_t largest = 0;
-  for (const auto* event : plan.dense_) {
-    const bool is_fixed = event != nullptr && event->fixed;
-    plan.fixed_.push_back(is_fixed ? StreamPlan::Fixed{event, event->fixed->bytes}
-                                   : StreamPlan::Fixed{});
-    if (is_fixed) largest = std::max(largest, event->fixed->bytes);
+  for (auto i = first_event; i < events_.size(); ++i) {
+    if (events_[i]->unread_fields.empty()) find_layouts(plan, *events_[i]);
   }
   if (plan.header_layout) {
-    plan.most_fixed_bytes_ = plan.header_layout->most_bytes + largest + FixedField::kSlack;
+    plan.most_fixed_bytes_ = plan.header_layout->most_bytes + FixedField::kSlack;
+  }
+  plan.fixed_.resize(plan.dense_.size());
+  for (std::size_t i = 0; i < plan.dense_.size(); ++i) {
+    if (plan.dense_[i] != nullptr) plan.make_fixed(i, *plan.dense_[i]);
+  }
+}
+
+void StreamPlan::make_fixed(std::size_t event_id, const EventPlan& event) {
+  if (!event.fixed) return;
+  fixed_[event_id] = {.plan = &event, .bytes = event.fixed->bytes};
+  if (!header_layout) return;
+  most_fixed_bytes_ = std::max(most_fixed_bytes_,
+                               header_layout->most_bytes + event.fixed->bytes + FixedField::kSlack);
+}
+
+void StreamPlan::complete(std::uint64_t event_id, EventPlan& event) const {
+  auto& stream = trace_->streams_.at(id);
+  trace_->complete(stream, event);
+  if (event_id < fixed_.size()) stream.make_fixed(event_id, event);
+}
+
+// Of one that means nothing to anybody, but must be stepped over.
+void TracePlan::complete(StreamPlan& stream, EventPlan& event) {
+  const auto unread = std::exchange(event.unread_fields, {});
+  try {
+    RegisterRange registers(kEventRegisters);
+    Scope fields("event.fields", context_, registers, {});
+    fields.build(reader_->read(unread), {});
+    event.fields = keep_program(fields);
+    find_layouts(stream, event);
+  } catch (const MetadataError&) {
+    event.is_malformed = true;
   }
 }
 
@@ -249,6 +279,12 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   result->is_ordered = domain == Domain::kernel || is_kernel_event(event.name);
   result->other.name = result->name;
   if (choice_ != nullptr) choose(*result);
+  const bool is_unread = !event.unread_fields.empty();
+  if (is_unread && result->is_other()) {
+    result->unread_fields = event.unread_fields;
+    enter(plan, event.id, std::move(result));
+    return;
+  }
   RegisterRange registers(kEventRegisters);
   const auto build = [&](Scope& scope, const TypeRef& type, std::span<const FieldRequest> wanted) {
     return result->is_shown ? scope.build_shown(type, wanted, *choice_) : scope.build(type, wanted);
@@ -269,20 +305,26 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   }
   Scope fields("event.fields", context_, registers, std::move(before_fields));
   static const std::vector<FieldRequest> nothing;
-  build(fields, event.fields,
+  build(fields, is_unread ? reader_->read(event.unread_fields) : event.fields,
         result->translation != nullptr ? result->translation->fields : nothing);
   if (context) result->context = keep_program(*context);
   result->fields = keep_program(fields);
+  enter(plan, event.id, std::move(result));
+}
+
+void TracePlan::enter(StreamPlan& stream, std::uint64_t event_id,
+                      std::unique_ptr<EventPlan> event) {
   // Streams that share their small ids' tables evenly do not grow them without bound.
-  const auto grown = event.id < plan.dense_.size() ? 0 : event.id + 1 - plan.dense_.size();
-  if (event.id < kDenseIds && dense_ids_ + grown <= kMaxDenseIds) {
+  auto& dense = stream.dense_;
+  const auto grown = event_id < dense.size() ? 0 : event_id + 1 - dense.size();
+  if (event_id < kDenseIds && dense_ids_ + grown <= kMaxDenseIds) {
     dense_ids_ += grown;
-    plan.dense_.resize(plan.dense_.size() + grown);
-    plan.dense_[event.id] = result.get();
+    dense.resize(dense.size() + grown);
+    dense[event_id] = event.get();
   } else {
-    plan.sparse_[event.id] = result.get();
+    stream.sparse_[event_id] = event.get();
   }
-  events_.push_back(std::move(result));
+  events_.push_back(std::move(event));
 }
 
 const StreamPlan* TracePlan::find(std::uint64_t stream_id) const noexcept {

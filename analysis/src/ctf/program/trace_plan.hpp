@@ -19,6 +19,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <vector>
 
@@ -68,8 +69,11 @@ struct EventPlan {
   const Sequence* fields = nullptr;
   bool has_own_pid = false;  // the tracer wrote it into this context, not the common one
   bool has_own_tid = false;
-  bool is_shown = false;  // all of its fields are
-  OtherEvent other{};     // what it becomes without a translation, but for its fields
+  bool is_shown = false;      // all of its fields are
+  bool is_malformed = false;  // its fields were read late, and cannot be understood
+  // They are read, and the programs made, when its class is asked for.
+  std::string_view unread_fields{};
+  OtherEvent other{};  // what it becomes without a translation, but for its fields
   // It means nothing to anybody, and nobody asks for it.
   bool is_other() const noexcept {
     return translation == nullptr && !is_shown && other.event_class == OtherEvent::kNoClass;
@@ -83,6 +87,8 @@ struct EventPlan {
   };
   std::optional<FixedBody> fixed;
 };
+
+class TracePlan;
 
 // One class of streams.
 class StreamPlan {
@@ -99,10 +105,11 @@ class StreamPlan {
   std::optional<HeaderLayout> header_layout;
 
   // Null if the metadata has none of that id.
-  const EventPlan* find(std::uint64_t event_id) const noexcept {
-    if (event_id < dense_.size()) return dense_[event_id];
-    const auto found = sparse_.find(event_id);
-    return found == sparse_.end() ? nullptr : found->second;
+  const EventPlan* find(std::uint64_t event_id) const {
+    auto* event = known(event_id);
+    if (event != nullptr && !event->unread_fields.empty()) [[unlikely]]
+      complete(event_id, *event);
+    return event;
   }
 
   // The class of events of an id with the size of its fixed body; null if it has none.
@@ -116,13 +123,23 @@ class StreamPlan {
 
  private:
   friend class TracePlan;
-  std::vector<const EventPlan*> dense_;
+  EventPlan* known(std::uint64_t event_id) const noexcept {
+    if (event_id < dense_.size()) return dense_[event_id];
+    const auto found = sparse_.find(event_id);
+    return found == sparse_.end() ? nullptr : found->second;
+  }
+  void complete(std::uint64_t event_id, EventPlan& event) const;
+  void make_fixed(std::size_t event_id, const EventPlan& event);
+
+  TracePlan* trace_ = nullptr;  // that it is of
+  std::vector<EventPlan*> dense_;
   std::vector<Fixed> fixed_;  // of dense_
   std::uint64_t most_fixed_bytes_ = 0;
-  std::unordered_map<std::uint64_t, const EventPlan*> sparse_;
+  std::unordered_map<std::uint64_t, EventPlan*> sparse_;
 };
 
-// Immutable once built; readers of all its streams share it.
+// Readers of all its streams share it, on one thread at a time: classes of events are completed as
+// they are asked for.
 class TracePlan {
  public:
   // With a `choice` events have no vocabulary: they are what it wants of them. Borrowed, it outlives
@@ -148,18 +165,22 @@ class TracePlan {
   const StreamPlan* only_stream() const noexcept;
 
  private:
+  friend class StreamPlan;
   using EventsOfStreams = std::map<std::uint64_t, std::vector<const EventClass*>>;
 
   void add_stream(const Metadata& metadata, const StreamClass& stream,
                   std::span<const EventClass* const> events);
   static void find_layouts(const StreamPlan& stream, EventPlan& event);
   void add_event(StreamPlan& plan, const EventClass& event, const std::vector<Scope*>& earlier);
+  void enter(StreamPlan& stream, std::uint64_t event_id, std::unique_ptr<EventPlan> event);
+  void complete(StreamPlan& stream, EventPlan& event);
   void choose(EventPlan& plan) const;
   const Sequence* keep_program(const Scope& scope);
   Scope& new_scope(std::string_view root, RegisterRange& registers,
                    const std::vector<Scope*>& earlier);
 
   EventChoice* choice_;
+  std::shared_ptr<TypeReader> reader_;
   BuildContext context_;
   RegisterRange trace_registers_;
   std::vector<std::unique_ptr<RegisterRange>> registers_;

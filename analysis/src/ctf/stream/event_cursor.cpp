@@ -132,7 +132,8 @@ EventCursor::Step EventCursor::next() {
     }
   }
   plan_ = stream.find(id);
-  return plan_ != nullptr ? Step::event : fail("an event's id is not in the metadata");
+  if (plan_ == nullptr) return fail("an event's id is not in the metadata");
+  return plan_->is_malformed ? fail("its class in the metadata is malformed") : Step::event;
 }
 
 bool EventCursor::read_fields() {
