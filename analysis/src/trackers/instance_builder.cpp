@@ -105,9 +105,9 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   registry_.note_speaker(head, *who.process);
   auto live = new_instance();
   live->callback = registry_.callback(who, event.callback);
-  live->callback_facts = &model_.callbacks[at(live->callback)];
+  live->callback_facts = &registry_.facts_of(who, live->callback);
   live->thread = who.thread;
-  if (who.thread) live->thread_facts = &model_.threads[at(*who.thread)];
+  if (who.thread) live->thread_facts = &registry_.facts_of(who);
   live->host = registry_.host_of(head);
   live->stream = head.stream;
   live->seq = event.seq;
@@ -273,8 +273,9 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   const auto& thread = who.thread;
   auto& on_thread = of_thread(thread);
   on_thread.last_activity = head.time;
-  auto& facts = model_.callbacks[at(index)];
-  registry_.ends(index).observe(event.seq, ref(head), facts.ended);
+  auto& facts = registry_.facts_of(who, index);
+  const auto here = ref(head);
+  registry_.ends(index).observe(event.seq, here, facts.ended);
   auto& open = on_thread.open;
   const auto found = std::find_if(open.rbegin(), open.rend(),
                                   [index, &event](const std::unique_ptr<LiveInstance>& live) {
@@ -294,7 +295,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   auto live = std::move(*found);
   open.erase(std::next(found).base());
-  live->end = ref(head);
+  live->end = here;
   live->status = event.status;
   if (thread) on_thread.wakeup.reset();
   if (thread && recording_.has_kernel(live->host)) {

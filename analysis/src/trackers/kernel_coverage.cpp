@@ -59,11 +59,13 @@ void KernelCoverage::relate() {
     if (is_related) {
       stream->is_evidence = true;
       ++host.streams;
+      ++evidence_;
       if (stream->cpu) note_cpu(*stream, *stream->cpu);
     } else {
       set_open(*stream, false);
       stream->is_evidence = false;
       --host.streams;
+      --evidence_;
       unrelated.emplace(stream->host, stream->channel);
     }
     change(host);

@@ -7,6 +7,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -51,6 +52,7 @@ class KernelCoverage {
     return stream == nullptr || !stream->is_kernel || stream->is_evidence;
   }
   bool has_kernel(HostIndex host) const noexcept {
+    if (evidence_ == 0) return false;
     const auto* state = hosts_.find(host);
     return state != nullptr && state->streams > 0;
   }
@@ -110,6 +112,7 @@ class KernelCoverage {
   Model& model_;
   ByIndex<StreamIndex, Stream> streams_;
   mutable ByIndex<HostIndex, Host> hosts_;
+  std::size_t evidence_ = 0;  // kernel streams that are, of all hosts
 };
 
 }  // namespace cie::analysis

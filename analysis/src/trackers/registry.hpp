@@ -89,6 +89,14 @@ class Registry {
     }
     return index;
   }
+  // The facts of the callback that the last call named, of the same emitter.
+  CallbackFacts& facts_of(const Emitter& who, CallbackIndex callback) {
+    return who.known != nullptr ? *who.known->ran_facts : model_.callbacks[at(callback)];
+  }
+  // Of an emitter with a thread.
+  ThreadFacts& facts_of(const Emitter& who) {
+    return who.known != nullptr ? *who.known->thread_facts : model_.threads[at(*who.thread)];
+  }
   // The same of one that it releases: within a process who publishes does.
   CallbackIndex released(const Emitter& who, CallbackId id) {
     auto* known = who.known;

@@ -2,6 +2,7 @@
 
 #include "json/json.hpp"
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <sstream>
@@ -112,6 +113,22 @@ TEST(JsonText, HandsOverTextsLongerThanItsBuffer) {
     const Json expected = {{"plain", plain}, {"escaped", escaped}, {"verbatim", 1}};
     EXPECT_EQ(text, expected.dump(2)) << size;
   }
+}
+
+// Of strings shorter and longer than a word, which is looked at at once; json_string asks nobody.
+TEST(JsonText, CopiesExactlyWhatNeedsNoEscape) {
+  for (std::size_t size = 1; size <= 20; ++size) {
+    for (std::size_t at = 0; at < size; ++at) {
+      for (int byte = 0; byte < 256; ++byte) {
+        std::string text(size, '\x7f');
+        text[at] = static_cast<char>(byte);
+        const auto quoted = '"' + text + '"';
+        ASSERT_EQ(needs_no_escape(text), json_string(text) == quoted)
+            << "byte " << byte << " at " << at << " of " << size;
+      }
+    }
+  }
+  EXPECT_TRUE(needs_no_escape(""));
 }
 
 }  // namespace

@@ -245,7 +245,8 @@ std::optional<GroupType> Directory::group_type(Address address) const {
 
 CallbackNumber Directory::new_callback() {
   const auto number = static_cast<CallbackNumber>(callbacks_.size());
-  callbacks_.push_back(Callback{.id = id_of<CallbackId>(callbacks_.size())});
+  callbacks_.push_back(
+      std::make_unique<Callback>(Callback{.id = id_of<CallbackId>(callbacks_.size())}));
   return number;
 }
 
@@ -310,11 +311,11 @@ std::string Directory::plain_id(const Callback& callback) const {
 }
 
 std::string Directory::logical_id(CallbackNumber number) const {
-  const auto& callback = callbacks_[static_cast<std::size_t>(number)];
+  const auto& callback = *callbacks_[static_cast<std::size_t>(number)];
   auto text = plain_id(callback);
   std::size_t same = 1;
   for (std::size_t i = 0; i < static_cast<std::size_t>(number); ++i) {
-    const auto& other = callbacks_[i];
+    const auto& other = *callbacks_[i];
     if (other.kind == callback.kind && other.node == callback.node &&
         other.source == callback.source && other.period_ns == callback.period_ns) {
       ++same;

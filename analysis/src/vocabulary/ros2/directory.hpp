@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -106,7 +107,7 @@ class Directory {
   }
   // The callback that a queue between callbacks feeds. Empty: unknown.
   std::optional<CallbackNumber> callback_of_buffer(Address buffer) const;
-  Callback& get(CallbackNumber number) { return callbacks_[static_cast<std::size_t>(number)]; }
+  Callback& get(CallbackNumber number) { return *callbacks_[static_cast<std::size_t>(number)]; }
   // Of the client of that rmw handle. Empty: unknown.
   std::optional<std::uint32_t> hidden_of(Address rmw_client) const;
   const Hidden& hidden(std::uint32_t number) const { return hidden_[number]; }
@@ -177,7 +178,7 @@ class Directory {
 
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
-  std::deque<Callback> callbacks_;
+  std::vector<std::unique_ptr<Callback>> callbacks_;
   std::unordered_map<Address, NodeId> nodes_by_handle_;
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;

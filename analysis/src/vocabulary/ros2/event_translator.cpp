@@ -178,7 +178,9 @@ void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
   const auto event = static_cast<Ros2Event>(raw.kind & ~ros2::kRepeats);
   const auto& p = raw.fields;
   if (is_told_better(event, p, process)) return;
-  if (publications_.apply(event, p, context)) return;
+  // Most are, and so they are not even asked.
+  const bool is_of_run = event == Ros2Event::callback_start || event == Ros2Event::callback_end;
+  if (!is_of_run && publications_.apply(event, p, context)) return;
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
   const bool repeats = (raw.kind & ros2::kRepeats) != 0;

@@ -53,7 +53,7 @@ class EventTranslator {
     ros2::Process* process = nullptr;
     ros2::Thread* thread = nullptr;
   };
-  static constexpr std::size_t kEmitting = 256;  // a power of two
+  static constexpr std::size_t kEmitting = 1024;  // a power of two
 
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
