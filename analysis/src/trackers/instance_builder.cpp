@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <new>
 #include <tuple>
 #include <utility>
 
@@ -13,12 +12,8 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxOpenPerThread = 64;
-constexpr std::size_t kMaxPending = 100'000;
 constexpr std::size_t kMaxMoves = 1024;
-constexpr std::size_t kMaxSpare = 1024;
 constexpr std::size_t kMaxAnswering = 64;
-// State is announced within one second of a session's start; three are ample.
-constexpr Duration kSettleTime{3'000'000'000};
 
 // Of an instance that another one of its callback began in, or that another one began inside of.
 CallbackFacts::Overlap overlap_of(const LiveInstance& live) {
@@ -83,27 +78,10 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   measurer_.expect(callback);
 }
 
-std::unique_ptr<LiveInstance> InstanceBuilder::new_instance() {
-  if (spare_.empty()) return std::make_unique<LiveInstance>();
-  auto live = std::move(spare_.back());
-  spare_.pop_back();
-  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
-  // be by std::construct_at() as well.
-  std::destroy_at(live.get());
-  ::new (static_cast<void*>(live.get())) LiveInstance;
-  return live;
-}
-
-void InstanceBuilder::measure(std::unique_ptr<LiveInstance> live) {
-  measurer_.measure(*live);
-  live->node.reset();
-  if (spare_.size() < kMaxSpare) spare_.push_back(std::move(live));
-}
-
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
   if (!who.process) return;
   registry_.note_speaker(head, *who.process);
-  auto live = new_instance();
+  auto live = ended_.new_instance();
   live->callback = registry_.callback(who, event.callback);
   live->callback_facts = &registry_.facts_of(who, live->callback);
   live->thread = who.thread;
@@ -365,12 +343,7 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
     if (answering.size() >= kMaxAnswering) answering.erase(answering.begin());
     answering.push_back(node_of(*live));
   }
-  // Without the way through the queue if nothing is to be waited for.
-  if (pending_.empty() && is_settled(*live, live->end->time, live->host)) {
-    measure(std::move(live));
-  } else {
-    pending_.push_back(std::move(live));
-  }
+  ended_.add(std::move(live));
 }
 
 void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
@@ -384,40 +357,7 @@ void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
   if (live->thread && live->first_inner && !live->thread_facts->nesting_unproven) {
     live->thread_facts->nesting_unproven = nesting_of(*live);
   }
-  measure(std::move(live));
-}
-
-bool InstanceBuilder::is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const {
-  const auto shift = there == live.host
-                         ? Duration{}
-                         : clock_shift(model_.hosts[at(there)], model_.hosts[at(live.host)]);
-  if (now + shift - live.end->time > kSettleTime) return true;
-  // Nothing of the kernel came yet: its first switch tells what ran until then.
-  const bool is_kernel_silent =
-      recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
-  if (is_kernel_silent) return false;
-  return is_announced(live) && timeline_.is_confirmed(live.host, live.end->time);
-}
-
-bool InstanceBuilder::is_announced(const LiveInstance& live) const {
-  const auto& callback = *live.callback_facts;
-  if (!callback.registered) return false;
-  if (live.thread_facts == nullptr || live.thread_facts->announced) return true;
-  // Nobody announces threads of what follows from other events, unless the process has own ones.
-  // A message may be taken before its publication is put together, with which the publisher comes.
-  return !callback.is_accounted && !model_.processes[at(callback.process)].run_begin &&
-         (live.writer_gid == 0 || live.written ||
-          (live.source_timestamp < 0
-               ? chains_.is_published(*live.node)
-               : registry_.publisher_by_gid(live.host, live.writer_gid).has_value()));
-}
-
-void InstanceBuilder::advance(const EventHead& head) {
-  while (!pending_.empty() && (is_settled(*pending_.front(), head.time, registry_.host_of(head)) ||
-                               pending_.size() > kMaxPending)) {
-    measure(std::move(pending_.front()));
-    pending_.pop_front();
-  }
+  ended_.measure(std::move(live));
 }
 
 const ChainNodeRef& InstanceBuilder::node_of(LiveInstance& live) {
@@ -500,10 +440,7 @@ std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, Ho
 }
 
 void InstanceBuilder::finish() {
-  while (!pending_.empty()) {
-    measure(std::move(pending_.front()));
-    pending_.pop_front();
-  }
+  ended_.measure_all();
   std::vector<std::unique_ptr<LiveInstance>> open;
   const auto take = [&open](OfThread& state) {
     for (auto& live : state.open)

@@ -1,11 +1,11 @@
-// Pairs starts with ends per thread, notes what does not pair, overlaps or nests, and has each
-// instance measured once nothing later in the trace can change what is known of it.
+// Pairs starts with ends per thread, and notes what does not pair, overlaps or nests.
 #pragma once
 
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/instance.hpp>
 
 #include "chain_tracker.hpp"
+#include "ended_instances.hpp"
 #include "instance_measurer.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
@@ -18,7 +18,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -37,7 +36,8 @@ class InstanceBuilder {
         clocks_(clocks),
         chains_(chains),
         observer_(observer),
-        measurer_(model, registry, recording, timeline, chains, observer) {}
+        measurer_(model, registry, recording, timeline, chains, observer),
+        ended_(model, registry, recording, timeline, chains, measurer_) {}
 
   // `who`: of the registry, for this event.
   void apply(const EventHead& head, const Emitter& who, const CallbackStart& event);
@@ -56,7 +56,7 @@ class InstanceBuilder {
   std::size_t open_count(CallbackIndex callback) { return callbacks_[callback].open.size(); }
   bool is_open(CallbackIndex callback, std::uint64_t seq);
   // Finalises instances that nothing later in the trace can change any more.
-  void advance(const EventHead& head);
+  void advance(const EventHead& head) { ended_.advance(head); }
   void finish();
   // The thread will run its callback soon: what that takes will be in the cache.
   void expect(const KnownEmitter& runner) const noexcept;
@@ -96,7 +96,6 @@ class InstanceBuilder {
   OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
     return thread ? threads_[*thread] : nobody_;
   }
-  std::unique_ptr<LiveInstance> new_instance();
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.
@@ -110,11 +109,6 @@ class InstanceBuilder {
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
   void close(std::unique_ptr<LiveInstance> live);
   void abandon(std::unique_ptr<LiveInstance> live);
-  void measure(std::unique_ptr<LiveInstance> live);
-  // All that will ever be told of its callback, its thread and the writer of its message was told.
-  bool is_announced(const LiveInstance& live) const;
-  // `now` of the clock of the host `there`.
-  bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
 
   Model& model_;
   Registry& registry_;
@@ -124,12 +118,11 @@ class InstanceBuilder {
   ChainTracker& chains_;
   Observer* observer_;
   InstanceMeasurer measurer_;
+  EndedInstances ended_;
   ByIndex<ThreadIndex, OfThread> threads_;
   OfThread nobody_;  // events without a tid
   ByIndex<CallbackIndex, OfCallback> callbacks_;
-  std::deque<std::unique_ptr<LiveInstance>> pending_;  // ended, in order of their ends
   std::uint64_t losses_ = 0;
-  std::vector<std::unique_ptr<LiveInstance>> spare_;  // measured, to be used again
 };
 
 }  // namespace cie::analysis

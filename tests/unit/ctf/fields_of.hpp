@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include <ctf/program/program_builder.hpp>
+#include <ctf/program/scope.hpp>
 
 namespace cie::analysis::ctf::test {
 

@@ -7,7 +7,7 @@
 
 #include <ctf/metadata/metadata_parser.hpp>
 #include <ctf/program/event_choice.hpp>
-#include <ctf/program/program_builder.hpp>
+#include <ctf/program/scope.hpp>
 #include <gtest/gtest.h>
 #include <vocabulary/field.hpp>
 

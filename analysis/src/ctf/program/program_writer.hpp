@@ -2,7 +2,7 @@
 #pragma once
 
 #include "program.hpp"
-#include "program_builder.hpp"
+#include "scope.hpp"
 #include "scope_names.hpp"
 
 #include <cstddef>

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstring>
 #include <span>
+#include <utility>
 
 namespace cie::analysis::ctf {
 namespace {
@@ -24,6 +25,38 @@ std::string_view label_of(const Type& type, std::uint64_t value) {
 }
 
 }  // namespace
+
+ShownField shown_field(const Type& type, std::string name) {
+  using Kind = FieldValue::Kind;
+  ShownField field{.kind = Kind::opaque,
+                   .name = std::move(name),
+                   .size = type.size,
+                   .is_hexadecimal = type.is_hexadecimal};
+  switch (type.kind) {
+    case Type::Kind::boolean:
+      field.kind = Kind::boolean;
+      break;
+    case Type::Kind::real:
+      if (type.size == 32 || type.size == 64) field.kind = Kind::real;
+      break;
+    case Type::Kind::string:
+      if (!type.is_wide_text) field.kind = Kind::text;
+      break;
+    case Type::Kind::structure:
+      field.kind = Kind::structure;
+      break;
+    case Type::Kind::array:
+    case Type::Kind::sequence:
+      field.kind = Kind::list;
+      break;
+    default:
+      field.kind = type.is_signed ? Kind::integer : Kind::natural;
+      if (type.kind != Type::Kind::enumeration && type.ranges.empty()) break;
+      field.kind = Kind::label;
+      field.type = &type;
+  }
+  return field;
+}
 
 void ShownFields::clear() noexcept {
   values_.clear();

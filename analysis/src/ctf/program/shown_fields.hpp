@@ -24,6 +24,8 @@ struct ShownField {
   std::uint32_t size = 64;     // bits of a real
   bool is_hexadecimal = false;
 };
+// Of a field of that type. It points to the type if its values have labels.
+ShownField shown_field(const Type& type, std::string name);
 
 // Collects the values of one event. Texts are copied: what was read may move. Beyond kMaxElements
 // values one that is opaque stands for the rest.

@@ -7,7 +7,7 @@
 #include "ctf/metadata/uuid.hpp"
 #include "event_choice.hpp"
 #include "layout.hpp"
-#include "program_builder.hpp"
+#include "scope.hpp"
 #include "vocabulary/tracer_clock.hpp"
 #include "vocabulary/vocabulary.hpp"
 

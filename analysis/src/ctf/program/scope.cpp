@@ -1,4 +1,4 @@
-#include "program_builder.hpp"
+#include "scope.hpp"
 
 #include "choices.hpp"
 #include "ctf/metadata/tokens.hpp"
@@ -7,6 +7,7 @@
 #include "program_writer.hpp"
 #include "references.hpp"
 #include "scope_names.hpp"
+#include "wants.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,15 +18,8 @@ namespace cie::analysis::ctf {
 
 namespace {
 
-constexpr std::size_t kHeaderId = 0;
-constexpr std::size_t kHeaderTime = 1;
 constexpr std::string_view kThreadName = "procname";
 constexpr std::array kHeaderRoles{Role::event_class, Role::time};
-
-// TSDL marks names that its tracer did not choose with an underscore.
-std::string_view plain(std::string_view name) {
-  return name.starts_with('_') ? name.substr(1) : name;
-}
 
 }  // namespace
 
@@ -36,58 +30,23 @@ class ScopeBuilder {
                EventChoice* choice = nullptr)
       : scope_(scope),
         is_header_(is_header),
+        wants_(scope.context_.has_roles, is_header, roles),
         choice_(choice),
         references_(scope),
-        out_(scope.context_, *scope.program_) {
-    if (scope.context_.has_roles) roles_ = roles;
-  }
+        out_(scope.context_, *scope.program_) {}
 
   void build(const TypeRef& type, std::span<const FieldRequest> requests) {
     out_.align(type->align);
     references_.enter(*scope_.names_);
-    const auto winners = chosen_members(*type, requests);
-    for (const auto& member : type->members) {
-      Want want;
-      for (std::size_t slot = 0; slot < requests.size(); ++slot) {
-        // Two requests for one member: the later slot would stay empty, so no table asks twice.
-        if (winners[slot] == &member) {
-          want = {.slots = {static_cast<std::int16_t>(slot)}, .labels = requests[slot].labels};
-          break;
-        }
-      }
-      field(*scope_.names_, member.name, *member.type, want);
+    const auto wants = wants_.by_name(*type, requests);
+    for (std::size_t i = 0; i < wants.size(); ++i) {
+      const auto& member = type->members[i];
+      field(*scope_.names_, member.name, *member.type, wants[i]);
     }
     references_.leave();
   }
 
  private:
-  struct Want {
-    std::vector<std::int16_t> slots{};  // empty: nobody asks
-    std::span<const std::string_view> labels{};
-
-    std::int16_t first() const { return slots.empty() ? kNone : slots.front(); }
-  };
-  std::string_view requested_name(std::string_view name) const {
-    return scope_.context_.has_roles ? name : plain(name);
-  }
-
-  // By slot the member that a request asks for by its name: the first of its alternatives.
-  std::vector<const NamedType*> chosen_members(const Type& type,
-                                               std::span<const FieldRequest> requests) const {
-    std::vector<std::size_t> chosen(requests.size(), SIZE_MAX);
-    std::vector<const NamedType*> winners(requests.size(), nullptr);
-    for (const auto& member : type.members) {
-      for (std::size_t slot = 0; slot < requests.size(); ++slot) {
-        if (slot < roles_.size() && roles_[slot] != Role::none) continue;
-        const auto alternative = requests[slot].alternative(requested_name(member.name));
-        if (!alternative || *alternative >= chosen[slot]) continue;
-        chosen[slot] = *alternative;
-        winners[slot] = &member;
-      }
-    }
-    return winners;
-  }
-
   bool is_big(const Type& type) const {
     const auto order =
         type.byte_order == ByteOrder::native ? scope_.context_.byte_order : type.byte_order;
@@ -96,26 +55,9 @@ class ScopeBuilder {
 
   const LabelTable* label_table(const Type& type, std::span<const std::string_view> labels) {
     if (labels.empty()) return nullptr;
-    const bool has_labels = type.kind == Type::Kind::enumeration || !type.ranges.empty();
-    const auto bias = has_labels ? bias_of(type) : 0;
-    std::vector<LabelTable::Range> ranges;
-    if (has_labels) {
-      out_.count(type.ranges.size());
-      for (const auto& range : type.ranges) {
-        const auto found = std::find(labels.begin(), labels.end(), range.label);
-        ranges.push_back({.low = range.low ^ bias,
-                          .high = range.high ^ bias,
-                          .label = found == labels.end()
-                                       ? kNone
-                                       : static_cast<std::int16_t>(found - labels.begin())});
-      }
-    } else {  // a plain integer goes by number
-      for (std::size_t i = 0; i < labels.size(); ++i) {
-        ranges.push_back({.low = i, .high = i, .label = static_cast<std::int16_t>(i)});
-      }
-    }
+    out_.count(type.ranges.size());
     auto& tables = scope_.context_.labels;
-    tables.push_back(std::make_unique<const LabelTable>(std::move(ranges), bias));
+    tables.push_back(std::make_unique<const LabelTable>(label_table_of(type, labels)));
     return tables.back().get();
   }
 
@@ -129,27 +71,6 @@ class ScopeBuilder {
     }
   }
 
-  // In the event header of CTF 1.8 values are found by meaning, at any depth.
-  Want header_want(const std::string& name, const Type& type) const {
-    if (!type.clock.empty() || name == "timestamp") return {.slots = {kHeaderTime}};
-    if (name == "id") return {.slots = {kHeaderId}};
-    return {};
-  }
-
-  // What is asked for by name, or by the roles that the field has.
-  Want with_roles(const ScopeNames& names, const Type& type, const Want& want) const {
-    if (!scope_.context_.has_roles) {
-      return is_header_ && is_number(type) ? header_want(names.name, type) : want;
-    }
-    auto result = want;
-    for (std::size_t slot = 0; slot < roles_.size(); ++slot) {
-      const bool has_role = roles_[slot] != Role::none &&
-                            std::ranges::find(type.roles, roles_[slot]) != type.roles.end();
-      if (has_role) result.slots.push_back(static_cast<std::int16_t>(slot));
-    }
-    return result;
-  }
-
   // Further slots of a value; the operation itself has the first one.
   static void add_slots(Op& op, const Want& want) {
     for (std::size_t i = 1; i < want.slots.size(); ++i)
@@ -158,36 +79,7 @@ class ScopeBuilder {
 
   // Null if nobody looks.
   const ShownField* shown(const Type& type) {
-    using Kind = FieldValue::Kind;
-    if (choice_ == nullptr) return nullptr;
-    ShownField field{.kind = Kind::opaque,
-                     .name = shown_name_,
-                     .size = type.size,
-                     .is_hexadecimal = type.is_hexadecimal};
-    switch (type.kind) {
-      case Type::Kind::boolean:
-        field.kind = Kind::boolean;
-        break;
-      case Type::Kind::real:
-        if (type.size == 32 || type.size == 64) field.kind = Kind::real;
-        break;
-      case Type::Kind::string:
-        if (!type.is_wide_text) field.kind = Kind::text;
-        break;
-      case Type::Kind::structure:
-        field.kind = Kind::structure;
-        break;
-      case Type::Kind::array:
-      case Type::Kind::sequence:
-        field.kind = Kind::list;
-        break;
-      default:
-        field.kind = type.is_signed ? Kind::integer : Kind::natural;
-        if (type.kind != Type::Kind::enumeration && type.ranges.empty()) break;
-        field.kind = Kind::label;
-        field.type = &type;
-    }
-    return choice_->keep(std::move(field));
+    return choice_ == nullptr ? nullptr : choice_->keep(shown_field(type, shown_name_));
   }
 
   void number(ScopeNames& names, const Type& type, const Want& want) {
@@ -419,7 +311,7 @@ class ScopeBuilder {
       after = after ? common(*after, out_.place()) : out_.place();
       if (type.location) continue;
       for (const auto& range : tag.ranges) {
-        if (plain(range.label) != plain(member.name)) continue;
+        if (plain_name(range.label) != plain_name(member.name)) continue;
         out_.count(1);
         op.choices.push_back(
             {.low = range.low ^ op.bias, .high = range.high ^ op.bias, .body = bodies.back()});
@@ -459,7 +351,7 @@ class ScopeBuilder {
   }
 
   void field(ScopeNames& parent, const std::string& name, const Type& type, const Want& want) {
-    field(parent, name, type, want, std::string(requested_name(name)));
+    field(parent, name, type, want, std::string(wants_.requested_name(name)));
   }
   // Options are called as what they are options of, elements not at all.
   void field(ScopeNames& parent, const std::string& name, const Type& type, const Want& want,
@@ -468,7 +360,7 @@ class ScopeBuilder {
     auto& names = parent.add(name, &type);
     names.is_open = true;
     shown_name_ = shown_name;
-    value(names, type, with_roles(names, type, want));
+    value(names, type, wants_.of_field(names.name, type, want));
     names.is_open = false;
   }
 
@@ -504,9 +396,9 @@ class ScopeBuilder {
 
   Scope& scope_;
   bool is_header_;
+  Wants wants_;
   EventChoice* choice_;     // null: nothing is shown
   std::string shown_name_;  // of the field that is laid out
-  std::span<const Role> roles_;
   References references_;
   ProgramWriter out_;
 };
