@@ -12,8 +12,9 @@ ONCE = 'test -e "$FLAG" || { touch "$FLAG"; echo "a_test.cpp:7: Failure"; echo "
 
 
 class Suite(unittest.TestCase):
-    def run_suite(self, tests, *options):
-        """`tests`: name → shell command, where $FLAG is a file of its own. Returns the exit code, the output, the short text."""
+    def run_suite(self, tests, *options, more=()):
+        """`tests`: name → shell command, where $FLAG is a file of its own; `more`: lines of CTest's file. Returns the exit code, the
+        output, the short text."""
         folder = tempfile.TemporaryDirectory(prefix="cie-suite-")
         self.addCleanup(folder.cleanup)
         self.tree = Path(folder.name)
@@ -21,7 +22,7 @@ class Suite(unittest.TestCase):
         for number, (name, command) in enumerate(tests.items()):
             lines += [f"add_test([=[{name}]=] sh -c [=[echo ran >>'{self.tree}/runs-{name}'; {command}]=])",
                       f"set_tests_properties([=[{name}]=] PROPERTIES LABELS unit TIMEOUT 20 ENVIRONMENT FLAG={self.tree}/flag-{number})"]
-        (self.tree / "CTestTestfile.cmake").write_text("\n".join(lines), "utf-8")
+        (self.tree / "CTestTestfile.cmake").write_text("\n".join([*lines, *more]), "utf-8")
         done = subprocess.run([sys.executable, SUITE, self.tree, self.tree / "tests", *options],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=200, check=False)
         return done.returncode, done.stdout, (self.tree / "tests.txt").read_text("utf-8")
@@ -115,6 +116,13 @@ END"""})
             self.assertEqual(code, expected, out)
             self.assertEqual(out.count("skipped: unit.program: A.skips: "), 1, out)
         self.assertEqual(self.run_suite({"unit.c": "echo 'test_a (m.C.test_a) ... skipped \"not possible here: no PMU\"'"})[0], 0)
+
+    def test_what_lacked_its_fixture_was_not_skipped(self):
+        code, out, brief = self.run_suite({"unit.setup": "echo wrong; false", "unit.user": "true"}, more=[
+            "set_tests_properties(unit.setup PROPERTIES FIXTURES_SETUP ready)",
+            "set_tests_properties(unit.user PROPERTIES FIXTURES_REQUIRED ready)"])
+        self.assertEqual((code, brief), (1, "FAILED: unit.setup (Failed)\n    wrong\n"
+                                            "FAILED: unit.user (Not Run)\n    Failed test dependencies: unit.setup\n"), out)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-// A timer's callback publishes, a subscription's callback counts; each on a thread of its own.
+// A timer's callback publishes, a subscription's callback counts, a service answers; each on a thread
+// of its own.
 #include <cie/executor/executor.hpp>
 #include <cie/executor/node.hpp>
 
@@ -19,18 +20,6 @@ int main() {
   std::atomic<pid_t> publishing{0};
   std::atomic<pid_t> receiving{0};
 
-  const auto publisher = node.create_publisher<outside_msgs::Ping>("ping", cie::QoS(10));
-  const auto subscription = node.create_subscription<outside_msgs::Ping>(
-      "ping", cie::QoS(10), [&](const outside_msgs::Ping&) {
-        receiving = gettid();
-        if (++received == 5) executor.cancel();
-      });
-  const auto timer = node.create_wall_timer(std::chrono::milliseconds(2), [&] {
-    publishing = gettid();
-    auto ping = cie::make_message<outside_msgs::Ping>();
-    cie::set_text(ping->header.frame_id, "outside");
-    publisher->publish(std::move(ping));
-  });
   using outside_msgs::Double_Request;
   using outside_msgs::Double_Response;
   const auto service = node.create_service<Double_Request, Double_Response>(
@@ -39,14 +28,29 @@ int main() {
       });
   const auto client = node.create_client<Double_Request, Double_Response>("double");
   auto doubled = client->async_send_request({.number = 21});
+  const auto is_answered = [&doubled] {
+    return doubled.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  };
+
+  const auto publisher = node.create_publisher<outside_msgs::Ping>("ping", cie::QoS(10));
+  const auto subscription = node.create_subscription<outside_msgs::Ping>(
+      "ping", cie::QoS(10), [&](const outside_msgs::Ping&) {
+        receiving = gettid();
+        if (++received >= 5 && is_answered()) executor.cancel();
+      });
+  const auto timer = node.create_wall_timer(std::chrono::milliseconds(2), [&] {
+    publishing = gettid();
+    auto ping = cie::make_message<outside_msgs::Ping>();
+    cie::set_text(ping->header.frame_id, "outside");
+    publisher->publish(std::move(ping));
+  });
   executor.add_node(node);
   executor.spin_for(std::chrono::seconds(30));
 
-  std::printf("%d pings from thread %d to thread %d\n", received.load(), publishing.load(),
-              receiving.load());
   const bool is_isolated =
       publishing != receiving && publishing != getpid() && receiving != getpid();
-  const bool is_answered = doubled.wait_for(std::chrono::seconds(0)) == std::future_status::ready &&
-                           doubled.get()->doubled == 42;
-  return received >= 5 && is_isolated && is_answered ? 0 : 1;
+  const bool is_doubled = is_answered() && doubled.get()->doubled == 42;
+  std::printf("%d pings from thread %d to thread %d, %s\n", received.load(), publishing.load(),
+              receiving.load(), is_doubled ? "answered" : "not answered");
+  return received >= 5 && is_isolated && is_doubled ? 0 : 1;
 }
