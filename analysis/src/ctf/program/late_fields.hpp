@@ -29,9 +29,9 @@ class LateFields {
     VocabularyState& state() noexcept { return state_; }
     // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
     // Both stay where they are until fill().
-    // Events whose order counts are filled at once.
+    // Those that wait for none are filled at once.
     void add(const EventPlan& plan, Event& event, const std::uint8_t* body, EventBatch& batch) {
-      if (plan.is_ordered) {
+      if (plan.is_filled_at_once) {
         fill(plan, {&event, body}, batch);
         return;
       }

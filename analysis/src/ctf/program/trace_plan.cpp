@@ -267,7 +267,7 @@ void TracePlan::choose(EventPlan& plan) const {
   plan.is_shown = number && choice_->has_fields();
   plan.other = {.name = {}, .event_class = number.value_or(OtherEvent::kNoClass)};
   plan.translation = nullptr;
-  plan.is_ordered = false;
+  plan.is_filled_at_once = false;
 }
 
 void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
@@ -276,7 +276,9 @@ void TracePlan::add_event(StreamPlan& plan, const EventClass& event,
   result->number = events_.size();
   result->name = event.name;
   result->translation = find_translation(event.name);
-  result->is_ordered = domain == Domain::kernel || is_kernel_event(event.name);
+  const bool has_memory =
+      result->translation != nullptr && result->translation->translate == nullptr;
+  result->is_filled_at_once = has_memory || domain == Domain::kernel || is_kernel_event(event.name);
   result->other.name = result->name;
   if (choice_ != nullptr) choose(*result);
   const bool is_unread = !event.unread_fields.empty();

@@ -64,8 +64,9 @@ struct EventPlan {
   std::size_t number = 0;  // of the trace's classes of events, from 0
   std::string name;
   const Translation* translation = nullptr;  // null: of no vocabulary
-  bool is_ordered = false;                   // its translation follows from earlier events
-  const Sequence* context = nullptr;         // null: nothing to read
+  // Its translation follows from earlier events, or is left to who remembers them.
+  bool is_filled_at_once = false;
+  const Sequence* context = nullptr;  // null: nothing to read
   const Sequence* fields = nullptr;
   bool has_own_pid = false;  // the tracer wrote it into this context, not the common one
   bool has_own_tid = false;
