@@ -6,9 +6,10 @@
 Writes RESULTS.xml (JUnit), RESULTS-again.xml of what ran again, and RESULTS.txt: the failures in short.
 
 Tests of kind live and browser talk to daemons, other processes and a browser on a machine that others
-use: there, a second's starvation can look like a defect. One that failed runs once more when all others
-have ended, alone; it fails the suite if it fails again, and is named loudly if it does not. What crashed,
-and what a sanitizer reported, was no lack of time: it never runs again, and nothing does when many failed.
+use: there, a second's starvation can look like a defect. So it can where an installed program is run. One
+that failed, or lacked such a one's fixture, runs once more when all others have ended, alone; it fails the
+suite if it fails again, and is named loudly if it does not. What crashed, and what a sanitizer reported,
+was no lack of time: it never runs again, and nothing does when many failed.
 Tests of every other kind depend on nothing but the code, so they must pass at once.
 
 A test may skip only for a reason that ./run cannot help (see skipped.py).
@@ -23,7 +24,7 @@ from pathlib import Path
 
 import skipped
 
-RUN_AGAIN = ("live.", "browser.")
+RUN_AGAIN = ("live.", "browser.", "package.outside_project", "package.first_program")
 MOST_AGAIN = 10  # more are no accident
 LINES_SHOWN = 60
 # Of ctest's last words: "  565 - live.live_sources (Failed)", since CMake 3.31 with the test's labels.
@@ -42,7 +43,8 @@ class Failure:
     output: str = ""
 
     def may_run_again(self):
-        return (self.name.startswith(RUN_AGAIN) and self.how in ("Failed", "Timeout")
+        lacks_fixture = self.how == "Not Run" and skipped.UNFIXED in self.output
+        return (self.name.startswith(RUN_AGAIN) and (self.how in ("Failed", "Timeout") or lacks_fixture)
                 and not SANITIZER.search(self.output))
 
 

@@ -27,7 +27,7 @@ get_filename_component(example "${example}" DIRECTORY)
 run(${CMAKE_COMMAND} -S "${example}" -B "${SCRATCH}/components" -G "${GENERATOR}"
   -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Debug)
 run(${CMAKE_COMMAND} --build "${SCRATCH}/components")
-run(${CMAKE_COMMAND} -E env CIE_DISCOVERY_TAG=package timeout --preserve-status -s TERM 1
+run(${CMAKE_COMMAND} -E env CIE_DISCOVERY_TAG=package timeout --preserve-status -s TERM 5
   "${prefix}/bin/cie" run "${SCRATCH}/components/components/app.yaml")
 
 # The same without CMake. The desk's libraries are static; of the robot's, what is linked must be found.
@@ -52,7 +52,7 @@ run(${CMAKE_COMMAND} -E env "LD_LIBRARY_PATH=${pkgconfig}/.." "${SCRATCH}/schedu
 
 run("${prefix}/bin/cie" --version)
 run("${prefix}/bin/cie-record" --help)
-# Ended by SIGTERM, cie-run says 0 if it could load its component.
+# Ended by SIGTERM, cie-run says 0 if it could load its component; until it listens to signals it dies of them.
 file(COPY "${SOURCES}/app.yaml" DESTINATION "${SCRATCH}")
-run(${CMAKE_COMMAND} -E env CIE_DISCOVERY_TAG=package timeout --preserve-status -s TERM 1
+run(${CMAKE_COMMAND} -E env CIE_DISCOVERY_TAG=package timeout --preserve-status -s TERM 5
   "${prefix}/bin/cie" run "${SCRATCH}/app.yaml")

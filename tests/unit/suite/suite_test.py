@@ -124,6 +124,15 @@ END"""})
         self.assertEqual((code, brief), (1, "FAILED: unit.setup (Failed)\n    wrong\n"
                                             "FAILED: unit.user (Not Run)\n    Failed test dependencies: unit.setup\n"), out)
 
+    def test_what_lacked_the_fixture_of_a_live_test_runs_again_with_it(self):
+        fixture = ["set_tests_properties(live.setup PROPERTIES FIXTURES_SETUP ready)",
+                   "set_tests_properties(live.user PROPERTIES FIXTURES_REQUIRED ready)"]
+        code, out, brief = self.run_suite({"live.setup": ONCE, "live.user": "true"}, more=fixture)
+        self.assertEqual(code, 0, out)
+        self.assertEqual([line for line in brief.splitlines() if line[0] != " "],
+                         ["passed only when run again: live.setup (Failed)", "passed only when run again: live.user (Not Run)"])
+        self.assertEqual((self.runs("live.setup"), self.runs("live.user")), (2, 1))
+
 
 if __name__ == "__main__":
     unittest.main(argv=sys.argv[:1], verbosity=2)
