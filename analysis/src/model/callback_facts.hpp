@@ -78,7 +78,7 @@ struct alignas(64) CallbackFacts {
   std::uint64_t longest_queue = 0;
   SequenceFacts starts{};
   SequenceFacts ended{};  // missing: of instances from the first start seen to the last end seen
-  std::vector<CallbackOnThread> ran_on{};   // by first start
+  std::vector<CallbackOnThread*> ran_on{};  // of the model's pairs, by first start
   std::optional<Timestamp> first_expiry{};  // of a timer whose others follow from it
   std::optional<Duration>
       response_deadline{};   // to be kept: that of the spec, else the declared one

@@ -32,6 +32,7 @@ struct Model {
   std::deque<ProcessFacts> processes{};
   std::deque<ThreadFacts> threads{};
   std::deque<CallbackFacts> callbacks{};
+  std::deque<CallbackOnThread> pairs{};  // by first start
   std::vector<NodeFacts> nodes{};
   std::deque<GroupFacts> groups{};
   std::deque<PublisherFacts> publishers{};

@@ -100,8 +100,8 @@ bool are_periods_known(const CallbackFacts& facts) {
 std::optional<Isolation> isolation_of(const Model& model, const HiddenCallbacks& hidden,
                                       const CallbackFacts& facts) {
   const bool is_shared = facts.ran_on.size() > 1 ||
-                         std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread& pair) {
-                           return model.threads[at(pair.thread)].ran.size() > 1;
+                         std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread* pair) {
+                           return model.threads[at(pair->thread)].ran.size() > 1;
                          });
   if (is_shared) return Isolation::not_isolated;
   if (facts.starts_without_tid > 0 || hidden.on_thread_of(facts)) return std::nullopt;
@@ -136,12 +136,12 @@ CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool k
   if (facts.response_deadline)
     report.late = facts.are_releases_certain() ? facts.late : facts.late_by_duration;
   if (facts.group) report.group = to_number(*facts.group);
-  for (const auto& pair : facts.ran_on) {
-    const auto& thread = model.threads[at(pair.thread)];
-    report.threads.push_back(CallbackThread{.thread = pair.thread,
+  for (const auto* pair : facts.ran_on) {
+    const auto& thread = model.threads[at(pair->thread)];
+    report.threads.push_back(CallbackThread{.thread = pair->thread,
                                             .tid = thread.tid,
                                             .name = thread.name,
-                                            .instances = pair.instances});
+                                            .instances = pair->instances});
   }
   std::stable_sort(report.threads.begin(), report.threads.end(),
                    [](const auto& a, const auto& b) { return a.tid < b.tid; });
@@ -185,8 +185,8 @@ ThreadReport report_of(const Model& model, ThreadIndex index) {
   const auto id_of = [&model](CallbackIndex callback) -> const std::string& {
     return model.callbacks[at(callback)].logical_id;
   };
-  for (const auto& pair : facts.ran)
-    report.ran.push_back(pair.callback);
+  for (const auto* pair : facts.ran)
+    report.ran.push_back(pair->callback);
   std::ranges::stable_sort(report.ran, {}, id_of);
   for (const auto callback : report.ran)
     report.callbacks.push_back(id_of(callback));

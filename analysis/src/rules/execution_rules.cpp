@@ -119,8 +119,8 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
     if (thread.ran.empty() && !is_isolated(thread)) return;
-    for (const auto& pair : thread.ran)
-      judgement.check(pair.starts);
+    for (const auto* pair : thread.ran)
+      judgement.check(pair->starts);
     judgement.overrule(losses.on(index));
     judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {

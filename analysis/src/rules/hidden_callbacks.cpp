@@ -15,8 +15,8 @@ ThreadsOfGroups threads_of_groups(const Model& model) {
   ThreadsOfGroups threads;
   for (const auto& callback : model.callbacks) {
     if (!callback.group) continue;
-    for (const auto& pair : callback.ran_on)
-      threads[{callback.process, *callback.group}].insert(pair.thread);
+    for (const auto* pair : callback.ran_on)
+      threads[{callback.process, *callback.group}].insert(pair->thread);
   }
   return threads;
 }
@@ -80,8 +80,8 @@ std::optional<Evidence> HiddenCallbacks::on(ThreadIndex thread) const {
 }
 
 std::optional<Evidence> HiddenCallbacks::on_thread_of(const CallbackFacts& callback) const {
-  for (const auto& pair : callback.ran_on) {
-    auto reason = on(pair.thread);
+  for (const auto* pair : callback.ran_on) {
+    auto reason = on(pair->thread);
     if (!reason) continue;
     if (model_.processes[at(callback.process)].ros2_begin) {
       reason->note =

@@ -26,10 +26,12 @@ std::string thread_name(const ThreadFacts& thread) {
 }
 
 // Pairs of a callback and a thread by first start; content decides ties.
-std::vector<CallbackOnThread> in_order(const Model& model, std::vector<CallbackOnThread> pairs) {
-  std::ranges::stable_sort(pairs, {}, [&model](const CallbackOnThread& pair) {
-    return std::tuple(pair.first_start.time, thread_of(model, pair.thread).tid,
-                      to_number(model.callbacks[at(pair.callback)].id));
+std::vector<const CallbackOnThread*> in_order(const Model& model,
+                                              std::span<const CallbackOnThread* const> unordered) {
+  std::vector pairs(unordered.begin(), unordered.end());
+  std::ranges::stable_sort(pairs, {}, [&model](const CallbackOnThread* pair) {
+    return std::tuple(pair->first_start.time, thread_of(model, pair->thread).tid,
+                      to_number(model.callbacks[at(pair->callback)].id));
   });
   return pairs;
 }
@@ -48,9 +50,9 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
-        for (const auto& pair : in_order(model, thread.ran)) {
-          judgement.check(pair.starts);
-          if (thread.ran.size() > 1) judgement.fail([&] { return started_here(model, pair); });
+        for (const auto* pair : in_order(model, thread.ran)) {
+          judgement.check(pair->starts);
+          if (thread.ran.size() > 1) judgement.fail([&] { return started_here(model, *pair); });
         }
         judgement.doubt(losses.on(index));
         judgement.doubt(context.hidden.on(index));
@@ -82,13 +84,13 @@ void judge_threads_of(const RuleContext& context, const CallbackFacts& callback,
   const auto pairs = in_order(model, callback.ran_on);
   std::vector<bool> is_told(pairs.size());
   const auto tell = [&](std::size_t place) {
-    if (!is_told[place]) judgement.fail([&] { return started_here(model, pairs[place]); });
+    if (!is_told[place]) judgement.fail([&] { return started_here(model, *pairs[place]); });
     is_told[place] = true;
   };
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     for (std::size_t k = i + 1; k < pairs.size() && !judgement.is_full(); ++k) {
-      auto earlier = pairs[i].thread;
-      auto later = pairs[k].thread;
+      auto earlier = pairs[i]->thread;
+      auto later = pairs[k]->thread;
       if (lives.of(later).begin < lives.of(earlier).begin) std::swap(earlier, later);
       switch (succession(context, earlier, later)) {
         case Succession::together:

@@ -21,17 +21,17 @@ namespace {
 const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread) {
   if (context.options.spec == nullptr) return nullptr;
   if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
-  for (const auto& pair : thread.ran) {
-    const auto& callback = context.model.callbacks[at(pair.callback)];
+  for (const auto* pair : thread.ran) {
+    const auto& callback = context.model.callbacks[at(pair->callback)];
     if (is_registered_to(thread, callback)) return spec_entry(context, callback);
   }
   return nullptr;
 }
 
 void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judgement& judgement) {
-  for (const auto& pair : thread.ran) {
-    const auto& callback = model.callbacks[at(pair.callback)];
-    judgement.check(pair.starts);
+  for (const auto* pair : thread.ran) {
+    const auto& callback = model.callbacks[at(pair->callback)];
+    judgement.check(pair->starts);
     if (is_registered_to(thread, callback)) continue;
     if (!callback.registered && !thread.callback) continue;  // perhaps of its group
     judgement.fail([&] {
@@ -41,9 +41,9 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
                                                        : std::string("of its group")));
     });
     judgement.fail([&] {
-      return evidence("callback_start", pair.first_start,
-                      "started " + callback.logical_id + " (seq " + std::to_string(pair.first_seq) +
-                          "), which is not its own");
+      return evidence("callback_start", pair->first_start,
+                      "started " + callback.logical_id + " (seq " +
+                          std::to_string(pair->first_seq) + "), which is not its own");
     });
   }
 }
@@ -183,8 +183,8 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   // Groups whose thread is not known to be isolated or not.
   std::map<std::pair<ProcessIndex, GroupId>, Evidence> unknown;
   for (const auto& [index, reason] : context.unknown_threads) {
-    for (const auto& pair : model.threads[at(index)].ran) {
-      const auto& callback = model.callbacks[at(pair.callback)];
+    for (const auto* pair : model.threads[at(index)].ran) {
+      const auto& callback = model.callbacks[at(pair->callback)];
       if (callback.group) unknown.try_emplace({callback.process, *callback.group}, reason);
     }
   }
@@ -228,8 +228,8 @@ std::vector<Timestamp> last_activities(const Model& model) {
   std::vector<Timestamp> times;
   for (const auto& callback : model.callbacks) {
     auto& last = times.emplace_back(Timestamp{std::numeric_limits<std::int64_t>::min()});
-    for (const auto& pair : callback.ran_on)
-      last = std::max(last, pair.last_activity.time);
+    for (const auto* pair : callback.ran_on)
+      last = std::max(last, pair->last_activity.time);
   }
   return times;
 }
@@ -239,8 +239,8 @@ std::vector<Timestamp> last_activities(const Model& model) {
 bool is_end_lost(const Model& model, const ThreadFacts& thread,
                  const std::vector<Timestamp>& last_activities) {
   if (thread.fini || !model.processes[at(thread.process)].run_end) return false;
-  return std::ranges::any_of(thread.ran, [&last_activities](const CallbackOnThread& pair) {
-    return last_activities[at(pair.callback)] <= pair.last_activity.time;
+  return std::ranges::any_of(thread.ran, [&last_activities](const CallbackOnThread* pair) {
+    return last_activities[at(pair->callback)] <= pair->last_activity.time;
   });
 }
 
@@ -251,8 +251,8 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   auto verdicts = judge_threads(context, [&](ThreadIndex, const ThreadFacts& thread,
                                              Judgement& judgement) {
     if (thread.ran.empty()) return;
-    for (const auto& pair : thread.ran)
-      judgement.check(pair.starts);
+    for (const auto* pair : thread.ran)
+      judgement.check(pair->starts);
     if (thread.announced) {
       if (is_end_lost(model, thread, activities)) {
         judgement.doubt(evidence("thread_fini", model.processes[at(thread.process)].run_end->at,

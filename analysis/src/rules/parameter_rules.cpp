@@ -18,8 +18,8 @@ namespace {
 std::map<CallbackIndex, const Evidence*> on_unknown_threads(const RuleContext& context) {
   std::map<CallbackIndex, const Evidence*> callbacks;
   for (const auto& [index, reason] : context.unknown_threads) {
-    for (const auto& pair : context.model.threads[at(index)].ran)
-      callbacks.try_emplace(pair.callback, &reason);
+    for (const auto* pair : context.model.threads[at(index)].ran)
+      callbacks.try_emplace(pair->callback, &reason);
   }
   return callbacks;
 }
@@ -132,8 +132,9 @@ std::vector<SubjectVerdict> judge_specified(const RuleContext& context) {
 std::optional<ThreadIndex> thread_of_first_instance(const CallbackFacts& callback,
                                                     const std::vector<ThreadIndex>& isolated) {
   const auto ran = std::ranges::find(callback.ran_on, 0U, &CallbackOnThread::first_seq);
-  if (ran != callback.ran_on.end() && std::ranges::find(isolated, ran->thread) != isolated.end()) {
-    return ran->thread;
+  if (ran != callback.ran_on.end() &&
+      std::ranges::find(isolated, (*ran)->thread) != isolated.end()) {
+    return (*ran)->thread;
   }
   return isolated.empty() ? std::nullopt : std::optional(isolated.front());
 }

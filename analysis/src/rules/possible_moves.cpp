@@ -33,12 +33,12 @@ bool PossibleMoves::exist_of(const CallbackFacts& callback) const {
   const auto& lives = context_.lives;
   std::vector<ThreadIndex> own;
   std::optional<Timestamp> first_exit;
-  auto last_activity = callback.ran_on.front().last_activity.time;
-  for (const auto& pair : callback.ran_on) {
-    own.push_back(pair.thread);
-    last_activity = std::max(last_activity, pair.last_activity.time);
-    if (!context_.model.threads[at(pair.thread)].fini) continue;
-    const auto exit = lives.of(pair.thread).end;
+  auto last_activity = callback.ran_on.front()->last_activity.time;
+  for (const auto* pair : callback.ran_on) {
+    own.push_back(pair->thread);
+    last_activity = std::max(last_activity, pair->last_activity.time);
+    if (!context_.model.threads[at(pair->thread)].fini) continue;
+    const auto exit = lives.of(pair->thread).end;
     first_exit = first_exit ? std::min(*first_exit, exit) : exit;
   }
   std::ranges::sort(own);

@@ -69,8 +69,8 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
     if (!index) {
       for (const auto other : threads)
         judgement.overrule(proof.loss(other));
-      for (const auto& pair : callback.ran_on) {  // perhaps its own, announced unseen
-        if (!model.threads[at(pair.thread)].announced) judgement.doubt(proof.loss(pair.thread));
+      for (const auto* pair : callback.ran_on) {  // perhaps its own, announced unseen
+        if (!model.threads[at(pair->thread)].announced) judgement.doubt(proof.loss(pair->thread));
       }
       return nullptr;
     }

@@ -135,7 +135,7 @@ bool is_never_read_back(const Model& model, const ThreadFacts& thread) noexcept 
 
 const SpecEntry* sole_entry(const RuleContext& context, const ThreadFacts& thread) {
   if (thread.ran.size() != 1) return nullptr;
-  return spec_entry(context, context.model.callbacks[at(thread.ran.front().callback)]);
+  return spec_entry(context, context.model.callbacks[at(thread.ran.front()->callback)]);
 }
 
 std::string scheduled_text(const ThreadFacts& thread) {
@@ -208,8 +208,8 @@ void judge_scheduled_cpus(const RuleContext& context, ThreadIndex index, Judgeme
 
 void judge_scheduled(const RuleContext& context, const CallbackFacts& callback,
                      const SpecEntry& entry, Judgement& judgement) {
-  for (const auto& pair : callback.ran_on)
-    judge_thread(context, pair.thread, entry, judgement);
+  for (const auto* pair : callback.ran_on)
+    judge_thread(context, pair->thread, entry, judgement);
 }
 
 void judge_scheduled_before(const RuleContext& context, CallbackIndex index, const SpecEntry& entry,
@@ -217,8 +217,8 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   const auto& model = context.model;
   const auto& callback = model.callbacks[at(index)];
   if (callback.ran_on.empty() || !entry.parameters.policy) return;
-  const auto first = std::ranges::min_element(
-      callback.ran_on, {}, [](const CallbackOnThread& pair) { return pair.first_start.time; });
+  const auto* const first = *std::ranges::min_element(
+      callback.ran_on, {}, [](const CallbackOnThread* pair) { return pair->first_start.time; });
   const auto& scheduled = model.threads[at(first->thread)].scheduled;
   const auto match = std::ranges::find_if(
       scheduled, [&entry](const ScheduledAs& as) { return is_as_asked(as, entry.parameters); });

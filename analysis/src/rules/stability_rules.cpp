@@ -23,7 +23,7 @@ std::string whose(const Model& model, const ThreadFacts& thread) {
   if (thread.ran.size() != 1) {
     return thread.name.empty() ? std::string() : " (thread \"" + thread.name + "\")";
   }
-  return " (thread of " + model.callbacks[at(thread.ran.front().callback)].logical_id + ")";
+  return " (thread of " + model.callbacks[at(thread.ran.front()->callback)].logical_id + ")";
 }
 
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {

@@ -18,9 +18,9 @@ ThreadLife life_of(const ThreadFacts& thread) {
     if (*sign) extend((*sign)->time);
   }
   std::optional<Timestamp> last_activity;
-  for (const auto& activity : thread.ran) {
-    const auto last = activity.last_activity.time;
-    extend(activity.first_start.time);
+  for (const auto* pair : thread.ran) {
+    const auto last = pair->last_activity.time;
+    extend(pair->first_start.time);
     extend(last);
     last_activity = last_activity ? std::max(*last_activity, last) : last;
   }

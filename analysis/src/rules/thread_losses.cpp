@@ -19,9 +19,9 @@ ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const Isolate
     for (const auto thread : announced)
       lose(thread);
     bool is_pooled = announced.empty() && callback.ran_on.empty();
-    for (const auto& pair : callback.ran_on) {
-      lose(pair.thread);
-      is_pooled = is_pooled || !is_isolated(model.threads[at(pair.thread)]);
+    for (const auto* pair : callback.ran_on) {
+      lose(pair->thread);
+      is_pooled = is_pooled || !is_isolated(model.threads[at(pair->thread)]);
     }
     if (is_pooled) in_pools_.try_emplace(callback.process, &loss);
   }

@@ -72,9 +72,9 @@ bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) 
 }
 
 const EventRef& first_start_on(const ThreadFacts& thread) {
-  return std::ranges::min_element(
-             thread.ran, {}, [](const CallbackOnThread& pair) { return pair.first_start.time; })
-      ->first_start;
+  const auto first = std::ranges::min_element(
+      thread.ran, {}, [](const CallbackOnThread* pair) { return pair->first_start.time; });
+  return (*first)->first_start;
 }
 
 EventRef first_sign(const CallbackFacts& callback) noexcept {

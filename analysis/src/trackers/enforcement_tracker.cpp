@@ -121,8 +121,8 @@ void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& threa
   if (all.empty() || all.back().first.prio != prio) {
     if (all.size() >= kMaxScheduled) return;
     std::uint64_t starts = 0;
-    for (const auto& pair : thread.ran)
-      starts += pair.starts;
+    for (const auto* pair : thread.ran)
+      starts += pair->starts;
     all.push_back(
         ScheduledAs{.first = {.at = where, .prio = prio}, .last = where, .starts_before = starts});
   }

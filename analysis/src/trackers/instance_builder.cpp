@@ -203,46 +203,42 @@ bool InstanceBuilder::is_confined(const LiveInstance& live) const {
          recording_.coverage().covers(live.host, read_back->cpus);
 }
 
+CallbackOnThread& InstanceBuilder::pair_of(const LiveInstance& live) {
+  auto& pairs = live.callback_facts->ran_on;
+  auto& threads = callbacks_[live.callback].ran_on;
+  const auto place =
+      static_cast<std::size_t>(std::ranges::find(threads, *live.thread) - threads.begin());
+  if (place < threads.size()) return *pairs[place];
+  auto& pair = model_.pairs.emplace_back(CallbackOnThread{.callback = live.callback,
+                                                          .thread = *live.thread,
+                                                          .starts = 0,
+                                                          .instances = 0,
+                                                          .last_activity = {},
+                                                          .first_start = live.start,
+                                                          .first_seq = live.seq});
+  threads.push_back(pair.thread);
+  pairs.push_back(&pair);
+  live.thread_facts->ran.push_back(&pair);
+  return pair;
+}
+
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
-  auto& facts = *live.callback_facts;
-  auto& callback = callbacks_[live.callback];
-  const bool has_run = !callback.ran_on.empty();
-  const bool goes_on = has_run && callback.ran_on[callback.last_on] == *live.thread;
-  if (!goes_on) {
-    // Where the pair of callback and thread is in `pairs`; `keys` tells which is which there.
-    const auto place_in = [&live](std::vector<CallbackOnThread>& pairs, auto& keys, auto key) {
-      const auto place = static_cast<std::size_t>(std::ranges::find(keys, key) - keys.begin());
-      if (place == keys.size()) {
-        keys.push_back(key);
-        pairs.push_back(CallbackOnThread{.callback = live.callback,
-                                         .thread = *live.thread,
-                                         .starts = 0,
-                                         .instances = 0,
-                                         .first_start = live.start,
-                                         .first_seq = live.seq,
-                                         .last_activity = {}});
-      }
-      return place;
-    };
-    if (has_run && facts.moves.size() < kMaxMoves) {
-      const auto& last = facts.ran_on[callback.last_on];
-      const bool is_new = facts.last_init && facts.last_init->time > last.last_activity.time;
-      facts.moves.push_back(Move{.from = last.thread,
+  auto& last = callbacks_[live.callback].last_on;
+  if (last == nullptr || last->thread != *live.thread) {
+    auto& facts = *live.callback_facts;
+    if (last != nullptr && facts.moves.size() < kMaxMoves) {
+      const bool is_new = facts.last_init && facts.last_init->time > last->last_activity.time;
+      facts.moves.push_back(Move{.from = last->thread,
                                  .to = *live.thread,
-                                 .last_on_from = last.last_activity,
+                                 .last_on_from = last->last_activity,
                                  .first_on_to = live.start,
                                  .registered_again = is_new});
     }
-    callback.last_on = place_in(facts.ran_on, callback.ran_on, *live.thread);
-    callback.last_on_thread =
-        place_in(live.thread_facts->ran, of_thread(live.thread).ran, live.callback);
+    last = &pair_of(live);
   }
-  live.on_callback = callback.last_on;
-  live.on_thread = callback.last_on_thread;
-  for (auto* pair : {&facts.ran_on[live.on_callback], &live.thread_facts->ran[live.on_thread]}) {
-    ++pair->starts;
-    pair->last_activity = live.start;
-  }
+  live.pair = last;
+  ++last->starts;
+  last->last_activity = live.start;
 }
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackEnd& event) {
@@ -332,10 +328,8 @@ void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
     if (live->first_inner && !thread.nesting) {
       thread.nesting = nesting_of(*live);
     }
-    facts.ran_on[live->on_callback].last_activity = *live->end;
-    callback.last_on = live->on_callback;
-    callback.last_on_thread = live->on_thread;
-    thread.ran[live->on_thread].last_activity = *live->end;
+    callback.last_on = live->pair;
+    live->pair->last_activity = *live->end;
   }
   callback.recent.push(Ended{.seq = live->seq, .end = *live->end});
   if (facts.kind == CallbackKind::service && !facts.is_accounted && live->writer_gid != 0) {

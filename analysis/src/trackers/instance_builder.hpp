@@ -76,7 +76,6 @@ class InstanceBuilder {
     std::optional<Timestamp> last_activity;  // the latest start or end
     Timestamp busy_since;     // until then: that instances followed each other at once
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
-    std::vector<CallbackIndex> ran;  // those of its facts, which are larger by far
   };
   struct Ended {  // recently ended instances of a callback
     std::uint64_t seq = 0;
@@ -89,8 +88,7 @@ class InstanceBuilder {
     std::vector<ChainNodeRef> answering;  // ended, of services: they may respond afterwards
     std::uint64_t losses = 0;             // that the grid knows of
     std::vector<ThreadIndex> ran_on;      // those of its facts, which are larger by far
-    std::size_t last_on = 0;              // of them, where it did something last
-    std::size_t last_on_thread = 0;       // and its place in what that thread ran
+    CallbackOnThread* last_on = nullptr;  // where it did something last
   };
 
   OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
@@ -101,6 +99,8 @@ class InstanceBuilder {
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   void note_on_thread(LiveInstance& live);
+  // Its callback on its thread, which is known; the first time, a new one.
+  CallbackOnThread& pair_of(const LiveInstance& live);
   void note_missed(const LiveInstance& live);
   // The release of a timer whose expiries are known.
   void follow_grid(LiveInstance& live);

@@ -252,10 +252,7 @@ void InstanceMeasurer::count(const LiveInstance& live, const Measured& measured)
     ++facts.exceptions;
     if (!facts.first_exception) facts.first_exception = {live.seq, *live.end};
   }
-  if (live.thread_facts != nullptr) {
-    ++facts.ran_on[live.on_callback].instances;
-    ++live.thread_facts->ran[live.on_thread].instances;
-  }
+  if (live.pair != nullptr) ++live.pair->instances;
   note_response_time(live, measured);
   note_parts(live, measured);
   note_arrival(live, measured);

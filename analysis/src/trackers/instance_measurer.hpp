@@ -47,12 +47,11 @@ struct LiveInstance {
   std::vector<Preemptor> preempted_by;
   // Its thread may use none but CPUs that the kernel's record covers, by its last read-back.
   bool is_confined = false;
-  bool is_in_window = false;    // began inside the window
-  std::uint64_t read = 0;       // see ChainNode
-  ChainNodeRef node;            // null: it has no part in a chain yet
-  std::size_t on_callback = 0;  // places in `ran_on` of its callback and `ran` of its thread
-  std::size_t on_thread = 0;
-  bool is_nested = false;  // began inside another instance of its thread
+  bool is_in_window = false;         // began inside the window
+  std::uint64_t read = 0;            // see ChainNode
+  ChainNodeRef node;                 // null: it has no part in a chain yet
+  CallbackOnThread* pair = nullptr;  // null: its thread is unknown
+  bool is_nested = false;            // began inside another instance of its thread
   std::optional<std::pair<CallbackIndex, EventRef>> first_inner;        // E3
   std::optional<std::pair<std::uint64_t, EventRef>> first_overlapping;  // E2: seq, start
 };

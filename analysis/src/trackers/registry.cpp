@@ -371,8 +371,8 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
   if (!index) index = new_thread(*process, event.tid);
   auto& thread = model_.threads[at(*index)];
   auto read_back = read_back_of(head, event);
-  for (const auto& pair : thread.ran)
-    read_back.starts_before += pair.starts;
+  for (const auto* pair : thread.ran)
+    read_back.starts_before += pair->starts;
   read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
   if (event.moment == SchedMoment::initial && !thread.initial) thread.initial = read_back;
   if (event.moment == SchedMoment::applied) {

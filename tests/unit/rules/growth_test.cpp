@@ -72,14 +72,14 @@ ThreadIndex add_thread(Model& model, ThreadRole role) {
 // It starts there at that time, and never ends.
 void run(Model& model, CallbackIndex callback, ThreadIndex thread, std::int64_t ns) {
   auto& facts = model.callbacks[at(callback)];
-  CallbackOnThread pair;
+  auto& pair = model.pairs.emplace_back();
   pair.callback = callback;
   pair.thread = thread;
   pair.starts = 1;
   pair.first_start = pair.last_activity = event_at(ns);
   pair.first_seq = facts.starts.count;
-  facts.ran_on.push_back(pair);
-  model.threads[at(thread)].ran.push_back(pair);
+  facts.ran_on.push_back(&pair);
+  model.threads[at(thread)].ran.push_back(&pair);
   if (!facts.starts.first) facts.starts.first_at = pair.first_start;
   facts.starts.first = 0;
   facts.starts.last = facts.starts.count++;
