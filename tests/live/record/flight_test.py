@@ -42,8 +42,9 @@ def starts_of(snapshot):
 
 
 def window_of(snapshot, streams):
-    """From when to when all of some streams reach, by the headers of their packets: see packet_start.hpp."""
-    begins, ends = [], []
+    """From when to when all channels of some streams reach, by the headers of their packets: see packet_start.hpp. A snapshot
+    takes one channel after the other: where what they hold has no time in common, from the first begin to the last end."""
+    begins, ends = {}, {}
     for file in snapshot.rglob(streams):
         data = file.read_bytes()
         if file.parent.name == "index" or not data:
@@ -51,10 +52,14 @@ def window_of(snapshot, streams):
         at = 0
         while at < len(data):
             begin, end, _, packet_bits = struct.unpack_from("=QQQQ", data, at + 32)
-            begins += [begin] if at == 0 else []
+            if at == 0:
+                first = begin
             at += packet_bits // 8
-        ends.append(end)
-    return max(begins), min(ends)
+        channel = file.name.rpartition("_")[0]
+        begins[channel] = max(first, begins.get(channel, first))
+        ends[channel] = min(end, ends.get(channel, end))
+    common = max(begins.values()), min(ends.values())
+    return common if common[0] <= common[1] else (min(begins.values()), max(ends.values()))
 
 
 class Flight(unittest.TestCase):
