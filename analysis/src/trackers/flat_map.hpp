@@ -1,9 +1,10 @@
 // Hash tables for look-ups per event: one array of slots, probed one after the other.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -76,32 +77,53 @@ class FlatMap {
   unsigned shift_ = 0;
 };
 
-// The same for values that are large: they lie one after the other beside the table, so that its
-// unused half costs little.
-template <typename Key, typename Value>
+// The same for values that are large, by numbers that are often near each other, as those of threads
+// are: values lie one after the other beside the table, and none moves when others are inserted.
+template <typename Number, typename Value>
 class DenseMap {
  public:
   // Null: not there.
-  const Value* find(const Key& key) const noexcept {
-    const auto* place = places_.find(key);
-    return place == nullptr ? nullptr : &values_[*place];
+  const Value* find(Number number) const noexcept {
+    const auto* near = places_.find(group_of(number));
+    if (near == nullptr) return nullptr;
+    const auto place = (*near)[within_group(number)];
+    return place == 0 ? nullptr : &value_at(place);
   }
-  Value* find(const Key& key) noexcept {
-    return const_cast<Value*>(std::as_const(*this).find(key));
+  Value* find(Number number) noexcept {
+    return const_cast<Value*>(std::as_const(*this).find(number));
   }
-  Value& operator[](const Key& key) { return *insert(key).first; }
-  std::pair<Value*, bool> insert(const Key& key) {
-    const auto [place, is_new] = places_.insert(key);
+  Value& operator[](Number number) { return *insert(number).first; }
+  std::pair<Value*, bool> insert(Number number) {
+    auto& place = places_[group_of(number)][within_group(number)];
+    const bool is_new = place == 0;
     if (is_new) {
-      *place = static_cast<std::uint32_t>(values_.size());
-      values_.emplace_back();
+      if (used_ % kInBlock == 0) blocks_.push_back(std::make_unique<Block>());
+      place = ++used_;
     }
-    return {&values_[*place], is_new};
+    return {&value_at(place), is_new};
   }
 
  private:
-  FlatMap<Key, std::uint32_t> places_;
-  std::deque<Value> values_;  // which moves none when it grows
+  // Those of a group are looked up in one cache line.
+  static constexpr unsigned kGroupBits = 4;
+  static constexpr std::uint32_t kInBlock = 32;
+  using Places = std::array<std::uint32_t, std::size_t{1} << kGroupBits>;  // from 1 on; 0: none
+  using Block = std::array<Value, kInBlock>;
+
+  static Number group_of(Number number) noexcept { return number >> kGroupBits; }
+  static std::size_t within_group(Number number) noexcept {
+    return static_cast<std::size_t>(number) % Places{}.size();
+  }
+  const Value& value_at(std::uint32_t place) const noexcept {
+    return (*blocks_[(place - 1) / kInBlock])[(place - 1) % kInBlock];
+  }
+  Value& value_at(std::uint32_t place) noexcept {
+    return const_cast<Value&>(std::as_const(*this).value_at(place));
+  }
+
+  FlatMap<Number, Places> places_;
+  std::vector<std::unique_ptr<Block>> blocks_;
+  std::uint32_t used_ = 0;
 };
 
 }  // namespace cie::analysis

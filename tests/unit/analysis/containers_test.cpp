@@ -52,6 +52,18 @@ TYPED_TEST(HashTable, KeepsWhatAnOrdinaryMapKeeps) {
   EXPECT_EQ(map.find(5'000), nullptr);
 }
 
+TEST(DenseMap, MovesNoValueWhenOthersAreInserted) {
+  DenseMap<std::int64_t, std::uint64_t> map;
+  std::vector<std::uint64_t*> places;
+  for (std::int64_t number = -5'000; number < 5'000; number += 7)
+    places.push_back(&map[number]);
+  for (std::int64_t number = -5'000; auto* place : places) {
+    EXPECT_EQ(map.find(number), place);
+    EXPECT_EQ(map.find(number + 1), nullptr);  // of the same group, mostly
+    number += 7;
+  }
+}
+
 TEST(Recent, ForgetsTheOldest) {
   Recent<int, 4> recent;
   EXPECT_EQ(recent.size(), 0U);
