@@ -5,6 +5,7 @@
 #include "ctf/metadata/tokens.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -202,8 +203,10 @@ void TracePlan::add_stream(const Metadata& metadata, const StreamClass& stream,
 }
 
 void StreamPlan::make_fixed(std::size_t event_id, const EventPlan& event) {
-  if (!event.fixed) return;
-  fixed_[event_id] = {.plan = &event, .bytes = event.fixed->bytes};
+  if (!event.fixed || event.fixed->bytes > std::numeric_limits<std::uint32_t>::max()) return;
+  fixed_[event_id] = {.plan = &event,
+                      .bytes = static_cast<std::uint32_t>(event.fixed->bytes),
+                      .is_other = event.is_other()};
   if (!header_layout) return;
   most_fixed_bytes_ = std::max(most_fixed_bytes_,
                                header_layout->most_bytes + event.fixed->bytes + FixedField::kSlack);

@@ -116,7 +116,8 @@ class StreamPlan {
   // The class of events of an id with the size of its fixed body; null if it has none.
   struct Fixed {
     const EventPlan* plan = nullptr;
-    std::uint64_t bytes = 0;
+    std::uint32_t bytes = 0;
+    bool is_other = false;  // see EventPlan: who steps over such events need not look there
   };
   std::span<const Fixed> fixed_events() const noexcept { return fixed_; }  // by id
   // So many bytes must be readable where such an event begins, whichever it is.

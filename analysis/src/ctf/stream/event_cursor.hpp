@@ -39,6 +39,7 @@ class EventCursor {
     const EventPlan* plan = nullptr;
     const std::uint8_t* body = nullptr;  // contexts and fields
     std::uint64_t clock = 0;             // cycles
+    bool is_other = false;               // see EventPlan
   };
   // Goes over such events as long as there are some and `take(event)` wants them. Nothing in the
   // window moves meanwhile.
@@ -119,11 +120,14 @@ void EventCursor::walk_fixed(Take take) {
     const auto id = option->id.load_unsigned(begin);
     if (id >= events.size() || events[id].plan == nullptr) [[unlikely]]
       break;
+    const auto& event = events[id];
     const auto time = extend_clock_by(clock, option->time.load_unsigned(begin), option->time.mask);
     const auto* body = begin + option->bytes;
-    if (!take(Fixed{.plan = events[id].plan, .body = body, .clock = time})) break;
+    if (!take(Fixed{.plan = event.plan, .body = body, .clock = time, .is_other = event.is_other})) {
+      break;
+    }
     clock = time;
-    begin = body + events[id].bytes;
+    begin = body + event.bytes;
   }
   bits_.at = static_cast<std::uint64_t>(begin - bits_.data) * 8;
   clock_ = clock;

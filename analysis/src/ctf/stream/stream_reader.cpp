@@ -212,11 +212,12 @@ bool StreamReader::look_ahead() {
   end_ahead_ = 0;
   if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
   auto last = last_time_.value_or(Timestamp{std::numeric_limits<std::int64_t>::min()});
+  const bool counts_others = identity_.counts_others;
   cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
     const auto time = time_of(found.clock);
     if (end_ahead_ == kAhead || time < last) return false;  // what runs backwards is told
     last = time;
-    if (is_counting(*found.plan)) {
+    if (counts_others && found.is_other) {
       ++counted_;
       return true;
     }
@@ -252,7 +253,7 @@ void StreamReader::emit_event(EventWriter& writer) {
   pass(writer, time);
   if (!has_packet_times_ && !has_begun_) emit(writer, time, PacketBegin{});
   has_begun_ = true;
-  if (is_counting(cursor_->plan())) {
+  if (identity_.counts_others && cursor_->plan().is_other()) {
     ++counted_;
     find_event();
     return;

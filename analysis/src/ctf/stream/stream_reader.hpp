@@ -114,9 +114,6 @@ class StreamReader {
   void emit_packet_begin(EventWriter& writer);
   void emit_packet_end(EventWriter& writer);
   void emit_counted(EventWriter& writer, Timestamp time);
-  bool is_counting(const EventPlan& plan) const noexcept {
-    return identity_.counts_others && plan.is_other();
-  }
   // An event of no thread.
   void emit(EventWriter& writer, Timestamp time, const EventBody& body) const;
   // Notes when something happens, and tells if that is before what happened last.
