@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <string>
 #include <system_error>
@@ -11,7 +12,7 @@
 
 namespace cie::analysis::ctf {
 
-// Holds no descriptor between reads, so that a trace may have more files than a process may open.
+// Few at a time are open between reads, so that a trace may have more files than a process may open.
 class File {
  public:
   explicit File(std::string path);
@@ -33,8 +34,14 @@ class File {
   std::size_t read(std::uint64_t offset, std::span<std::uint8_t> to) const noexcept;
 
  private:
+  class Descriptor;
+  // Calls `use(descriptor)`, which is negative if the file cannot be opened any more.
+  template <typename Use>
+  auto with_descriptor(Use use) const noexcept;
+
   std::string path_;
   std::string error_;
+  std::shared_ptr<const Descriptor> kept_;  // null: opened for each read
   std::uint64_t size_ = 0;
   std::uint64_t stored_ = 0;
 };
