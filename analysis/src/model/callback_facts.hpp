@@ -49,13 +49,12 @@ struct OpenInstance {
   ThreadIndex thread{};
 };
 
-// A callback went on on another thread.
+// A callback went on on another thread, where it had not run before, without a callback_init in between.
 struct Move {
   ThreadIndex from{};
   ThreadIndex to{};
   EventRef last_on_from{};
   EventRef first_on_to{};
-  bool registered_again = false;  // a new callback_init (not an announcement) lies between
 };
 
 // What every instance reads or writes comes first and together, so that it takes few cache lines.
@@ -158,7 +157,7 @@ struct alignas(64) CallbackFacts {
     EventRef second{};
   };
   Rare<SecondEnd> first_second_end{};
-  std::vector<Move> moves{};  // capped at 1024
+  std::vector<Move> moves{};  // the first 1024
   std::uint64_t starts_without_tid = 0;
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end

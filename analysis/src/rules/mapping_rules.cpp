@@ -135,7 +135,7 @@ void judge_move(const RuleContext& context, const Move& move, Judgement& judgeme
   const auto& proof = context.proof;
   const auto& from = thread_of(context.model, move.from);
   const auto& to = thread_of(context.model, move.to);
-  if (move.registered_again || lives.of(move.to).begin < lives.of(move.from).begin) return;
+  if (lives.of(move.to).begin < lives.of(move.from).begin) return;
   // The same thread, announced again, if that announcement was lost.
   if (to.former_fini && !to.announced && !proof.is_complete(to.process)) {
     judgement.doubt(evidence("thread_init", move.first_on_to,

@@ -222,19 +222,23 @@ CallbackOnThread& InstanceBuilder::pair_of(const LiveInstance& live) {
   return pair;
 }
 
+// To a thread that never ran it. Where it ran before, it lived together with where it went meanwhile.
+void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& from,
+                                const LiveInstance& live) {
+  const bool is_registered_again =
+      facts.last_init && facts.last_init->time > from.last_activity.time;
+  if (is_registered_again || facts.moves.size() >= kMaxMoves) return;
+  facts.moves.push_back(Move{.from = from.thread,
+                             .to = *live.thread,
+                             .last_on_from = from.last_activity,
+                             .first_on_to = live.start});
+}
+
 void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& last = callbacks_[live.callback].last_on;
   if (last == nullptr || last->thread != *live.thread) {
-    auto& facts = *live.callback_facts;
-    if (last != nullptr && facts.moves.size() < kMaxMoves) {
-      const bool is_new = facts.last_init && facts.last_init->time > last->last_activity.time;
-      facts.moves.push_back(Move{.from = last->thread,
-                                 .to = *live.thread,
-                                 .last_on_from = last->last_activity,
-                                 .first_on_to = live.start,
-                                 .registered_again = is_new});
-    }
-    last = &pair_of(live);
+    const auto* before = std::exchange(last, &pair_of(live));
+    if (before != nullptr && last->starts == 0) note_move(*live.callback_facts, *before, live);
   }
   live.pair = last;
   ++last->starts;

@@ -99,6 +99,8 @@ class InstanceBuilder {
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   void note_on_thread(LiveInstance& live);
+  static void note_move(CallbackFacts& facts, const CallbackOnThread& from,
+                        const LiveInstance& live);
   // Its callback on its thread, which is known; the first time, a new one.
   CallbackOnThread& pair_of(const LiveInstance& live);
   void note_missed(const LiveInstance& live);

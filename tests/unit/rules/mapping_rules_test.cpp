@@ -1,5 +1,7 @@
 #include "support/verdicts.hpp"
 
+#include <string>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -107,6 +109,36 @@ TEST(MappingPersistent, FailsWhenAThreadWasReplaced) {
   EXPECT_THAT(verified.evidence("M4", "callback fusion"),
               AllOf(HasSubstr("14 thread_fini"), HasSubstr("20 thread_init"),
                     HasSubstr("30 callback_start")));
+}
+
+TEST(MappingPersistent, FailsHoweverOftenThreadsThatLiveTogetherTookTurnsBefore) {
+  std::string trace = R"(
+    process app executor=multi_threaded
+    callback fusion pooled
+    thread t1 pool tid=101
+    thread t2 pool tid=102
+    thread t3 pool tid=103
+    -500 begin t1
+    -500 begin t2)";
+  constexpr int kTurns = 2'000;
+  for (int i = 0; i < kTurns; ++i) {
+    const auto start = std::to_string(10 * i + 10);
+    const auto end = std::to_string(10 * i + 12);
+    const auto* thread = i % 2 == 0 ? "t1" : "t2";
+    trace += "\n" + start + " start fusion on=" + thread + "\n" + end + " end fusion on=" + thread;
+  }
+  trace += R"(
+    30000 finish t1
+    30001 finish t2
+    30002 begin t3
+    30010 start fusion on=t3
+    30012 end fusion on=t3
+    30014 finish t3)";
+  const Verified verified(trace);
+  EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::fail);
+  EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+              AllOf(HasSubstr("30001 thread_fini"), HasSubstr("30002 thread_init"),
+                    HasSubstr("30010 callback_start")));
 }
 
 TEST(MappingPersistent, AcceptsAMoveAfterANewRegistration) {
