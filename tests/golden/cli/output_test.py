@@ -106,7 +106,7 @@ class Output(Folder):
         large = self.path("large")
         shutil.copytree(TRACE, large)
         stream = next(file for file in sorted(pathlib.Path(large).rglob("*")) if file.is_file())
-        (stream.parent / "damaged").write_bytes(bytes(8 << 20))
+        (stream.parent / "damaged").write_bytes(bytes(16 << 20))
         commands = [("report", large), ("instances", large), ("events", large), ("verify", large), ("diff", large, large),
                     ("analyze", "schedulability", large), ("spec", "template", large), ("export", large, "--to", "chrome")]
 
