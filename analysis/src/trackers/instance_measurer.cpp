@@ -57,14 +57,13 @@ bool InstanceMeasurer::is_recorded(const LiveInstance& live) const {
 }
 
 // A wake-up stands in the record of the CPU that woke the thread, which may be any.
-ThreadTimeline::Wake InstanceMeasurer::wake_of(const LiveInstance& live) const {
-  if (!live.wake.waking) return {};
+bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
+  if (!live.wake.waking) return false;
   const auto window = recording_.kernel_window(live.host);
-  const auto woken = live.wake.since ? live.wake.since : window.begin;
-  const bool is_last = woken && recording_.coverage().covers_all(live.host) &&
-                       window.contains(*woken, live.start.time) &&
-                       !timeline_.overlaps_hole(live.host, *woken, live.start.time);
-  return is_last ? live.wake : ThreadTimeline::Wake{};
+  const auto woken = live.wake.since ? live.wake.since : OptionalTime(window.begin);
+  return woken && recording_.coverage().covers_all(live.host) &&
+         window.contains(*woken, live.start.time) &&
+         !timeline_.overlaps_hole(live.host, *woken, live.start.time);
 }
 
 void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured) const {
@@ -91,7 +90,7 @@ void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured
 
 InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live) const {
   Measured measured;
-  measured.waking = wake_of(live).waking;
+  if (is_woken_last(live)) measured.waking = live.wake.waking;
   find_release(live, measured);
   if (!live.end) {
     measured.state = InstanceState::open;
@@ -102,13 +101,13 @@ InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live) 
     measured.state = InstanceState::cut_by_window;
   }
   if (live.parts && model_.hosts[at(live.host)].has_switches && is_recorded(live)) {
-    measured.parts = live.parts;
-    const auto waiting =
-        live.end->time - live.start.time - live.parts->execution - live.parts->preempted;
-    if (waiting > Duration{} && !recording_.coverage().covers_all(live.host)) {
-      measured.parts->blocked.reset();  // who woke it may have done so on a CPU without a record
-      measured.parts->wake_delay.reset();
-    }
+    const auto& parts = *live.parts;
+    measured.parts = &parts;
+    const auto waiting = live.end->time - live.start.time - parts.execution - parts.preempted;
+    // Who woke it may have done so on a CPU without a record.
+    measured.has_wake_parts =
+        parts.blocked && parts.wake_delay &&
+        (waiting <= Duration{} || recording_.coverage().covers_all(live.host));
   }
   return measured;
 }
@@ -135,8 +134,10 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
   if (measured.parts) {
     instance.execution = measured.parts->execution;
     instance.preempted = measured.parts->preempted;
-    instance.blocked = measured.parts->blocked;
-    instance.wake_delay = measured.parts->wake_delay;
+    if (measured.has_wake_parts) {
+      instance.blocked = measured.parts->blocked;
+      instance.wake_delay = measured.parts->wake_delay;
+    }
     instance.preempted_by = live.preempted_by;
   }
   instance.missed = facts.kind == CallbackKind::timer ? live.missed : 0;
@@ -147,12 +148,12 @@ Instance InstanceMeasurer::instance_of(const LiveInstance& live, const Measured&
   return instance;
 }
 
-std::optional<Timestamp> InstanceMeasurer::find_source_time(const LiveInstance& live) const {
-  if (!live.realtime_offset) return std::nullopt;
+OptionalTime InstanceMeasurer::find_source_time(const LiveInstance& live) const {
+  if (!live.realtime_offset) return {};
   const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
-  if (!publisher) return std::nullopt;
+  if (!publisher) return {};
   const auto process = model_.publishers[*publisher].process;
-  if (model_.processes[at(process)].host != live.host) return std::nullopt;  // another clock
+  if (model_.processes[at(process)].host != live.host) return {};  // another clock
   return Timestamp{detail::wrapping_sub(live.source_timestamp, *live.realtime_offset)};
 }
 
@@ -305,14 +306,14 @@ void InstanceMeasurer::note_parts(const LiveInstance& live, const Measured& meas
   if (bounds.duration.rise(duration)) {
     facts.max_duration = extreme_of(live, measured.release, duration);
   }
-  if (const auto& parts = measured.parts) {
+  if (const auto* parts = measured.parts) {
     facts.execution_time.add(parts->execution);
     facts.preempted.add(parts->preempted);
     note_preemptors(facts, live.preempted_by);
     if (bounds.execution.rise(parts->execution)) {
       facts.max_execution = extreme_of(live, measured.release, parts->execution);
     }
-    if (parts->blocked && parts->wake_delay) {
+    if (measured.has_wake_parts) {
       facts.blocked.add(*parts->blocked);
       facts.wake_delay.add(*parts->wake_delay);
       const auto sum = parts->execution + parts->preempted + *parts->blocked + *parts->wake_delay;

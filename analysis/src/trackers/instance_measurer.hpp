@@ -35,12 +35,12 @@ struct LiveInstance {
   std::optional<CallbackStatus> status{};
   OptionalTime release;  // exact ones only
   std::uint32_t missed = 0;
-  std::optional<Timestamp> expiry;  // calculated
+  OptionalTime expiry;  // calculated
   std::int64_t source_timestamp = 0;
   std::uint64_t writer_gid = 0;
-  std::optional<Timestamp> written;  // source_time(), as far as it was asked for and known
+  OptionalTime written;  // source_time(), as far as it was asked for and known
   std::optional<std::int64_t> realtime_offset;  // CLOCK_REALTIME - CLOCK_MONOTONIC at the start
-  std::optional<Timestamp> wakeup;
+  OptionalTime wakeup;
   ThreadTimeline::Wake wake;
   ThreadTimeline::Mark mark;
   std::optional<ThreadTimeline::Parts> parts;
@@ -68,15 +68,15 @@ class InstanceMeasurer {
         observer_(observer) {}
 
   // When the sample taken was written, on this host's CLOCK_MONOTONIC; empty where that is unknown.
-  std::optional<Timestamp> source_time(const LiveInstance& live) const {
+  OptionalTime source_time(const LiveInstance& live) const {
     if (live.written || live.source_timestamp <= 0) return live.written;
     return find_source_time(live);
   }
   // What its release was not before, by its message. Empty: unknown, or CLOCK_REALTIME was set meanwhile
   // so that the message was written after it was taken.
-  std::optional<Timestamp> bound_of_release(const LiveInstance& live) const {
+  OptionalTime bound_of_release(const LiveInstance& live) const {
     const auto written = source_time(live);
-    return written && *written <= live.start.time ? written : std::nullopt;
+    return written && *written <= live.start.time ? written : OptionalTime{};
   }
   // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
   void expect(CallbackIndex callback) const noexcept;
@@ -140,20 +140,21 @@ class InstanceMeasurer {
     InstanceState state = InstanceState::complete;
     ReleaseSource release_source = ReleaseSource::start;
     Timestamp release;
-    std::optional<Timestamp> waking;
-    std::optional<ThreadTimeline::Parts> parts;
+    OptionalTime waking;
+    const ThreadTimeline::Parts* parts = nullptr;  // of the instance; null: unknown
+    bool has_wake_parts = false;                   // of these, blocked and wake delay are known
   };
 
   Measured measured(const LiveInstance& live) const;
   // What observers are told.
   Instance instance_of(const LiveInstance& live, const Measured& measured) const;
   void find_release(const LiveInstance& live, Measured& measured) const;
-  std::optional<Timestamp> find_source_time(const LiveInstance& live) const;
+  OptionalTime find_source_time(const LiveInstance& live) const;
   bool is_isolated_thread(const LiveInstance& live) const;
   // The kernel's record is whole wherever the instance may have run.
   bool is_recorded(const LiveInstance& live) const;
-  // What woke the thread last before the instance, if no later wake-up may be missing.
-  ThreadTimeline::Wake wake_of(const LiveInstance& live) const;
+  // Its wake is what woke the thread last before the instance: no later wake-up may be missing.
+  bool is_woken_last(const LiveInstance& live) const;
   void count(const LiveInstance& live, const Measured& measured);
   void note_response_time(const LiveInstance& live, const Measured& measured);
   void note_parts(const LiveInstance& live, const Measured& measured);

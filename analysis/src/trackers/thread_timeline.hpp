@@ -53,10 +53,10 @@ class ThreadTimeline {
     bool has_left = false;  // the CPU, if only to come back
   };
   struct Wake {
-    std::optional<Timestamp> waking;    // W: sched_waking, or sched_wakeup where the host has none
-    std::optional<Timestamp> first_in;  // first switch-in after W
+    OptionalTime waking;    // W: sched_waking, or sched_wakeup where the host has none
+    OptionalTime first_in;  // first switch-in after W
     // Not earlier than that: of a sched_wakeup, the sched_waking before it may be lost.
-    std::optional<Timestamp> since;
+    OptionalTime since;
   };
   struct Hole {
     Timestamp begin;

@@ -67,16 +67,20 @@ class EventBatch {
   void translate(Event& event, const Translation& translation, const Payload& payload,
                  VocabularyState& state) {
     if (translation.translate == nullptr) {
-      if (!has_raw_) begin_raw();
-      raw_[static_cast<std::size_t>(&event - events_.get())] = {
-          .kind = translation.kind,
-          .fields = payload.is_in_place() ? payload : copy_of(translation, payload)};
-      // Its name lives as long as its vocabulary.
-      event.body = OtherEvent{.name = translation.event};
+      keep_raw(event, translation, payload.is_in_place() ? payload : copy_of(translation, payload));
     } else {
       translation.translate(payload, state, event.body);
       keep(event);
     }
+  }
+
+  // The same of an event whose meaning depends on earlier ones, and whose fields stay where they lie.
+  void keep_raw(Event& event, const Translation& translation, Payload fields) {
+    if (!has_raw_) begin_raw();
+    auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
+    raw.kind = translation.kind;
+    raw.fields = fields;
+    event.body = OtherEvent{.name = translation.event};  // which lives as long as its vocabulary
   }
 
   // Which kinds of events were kept, as bits.
@@ -104,18 +108,20 @@ class EventBatch {
   }
   // The same for an event that means one thing and has no views: its place is taken by that, if
   // nothing was derived from it before, which would have to come first.
+  // Returns it to be filled in: a copy of what was just written in parts waits until all of it has
+  // reached the cache.
   template <typename Body>
-  void derive_instead(const Event* cause, const EventHead& head, const Body& body) {
+  Body& derive_instead(const Event* cause, const EventHead& head) {
     static_assert((kWithViews & kinds<Body>()) == 0);
     if (cause == nullptr || (!derived_.empty() && derived_.back().cause == cause)) {
-      derive(cause, head, body);
-      return;
+      derive(cause, head, Body{});
+      return std::get<Body>(derived_.back().event.body);
     }
     auto& event = events_[static_cast<std::size_t>(cause - events_.get())];
     event.head.is_derived = true;
     event.head.stands_for_cause = true;
-    event.body = body;
-    keep(event);
+    kinds_ |= kinds<Body>();
+    return event.body.template emplace<Body>();
   }
 
   void clear() noexcept;

@@ -116,8 +116,8 @@ TEST_F(OneCpu, RemembersTheLastWakingAndTheSwitchInThatFollowed) {
   timeline_.on_waking(kHost, kThread, Timestamp{7});
   switch_to(11, kThread, kRunnable);
   const auto wake = timeline_.last_wake(kHost, kThread);
-  EXPECT_EQ(wake.waking->ns, 7);
-  EXPECT_EQ(wake.first_in->ns, 11);
+  EXPECT_EQ((*wake.waking).ns, 7);
+  EXPECT_EQ((*wake.first_in).ns, 11);
   timeline_.forget_wake(kHost, kThread);
   EXPECT_FALSE(timeline_.last_wake(kHost, kThread).waking.has_value());
 }

@@ -10,6 +10,7 @@
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <ctf/read_ahead.hpp>
@@ -214,9 +215,12 @@ TEST(EventBatch, PutsWhatFollowsAloneInThePlaceOfItsCause) {
     const auto* first = &batch.events()[0];
     const auto* second = &batch.events()[1];
     batch.derive(first, first->head, analysis::NodeInit{});
-    batch.derive_instead(first, first->head, analysis::CallbackStart{.seq = 1, .release_kind = {}});
-    batch.derive_instead(second, second->head,
-                         analysis::CallbackStart{.seq = 2, .release_kind = {}});
+    batch.derive_instead<analysis::CallbackStart>(first, first->head).seq = 1;
+    auto& instead = batch.derive_instead<analysis::CallbackStart>(second, second->head);
+    EXPECT_EQ(std::pair(instead.seq, instead.writer_gid),
+              std::pair(std::uint64_t{0}, std::uint64_t{0}));
+    instead.seq = 2;
+    instead.writer_gid = 7;
     batch.derive(second, second->head, analysis::NodeInit{});
     std::string consumed;
     std::size_t of_the_trace = 0;

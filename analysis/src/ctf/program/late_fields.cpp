@@ -30,7 +30,13 @@ void LateFields::OfTrace::fill(const EventPlan& plan, const Late& late, EventBat
   auto& head = late.event->head;
   layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
   layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
-  translate(plan, Payload(late.body, layout.fields.data()), state_, *late.event, batch);
+  const Payload fields(late.body, layout.fields.data());
+  const auto* translation = plan.translation;
+  if (translation != nullptr && translation->translate == nullptr) {
+    batch.keep_raw(*late.event, *translation, fields);
+  } else {
+    translate(plan, fields, state_, *late.event, batch);
+  }
 }
 
 void LateFields::OfTrace::fill(const EventPlan& plan, EventBatch& batch) {

@@ -308,26 +308,25 @@ void EventTranslator::start(Address address, Context& context) {
   const auto number = process.directory.callback(address);
   auto& callback = process.directory.get(number);
   if (!callback.is_told) announce(number, head, process, sink);
-  CallbackStart body{.callback = callback.id,
-                     .seq = callback.next_seq++,
-                     .release_kind = std::nullopt,
-                     .release_ns = -1};
+  const auto seq = callback.next_seq++;
   const auto message = taken_by(callback, address, context);
+  thread.taken.reset();
+  thread.dequeued.reset();
+  thread.handed_over.reset();
+  thread.is_waiting = false;
+  if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
+  thread.open.push_back(RunningCallback{.address = address, .callback = number, .seq = seq});
+  if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
+  thread.requested.reset();
+  auto& body = sink.batch.derive_instead<CallbackStart>(sink.cause, head);
+  body.callback = callback.id;
+  body.seq = seq;
   body.source_timestamp_realtime_ns = message.origin.stamp;
   body.writer_gid = message.origin.gid;
   if (message.release) {
     body.release_kind = ReleaseKind::data;
     body.release_ns = message.release->ns;
   }
-  thread.taken.reset();
-  thread.dequeued.reset();
-  thread.handed_over.reset();
-  thread.is_waiting = false;
-  if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
-  thread.open.push_back(RunningCallback{.address = address, .callback = number, .seq = body.seq});
-  if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
-  thread.requested.reset();
-  sink.batch.derive_instead(sink.cause, head, body);
 }
 
 void EventTranslator::end(Address address, Context& context) {
@@ -341,8 +340,9 @@ void EventTranslator::end(Address address, Context& context) {
   auto& callback = process.directory.get(number);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.
   const auto seq = is_open ? found->seq : callback.next_seq == 0 ? 0 : callback.next_seq++;
-  sink.batch.derive_instead(
-      sink.cause, head, CallbackEnd{.callback = callback.id, .seq = seq, .status = std::nullopt});
+  auto& body = sink.batch.derive_instead<CallbackEnd>(sink.cause, head);
+  body.callback = callback.id;
+  body.seq = seq;
   // Those begun inside it cannot end any more.
   if (is_open) thread.open.erase(std::prev(found.base()), thread.open.end());
 }
