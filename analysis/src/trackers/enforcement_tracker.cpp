@@ -1,6 +1,7 @@
 #include "enforcement_tracker.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace cie::analysis {
 namespace {
@@ -26,6 +27,19 @@ void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
     found->last = where;
   } else if (cpus.size() < kMost) {
     cpus.push_back({.first = where, .last = where});
+  }
+}
+
+// Of a priority that changes all the time, what counts is how it began and how it ended: the last two
+// stretches become one.
+void join_last_two(std::vector<ScheduledAs>& stretches) {
+  const auto last = std::move(stretches.back());
+  stretches.pop_back();
+  auto& joined = stretches.back();
+  joined.last = last.last;
+  for (const auto& used : last.cpus) {
+    note_cpu(joined.cpus, used.first);
+    note_cpu(joined.cpus, used.last);
   }
 }
 
@@ -119,7 +133,7 @@ void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& threa
                                        std::int32_t prio) {
   auto& all = thread.scheduled;
   if (all.empty() || all.back().first.prio != prio) {
-    if (all.size() >= kMaxScheduled) return;
+    if (all.size() >= kMaxScheduled) join_last_two(all);
     std::uint64_t starts = 0;
     for (const auto* pair : thread.ran)
       starts += pair->starts;

@@ -53,6 +53,22 @@ TEST(SwitchedParameters, FailWithTheLastPrioritySeen) {
                         "kernel schedules thread 7 with nice 0"));
 }
 
+TEST(SwitchedParameters, AreJudgedByTheLastPriorityHoweverOftenItChanged) {
+  constexpr int kChanges = 1'500;
+  for (const bool is_first_good : {false, true}) {
+    std::string events;
+    for (int i = 0; i < kChanges; ++i)
+      events += instance(10 * i + 10, (i % 2 == 0) == is_first_good ? 79 : 120);
+    const auto good_at_last = judged_by(events + instance(20'000, 79) + instance(20'010, 79, 1));
+    EXPECT_EQ(good_at_last.verdict("S1"), Verdict::pass);
+    const auto bad_at_last = judged_by(events + instance(20'000, 120));
+    EXPECT_EQ(bad_at_last.verdict("S1"), Verdict::fail);
+    const auto on_a_wrong_cpu =
+        judged_by(events + instance(19'990, 79, 3) + instance(20'000, 120) + instance(20'010, 79));
+    EXPECT_EQ(on_a_wrong_cpu.verdict("S4"), Verdict::fail);
+  }
+}
+
 TEST(SwitchedParameters, FailOnACpuThatIsNotSpecified) {
   const auto result = judged_by(instance(10, 79) + instance(20, 79, 3));
   EXPECT_EQ(result.verdict("S1"), Verdict::fail);
