@@ -134,6 +134,9 @@ void ExecutorState::vacate(const NodePtr& node, const Callbacks& callbacks) {
   core_->withdraw(callbacks);
   for (const auto& callback : callbacks)
     callback->end();
+  // Their groups went just before; the watcher does not wait for them.
+  for (const auto& callback : node->leaving())
+    callback->end();
   drop_if_empty(node);
 }
 

@@ -170,7 +170,18 @@ ServedNode::Changes ServedNode::look() {
   }
   std::erase_if(groups_,
                 [](const Group& group) { return group.served.empty() && group.group.expired(); });
+  std::erase_if(leaving_, [](const auto& callback) { return callback.expired(); });
+  leaving_.insert(leaving_.end(), changes.gone.begin(), changes.gone.end());
   return changes;
+}
+
+Callbacks ServedNode::leaving() const {
+  const std::lock_guard lock{mutex_};
+  Callbacks leaving;
+  for (const auto& callback : leaving_) {
+    if (auto alive = callback.lock()) leaving.push_back(std::move(alive));
+  }
+  return leaving;
 }
 
 void ServedNode::find_groups() {

@@ -61,6 +61,8 @@ class ServedNode final : public cie::scheduling::ServedNode {
     std::vector<std::shared_ptr<void>> held_handlers;
   };
   Changes look();
+  // Those that look() told as gone and that still live: they may run until now.
+  Callbacks leaving() const;
 
   enum class Added : std::uint8_t { by_hand, with_node };
   std::vector<rclcpp::CallbackGroup::WeakPtr> groups(Added added) const;
@@ -103,6 +105,7 @@ class ServedNode final : public cie::scheduling::ServedNode {
   mutable std::mutex mutex_;  // of what follows
   bool is_whole_ = false;
   std::vector<Group> groups_;
+  std::vector<std::weak_ptr<cie::scheduling::Callback>> leaving_;
 };
 
 }  // namespace cie_rclcpp

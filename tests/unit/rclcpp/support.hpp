@@ -35,6 +35,16 @@ inline bool comes(const std::function<bool()>& condition) {
   return false;
 }
 
+// For what must end, though it may have begun once more.
+inline bool ends(const std::atomic<int>& runs) {
+  for (int i = 0; i < 200; ++i) {
+    const int until_now = runs;
+    std::this_thread::sleep_for(20ms);
+    if (runs == until_now) return true;
+  }
+  return false;
+}
+
 inline std::string name_of_this_thread() {
   std::array<char, 16> name{};
   pthread_getname_np(pthread_self(), name.data(), name.size());
