@@ -241,7 +241,6 @@ struct ThreadFacts {
   std::optional<std::int64_t> busy_ns{};  // on-CPU time; empty: not known without a hole
   // First of its own events on a CPU of which the kernel recorded nothing at that time.
   std::optional<EventRef> ran_unrecorded{};
-  bool is_fork_child_of_real_time = false;
 };
 
 // The slice or clamp of a read-back if somebody asked for it, which shows when it is not the one
@@ -260,7 +259,7 @@ struct ForkFacts {
   EventRef at{};
   HostIndex host{};
   std::int64_t parent_tid = 0;
-  std::int64_t child_tid = 0;
+  std::int64_t child_tid = 0;                   // 0: one of very many, which was no violation
   std::int32_t parent_prio = 0;                 // last seen in a switch
   std::optional<SwitchPriority> child_first{};  // first switch-in of the child
   std::optional<ThreadIndex> child{};           // when announced later

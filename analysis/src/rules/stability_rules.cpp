@@ -181,6 +181,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   if (!may_be_real_time(model, proof)) return verdicts;
   std::multimap<ThreadIndex, const ForkFacts*> of_thread;
   for (const auto& fork : model.forks) {
+    if (fork.child_tid == 0) continue;
     if (fork.child && model.threads[at(*fork.child)].announced) {
       of_thread.emplace(*fork.child, &fork);
       continue;

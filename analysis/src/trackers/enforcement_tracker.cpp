@@ -6,7 +6,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxForks = 65'536;
+constexpr std::size_t kMaxForks = 65'536;  // that are kept whatever comes of them
 constexpr std::size_t kMaxScheduled = 1'024;
 
 // The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
@@ -188,9 +188,10 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
   auto& next = tids[event.next_tid];
   next.prio = event.next_prio;
   next.scheduled = ref(head);
-  if (next.fork) {
+  if (next.is_new) {
+    next.is_new = false;
     model_.forks[*next.fork].child_first = SwitchPriority{.at = ref(head), .prio = event.next_prio};
-    next.fork.reset();
+    if (!is_real_time_priority(event.next_prio)) forget_fork(next);
   }
   check_priority(head, host, event.next_tid, event.next_prio);
   if (const auto index = registry_.thread_by_tid(host, event.next_tid)) {
@@ -204,21 +205,37 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
 void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
                                  const SchedProcessFork& event) {
   auto& tids = tids_[host];
-  auto& child = tids[event.child_tid];  // first: it may move the others
+  auto& child = tids[event.child_tid];
   const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
   child.has_inheritance = false;
+  if (child.is_new) forget_fork(child);
+  child.is_new = false;
   child.fork.reset();
   if (!is_judging_ || parent == nullptr || !is_real_time_priority(parent->prio)) return;
-  if (model_.forks.size() >= kMaxForks) return;
-  child.fork = model_.forks.size();
-  model_.forks.push_back(ForkFacts{.at = ref(head),
-                                   .host = host,
-                                   .parent_tid = event.parent_tid,
-                                   .child_tid = event.child_tid,
-                                   .parent_prio = parent->prio,
-                                   .child_first = std::nullopt,
-                                   .child = std::nullopt});
+  const ForkFacts facts{.at = ref(head),
+                        .host = host,
+                        .parent_tid = event.parent_tid,
+                        .child_tid = event.child_tid,
+                        .parent_prio = parent->prio,
+                        .child_first = std::nullopt,
+                        .child = std::nullopt};
+  if (!free_forks_.empty()) {
+    child.fork = free_forks_.back();
+    free_forks_.pop_back();
+    model_.forks[*child.fork] = facts;
+  } else if (model_.forks.size() < 2 * kMaxForks) {
+    child.fork = static_cast<std::uint32_t>(model_.forks.size());
+    model_.forks.push_back(facts);
+  }
+  child.is_new = child.fork.has_value();
+}
+
+void EnforcementTracker::forget_fork(OfTid& child) {
+  if (*child.fork < kMaxForks) return;
+  model_.forks[*child.fork] = ForkFacts{};
+  free_forks_.push_back(*child.fork);
+  child.fork.reset();
 }
 
 void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& event) {
@@ -246,6 +263,7 @@ void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
   if (tid.thread == index) return;
   threads_[index].busy_before = tid.busy_at_exit;
   tid.thread = index;
+  if (tid.fork) model_.forks[*tid.fork].child = index;
 }
 
 void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid) {
@@ -336,23 +354,10 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
   }
 }
 
-void EnforcementTracker::look(Timestamp now) {
-  total(now);
-  adopt_children();
-}
+void EnforcementTracker::look(Timestamp now) { total(now); }
 
 void EnforcementTracker::finish() {
   if (!is_totalled_) total(model_.end);
-  adopt_children();
-}
-
-void EnforcementTracker::adopt_children() {
-  for (auto& fork : model_.forks) {
-    if (const auto child = registry_.thread_by_tid(fork.host, fork.child_tid)) {
-      fork.child = child;
-      model_.threads[at(*child)].is_fork_child_of_real_time = true;
-    }
-  }
 }
 
 }  // namespace cie::analysis

@@ -83,7 +83,9 @@ class EnforcementTracker {
     // good.
     std::optional<ThreadIndex> thread;
     Duration busy_at_exit;
-    std::optional<std::size_t> fork;  // index into model.forks while its first switch-in is awaited
+    // Of the incarnation that holds the tid, if a real-time thread created it: index into model.forks.
+    std::optional<std::uint32_t> fork;
+    bool is_new = false;  // its first switch-in is awaited
   };
 
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
@@ -103,7 +105,8 @@ class EnforcementTracker {
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
   // Busy time and foreign work of the threads that have not ended.
   void total(std::optional<Timestamp> end);
-  void adopt_children();
+  // Nothing more is kept of a child than that it was no violation, once there are too many.
+  void forget_fork(OfTid& child);
 
   Model& model_;
   Registry& registry_;
@@ -112,6 +115,7 @@ class EnforcementTracker {
   InstanceBuilder& instances_;
   ByIndex<ThreadIndex, OfThread> threads_;
   ByIndex<HostIndex, DenseMap<std::int64_t, OfTid>> tids_;
+  std::vector<std::uint32_t> free_forks_;  // indices into model.forks
   bool is_judging_ = true;
   bool has_switches_ = false;  // of any host: until then nothing was scheduled
   bool is_totalled_ = false;

@@ -261,6 +261,56 @@ TEST(NoParameterLeak, FailsForAnUnannouncedChildOfARealTimeThread) {
   EXPECT_EQ(Verified(reset).of("S5", "thread 150"), Verdict::pass);
 }
 
+TEST(NoParameterLeak, FailsAfterHoweverManyChildrenWithoutAPriority) {
+  std::string trace = R"(
+    callback fusion
+    thread child worker silent tid=150
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    3 switch 0 idle fusion next_prio=19)";
+  constexpr int kChildren = 66'000;
+  for (int i = 0; i < kChildren; ++i) {
+    trace += '\n' + std::to_string(10 * i + 5) + " fork fusion child\n" +
+             std::to_string(10 * i + 7) + " switch 1 idle child next_prio=120\n" +
+             std::to_string(10 * i + 8) + " switch 1 child idle";
+  }
+  trace += R"(
+    2000000 fork fusion child
+    2000007 switch 1 idle child next_prio=19
+    2000010 start fusion
+    2000012 end fusion)";
+  const Verified verified(trace);
+  EXPECT_EQ(verified["S5"], Verdict::fail);
+  EXPECT_LT(verified.rule("S5").subjects.size(), std::size_t{kChildren});
+}
+
+// The kernel gives a tid again: what a child did that held it before is not its successor's.
+TEST(NoParameterLeak, JudgesAThreadByItsOwnCreation) {
+  const Verified verified(R"(
+    callback fusion
+    thread shell worker silent tid=150
+    thread normal worker silent tid=151
+    thread helper worker tid=150
+    -100 initial fusion
+    -90 applied fusion policy=fifo priority=80
+    3 switch 0 idle fusion next_prio=19
+    5 fork fusion shell
+    7 switch 1 idle shell next_prio=19
+    8 switch 1 shell normal next_prio=120
+    9 exit shell
+    20 fork normal helper
+    21 switch 1 normal helper next_prio=120
+    22 begin helper
+    23 initial helper
+    30 start fusion
+    32 end fusion)");
+  std::vector<Verdict> of_150;
+  for (const auto& subject : verified.rule("S5").subjects) {
+    if (subject.subject == "thread 150") of_150.push_back(subject.verdict);
+  }
+  EXPECT_THAT(of_150, testing::UnorderedElementsAre(Verdict::fail, Verdict::pass));
+}
+
 TEST(NoParameterLeak, AppliesOnlyWithRealTimeThreads) {
   EXPECT_EQ(Verified("callback a\n1 start a\n2 end a")["S5"], Verdict::not_applicable);
 }
