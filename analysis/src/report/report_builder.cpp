@@ -37,7 +37,8 @@ bool is_pass(const VerdictReport& verdicts, const Rule& rule) {
 
 // Recorded from its begin to its end. ROS 2 does not tell the end: nothing of it is known to be
 // missing.
-bool is_complete(const RuleContext& context, const VerdictReport& verdicts, ProcessIndex process) {
+bool is_complete(const RuleContext& context, const std::map<ProcessIndex, Verdict>& runs,
+                 ProcessIndex process) {
   const auto& facts = context.model.processes[at(process)];
   if (facts.is_told_by_ros2) {
     return has_begun_here(facts) &&
@@ -45,11 +46,20 @@ bool is_complete(const RuleContext& context, const VerdictReport& verdicts, Proc
              return loss.domain == Domain::user && loss.host == facts.host;
            });
   }
+  const auto found = runs.find(process);
+  return found == runs.end() || found->second < Verdict::inconclusive;
+}
+
+// Whether a process's run was recorded whole; those that were not judged are absent.
+std::map<ProcessIndex, Verdict> verdicts_on_runs(const VerdictReport& verdicts) {
+  std::map<ProcessIndex, Verdict> runs;
   const auto* judged = verdict_of(verdicts, kRunComplete);
-  if (judged == nullptr) return true;
-  const auto subject = Subject::of(SubjectKind::process, process, process);
-  const auto found = std::ranges::find(judged->subjects, subject, &SubjectVerdict::about);
-  return found == judged->subjects.end() || found->verdict < Verdict::inconclusive;
+  if (judged == nullptr) return runs;
+  for (const auto& subject : judged->subjects) {
+    const auto& about = subject.about;
+    if (about.kind == SubjectKind::process) runs.emplace(*about.process, subject.verdict);
+  }
+  return runs;
 }
 
 TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
@@ -356,6 +366,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   report.defects = trace_defects(model);
 
   const auto telling = tell_messages(model);
+  const auto runs = verdicts_on_runs(verdicts);
   for (std::size_t i = 0; i < model.processes.size(); ++i) {
     const auto& process = model.processes[i];
     if (!process.has_cie_events) continue;
@@ -368,7 +379,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .pid = process.pid,
                         .name = process.name,
                         .executor = std::nullopt,
-                        .complete = is_complete(context, verdicts, index),
+                        .complete = is_complete(context, runs, index),
                         .host_index = process.host};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_told_by_ros2_alone(process)) {

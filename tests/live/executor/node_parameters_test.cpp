@@ -261,7 +261,8 @@ TEST_F(NodeParameters, HaveAThreadThatTheSpecConfigures) {
     configured.add_node(node);
     const Spinning spinning{configured};
     node.declare_parameter("rate", 10);
-    EXPECT_EQ(getpriority(PRIO_PROCESS, tid_of("cie-parameters")), 12);
+    EXPECT_TRUE(
+        eventually([] { return getpriority(PRIO_PROCESS, tid_of("cie-parameters")) == 12; }));
     configured.remove_node(node);
   }
   CallbackIsolatedExecutor refusing{{.spec = spec("[999]")}};

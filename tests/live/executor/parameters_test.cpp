@@ -275,7 +275,12 @@ TEST(Refused, StopsBeforeAnyCallbackRuns) {
 TEST(Refused, RefusesANodeThatIsAddedLater) {
   Context context{private_options()};
   CallbackIsolatedExecutor executor{options_for(impossible("/refused1"), OnError::refuse)};
+  Node served{context, "served", "/refused1"};
+  std::atomic<bool> serves{false};
+  const auto serving = served.create_wall_timer(1ms, [&] { serves = true; });
+  executor.add_node(served);
   Spinning spinning{executor};
+  ASSERT_TRUE(eventually([&] { return serves.load(); })) << "before that it would be no later node";
   Node node{context, "node", "/refused1"};
   std::atomic<int> runs{0};
   const auto timer = node.create_wall_timer(1ms, [&] { ++runs; }, {.phase = 0ns});
