@@ -1,5 +1,5 @@
 // The double does as rclcpp does where the executor stands on it.
-#include "support.hpp"
+#include "support/rclcpp/tests/spinning.hpp"
 
 #include <csignal>
 

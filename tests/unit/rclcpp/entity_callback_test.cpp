@@ -3,7 +3,7 @@
 
 #include <cie/scheduling/clock.hpp>
 
-#include "recorded_releases.hpp"
+#include "support/rclcpp/tests/recorded_releases.hpp"
 
 #include <chrono>
 #include <deque>

@@ -1,7 +1,7 @@
 // Where the spec comes from, and what it does to threads.
 #include <cie/scheduling/problem.hpp>
 
-#include "support.hpp"
+#include "support/rclcpp/tests/spinning.hpp"
 #include "support/temporary_directory.hpp"
 
 #include <cstdlib>

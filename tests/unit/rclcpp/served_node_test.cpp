@@ -1,7 +1,7 @@
 // What look() finds of a node, and as what.
 #include "served_node.hpp"
 
-#include "support.hpp"
+#include "support/rclcpp/tests/spinning.hpp"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // A timer of rclcpp as a callback: what it is released by.
 #include <cie/scheduling/clock.hpp>
 
-#include "recorded_releases.hpp"
-#include "support.hpp"
+#include "support/rclcpp/tests/recorded_releases.hpp"
+#include "support/rclcpp/tests/spinning.hpp"
 #include "timer_callback.hpp"
 
 #include <algorithm>

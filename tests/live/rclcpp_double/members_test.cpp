@@ -1,7 +1,7 @@
 // Nodes and groups come and go.
 #include <cie/scheduling/callback.hpp>
 
-#include "support.hpp"
+#include "support/rclcpp/tests/spinning.hpp"
 
 #include <stdexcept>
 

@@ -1,6 +1,6 @@
 // The executor while it spins: who runs what, and what ends it.
-#include "recorded_releases.hpp"
-#include "support.hpp"
+#include "support/rclcpp/tests/recorded_releases.hpp"
+#include "support/rclcpp/tests/spinning.hpp"
 #include "support/temporary_directory.hpp"
 
 #include <fstream>
