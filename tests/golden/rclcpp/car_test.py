@@ -57,7 +57,9 @@ def described(events):
     groups = {group["group_id"]: group["type"] for group in events["group_init"]}
     sizes = collections.Counter(callback["group_id"] for callback in events["callback_init"])
     ids = {callback["callback_id"]: callback["logical_id"] for callback in events["callback_init"]}
-    nice = {thread["tid"]: thread["nice"] for thread in events["thread_sched"] if thread["moment"] == "applied"}
+    begun_with = os.nice(0)
+    nice = {thread["tid"]: 0 if thread["nice"] == begun_with else thread["nice"]
+            for thread in events["thread_sched"] if thread["moment"] == "applied"}
     return {
         "executor": events["run_begin"][0]["executor"],
         "nodes": [node["name"] for node in events["node_init"]],
