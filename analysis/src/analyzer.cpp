@@ -177,7 +177,7 @@ struct Analyzer::Pipeline {
   }
 
   // Hot events. `who` is empty for those of the kernel.
-  void hot(const Event& event, const Emitter& who) {
+  [[gnu::always_inline]] void hot(const Event& event, const Emitter& who) {
     if (cut && !cut->is_before(event.head.time)) cut->see_inside(who, event.body);
     // Most often one of these.
     if (const auto* start = std::get_if<CallbackStart>(&event.body)) {
@@ -226,7 +226,8 @@ struct Analyzer::Pipeline {
   void on(const EventHead& head, const Emitter& who, const ThreadWakeup& e) {
     instances->apply(head, who, e);
   }
-  void on(const EventHead& head, const Emitter& who, const CallbackStart& e) {
+  [[gnu::always_inline]] void on(const EventHead& head, const Emitter& who,
+                                 const CallbackStart& e) {
     const auto runner = registry.runner_of(head, who);
     if (runner.thread != who.thread) {
       enforcement.on_thread_began(registry.host_of(head), *runner.thread);

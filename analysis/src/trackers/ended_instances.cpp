@@ -60,7 +60,8 @@ void EndedInstances::measure_all() {
     measure_first();
 }
 
-bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const {
+inline bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now,
+                                       HostIndex there) const {
   const auto shift = there == live.host
                          ? Duration{}
                          : clock_shift(model_.hosts[at(there)], model_.hosts[at(live.host)]);
@@ -72,7 +73,7 @@ bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now, HostInd
   return is_announced(live) && timeline_.is_confirmed(live.host, live.end->time);
 }
 
-bool EndedInstances::is_announced(const LiveInstance& live) const {
+inline bool EndedInstances::is_announced(const LiveInstance& live) const {
   const auto& callback = *live.callback_facts;
   if (!callback.registered) return false;
   if (live.thread_facts == nullptr || live.thread_facts->announced) return true;

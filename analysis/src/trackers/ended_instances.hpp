@@ -46,9 +46,9 @@ class EndedInstances {
   void measure_first();
   void measure_settled(const EventHead& head);
   // All that will ever be told of its callback, its thread and the writer of its message was told.
-  bool is_announced(const LiveInstance& live) const;
+  inline bool is_announced(const LiveInstance& live) const;
   // `now` of the clock of the host `there`.
-  bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
+  inline bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
 
   const Model& model_;
   const Registry& registry_;

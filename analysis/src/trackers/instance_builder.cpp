@@ -234,7 +234,7 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
                              .first_on_to = live.start});
 }
 
-void InstanceBuilder::note_on_thread(LiveInstance& live) {
+inline void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& last = callbacks_[live.callback].last_on;
   if (last == nullptr || last->thread != *live.thread) {
     const auto* before = std::exchange(last, &pair_of(live));
@@ -320,7 +320,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
 }
 
-void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
+[[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
   auto& facts = *live->callback_facts;

@@ -91,14 +91,14 @@ class InstanceBuilder {
     CallbackOnThread* last_on = nullptr;  // where it did something last
   };
 
-  OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
+  [[gnu::always_inline]] OfThread& of_thread(const std::optional<ThreadIndex>& thread) {
     return thread ? threads_[*thread] : nobody_;
   }
   // Made when it is asked for: most instances have no part in a chain.
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
-  void note_on_thread(LiveInstance& live);
+  inline void note_on_thread(LiveInstance& live);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from,
                         const LiveInstance& live);
   // Its callback on its thread, which is known; the first time, a new one.
@@ -109,7 +109,7 @@ class InstanceBuilder {
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
   bool is_confined(const LiveInstance& live) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
-  void close(std::unique_ptr<LiveInstance> live);
+  inline void close(std::unique_ptr<LiveInstance> live);
   void abandon(std::unique_ptr<LiveInstance> live);
 
   Model& model_;

@@ -39,7 +39,7 @@ void note_preemptors(CallbackFacts& facts, std::span<const Preemptor> preemptors
 
 }  // namespace
 
-bool InstanceMeasurer::is_isolated_thread(const LiveInstance& live) const {
+inline bool InstanceMeasurer::is_isolated_thread(const LiveInstance& live) const {
   return live.thread_facts != nullptr && live.thread_facts->role == ThreadRole::callback;
 }
 
@@ -57,7 +57,7 @@ bool InstanceMeasurer::is_recorded(const LiveInstance& live) const {
 }
 
 // A wake-up stands in the record of the CPU that woke the thread, which may be any.
-bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
+inline bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
   if (!live.wake.waking) return false;
   const auto window = recording_.kernel_window(live.host);
   const auto woken = live.wake.since ? live.wake.since : OptionalTime(window.begin);
@@ -66,7 +66,7 @@ bool InstanceMeasurer::is_woken_last(const LiveInstance& live) const {
          !timeline_.overlaps_hole(live.host, *woken, live.start.time);
 }
 
-void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured) const {
+inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured) const {
   if (live.release) {
     measured.release = *live.release;
     measured.release_source = ReleaseSource::exact;
@@ -88,7 +88,7 @@ void InstanceMeasurer::find_release(const LiveInstance& live, Measured& measured
   }
 }
 
-InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live) const {
+inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live) const {
   Measured measured;
   if (is_woken_last(live)) measured.waking = live.wake.waking;
   find_release(live, measured);
@@ -236,7 +236,8 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
   arrivals_[index] = {};
 }
 
-void InstanceMeasurer::count(const LiveInstance& live, const Measured& measured) {
+[[gnu::always_inline]] inline void InstanceMeasurer::count(const LiveInstance& live,
+                                                           const Measured& measured) {
   auto& facts = *live.callback_facts;
   ++facts.instances;
   ++facts.by_release_source[static_cast<std::size_t>(measured.release_source)];
@@ -259,7 +260,8 @@ void InstanceMeasurer::count(const LiveInstance& live, const Measured& measured)
   note_arrival(live, measured);
 }
 
-void InstanceMeasurer::note_response_time(const LiveInstance& live, const Measured& measured) {
+[[gnu::always_inline]] inline void InstanceMeasurer::note_response_time(const LiveInstance& live,
+                                                                        const Measured& measured) {
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
   const auto [source, release] = std::pair(measured.release_source, measured.release);
@@ -298,7 +300,8 @@ void InstanceMeasurer::note_response_time(const LiveInstance& live, const Measur
   }
 }
 
-void InstanceMeasurer::note_parts(const LiveInstance& live, const Measured& measured) {
+[[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const LiveInstance& live,
+                                                                const Measured& measured) {
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];
   const auto duration = live.end->time - live.start.time;
@@ -355,7 +358,7 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
                                                              .next_start = later.start};
 }
 
-void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured) {
+inline void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured) {
   if (!is_known(measured.release_source)) return;
   auto& facts = *live.callback_facts;
   auto& bounds = bounds_[live.callback];

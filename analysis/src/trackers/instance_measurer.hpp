@@ -145,20 +145,20 @@ class InstanceMeasurer {
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
   };
 
-  Measured measured(const LiveInstance& live) const;
+  inline Measured measured(const LiveInstance& live) const;
   // What observers are told.
   Instance instance_of(const LiveInstance& live, const Measured& measured) const;
-  void find_release(const LiveInstance& live, Measured& measured) const;
+  inline void find_release(const LiveInstance& live, Measured& measured) const;
   OptionalTime find_source_time(const LiveInstance& live) const;
-  bool is_isolated_thread(const LiveInstance& live) const;
+  inline bool is_isolated_thread(const LiveInstance& live) const;
   // The kernel's record is whole wherever the instance may have run.
   bool is_recorded(const LiveInstance& live) const;
   // Its wake is what woke the thread last before the instance: no later wake-up may be missing.
-  bool is_woken_last(const LiveInstance& live) const;
-  void count(const LiveInstance& live, const Measured& measured);
-  void note_response_time(const LiveInstance& live, const Measured& measured);
-  void note_parts(const LiveInstance& live, const Measured& measured);
-  void note_arrival(const LiveInstance& live, const Measured& measured);
+  inline bool is_woken_last(const LiveInstance& live) const;
+  inline void count(const LiveInstance& live, const Measured& measured);
+  inline void note_response_time(const LiveInstance& live, const Measured& measured);
+  inline void note_parts(const LiveInstance& live, const Measured& measured);
+  inline void note_arrival(const LiveInstance& live, const Measured& measured);
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);

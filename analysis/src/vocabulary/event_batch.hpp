@@ -75,12 +75,14 @@ class EventBatch {
   }
 
   // The same of an event whose meaning depends on earlier ones, and whose fields stay where they lie.
-  void keep_raw(Event& event, const Translation& translation, Payload fields) {
+  [[gnu::always_inline]] void keep_raw(Event& event, const Translation& translation,
+                                       Payload fields) {
     if (!has_raw_) begin_raw();
     auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
     raw.kind = translation.kind;
     raw.fields = fields;
-    event.body = OtherEvent{.name = translation.event};  // which lives as long as its vocabulary
+    // The name lives as long as its vocabulary.
+    event.body.emplace<OtherEvent>(OtherEvent{.name = translation.event});
   }
 
   // Which kinds of events were kept, as bits.
@@ -103,7 +105,7 @@ class EventBatch {
     event.head = head;
     event.head.is_derived = true;
     event.head.stands_for_cause = false;
-    event.body = body;
+    event.body.emplace<Body>(body);
     keep(event);
   }
   // The same for an event that means one thing and has no views: its place is taken by that, if

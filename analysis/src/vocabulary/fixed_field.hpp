@@ -46,8 +46,9 @@ struct FixedField {
   }
   // Of an integer; empty if it is none.
   void get(const std::uint8_t* begin, std::optional<std::int64_t>& value) const noexcept {
-    value.reset();
-    if (kind == Kind::integer) value.emplace(static_cast<std::int64_t>(load(begin)));
+    // Whole, without a look at what it was: that is in another core's cache.
+    value = kind == Kind::integer ? std::optional(static_cast<std::int64_t>(load(begin)))
+                                  : std::nullopt;
   }
   std::string_view text(const std::uint8_t* begin) const noexcept {
     const auto* characters = reinterpret_cast<const char*>(begin + offset);

@@ -4,146 +4,149 @@ namespace cie::analysis {
 namespace {
 
 void run_begin(const Payload& p, VocabularyState&, EventBody& body) {
-  body = RunBegin{.contract_version = p.number<std::uint32_t>(0),
-                  .tool_version = p.text(1),
-                  .executor = p.text(2),
-                  .boot_id = p.text(3),
-                  .host = p.text(4),
-                  .pid = p.number<std::uint32_t>(5),
-                  .pid_ns = p.number<std::uint64_t>(6),
-                  .process_start_ns = p.number<std::int64_t>(7),
-                  .monotonic_ns = p.number<std::int64_t>(8),
-                  .realtime_ns = p.number<std::int64_t>(9),
-                  .online_cpus = p.number<std::uint32_t>(10),
-                  .spec_sha256 = p.text(11),
-                  .moment = p.label<RunMoment>(12)};
+  body.emplace<RunBegin>() = {.contract_version = p.number<std::uint32_t>(0),
+                              .tool_version = p.text(1),
+                              .executor = p.text(2),
+                              .boot_id = p.text(3),
+                              .host = p.text(4),
+                              .pid = p.number<std::uint32_t>(5),
+                              .pid_ns = p.number<std::uint64_t>(6),
+                              .process_start_ns = p.number<std::int64_t>(7),
+                              .monotonic_ns = p.number<std::int64_t>(8),
+                              .realtime_ns = p.number<std::int64_t>(9),
+                              .online_cpus = p.number<std::uint32_t>(10),
+                              .spec_sha256 = p.text(11),
+                              .moment = p.label<RunMoment>(12)};
 }
 
 void run_end(const Payload& p, VocabularyState&, EventBody& body) {
-  body = RunEnd{.callbacks = p.number<std::uint32_t>(0),
-                .threads = p.number<std::uint32_t>(1),
-                .groups = p.number<std::uint32_t>(2),
-                .publishers = p.number<std::uint32_t>(3),
-                .status = p.number<std::int32_t>(4)};
+  body.emplace<RunEnd>() = {.callbacks = p.number<std::uint32_t>(0),
+                            .threads = p.number<std::uint32_t>(1),
+                            .groups = p.number<std::uint32_t>(2),
+                            .publishers = p.number<std::uint32_t>(3),
+                            .status = p.number<std::int32_t>(4)};
 }
 
 void node_init(const Payload& p, VocabularyState&, EventBody& body) {
-  body = NodeInit{.node = p.id<NodeId>(0), .name = p.text(1)};
+  body.emplace<NodeInit>() = {.node = p.id<NodeId>(0), .name = p.text(1)};
 }
 
 void group_init(const Payload& p, VocabularyState&, EventBody& body) {
-  body =
-      GroupInit{.group = p.id<GroupId>(0), .node = p.id<NodeId>(1), .type = p.label<GroupType>(2)};
+  body.emplace<GroupInit>() = {
+      .group = p.id<GroupId>(0), .node = p.id<NodeId>(1), .type = p.label<GroupType>(2)};
 }
 
 void callback_init(const Payload& p, VocabularyState&, EventBody& body) {
-  body = CallbackInit{.callback = p.id<CallbackId>(0),
-                      .group = p.id<GroupId>(1),
-                      .node = p.id<NodeId>(2),
-                      .kind = p.label<CallbackKind>(3),
-                      .logical_id = p.text(4),
-                      .source = p.text(5),
-                      .symbol = p.text(6),
-                      .period_ns = p.number<std::uint64_t>(7),
-                      .queue_depth = p.number<std::uint32_t>(8),
-                      .deadline_ns = p.number<std::uint64_t>(9),
-                      .next_seq = p.number<std::uint64_t>(10)};
+  body.emplace<CallbackInit>() = {.callback = p.id<CallbackId>(0),
+                                  .group = p.id<GroupId>(1),
+                                  .node = p.id<NodeId>(2),
+                                  .kind = p.label<CallbackKind>(3),
+                                  .logical_id = p.text(4),
+                                  .source = p.text(5),
+                                  .symbol = p.text(6),
+                                  .period_ns = p.number<std::uint64_t>(7),
+                                  .queue_depth = p.number<std::uint32_t>(8),
+                                  .deadline_ns = p.number<std::uint64_t>(9),
+                                  .next_seq = p.number<std::uint64_t>(10)};
 }
 
 void callback_fini(const Payload& p, VocabularyState&, EventBody& body) {
-  body = CallbackFini{.callback = p.id<CallbackId>(0),
-                      .started = p.number<std::uint64_t>(1),
-                      .ended = p.number<std::uint64_t>(2),
-                      .released = p.number<std::uint64_t>(3),
-                      .overwritten = p.number<std::uint64_t>(4),
-                      .lost = p.number<std::uint64_t>(5)};
+  body.emplace<CallbackFini>() = {.callback = p.id<CallbackId>(0),
+                                  .started = p.number<std::uint64_t>(1),
+                                  .ended = p.number<std::uint64_t>(2),
+                                  .released = p.number<std::uint64_t>(3),
+                                  .overwritten = p.number<std::uint64_t>(4),
+                                  .lost = p.number<std::uint64_t>(5)};
 }
 
 void publisher_init(const Payload& p, VocabularyState&, EventBody& body) {
-  body = PublisherInit{.publisher = p.id<PublisherId>(0),
-                       .node = p.id<NodeId>(1),
-                       .topic = p.text(2),
-                       .writer_gid = p.number<std::uint64_t>(3),
-                       .next_seq = p.number<std::uint64_t>(4)};
+  body.emplace<PublisherInit>() = {.publisher = p.id<PublisherId>(0),
+                                   .node = p.id<NodeId>(1),
+                                   .topic = p.text(2),
+                                   .writer_gid = p.number<std::uint64_t>(3),
+                                   .next_seq = p.number<std::uint64_t>(4)};
 }
 
 void publisher_fini(const Payload& p, VocabularyState&, EventBody& body) {
-  body = PublisherFini{.publisher = p.id<PublisherId>(0), .published = p.number<std::uint64_t>(1)};
+  body.emplace<PublisherFini>() = {.publisher = p.id<PublisherId>(0),
+                                   .published = p.number<std::uint64_t>(1)};
 }
 
 void thread_init(const Payload& p, VocabularyState&, EventBody& body) {
-  body = ThreadInit{.tid = p.number<std::uint32_t>(0),
-                    .role = p.label<ThreadRole>(1),
-                    .callback = p.id<CallbackId>(2),
-                    .group = p.id<GroupId>(3),
-                    .name = p.text(4),
-                    .start_ns = p.number<std::int64_t>(5)};
+  body.emplace<ThreadInit>() = {.tid = p.number<std::uint32_t>(0),
+                                .role = p.label<ThreadRole>(1),
+                                .callback = p.id<CallbackId>(2),
+                                .group = p.id<GroupId>(3),
+                                .name = p.text(4),
+                                .start_ns = p.number<std::int64_t>(5)};
 }
 
 void thread_fini(const Payload& p, VocabularyState&, EventBody& body) {
-  body = ThreadFini{.tid = p.number<std::uint32_t>(0), .read_backs = p.number<std::uint32_t>(1)};
+  body.emplace<ThreadFini>() = {.tid = p.number<std::uint32_t>(0),
+                                .read_backs = p.number<std::uint32_t>(1)};
 }
 
 void thread_sched(const Payload& p, VocabularyState&, EventBody& body) {
-  body = ThreadSched{.tid = p.number<std::uint32_t>(0),
-                     .moment = p.label<SchedMoment>(1),
-                     .n = p.number<std::uint32_t>(2),
-                     .policy = p.number<std::int32_t>(3),
-                     .flags = p.number<std::uint64_t>(4),
-                     .nice = p.number<std::int32_t>(5),
-                     .priority = p.number<std::uint32_t>(6),
-                     .runtime_ns = p.number<std::uint64_t>(7),
-                     .deadline_ns = p.number<std::uint64_t>(8),
-                     .period_ns = p.number<std::uint64_t>(9),
-                     .cpus = p.integers(10),
-                     .error = p.number<std::int32_t>(11),
-                     .slice_ns = p.optional<std::uint64_t>(12),
-                     .util_min = p.optional<std::uint32_t>(13),
-                     .util_max = p.optional<std::uint32_t>(14),
-                     .change = p.number<std::uint32_t>(15)};
+  body.emplace<ThreadSched>() = {.tid = p.number<std::uint32_t>(0),
+                                 .moment = p.label<SchedMoment>(1),
+                                 .n = p.number<std::uint32_t>(2),
+                                 .policy = p.number<std::int32_t>(3),
+                                 .flags = p.number<std::uint64_t>(4),
+                                 .nice = p.number<std::int32_t>(5),
+                                 .priority = p.number<std::uint32_t>(6),
+                                 .runtime_ns = p.number<std::uint64_t>(7),
+                                 .deadline_ns = p.number<std::uint64_t>(8),
+                                 .period_ns = p.number<std::uint64_t>(9),
+                                 .cpus = p.integers(10),
+                                 .error = p.number<std::int32_t>(11),
+                                 .slice_ns = p.optional<std::uint64_t>(12),
+                                 .util_min = p.optional<std::uint32_t>(13),
+                                 .util_max = p.optional<std::uint32_t>(14),
+                                 .change = p.number<std::uint32_t>(15)};
 }
 
 void callback_release(const Payload& p, VocabularyState&, EventBody& body) {
-  body = CallbackRelease{.callback = p.id<CallbackId>(0),
-                         .release_seq = p.number<std::uint64_t>(1),
-                         .overwritten = p.number<std::uint64_t>(2)};
+  body.emplace<CallbackRelease>() = {.callback = p.id<CallbackId>(0),
+                                     .release_seq = p.number<std::uint64_t>(1),
+                                     .overwritten = p.number<std::uint64_t>(2)};
 }
 
 void thread_wakeup(const Payload& p, VocabularyState&, EventBody& body) {
-  body = ThreadWakeup{.callback = p.id<CallbackId>(0), .reason = p.label<WakeupReason>(1)};
+  body.emplace<ThreadWakeup>() = {.callback = p.id<CallbackId>(0),
+                                  .reason = p.label<WakeupReason>(1)};
 }
 
 void callback_start(const Payload& p, VocabularyState&, EventBody& body) {
-  body = CallbackStart{.callback = p.id<CallbackId>(0),
-                       .seq = p.number<std::uint64_t>(1),
-                       .release_kind = p.label<ReleaseKind>(2),
-                       .release_ns = p.number<std::int64_t>(3, -1),
-                       .missed = p.number<std::uint32_t>(4),
-                       .source_timestamp_realtime_ns = p.number<std::int64_t>(5),
-                       .writer_gid = p.number<std::uint64_t>(6)};
+  body.emplace<CallbackStart>() = {.callback = p.id<CallbackId>(0),
+                                   .seq = p.number<std::uint64_t>(1),
+                                   .release_kind = p.label<ReleaseKind>(2),
+                                   .release_ns = p.number<std::int64_t>(3, -1),
+                                   .missed = p.number<std::uint32_t>(4),
+                                   .source_timestamp_realtime_ns = p.number<std::int64_t>(5),
+                                   .writer_gid = p.number<std::uint64_t>(6)};
 }
 
 void callback_end(const Payload& p, VocabularyState&, EventBody& body) {
-  body = CallbackEnd{.callback = p.id<CallbackId>(0),
-                     .seq = p.number<std::uint64_t>(1),
-                     .status = p.label<CallbackStatus>(2)};
+  body.emplace<CallbackEnd>() = {.callback = p.id<CallbackId>(0),
+                                 .seq = p.number<std::uint64_t>(1),
+                                 .status = p.label<CallbackStatus>(2)};
 }
 
 void publish(const Payload& p, VocabularyState&, EventBody& body) {
-  body = Publish{.publisher = p.id<PublisherId>(0),
-                 .seq = p.number<std::uint64_t>(1),
-                 .source_timestamp_realtime_ns = p.number<std::int64_t>(2)};
+  body.emplace<Publish>() = {.publisher = p.id<PublisherId>(0),
+                             .seq = p.number<std::uint64_t>(1),
+                             .source_timestamp_realtime_ns = p.number<std::int64_t>(2)};
 }
 
 void sample_lost(const Payload& p, VocabularyState&, EventBody& body) {
-  body = SampleLost{.callback = p.id<CallbackId>(0),
-                    .count = p.number<std::uint32_t>(1),
-                    .total = p.number<std::uint64_t>(2)};
+  body.emplace<SampleLost>() = {.callback = p.id<CallbackId>(0),
+                                .count = p.number<std::uint32_t>(1),
+                                .total = p.number<std::uint64_t>(2)};
 }
 
 void clock_sync(const Payload& p, VocabularyState&, EventBody& body) {
-  body = ClockSync{.monotonic_ns = p.number<std::int64_t>(0),
-                   .realtime_ns = p.number<std::int64_t>(1)};
+  body.emplace<ClockSync>() = {.monotonic_ns = p.number<std::int64_t>(0),
+                               .realtime_ns = p.number<std::int64_t>(1)};
 }
 
 }  // namespace

@@ -36,49 +36,49 @@ void sched_switch(const Payload& p, VocabularyState& state, EventBody& body) {
   const auto next_tid = p.number<std::int64_t>(5);
   if (prev_tid == 0) state.priority_offset = offset_of_idle(p, 2);
   if (next_tid == 0) state.priority_offset = offset_of_idle(p, 6);
-  body = SchedSwitch{.prev_comm = p.text(0),
-                     .prev_tid = prev_tid,
-                     .prev_prio = priority(p, 2, state),
-                     .prev_state = p.number<std::int64_t>(3),
-                     .next_comm = p.text(4),
-                     .next_tid = next_tid,
-                     .next_prio = priority(p, 6, state)};
+  body.emplace<SchedSwitch>() = {.prev_comm = p.text(0),
+                                 .prev_tid = prev_tid,
+                                 .prev_prio = priority(p, 2, state),
+                                 .prev_state = p.number<std::int64_t>(3),
+                                 .next_comm = p.text(4),
+                                 .next_tid = next_tid,
+                                 .next_prio = priority(p, 6, state)};
 }
 
 void sched_waking(const Payload& p, VocabularyState& state, EventBody& body) {
-  body = SchedWaking{.tid = p.number<std::int64_t>(0),
-                     .prio = priority(p, 1, state),
-                     .target_cpu = target_cpu(p, 2)};
+  body.emplace<SchedWaking>() = {.tid = p.number<std::int64_t>(0),
+                                 .prio = priority(p, 1, state),
+                                 .target_cpu = target_cpu(p, 2)};
 }
 
 void sched_wakeup(const Payload& p, VocabularyState& state, EventBody& body) {
-  body = SchedWakeup{.tid = p.number<std::int64_t>(0),
-                     .prio = priority(p, 1, state),
-                     .target_cpu = target_cpu(p, 2)};
+  body.emplace<SchedWakeup>() = {.tid = p.number<std::int64_t>(0),
+                                 .prio = priority(p, 1, state),
+                                 .target_cpu = target_cpu(p, 2)};
 }
 
 void process_fork(const Payload& p, VocabularyState&, EventBody& body) {
-  body = SchedProcessFork{.parent_tid = p.number<std::int64_t>(0),
-                          .parent_pid = p.number<std::int64_t>(1),
-                          .child_tid = p.number<std::int64_t>(2),
-                          .child_pid = p.number<std::int64_t>(3),
-                          .child_comm = p.text(4)};
+  body.emplace<SchedProcessFork>() = {.parent_tid = p.number<std::int64_t>(0),
+                                      .parent_pid = p.number<std::int64_t>(1),
+                                      .child_tid = p.number<std::int64_t>(2),
+                                      .child_pid = p.number<std::int64_t>(3),
+                                      .child_comm = p.text(4)};
 }
 
 void process_exit(const Payload& p, VocabularyState&, EventBody& body) {
-  body = SchedProcessExit{.tid = p.number<std::int64_t>(0)};
+  body.emplace<SchedProcessExit>() = {.tid = p.number<std::int64_t>(0)};
 }
 
 void migrate_task(const Payload& p, VocabularyState&, EventBody& body) {
-  body = SchedMigrateTask{.tid = p.number<std::int64_t>(0),
-                          .orig_cpu = p.number<std::int32_t>(1),
-                          .dest_cpu = p.number<std::int32_t>(2)};
+  body.emplace<SchedMigrateTask>() = {.tid = p.number<std::int64_t>(0),
+                                      .orig_cpu = p.number<std::int32_t>(1),
+                                      .dest_cpu = p.number<std::int32_t>(2)};
 }
 
 void pi_setprio(const Payload& p, VocabularyState& state, EventBody& body) {
-  body = SchedPiSetprio{.tid = p.number<std::int64_t>(0),
-                        .old_prio = priority(p, 1, state),
-                        .new_prio = priority(p, 2, state)};
+  body.emplace<SchedPiSetprio>() = {.tid = p.number<std::int64_t>(0),
+                                    .old_prio = priority(p, 1, state),
+                                    .new_prio = priority(p, 2, state)};
 }
 
 std::vector<Translation> kernel_table() {

@@ -4,7 +4,7 @@ namespace cie::analysis {
 namespace {
 
 void procname(const Payload& p, VocabularyState&, EventBody& body) {
-  body = ProcessName{.name = p.text(0)};
+  body.emplace<ProcessName>() = {.name = p.text(0)};
 }
 
 }  // namespace

@@ -14,6 +14,17 @@
 
 namespace cie::analysis::ctf {
 
+// Completes an event of the batch with what a reader found of it.
+inline void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state,
+                      Event& event, EventBatch& batch) {
+  if (plan.translation == nullptr) {
+    event.body.emplace<OtherEvent>(plan.other);
+    batch.keep(event);
+  } else {
+    batch.translate(event, *plan.translation, payload, state);
+  }
+}
+
 // Fills them class by class: which class follows on which cannot be predicted where streams are
 // merged, and a wrong guess costs the processor more than an event's fields.
 class LateFields {
@@ -30,7 +41,8 @@ class LateFields {
     // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
     // Both stay where they are until fill().
     // Those that wait for none are filled at once.
-    void add(const EventPlan& plan, Event& event, const std::uint8_t* body, EventBatch& batch) {
+    [[gnu::always_inline]] void add(const EventPlan& plan, Event& event, const std::uint8_t* body,
+                                    EventBatch& batch) {
       if (plan.is_filled_at_once) {
         fill(plan, {&event, body}, batch);
         return;
@@ -70,11 +82,23 @@ class LateFields {
   std::vector<Waiting> waiting_;
 };
 
-// Completes an event of the batch with what a reader found of it.
-void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
-               EventBatch& batch);
-// The same with all fields, if the event is one that is shown.
+// Completes an event with all its fields, if the event is one that is shown.
 void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
                EventBatch& batch, const ShownFields& shown);
+
+[[gnu::always_inline]] inline void LateFields::OfTrace::fill(const EventPlan& plan,
+                                                             const Late& late, EventBatch& batch) {
+  const auto& layout = *plan.fixed;
+  auto& head = late.event->head;
+  layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
+  layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
+  const Payload fields(late.body, layout.fields.data());
+  const auto* translation = plan.translation;
+  if (translation != nullptr && translation->translate == nullptr) {
+    batch.keep_raw(*late.event, *translation, fields);
+  } else {
+    translate(plan, fields, state_, *late.event, batch);
+  }
+}
 
 }  // namespace cie::analysis::ctf

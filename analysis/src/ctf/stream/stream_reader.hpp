@@ -68,7 +68,7 @@ class StreamReader {
   // The key of the step after the next one. Requires two events ahead.
   std::int64_t key_after() const noexcept { return key_of(ahead_[next_ahead_ + 1].time); }
   // Emits the next event. Requires one ahead. If none is left, the step after it has to be found.
-  void emit_ahead(EventWriter& writer) {
+  [[gnu::always_inline]] void emit_ahead(EventWriter& writer) {
     const auto& found = ahead_[next_ahead_++];
     auto& event = writer.add();
     event.head.time = found.time;

@@ -155,8 +155,9 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
       .host = &host, .pid = pid, .tid = tid, .process = &process, .thread = &process.threads[tid]};
 }
 
-void EventTranslator::translate(const EventHead& head, const RawEvent& raw,
-                                const ros2::EventSink& sink) {
+[[gnu::always_inline]] inline void EventTranslator::translate(const EventHead& head,
+                                                              const RawEvent& raw,
+                                                              const ros2::EventSink& sink) {
   if (!head.pid) return;
   auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
@@ -281,8 +282,8 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 }
 
 // The message that a callback which starts was given; none if it is unknown.
-QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address address,
-                                        Context& context) {
+inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address address,
+                                               Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
@@ -303,7 +304,7 @@ QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address 
                                             : links_.find(callback.source, *thread.taken)};
 }
 
-void EventTranslator::start(Address address, Context& context) {
+[[gnu::always_inline]] inline void EventTranslator::start(Address address, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   const auto number = process.directory.callback(address);
   auto& callback = process.directory.get(number);
@@ -329,7 +330,7 @@ void EventTranslator::start(Address address, Context& context) {
   }
 }
 
-void EventTranslator::end(Address address, Context& context) {
+[[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   thread.handed_over.reset();
   const auto found =

@@ -66,13 +66,13 @@ class EventTranslator {
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head);
-  void translate(const EventHead& head, const RawEvent& event, const ros2::EventSink& sink);
+  inline void translate(const EventHead& head, const RawEvent& event, const ros2::EventSink& sink);
   static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
-  void start(ros2::Address address, ros2::Context& context);
-  static void end(ros2::Address address, ros2::Context& context);
+  inline void start(ros2::Address address, ros2::Context& context);
+  static inline void end(ros2::Address address, ros2::Context& context);
   static void enqueue(const Payload& p, ros2::Context& context);
-  ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
-                               ros2::Context& context);
+  inline ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
+                                      ros2::Context& context);
   Stream& stream_of(const EventHead& head) {
     const auto index = static_cast<std::size_t>(head.stream);
     const bool is_known = index < streams_.size() && streams_[index].host != nullptr;
