@@ -29,14 +29,12 @@ std::optional<GroupId> announce_group_of(const auto& member, const EventHead& he
 
 }  // namespace
 
-void announce(CallbackNumber number, const EventHead& head, Process& process,
-              const EventSink& sink) {
-  auto& callback = process.directory.get(number);
+void announce(Callback& callback, const EventHead& head, Process& process, const EventSink& sink) {
   if (callback.is_told || !callback.kind) return;
   callback.is_told = true;
   announce_node(callback.node, head, process, sink);
   const auto group = announce_group_of(callback, head, process, sink);
-  const auto logical_id = process.directory.logical_id(number);
+  const auto logical_id = process.directory.logical_id(callback);
   emit(head,
        CallbackInit{.callback = callback.id,
                     .group = group.value_or(kNoGroup),

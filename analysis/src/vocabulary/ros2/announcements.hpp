@@ -11,8 +11,7 @@
 namespace cie::analysis::ros2 {
 
 // A callback of which nothing is known yet is announced later, when something is.
-void announce(CallbackNumber callback, const EventHead& head, Process& process,
-              const EventSink& sink);
+void announce(Callback& callback, const EventHead& head, Process& process, const EventSink& sink);
 // Again when its group is known.
 void announce_hidden(std::uint32_t number, const EventHead& head, Process& process,
                      const EventSink& sink);

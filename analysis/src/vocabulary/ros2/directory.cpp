@@ -191,8 +191,8 @@ void Directory::add_object_callback(Address object, Address callback, bool repea
 void Directory::add_handle_callback(CallbackKind kind, Address handle, Address callback) {
   auto& binding = bindings_[callback];
   const auto entity = entities_.find(handle);
-  const bool is_same =
-      binding.callback && entity != entities_.end() && entity->second.callback == binding.callback;
+  const bool is_same = binding.callback != nullptr && entity != entities_.end() &&
+                       entity->second.callback == binding.callback;
   if (is_same) return;
   binding = Binding{};
   auto& of_handle = entities_[handle];
@@ -211,8 +211,8 @@ void Directory::add_symbol(Address callback, std::string_view symbol) {
   const auto found = bindings_.find(callback);
   if (found == bindings_.end()) return;
   found->second.symbol = symbol;
-  if (!found->second.callback) return;
-  auto& known = get(*found->second.callback).symbol;
+  if (found->second.callback == nullptr) return;
+  auto& known = found->second.callback->symbol;
   if (known.empty()) known = symbol;
 }
 
@@ -243,11 +243,8 @@ std::optional<GroupType> Directory::group_type(Address address) const {
   return found == groups_.end() ? std::nullopt : found->second.type;
 }
 
-CallbackNumber Directory::new_callback() {
-  const auto number = static_cast<CallbackNumber>(callbacks_.size());
-  callbacks_.push_back(
-      std::make_unique<Callback>(Callback{.id = id_of<CallbackId>(callbacks_.size())}));
-  return number;
+Callback& Directory::new_callback() {
+  return callbacks_.emplace_back(Callback{.id = id_of<CallbackId>(callbacks_.size())});
 }
 
 void Directory::describe(Callback& callback, const Entity& entity) {
@@ -261,34 +258,34 @@ void Directory::describe(Callback& callback, const Entity& entity) {
 }
 
 void Directory::refresh(const Entity& entity) {
-  if (entity.callback) describe(get(*entity.callback), entity);
+  if (entity.callback != nullptr) describe(*entity.callback, entity);
 }
 
 // The address is one of the handle's callback. What ran there unknown becomes that callback.
 void Directory::bind(Address address, Binding& binding, Address handle) {
   forget(address);
   auto& entity = entities_[handle];
-  if (!entity.callback) {
-    entity.callback = binding.callback ? *binding.callback : new_callback();
+  if (entity.callback == nullptr) {
+    entity.callback = binding.callback != nullptr ? binding.callback : &new_callback();
   }
   binding.callback = entity.callback;
-  auto& callback = get(*entity.callback);
+  auto& callback = *entity.callback;
   if (callback.symbol.empty()) callback.symbol = binding.symbol;
   describe(callback, entity);
 }
 
-CallbackNumber Directory::find_callback(Address address) {
+Callback& Directory::find_callback(Address address) {
   auto& binding = bindings_[address];
-  if (!binding.callback) {
-    binding.callback = new_callback();
-    get(*binding.callback).symbol = binding.symbol;
+  if (binding.callback == nullptr) {
+    binding.callback = &new_callback();
+    binding.callback->symbol = binding.symbol;
   }
   return *binding.callback;
 }
 
-std::optional<CallbackNumber> Directory::callback_of_buffer(Address buffer) const {
+Callback* Directory::callback_of_buffer(Address buffer) const {
   const auto object = objects_of_buffers_.find(buffer);
-  if (object == objects_of_buffers_.end()) return std::nullopt;
+  if (object == objects_of_buffers_.end()) return nullptr;
   // The object between callbacks is itself a subscription's, or linked to one.
   const auto linked = subscriptions_of_objects_.find(object->second);
   for (const auto address :
@@ -297,9 +294,10 @@ std::optional<CallbackNumber> Directory::callback_of_buffer(Address buffer) cons
     const auto known = objects_.find(address);
     const auto handle = known != objects_.end() ? known->second.handle : address;
     const auto entity = entities_.find(handle);
-    if (entity != entities_.end() && entity->second.callback) return entity->second.callback;
+    const bool is_known = entity != entities_.end() && entity->second.callback != nullptr;
+    if (is_known) return entity->second.callback;
   }
-  return std::nullopt;
+  return nullptr;
 }
 
 std::string Directory::plain_id(const Callback& callback) const {
@@ -310,12 +308,11 @@ std::string Directory::plain_id(const Callback& callback) const {
                          is_timer ? std::to_string(callback.period_ns) : source);
 }
 
-std::string Directory::logical_id(CallbackNumber number) const {
-  const auto& callback = *callbacks_[static_cast<std::size_t>(number)];
+std::string Directory::logical_id(const Callback& callback) const {
   auto text = plain_id(callback);
   std::size_t same = 1;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(number); ++i) {
-    const auto& other = *callbacks_[i];
+  for (const auto& other : callbacks_) {
+    if (&other == &callback) break;
     if (other.kind == callback.kind && other.node == callback.node &&
         other.source == callback.source && other.period_ns == callback.period_ns) {
       ++same;

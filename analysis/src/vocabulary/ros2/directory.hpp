@@ -10,7 +10,6 @@
 #include <cstdint>
 #include <deque>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -20,7 +19,6 @@
 namespace cie::analysis::ros2 {
 
 using Address = std::uint64_t;
-enum class CallbackNumber : std::uint32_t {};  // position in the directory
 
 struct Node {
   NodeId id{};
@@ -47,10 +45,12 @@ struct Hidden {
   bool is_action = false;
 };
 
-// One callback, however many addresses it has.
+// One callback, however many addresses it has. What every run looks at comes first.
 struct Callback {
   CallbackId id{};
   std::optional<CallbackKind> kind{};  // empty: made before the recording began
+  bool is_told = false;
+  std::uint64_t next_seq = 0;
   std::optional<NodeId> node{};
   std::string source{};
   std::string symbol{};
@@ -58,10 +58,8 @@ struct Callback {
   std::optional<Timestamp> first_expiry{};
   std::uint32_t queue_depth = 0;
   std::optional<Address> group{};
-  std::uint64_t next_seq = 0;
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
-  bool is_told = false;
 };
 
 class Directory {
@@ -99,15 +97,16 @@ class Directory {
   bool has_callback(Address address) const { return bindings_.contains(address); }
   bool has_publisher(Address handle) const { return publishers_.contains(handle); }
 
-  // The callback behind an address; an unknown one the first time that nobody spoke of it.
-  CallbackNumber callback(Address address) {
+  // The callback behind an address; an unknown one the first time that nobody spoke of it. Callbacks
+  // stay where they are.
+  Callback& callback(Address address) {
     auto& asked = asked_[place(address)];
-    if (asked.address != address || address == 0) asked = {address, find_callback(address)};
-    return asked.callback;
+    if (asked.address != address || address == 0) asked = {address, &find_callback(address)};
+    return *asked.callback;
   }
-  // The callback that a queue between callbacks feeds. Empty: unknown.
-  std::optional<CallbackNumber> callback_of_buffer(Address buffer) const;
-  Callback& get(CallbackNumber number) { return *callbacks_[static_cast<std::size_t>(number)]; }
+  // The callback that a queue between callbacks feeds. Null: unknown.
+  Callback* callback_of_buffer(Address buffer) const;
+  std::deque<Callback>& callbacks() noexcept { return callbacks_; }  // in the order of their making
   // Of the client of that rmw handle. Empty: unknown.
   std::optional<std::uint32_t> hidden_of(Address rmw_client) const;
   const Hidden& hidden(std::uint32_t number) const { return hidden_[number]; }
@@ -123,8 +122,7 @@ class Directory {
   std::optional<GroupId> group(Address address) const;
 
   // `<node>@Subscription(<topic>)`, with #2, #3, … for those of the same name made later.
-  std::string logical_id(CallbackNumber number) const;
-  std::size_t callbacks() const noexcept { return callbacks_.size(); }
+  std::string logical_id(const Callback& callback) const;
 
  private:
   // What a handle stands for: how its callback will be described.
@@ -137,7 +135,7 @@ class Directory {
     std::uint32_t queue_depth = 0;
     std::optional<Address> group{};
     bool is_announced = false;
-    std::optional<CallbackNumber> callback{};
+    Callback* callback = nullptr;
     std::optional<std::uint32_t> hidden{};
   };
   struct Object {
@@ -147,7 +145,7 @@ class Directory {
   // An address of a callback. The object or handle may be announced later than its callback.
   struct Binding {
     std::optional<Address> object{};
-    std::optional<CallbackNumber> callback{};
+    Callback* callback = nullptr;
     std::string symbol{};
   };
   struct Group {
@@ -158,7 +156,7 @@ class Directory {
   // What an address stood for when it was asked for last: every start asks.
   struct Asked {
     Address address = 0;  // 0: nothing
-    CallbackNumber callback{};
+    Callback* callback = nullptr;
   };
   static constexpr std::size_t kAsked = 64;  // a power of two
 
@@ -166,19 +164,19 @@ class Directory {
   static std::size_t place(Address address) noexcept { return address / 16 % kAsked; }
   // Before it stands for something else.
   void forget(Address address) noexcept { asked_[place(address)] = {}; }
-  CallbackNumber find_callback(Address address);
+  Callback& find_callback(Address address);
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
   void bind(Address address, Binding& binding, Address handle);
   void hide(Entity& entity, Hidden hidden);
   static void describe(Callback& callback, const Entity& entity);
   void refresh(const Entity& entity);
-  CallbackNumber new_callback();
+  Callback& new_callback();
   std::optional<NodeId> node_of(Address handle) const;
   std::string plain_id(const Callback& callback) const;
 
   std::array<Asked, kAsked> asked_{};
   std::vector<Node> nodes_;
-  std::vector<std::unique_ptr<Callback>> callbacks_;
+  std::deque<Callback> callbacks_;
   std::unordered_map<Address, NodeId> nodes_by_handle_;
   std::unordered_map<Address, Publisher> publishers_;
   std::uint32_t publishers_made_ = 0;

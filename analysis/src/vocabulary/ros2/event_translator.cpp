@@ -269,15 +269,14 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
   process.queues[{buffer, p.number<std::uint64_t>(1)}] =
       QueuedMessage{.origin = context.thread.handed_over.value_or(MessageLinks::Origin{}),
                     .release = context.head.time};
-  const auto number = process.directory.callback_of_buffer(buffer);
-  if (!number) return;
-  announce(*number, context.head, process, context.sink);
-  auto& callback = process.directory.get(*number);
-  if (p.number<int>(2) != 0) ++callback.overwritten;
+  auto* callback = process.directory.callback_of_buffer(buffer);
+  if (callback == nullptr) return;
+  announce(*callback, context.head, process, context.sink);
+  if (p.number<int>(2) != 0) ++callback->overwritten;
   emit(context.head,
-       CallbackRelease{.callback = callback.id,
-                       .release_seq = callback.releases++,
-                       .overwritten = callback.overwritten},
+       CallbackRelease{.callback = callback->id,
+                       .release_seq = callback->releases++,
+                       .overwritten = callback->overwritten},
        context.sink);
 }
 
@@ -306,9 +305,8 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
 
 [[gnu::always_inline]] inline void EventTranslator::start(Address address, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
-  const auto number = process.directory.callback(address);
-  auto& callback = process.directory.get(number);
-  if (!callback.is_told) announce(number, head, process, sink);
+  auto& callback = process.directory.callback(address);
+  if (!callback.is_told) announce(callback, head, process, sink);
   const auto seq = callback.next_seq++;
   const auto message = taken_by(callback, address, context);
   thread.taken.reset();
@@ -316,7 +314,7 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
   thread.handed_over.reset();
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
-  thread.open.push_back(RunningCallback{.address = address, .callback = number, .seq = seq});
+  thread.open.push_back(RunningCallback{.address = address, .callback = &callback, .seq = seq});
   if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
   thread.requested.reset();
   auto& body = sink.batch.derive_instead<CallbackStart>(sink.cause, head);
@@ -337,8 +335,7 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
       std::find_if(thread.open.rbegin(), thread.open.rend(),
                    [address](const RunningCallback& open) { return open.address == address; });
   const auto is_open = found != thread.open.rend();
-  const auto number = is_open ? found->callback : process.directory.callback(address);
-  auto& callback = process.directory.get(number);
+  auto& callback = is_open ? *found->callback : process.directory.callback(address);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.
   const auto seq = is_open ? found->seq : callback.next_seq == 0 ? 0 : callback.next_seq++;
   auto& body = sink.batch.derive_instead<CallbackEnd>(sink.cause, head);
@@ -353,9 +350,8 @@ void EventTranslator::finish(EventBatch& batch) {
     for (auto& [pid, process] : host.processes) {
       if (process.has_own_events) continue;
       process.last.cpu.reset();  // nobody runs there any more
-      for (std::size_t i = 0; i < process.directory.callbacks(); ++i) {
-        announce(static_cast<ros2::CallbackNumber>(i), process.last, process, {.batch = batch});
-      }
+      for (auto& callback : process.directory.callbacks())
+        announce(callback, process.last, process, {.batch = batch});
       for (std::uint32_t i = 0; i < process.directory.hidden_callbacks(); ++i) {
         if (!process.directory.hidden(i).group) continue;  // which may have been told since
         announce_hidden(i, process.last, process, {.batch = batch});

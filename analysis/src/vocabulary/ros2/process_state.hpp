@@ -28,7 +28,7 @@ struct EventSink {
 
 struct RunningCallback {
   Address address = 0;
-  CallbackNumber callback{};
+  Callback* callback = nullptr;
   std::uint64_t seq = 0;
 };
 

@@ -156,7 +156,7 @@ void Services::send_response(const Payload& p, Context& context) {
        Publish{.publisher = service->id,
                .seq = service->next_seq++,
                .source_timestamp_realtime_ns = service->last_stamp,
-               .callback = process.directory.get(instance->second.callback).id,
+               .callback = instance->second.callback->id,
                .callback_seq = instance->second.seq},
        context.sink);
   process.served.erase(instance);
