@@ -138,6 +138,7 @@ struct SequenceFacts {
   std::uint64_t count = 0;              // numbers seen
   std::optional<std::uint64_t> last{};  // largest
   EventRef last_at{};
+  bool is_restarted = false;  // a new series began, of which no number was seen yet
   std::optional<std::uint64_t> first{};
   EventRef first_at{};
   std::uint64_t missing = 0;

@@ -48,7 +48,8 @@ void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
   auto& facts = model_.publishers[publisher];
   if (!facts.first_source_timestamp && source_timestamp > 0)
     facts.first_source_timestamp = source_timestamp;
-  auto& messages = messages_[publisher];
+  auto& [messages, host] = publishers_[publisher];
+  host = model_.processes[at(facts.process)].host;
   messages.push(
       Message{.source_timestamp = source_timestamp, .time = where.time, .node = std::move(node)});
   // It was not looked at for long; to give its node back would be to wait for memory.
@@ -57,9 +58,9 @@ void ChainTracker::on_publish(std::uint32_t publisher, const EventRef& where,
 
 const ChainTracker::Message* ChainTracker::find_message(std::uint32_t publisher,
                                                         std::int64_t source_timestamp) const {
-  const auto* messages = messages_.find(publisher);
-  if (messages == nullptr) return nullptr;
-  return messages->find_newest([source_timestamp](const Message& message) {
+  const auto* known = publishers_.find(publisher);
+  if (known == nullptr) return nullptr;
+  return known->messages.find_newest([source_timestamp](const Message& message) {
     return message.source_timestamp == source_timestamp;
   });
 }
@@ -89,8 +90,7 @@ void ChainTracker::resolve(ChainNode& node) {
     return;
   }
   node.published = found->time;
-  const auto writer = model_.publishers[*publisher].process;
-  node.writer_host = model_.processes[at(writer)].host;
+  node.writer_host = publishers_.find(*publisher)->host;
   if (node.writer_host == node.host) {
     node.sent = found->time;
   } else if (node.source_timestamp > 0) {

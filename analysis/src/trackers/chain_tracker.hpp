@@ -66,6 +66,10 @@ class ChainTracker {
     Timestamp time;
     ChainNodeRef node;
   };
+  struct OfPublisher {
+    Recent<Message, kMaxMessages> messages;
+    HostIndex host{};
+  };
   // When instances of one callback started, the last few, numbered from 0. Which of them begin a
   // chain is seen only when its last callback ends, so every one is kept of a callback that
   // publishes. Of one that never did, those are that may have begun since the first that will.
@@ -148,7 +152,7 @@ class ChainTracker {
   Registry& registry_;
   HostClocks& clocks_;
   ChainNodePool nodes_;
-  ByIndex<std::uint32_t, Recent<Message, kMaxMessages>> messages_;  // by publisher
+  ByIndex<std::uint32_t, OfPublisher> publishers_;
   ByIndex<CallbackIndex, Reads> reads_;
   std::vector<Chain> specified_;
   Paths paths_;

@@ -74,7 +74,6 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   const auto callback = runner.ran.index;
   prefetch_lines(runner.ran_facts, &runner.ran_facts->inits);
   prefetch_to_write(callbacks_.find(callback));
-  registry_.expect(callback);
   measurer_.expect(callback);
 }
 

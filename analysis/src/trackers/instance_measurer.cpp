@@ -2,8 +2,6 @@
 
 #include <cie/analysis/deadline.hpp>
 
-#include "prefetch.hpp"
-
 #include <algorithm>
 #include <span>
 
@@ -163,12 +161,9 @@ void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
        {&facts.response_time, &facts.start_latency, &facts.duration, &facts.inter_arrival}) {
     quantity->expect();
   }
-  if (!live.wakeup) expect(live.callback);  // else that was said when the thread woke up
-}
-
-void InstanceMeasurer::expect(CallbackIndex callback) const noexcept {
-  prefetch_to_write(bounds_.find(callback));
-  if (const auto* arrivals = arrivals_.find(callback)) prefetch_to_write(&arrivals->latest);
+  if (live.wakeup) return;  // what is told by the callback alone was said when the thread woke up
+  prefetch_to_write(bounds_.find(live.callback));
+  if (facts.exact_instances > 0) prefetch_to_write(arrivals_.find(live.callback));
 }
 
 void InstanceMeasurer::measure(const LiveInstance& live) {

@@ -8,6 +8,7 @@
 #include "chain_tracker.hpp"
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
+#include "prefetch.hpp"
 #include "recent.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
@@ -79,7 +80,10 @@ class InstanceMeasurer {
     return written && *written <= live.start.time ? written : OptionalTime{};
   }
   // An instance of the callback will begin: what measuring it needs will be in the cache by its end.
-  void expect(CallbackIndex callback) const noexcept;
+  void expect(CallbackIndex callback) const noexcept {
+    prefetch_to_write(bounds_.find(callback));
+    prefetch_to_write(arrivals_.find(callback));
+  }
   // The same of what is found by the callback's facts: it began.
   void expect(const LiveInstance& live) const noexcept;
   // Once per instance, when nothing later in the trace can change what is known of it.

@@ -1,16 +1,18 @@
 // Asking for memory before it is needed.
 #pragma once
 
-#include <cstddef>
+#include <cstdint>
 
 namespace cie::analysis {
 
 // Brings what lies there, and will be written, into the cache: all lines of it.
 inline void prefetch_lines(const void* begin, const void* end) noexcept {
-  constexpr std::size_t kCacheLine = 64;
-  const auto* bytes = static_cast<const char*>(begin);
-  for (; bytes < end; bytes += kCacheLine)
-    __builtin_prefetch(bytes, 1);
+  constexpr std::uintptr_t kCacheLine = 64;
+  const auto last = reinterpret_cast<std::uintptr_t>(end);
+  for (auto line = reinterpret_cast<std::uintptr_t>(begin) & ~(kCacheLine - 1); line < last;
+       line += kCacheLine) {
+    __builtin_prefetch(reinterpret_cast<const void*>(line), 1);
+  }
 }
 
 // The same of an object. Null does nothing.

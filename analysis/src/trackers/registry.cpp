@@ -337,7 +337,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   if (thread.fini) {  // announced anew after its end: another spin on the same thread
     thread.fini.reset();
     thread.last_change = 0;
-    read_back_numbers_[*index].restart();
+    SequenceTracker::restart(thread.read_backs);
   }
   if (!thread.announced) {
     thread.announced = ref(head);

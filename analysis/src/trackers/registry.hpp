@@ -138,17 +138,10 @@ class Registry {
   // (machines that are copies of each other may give equal ones). Empty if unknown.
   std::optional<std::uint32_t> publisher_by_gid(HostIndex reader, std::uint64_t gid) const;
 
-  // Numbers of the callback's instances will be seen soon.
-  void expect(CallbackIndex callback) const noexcept {
-    prefetch_head(start_numbers_.find(callback));
-    prefetch_head(end_numbers_.find(callback));
-  }
   // It will publish soon, as it did last.
   void expect_publication(const KnownEmitter& publisher) const noexcept {
     if (!publisher.published.is_any()) return;
-    const auto index = publisher.published.index;
-    prefetch_to_write(&model_.publishers[index]);
-    prefetch_head(publish_numbers_.find(index));
+    prefetch_to_write(&model_.publishers[publisher.published.index]);
   }
   SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
   SequenceTracker& ends(CallbackIndex callback) { return end_numbers_[callback]; }

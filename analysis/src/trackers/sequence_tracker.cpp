@@ -14,11 +14,11 @@ void SequenceTracker::observe_other(std::uint64_t number, const EventRef& where,
   if (!facts.first) {
     facts.first = facts.last = number;
     facts.first_at = facts.last_at = where;
-    restarted_ = false;
+    facts.is_restarted = false;
     return;
   }
-  if (restarted_) {
-    restarted_ = false;
+  if (facts.is_restarted) {
+    facts.is_restarted = false;
     facts.last = number;
     facts.last_at = where;
     if (number != 0) untracked_ += number;

@@ -12,8 +12,9 @@ namespace cie::analysis {
 class SequenceTracker {
  public:
   void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
+    // By the facts alone, which whoever counts has at hand.
     const bool is_next =
-        facts.last && number > *facts.last && number - *facts.last == 1 && !restarted_;
+        facts.last && number > *facts.last && number - *facts.last == 1 && !facts.is_restarted;
     if (!is_next) {
       observe_other(number, where, facts);
       return;
@@ -27,7 +28,7 @@ class SequenceTracker {
   // Whether any number in (after, until] is in a hole.
   bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;
   // A new series begins: the next number is expected to be 0.
-  void restart() noexcept { restarted_ = true; }
+  static void restart(SequenceFacts& facts) noexcept { facts.is_restarted = true; }
   // Totals the holes, with the one between a promised first number and the first one seen. May be
   // called again after more numbers.
   void finish(std::uint64_t promised, const EventRef& promised_at, SequenceFacts& facts) const;
@@ -47,7 +48,6 @@ class SequenceTracker {
   };
   std::vector<Hole> holes_;      // ascending, at most kMaxKeptHoles
   std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxKeptHoles holes
-  bool restarted_ = false;
 };
 
 }  // namespace cie::analysis

@@ -83,13 +83,13 @@ TEST(SequenceTracker, TellsWhetherANumberOrRangeIsMissing) {
 
 TEST(SequenceTracker, ANewSeriesBeginsAtZero) {
   Series series({0, 1, 2});
-  series.tracker.restart();
+  SequenceTracker::restart(series.facts);
   series.see(0);
   series.see(1);
   EXPECT_EQ(series.finished().missing, 0U);
 
   Series incomplete({0, 1, 2});
-  incomplete.tracker.restart();
+  SequenceTracker::restart(incomplete.facts);
   incomplete.see(2);
   EXPECT_EQ(incomplete.finished().missing, 2U);
 }
