@@ -8,11 +8,10 @@ namespace cie::analysis {
 // Brings what lies there, and will be written, into the cache: all lines of it.
 inline void prefetch_lines(const void* begin, const void* end) noexcept {
   constexpr std::uintptr_t kCacheLine = 64;
-  const auto last = reinterpret_cast<std::uintptr_t>(end);
-  for (auto line = reinterpret_cast<std::uintptr_t>(begin) & ~(kCacheLine - 1); line < last;
-       line += kCacheLine) {
-    __builtin_prefetch(reinterpret_cast<const void*>(line), 1);
-  }
+  const auto* line = static_cast<const char*>(begin);
+  line -= reinterpret_cast<std::uintptr_t>(line) % kCacheLine;
+  for (; line < end; line += kCacheLine)
+    __builtin_prefetch(line, 1);
 }
 
 // The same of an object. Null does nothing.
