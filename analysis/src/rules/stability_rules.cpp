@@ -140,8 +140,17 @@ bool is_ever_real_time(const ThreadFacts& thread) {
                              [](const ReadBack& read) { return is_real_time(read.policy); });
 }
 
+// A child's first run tells nothing: it has another real-time priority than its creator, because it
+// was given that before it ran (pthread_attr_setschedparam() does), or its creator changed its own
+// since it was seen.
+bool may_be_given(const ForkFacts& fork) {
+  if (!fork.child_first) return false;
+  const auto prio = fork.child_first->prio;
+  return is_real_time_priority(prio) && prio != fork.parent_prio && prio != fork.parent_own_prio;
+}
+
 void judge_fork(const ForkFacts& fork, const Proof& proof, Judgement& judgement) {
-  if (!fork.child_first) return;
+  if (!fork.child_first || may_be_given(fork)) return;
   // It may have run before, and been given its priority by then.
   if (proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time)) return;
   judgement.check();
@@ -152,6 +161,13 @@ void judge_fork(const ForkFacts& fork, const Proof& proof, Judgement& judgement)
                               std::to_string(fork.child_tid)));
   judgement.fail(evidence("sched_switch", fork.child_first->at,
                           "which first runs with " + priority_text(fork.child_first->prio)));
+}
+
+Evidence not_judged(const ForkFacts& fork) {
+  return evidence("sched_switch", fork.child_first->at,
+                  "not judged: its child thread " + std::to_string(fork.child_tid) +
+                      " first runs with " + priority_text(fork.child_first->prio) +
+                      ", which this thread was not seen to have");
 }
 
 // What a thread began with, where that is among the read-backs that were lost.
@@ -180,8 +196,10 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   const auto& proof = context.proof;
   if (!may_be_real_time(model, proof)) return verdicts;
   std::multimap<ThreadIndex, const ForkFacts*> of_thread;
+  std::multimap<ThreadIndex, const ForkFacts*> given_by;
   for (const auto& fork : model.forks) {
     if (fork.child_tid == 0) continue;
+    if (fork.parent && may_be_given(fork)) given_by.emplace(*fork.parent, &fork);
     if (fork.child && model.threads[at(*fork.child)].announced) {
       of_thread.emplace(*fork.child, &fork);
       continue;
@@ -215,6 +233,9 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     const auto [first, last] = of_thread.equal_range(index);
     for (auto fork = first; fork != last; ++fork)
       judge_fork(*fork->second, proof, judgement);
+    const auto [given, last_given] = given_by.equal_range(index);
+    for (auto fork = given; fork != last_given; ++fork)
+      judgement.remark([&fork] { return not_judged(*fork->second); });
     if (!model.hosts[at(model.processes[at(thread.process)].host)].has_forks) {
       judgement.remark(evidence("announced only", begin,
                                 "no fork events: children that were not announced are not seen"));
@@ -264,8 +285,10 @@ const Rule kNoParameterLeak{
     "S5", "no-parameter-leak",
     "No thread inherited a real-time policy that it was not given: announced threads are judged "
     "by what they read back at creation, other children of real-time threads by the priority "
-    "they first run with. Without fork events, or where the kernel's record has holes, PASS says "
-    "\"announced only\".\n"
+    "they first run with. One that first runs with another real-time priority than its creator's was "
+    "given that, or its creator's changed meanwhile: it is not judged, and the creator's PASS says "
+    "so. Without fork events, or where the kernel's record has holes, PASS says \"announced "
+    "only\".\n"
     "Why it matters: A helper thread that inherits SCHED_FIFO by accident competes with the "
     "callbacks it was meant to stay away from.\n"
     "Inconclusive when the thread's first read-back was lost.\n"

@@ -213,13 +213,17 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
   child.is_new = false;
   child.fork.reset();
   if (!is_judging_ || parent == nullptr || !is_real_time_priority(parent->prio)) return;
-  const ForkFacts facts{.at = ref(head),
-                        .host = host,
-                        .parent_tid = event.parent_tid,
-                        .child_tid = event.child_tid,
-                        .parent_prio = parent->prio,
-                        .child_first = std::nullopt,
-                        .child = std::nullopt};
+  const auto thread = registry_.thread_by_tid(host, event.parent_tid);
+  const ForkFacts facts{
+      .at = ref(head),
+      .host = host,
+      .parent_tid = event.parent_tid,
+      .child_tid = event.child_tid,
+      .parent_prio = parent->prio,
+      .parent_own_prio = thread ? own_priority(*thread, parent->prio) : parent->prio,
+      .parent = thread,
+      .child_first = std::nullopt,
+      .child = std::nullopt};
   if (!free_forks_.empty()) {
     child.fork = free_forks_.back();
     free_forks_.pop_back();
@@ -229,6 +233,14 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
     model_.forks.push_back(facts);
   }
   child.is_new = child.fork.has_value();
+}
+
+std::int32_t EnforcementTracker::own_priority(ThreadIndex thread, std::int32_t seen) const {
+  if (const auto& read_back = model_.threads[at(thread)].last_read_back) {
+    return kernel_priority(*read_back);
+  }
+  const auto* state = threads_.find(thread);
+  return state != nullptr && state->is_boosted ? state->unboosted : seen;
 }
 
 void EnforcementTracker::forget_fork(OfTid& child) {

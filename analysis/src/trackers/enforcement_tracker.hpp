@@ -105,6 +105,8 @@ class EnforcementTracker {
   void total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end);
   // Busy time and foreign work of the threads that have not ended.
   void total(std::optional<Timestamp> end);
+  // What its children inherit, as far as that is known; `seen`: its priority by the last switch.
+  std::int32_t own_priority(ThreadIndex thread, std::int32_t seen) const;
   // Nothing more is kept of a child than that it was no violation, once there are too many.
   void forget_fork(OfTid& child);
 

@@ -259,9 +259,10 @@ def _leaks(j: "Judge") -> None:
         child = next((e for e in j.model.events if e.time >= fork.time
                       and e.name == "sched_switch" and e.next_tid == fork.child_tid), None)
         if child and not _lossy(j, fork.host, fork.time, child.time):
-            real_time = child.next_prio + j.model.prio_offset < 100
+            prio = child.next_prio + j.model.prio_offset
             subject = j.name("thread", fork.child_tid, parent[0].process)
-            j.put("S5", subject, FAIL if real_time else PASS)
+            if prio >= 100 or prio == kernel_priority(read[-1]):  # else it was given that
+                j.put("S5", subject, PASS if prio >= 100 else FAIL)
 
 
 def foreign_work(j: "Judge", t: Thread) -> None:

@@ -261,6 +261,32 @@ TEST(NoParameterLeak, FailsForAnUnannouncedChildOfARealTimeThread) {
   EXPECT_EQ(Verified(reset).of("S5", "thread 150"), Verdict::pass);
 }
 
+// What a child inherits is its creator's own priority (sched_fork(): p->prio = current->normal_prio). With another one
+// it was given that before it ran, as pthread_attr_setschedparam() does, or its creator changed its own.
+TEST(NoParameterLeak, DoesNotJudgeAChildWithAnotherRealTimePriority) {
+  const auto verified = [](const std::string& read_back, int child) {
+    return Verified(R"(
+    callback fusion
+    thread child worker silent tid=150
+    -100 initial fusion
+    -90 applied fusion policy=fifo )" +
+                    read_back + R"(
+    3 switch 0 idle fusion next_prio=19
+    5 fork fusion child
+    7 switch 1 idle child next_prio=)" +
+                    std::to_string(child) + R"(
+    10 start fusion
+    12 end fusion)");
+  };
+  const auto given = verified("priority=80", 49);
+  EXPECT_EQ(given["S5"], Verdict::pass);
+  EXPECT_THAT(given.evidence("S5", "thread 101"),
+              AllOf(HasSubstr("7 sched_switch"), HasSubstr("not judged: its child thread 150")));
+  EXPECT_EQ(verified("priority=80", 19).of("S5", "thread 150"), Verdict::fail);
+  // Its creator was boosted while somebody waited for it: inherited is what it was read back with.
+  EXPECT_EQ(verified("priority=50", 49).of("S5", "thread 150"), Verdict::fail);
+}
+
 TEST(NoParameterLeak, FailsAfterHoweverManyChildrenWithoutAPriority) {
   std::string trace = R"(
     callback fusion
