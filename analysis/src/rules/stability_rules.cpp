@@ -140,19 +140,21 @@ bool is_ever_real_time(const ThreadFacts& thread) {
                              [](const ReadBack& read) { return is_real_time(read.policy); });
 }
 
-// A child's first run tells nothing: it has another real-time priority than its creator, because it
-// was given that before it ran (pthread_attr_setschedparam() does), or its creator changed its own
+// Of a hole before it nobody knows what it hides: the child may have run, and been given its priority.
+bool is_first_run_seen(const ForkFacts& fork, const Proof& proof) {
+  return fork.child_first && !proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time);
+}
+
+// What a first run does not tell: the child has another real-time priority than its creator, because
+// it was given that before it ran (pthread_attr_setschedparam() does), or its creator changed its own
 // since it was seen.
 bool may_be_given(const ForkFacts& fork) {
-  if (!fork.child_first) return false;
   const auto prio = fork.child_first->prio;
   return is_real_time_priority(prio) && prio != fork.parent_prio && prio != fork.parent_own_prio;
 }
 
 void judge_fork(const ForkFacts& fork, const Proof& proof, Judgement& judgement) {
-  if (!fork.child_first || may_be_given(fork)) return;
-  // It may have run before, and been given its priority by then.
-  if (proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time)) return;
+  if (!is_first_run_seen(fork, proof) || may_be_given(fork)) return;
   judgement.check();
   if (!is_real_time_priority(fork.child_first->prio)) return;
   judgement.fail(evidence("sched_process_fork", fork.at,
@@ -199,7 +201,9 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
   std::multimap<ThreadIndex, const ForkFacts*> given_by;
   for (const auto& fork : model.forks) {
     if (fork.child_tid == 0) continue;
-    if (fork.parent && may_be_given(fork)) given_by.emplace(*fork.parent, &fork);
+    if (fork.parent && is_first_run_seen(fork, proof) && may_be_given(fork)) {
+      given_by.emplace(*fork.parent, &fork);
+    }
     if (fork.child && model.threads[at(*fork.child)].announced) {
       of_thread.emplace(*fork.child, &fork);
       continue;
