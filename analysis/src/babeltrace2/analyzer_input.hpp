@@ -29,7 +29,12 @@ class AnalyzerInput {
   }
   void push(const EventHead& head, const Translation& translation, const Payload& payload,
             VocabularyState& state) {
-    batch_.translate(begin(head), translation, payload, state);
+    auto& event = begin(head);
+    if (translation.translate == nullptr) {
+      translator_.translate(event, translation, payload, batch_);
+    } else {
+      batch_.translate(event, translation, payload, state);
+    }
     pass_on();
   }
   // Nothing follows: tells the analyzer what was still to be told.
@@ -47,7 +52,7 @@ class AnalyzerInput {
     return event;
   }
   void pass_on() {
-    translator_.translate(batch_);
+    translator_.heed(batch_);
     batch_.each([this](const Event& event) { analyzer_.consume(event); });
   }
 

@@ -119,7 +119,7 @@ class TraceReader::Streams {
 
   void read(EventBatch& first, const EventWriter::Exchange& exchange) {
     EventWriter writer(first, [this, &exchange](EventBatch& filled) -> EventBatch& {
-      complete(filled);
+      late_.complete(filled);
       return exchange(filled);
     });
     for (const auto& stream : streams_)
@@ -394,20 +394,14 @@ class TraceReader::Streams {
     }
   }
 
-  // Before anything moves in a stream's window: the batch's events need it no longer.
-  void complete(EventBatch& batch) {
-    late_.fill(batch);
-    if (translator_ != nullptr) translator_->translate(batch);
-  }
-
   void advance(StreamReader& stream, EventWriter& writer) {
     if (stream.events_ahead() > 0) {
       stream.emit_ahead(writer);
       if (stream.look_ahead()) return;
-      complete(writer.batch());
+      late_.complete(writer.batch());
       stream.find_event();
     } else {
-      complete(writer.batch());
+      late_.complete(writer.batch());
       stream.step(writer);
     }
   }
@@ -437,7 +431,7 @@ class TraceReader::Streams {
   std::map<std::string, std::string> salvaged_traces_;        // by name: what to tell of them
   std::vector<std::pair<StreamIndex, std::string>> salvaged_;
   std::map<std::string, VocabularyState> states_;  // by name of the trace
-  LateFields late_;
+  LateFields late_{translator_};
   std::map<StreamKey, std::vector<StreamFile>> files_;
   std::vector<std::unique_ptr<StreamReader>> streams_;
 };

@@ -41,14 +41,6 @@ class Keeper {
     }
     event.fields = fields;
   }
-  void keep(Field& field) {
-    if (field.kind == Field::Kind::text) {
-      field.characters = static_cast<const char*>(copy(field.characters, field.length, 1));
-    } else if (field.kind == Field::Kind::integers) {
-      field.elements = static_cast<const std::uint32_t*>(
-          copy(field.elements, field.length * sizeof(std::uint32_t), alignof(std::uint32_t)));
-    }
-  }
 
  private:
   void keep(std::string_view& text) {
@@ -101,27 +93,11 @@ void EventBatch::keep_views(EventBody& body) {
       body);
 }
 
-void EventBatch::begin_raw() {
-  raw_.assign(capacity_, RawEvent{});
-  has_raw_ = true;
-}
-
-Payload EventBatch::copy_of(const Translation& translation, const Payload& payload) {
-  const auto slots = translation.fields.size();
-  auto* const kept = static_cast<Field*>(memory_.allocate(slots * sizeof(Field), alignof(Field)));
-  for (std::size_t slot = 0; slot < slots; ++slot) {
-    std::construct_at(kept + slot, payload.collected(slot));
-    Keeper(memory_).keep(kept[slot]);
-  }
-  return Payload(kept);
-}
-
 void EventBatch::clear() noexcept {
   next_ = new_ = events_.get();
   end_ = next_ + capacity_;
   shown_ = 0;
   kinds_ = 0;
-  has_raw_ = false;
   derived_.clear();
   memory_.release();
 }

@@ -30,13 +30,6 @@ inline constexpr std::uint64_t kWithViews =
     kinds<StreamBegin, DamagedPacket, RunBegin, NodeInit, CallbackInit, PublisherInit, ThreadInit,
           ThreadSched, Ros2Tracer, HiddenInit, ProcessName, OtherEvent>();
 
-// What a translator with a memory is given of an event: see Translation.
-struct RawEvent {
-  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
-  std::uint32_t kind = kNone;
-  Payload fields{nullptr};  // those that were asked for; borrowed from the batch or its reader
-};
-
 // Keeps a bounded number of events with copies of what they view, and of shown fields no more than
 // one event above kMostShown bytes. Used again after clear(), so that
 // it allocates little after its first round.
@@ -62,40 +55,29 @@ class EventBatch {
     if ((kWithViews & kind) != 0) keep_views(event.body);
   }
   // Completes an event of the batch that has its head. If the meaning depends on earlier events, it
-  // becomes an OtherEvent, and its fields are kept beside it: where they lie (Payload::is_in_place),
-  // as long as that stays, or copies.
+  // becomes an OtherEvent.
   void translate(Event& event, const Translation& translation, const Payload& payload,
                  VocabularyState& state) {
     if (translation.translate == nullptr) {
-      keep_raw(event, translation, payload.is_in_place() ? payload : copy_of(translation, payload));
+      leave_other(event, translation);
     } else {
       translation.translate(payload, state, event.body);
       keep(event);
     }
   }
-
-  // The same of an event whose meaning depends on earlier ones, and whose fields stay where they lie.
-  [[gnu::always_inline]] void keep_raw(Event& event, const Translation& translation,
-                                       Payload fields) {
-    if (!has_raw_) begin_raw();
-    auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
-    raw.kind = translation.kind;
-    raw.fields = fields;
-    // The name lives as long as its vocabulary.
+  // Makes it an OtherEvent of that name, which lives as long as its vocabulary.
+  static void leave_other(Event& event, const Translation& translation) noexcept {
     event.body.emplace<OtherEvent>(OtherEvent{.name = translation.event});
   }
 
   // Which kinds of events were kept, as bits.
   std::uint64_t kinds_kept() const noexcept { return kinds_; }
-  bool has_raw() const noexcept { return has_raw_; }
-  // Of an event of the batch; null if nothing was kept beside it.
-  const RawEvent* raw(const Event& event) const noexcept {
-    if (!has_raw_) return nullptr;
-    const auto& raw = raw_[static_cast<std::size_t>(&event - events_.get())];
-    return raw.kind == RawEvent::kNone ? nullptr : &raw;
-  }
-  // Events that were added since the last call, complete: whoever derives from them sees each once.
+  // Events that were added since the last call: whoever derives from them sees each once.
   std::span<Event> take_new() noexcept { return {std::exchange(new_, next_), next_}; }
+  // Those of them before this one of the batch, which counts as seen.
+  std::span<Event> take_new_before(Event& event) noexcept {
+    return {std::exchange(new_, &event + 1), &event};
+  }
   // Adds an event that follows from `cause`, one of the batch's, to be consumed right after it;
   // null: after them all. Causes come in their order.
   template <typename Body>
@@ -168,8 +150,6 @@ class EventBatch {
 
   void keep_views(EventBody& body);
   void keep_shown(const OtherEvent& event) noexcept;
-  void begin_raw();
-  Payload copy_of(const Translation& translation, const Payload& payload);
 
   std::unique_ptr<Event[]> events_;  // NOLINT(modernize-avoid-c-arrays): what it owns is one
   Event* next_;
@@ -178,8 +158,6 @@ class EventBatch {
   Event* end_;             // where it is full
   std::size_t shown_ = 0;  // bytes
   std::uint64_t kinds_ = 0;
-  bool has_raw_ = false;
-  std::vector<RawEvent> raw_;                   // by place of the event
   std::vector<Derived> derived_;                // in order
   std::pmr::monotonic_buffer_resource memory_;  // what all of them view
 };

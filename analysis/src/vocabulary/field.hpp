@@ -70,25 +70,6 @@ class Payload {
   Payload(const std::uint8_t* begin, const FixedField* fixed) noexcept
       : begin_(begin), fixed_(fixed) {}
 
-  // Its fields were not collected: they are read from where the event lies.
-  bool is_in_place() const noexcept { return fixed_ != nullptr; }
-  // One slot as a reader would have collected it.
-  Field collected(std::size_t slot) const noexcept {
-    if (fields_ != nullptr) return fields_[slot];
-    Field field;
-    field.label = label_index(slot);
-    if (fixed_[slot].kind == FixedField::Kind::integer) {
-      field.kind = Field::Kind::integer;
-      field.number = static_cast<std::int64_t>(fixed_[slot].load(begin_));
-    } else if (fixed_[slot].kind == FixedField::Kind::text) {
-      const auto characters = fixed_[slot].text(begin_);
-      field.kind = Field::Kind::text;
-      field.length = static_cast<std::uint32_t>(characters.size());
-      field.characters = characters.data();
-    }
-    return field;
-  }
-
   std::optional<std::int64_t> integer(std::size_t slot) const noexcept {
     if (fixed_ != nullptr) {
       const auto& field = fixed_[slot];

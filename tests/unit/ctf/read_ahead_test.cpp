@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -17,6 +18,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <vocabulary/event_batch.hpp>
+#include <vocabulary/ros2/event_translator.hpp>
 #include <vocabulary/vocabulary.hpp>
 
 namespace cie::test {
@@ -145,32 +147,58 @@ TEST(TaskName, IsACopyOfWhatTheKernelHasRoomFor) {
   EXPECT_EQ(copied("more than any kernel writes"), "more than any ke");
 }
 
-TEST(EventBatch, KeepsTheFieldsOfWhatIsTranslatedLater) {
-  const auto& translation = *analysis::find_translation("ros2:rclcpp_callback_register");
-  analysis::EventBatch batch(2);
-  analysis::VocabularyState state;
-  batch.keep(batch.add() = analysis::Event{});
-  {
-    const std::string symbol = "a function whose name is read no more";
-    std::array<analysis::Field, 2> fields{};
-    fields[0].kind = analysis::Field::Kind::integer;
-    fields[0].number = 0x30;
-    fields[1].kind = analysis::Field::Kind::text;
-    fields[1].characters = symbol.data();
-    fields[1].length = static_cast<std::uint32_t>(symbol.size());
-    batch.translate(batch.add(), translation, analysis::Payload(fields.data()), state);
-  }
-  EXPECT_FALSE(batch.raw(batch.events()[0]));
-  EXPECT_TRUE(std::holds_alternative<analysis::OtherEvent>(batch.events()[1].body));
-  const auto raw = batch.raw(batch.events()[1]);
-  ASSERT_TRUE(raw);
-  EXPECT_EQ(raw->kind, translation.kind);
-  EXPECT_EQ(raw->fields.integer(0), 0x30);
-  EXPECT_EQ(raw->fields.text(1), "a function whose name is read no more");
+TEST(EventBatch, GivesEachEventToItsTranslatorOnce) {
+  analysis::EventBatch batch(4);
+  const auto add = [&batch](std::int64_t time) -> analysis::Event& {
+    auto& event = batch.add();
+    event = {.head = {.time = {time}, .cpu = {}, .pid = {}, .tid = {}}, .body = {}};
+    return event;
+  };
+  const auto times = [](std::span<const analysis::Event> events) {
+    std::vector<std::int64_t> all;
+    for (const auto& event : events)
+      all.push_back(event.head.time.ns);
+    return all;
+  };
+  add(1);
+  add(2);
+  auto& third = add(3);
+  EXPECT_EQ(times(batch.take_new_before(third)), (std::vector<std::int64_t>{1, 2}));
+  EXPECT_TRUE(batch.take_new().empty());
+  auto& fourth = add(4);
+  EXPECT_TRUE(batch.take_new_before(fourth).empty());
   batch.clear();
-  batch.keep(batch.add() = analysis::Event{});
-  batch.keep(batch.add() = analysis::Event{});
-  EXPECT_FALSE(batch.raw(batch.events()[1]));
+  add(5);
+  EXPECT_EQ(times(batch.take_new()), (std::vector<std::int64_t>{5}));
+}
+
+// What a process says of itself in the same batch counts for the event after it, not the one before.
+TEST(EventTranslator, HeedsWhatComesBeforeAnEvent) {
+  const auto& started = *analysis::find_translation("ros2:callback_start");
+  analysis::EventTranslator translator;
+  analysis::EventBatch batch(3);
+  std::array<analysis::Field, analysis::kMaxSlots> fields{};
+  fields[0].kind = analysis::Field::Kind::integer;
+  fields[0].number = 0x30;
+  const auto add = [&batch]() -> analysis::Event& {
+    auto& event = batch.add();
+    event.head = {.time = {1}, .cpu = 0, .pid = 10, .tid = 10};
+    return event;
+  };
+  translator.translate(add(), started, analysis::Payload(fields.data()), batch);
+  auto& own = add();
+  own.body.emplace<analysis::RunBegin>();
+  batch.keep(own);
+  translator.translate(add(), started, analysis::Payload(fields.data()), batch);
+  std::vector<bool> starts;
+  batch.each([&starts](const analysis::Event& event) {
+    if (std::holds_alternative<analysis::CallbackStart>(event.body)) {
+      starts.push_back(event.head.is_derived);
+    } else if (std::holds_alternative<analysis::RunBegin>(event.body)) {
+      starts.push_back(false);
+    }
+  });
+  EXPECT_EQ(starts, (std::vector<bool>{true, false}));
 }
 
 TEST(EventBatch, GivesWhatFollowsRightAfterItsCause) {

@@ -131,7 +131,7 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
   EventBatch batch(1);
   EventHead head{.time = {}, .stream = {}, .cpu = 0, .pid = {}, .tid = {}};
   const auto consume_batch = [&] {
-    translator.translate(batch);
+    translator.heed(batch);
     batch.each([&analyzer](const Event& event) { analyzer.consume(event); });
     batch.clear();
   };
@@ -193,7 +193,13 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     head.cpu = line.cpu;
     const auto on = std::ranges::find(cpus, line.cpu) - cpus.begin();
     head.stream = StreamIndex{line.is_kernel ? static_cast<std::uint32_t>(1 + on) : 0};
-    batch.translate(add(line.time), *line.translation, Payload{line.fields()}, state);
+    auto& event = add(line.time);
+    const Payload fields{line.fields()};
+    if (line.translation->translate == nullptr) {
+      translator.translate(event, *line.translation, fields, batch);
+    } else {
+      batch.translate(event, *line.translation, fields, state);
+    }
     consume_batch();
   }
   head.pid.reset();

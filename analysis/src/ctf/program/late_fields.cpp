@@ -2,8 +2,8 @@
 
 namespace cie::analysis::ctf {
 
-void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
-               EventBatch& batch, const ShownFields& shown) {
+void LateFields::OfTrace::translate(const EventPlan& plan, const Payload& payload,
+                                    const ShownFields& shown, Event& event, EventBatch& batch) {
   if (plan.is_shown) {
     auto other = plan.other;
     other.context = shown.context();
@@ -11,7 +11,7 @@ void translate(const EventPlan& plan, const Payload& payload, VocabularyState& s
     event.body = other;
     batch.keep(event);
   } else {
-    translate(plan, payload, state, event, batch);
+    translate(plan, payload, event, batch);
   }
 }
 
@@ -26,6 +26,11 @@ void LateFields::fill(EventBatch& batch) {
   for (const auto& [trace, plan] : waiting_)
     trace->fill(*plan, batch);
   waiting_.clear();
+}
+
+void LateFields::complete(EventBatch& batch) {
+  fill(batch);
+  if (translator_ != nullptr) translator_->heed(batch);
 }
 
 }  // namespace cie::analysis::ctf

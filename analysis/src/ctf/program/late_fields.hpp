@@ -3,8 +3,10 @@
 
 #include <cie/analysis/event.hpp>
 
+#include "shown_fields.hpp"
 #include "trace_plan.hpp"
 #include "vocabulary/event_batch.hpp"
+#include "vocabulary/ros2/event_translator.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <cstdint>
@@ -14,19 +16,9 @@
 
 namespace cie::analysis::ctf {
 
-// Completes an event of the batch with what a reader found of it.
-inline void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state,
-                      Event& event, EventBatch& batch) {
-  if (plan.translation == nullptr) {
-    event.body.emplace<OtherEvent>(plan.other);
-    batch.keep(event);
-  } else {
-    batch.translate(event, *plan.translation, payload, state);
-  }
-}
-
 // Fills them class by class: which class follows on which cannot be predicted where streams are
-// merged, and a wrong guess costs the processor more than an event's fields.
+// merged, and a wrong guess costs the processor more than an event's fields. Events whose meaning
+// depends on earlier ones are given to a translator as they come.
 class LateFields {
  public:
   // The events that one plan describes.
@@ -37,7 +29,10 @@ class LateFields {
         : all_(all), plan_(std::move(plan)), state_(state), classes_(plan_->event_classes()) {}
 
     const TracePlan& plan() const noexcept { return *plan_; }
-    VocabularyState& state() noexcept { return state_; }
+    // Completes an event of the batch that has its head with its other fields, those that are shown
+    // if the event is. No event waits for its own.
+    void translate(const EventPlan& plan, const Payload& payload, const ShownFields& shown,
+                   Event& event, EventBatch& batch);
     // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
     // Both stay where they are until fill().
     // Those that wait for none are filled at once.
@@ -60,6 +55,8 @@ class LateFields {
     };
     void fill(const EventPlan& plan, const Late& late, EventBatch& batch);
     void fill(const EventPlan& plan, EventBatch& batch);
+    [[gnu::always_inline]] void translate(const EventPlan& plan, const Payload& payload,
+                                          Event& event, EventBatch& batch);
 
     LateFields& all_;
     std::shared_ptr<const TracePlan> plan_;
@@ -67,24 +64,24 @@ class LateFields {
     std::vector<std::vector<Late>> classes_;  // by EventPlan::number
   };
 
-  LateFields() = default;
+  // `translator` is borrowed. Null: what it would say is not asked for.
+  explicit LateFields(EventTranslator* translator) : translator_(translator) {}
   LateFields(const LateFields&) = delete;
   LateFields& operator=(const LateFields&) = delete;
 
   // Before anything moves in a window, and before the batch that has the events is passed on.
-  void fill(EventBatch& batch);
+  void complete(EventBatch& batch);
 
  private:
+  void fill(EventBatch& batch);
+
   struct Waiting {
     OfTrace* trace;
     const EventPlan* plan;
   };
+  EventTranslator* translator_;
   std::vector<Waiting> waiting_;
 };
-
-// Completes an event with all its fields, if the event is one that is shown.
-void translate(const EventPlan& plan, const Payload& payload, VocabularyState& state, Event& event,
-               EventBatch& batch, const ShownFields& shown);
 
 [[gnu::always_inline]] inline void LateFields::OfTrace::fill(const EventPlan& plan,
                                                              const Late& late, EventBatch& batch) {
@@ -93,11 +90,21 @@ void translate(const EventPlan& plan, const Payload& payload, VocabularyState& s
   layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
   layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
   const Payload fields(late.body, layout.fields.data());
+  translate(plan, fields, *late.event, batch);
+}
+
+[[gnu::always_inline]] inline void LateFields::OfTrace::translate(const EventPlan& plan,
+                                                                  const Payload& payload,
+                                                                  Event& event, EventBatch& batch) {
   const auto* translation = plan.translation;
-  if (translation != nullptr && translation->translate == nullptr) {
-    batch.keep_raw(*late.event, *translation, fields);
+  if (translation == nullptr) {
+    event.body.emplace<OtherEvent>(plan.other);
+    batch.keep(event);
+  } else if (translation->translate == nullptr && all_.translator_ != nullptr) {
+    if (!all_.waiting_.empty()) all_.fill(batch);
+    all_.translator_->translate(event, *translation, payload, batch);
   } else {
-    translate(plan, fields, state_, *late.event, batch);
+    batch.translate(event, *translation, payload, state_);
   }
 }
 

@@ -148,6 +148,24 @@ std::optional<HeaderLayout::Option> option_of(const std::vector<Op>& ops, std::s
   return option;
 }
 
+bool is_integer_at(const FixedField& field, std::uint64_t bit, std::uint64_t mask) {
+  return field.offset == bit / 8 && field.shift == bit % 8 && field.mask == mask && field.sign == 0;
+}
+
+template <unsigned kTagBits, unsigned kTimeBits>
+bool is_of(LttngHeader<kTagBits, kTimeBits> header, const HeaderLayout& layout) {
+  if (layout.options.size() != 2 || !is_integer_at(layout.tag, 0, header.kTagMask)) return false;
+  const auto& brief = layout.options[0];
+  const auto& whole = layout.options[1];
+  return brief.low == 0 && brief.high == header.kTagMask - 1 && whole.low == header.kTagMask &&
+         whole.high == header.kTagMask && is_integer_at(brief.id, 0, header.kTagMask) &&
+         is_integer_at(brief.time, kTagBits, header.kTimeMask) &&
+         brief.bytes == header.kShortBytes &&
+         is_integer_at(whole.id, header.kIdOffset * 8, ~std::uint32_t{0}) &&
+         is_integer_at(whole.time, header.kTimeOffset * 8, ~std::uint64_t{0}) &&
+         whole.bytes == header.kLongBytes;
+}
+
 }  // namespace
 
 std::optional<Layout> layout_of(const Sequence* program) {
@@ -188,6 +206,8 @@ std::optional<HeaderLayout> header_layout_of(const Sequence* program) {
   }
   for (const auto& option : layout.options)
     layout.most_bytes = std::max(layout.most_bytes, option.bytes);
+  if (is_of(CompactHeader{}, layout)) layout.shape = HeaderLayout::Shape::compact;
+  if (is_of(LargeHeader{}, layout)) layout.shape = HeaderLayout::Shape::large;
   return layout;
 }
 

@@ -102,11 +102,11 @@ bool EventCursor::read_fixed_header(const HeaderLayout& layout, std::uint64_t& i
   if (layout.tag_register >= 0) {
     frame_->registers[static_cast<std::size_t>(layout.tag_register)] = tag;
   }
-  const auto* option = layout.choose(tag);
-  if (option == nullptr) return false;
-  id = option->id.load_unsigned(begin);
-  clock_ = extend_clock_by(clock_, option->time.load_unsigned(begin), option->time.mask);
-  bits_.at += option->bytes * 8;
+  const auto header = layout.read(begin, clock_);
+  if (!header) return false;
+  id = header->id;
+  clock_ = header->clock;
+  bits_.at += header->bytes * 8;
   return true;
 }
 

@@ -13,13 +13,7 @@
 
 namespace cie::analysis::ctf {
 
-// A clock's next value from its low bits, those of `mask`, alone.
-inline std::uint64_t extend_clock_by(std::uint64_t last, std::uint64_t value,
-                                     std::uint64_t mask) noexcept {
-  const auto next = (last & ~mask) | (value & mask);
-  return next < last ? next + mask + 1 : next;
-}
-// The same for a number of bits.
+// A clock's next value from so many of its low bits alone.
 inline std::uint64_t extend_clock(std::uint64_t last, std::uint64_t value,
                                   std::uint32_t bits) noexcept {
   if (bits >= 64) return value;
@@ -44,7 +38,7 @@ class EventCursor {
   // Goes over such events as long as there are some and `take(event)` wants them. Nothing in the
   // window moves meanwhile.
   template <typename Take>
-  void walk_fixed(Take take);
+  void walk_fixed(const Take& take);
   // Other streams have their turn before this one is read on: by then it is in the cache.
   void prefetch() const noexcept {
     constexpr std::size_t kCacheLine = 64;
@@ -75,6 +69,9 @@ class EventCursor {
   std::uint64_t position() const noexcept { return base_ * 8 + bits_.at; }
 
  private:
+  // `read` finds an event's header from where it begins and the clock before it.
+  template <typename Read, typename Take>
+  void walk_fixed(const Read& read, const Take& take);
   bool read_fixed_header(const HeaderLayout& layout, std::uint64_t& id);
   Outcome run_here(const Sequence& program, Field* fields);
   bool extend(std::uint64_t at);
@@ -97,36 +94,51 @@ class EventCursor {
   std::array<char, 32> name_{};  // of the thread, where it is asked for
 };
 
-// What changes stays in registers, and what is usual of a header as well.
 template <typename Take>
-void EventCursor::walk_fixed(Take take) {
+void EventCursor::walk_fixed(const Take& take) {
+  const auto& layout = packet_->stream->header_layout;
+  if (!layout || bits_.at % 8 != 0) return;
+  switch (layout->shape) {
+    case HeaderLayout::Shape::compact:
+      walk_fixed(CompactHeader::read, take);
+      break;
+    case HeaderLayout::Shape::large:
+      walk_fixed(LargeHeader::read, take);
+      break;
+    case HeaderLayout::Shape::other:
+      // An id that no event has ends the walk.
+      walk_fixed(
+          [&layout](const std::uint8_t* begin, std::uint64_t last) {
+            return layout->read(begin, last).value_or(EventHeader{.id = ~std::uint64_t{0}});
+          },
+          take);
+      break;
+  }
+}
+
+// What changes stays in registers.
+template <typename Read, typename Take>
+[[gnu::always_inline]] inline void EventCursor::walk_fixed(const Read& read, const Take& take) {
   const auto& stream = *packet_->stream;
   const auto size = bits_.end / 8;
-  if (!stream.header_layout || bits_.at % 8 != 0 || size < stream.most_fixed_bytes()) return;
-  const auto& layout = *stream.header_layout;
-  const auto tag = layout.tag;
-  const auto usual = layout.options.front();
+  if (size < stream.most_fixed_bytes()) return;
   const auto events = stream.fixed_events();
   const auto* const last = bits_.data + (size - stream.most_fixed_bytes());
   const auto* begin = bits_.data + bits_.at / 8;
   auto clock = clock_;
   while (begin <= last) {
-    const auto value = tag.load_unsigned(begin);
-    const auto* option = &usual;
-    if (!usual.is_chosen_by(value)) [[unlikely]] {
-      option = layout.choose(value);
-      if (option == nullptr) break;
-    }
-    const auto id = option->id.load_unsigned(begin);
-    if (id >= events.size() || events[id].plan == nullptr) [[unlikely]]
+    const auto header = read(begin, clock);
+    if (header.id >= events.size()) [[unlikely]]
       break;
-    const auto& event = events[id];
-    const auto time = extend_clock_by(clock, option->time.load_unsigned(begin), option->time.mask);
-    const auto* body = begin + option->bytes;
-    if (!take(Fixed{.plan = event.plan, .body = body, .clock = time, .is_other = event.is_other})) {
+    const auto& event = events[header.id];
+    if (event.plan == nullptr) [[unlikely]]
+      break;
+    const auto* body = begin + header.bytes;
+    if (!take(Fixed{
+            .plan = event.plan, .body = body, .clock = header.clock, .is_other = event.is_other})) {
       break;
     }
-    clock = time;
+    clock = header.clock;
     begin = body + event.bytes;
   }
   bits_.at = static_cast<std::uint64_t>(begin - bits_.data) * 8;

@@ -264,7 +264,7 @@ void StreamReader::emit_event(EventWriter& writer) {
   event.head.cpu = packet_->cpu;
   event.head.pid = cursor_->context(ContextSlot::pid);
   event.head.tid = cursor_->context(ContextSlot::tid);
-  translate(cursor_->plan(), cursor_->payload(), trace_->state(), event, writer.batch(), shown_);
+  trace_->translate(cursor_->plan(), cursor_->payload(), shown_, event, writer.batch());
   find_event();
 }
 

@@ -75,19 +75,12 @@ void tell_name(const EventHead& head, std::string_view name, const ros2::EventSi
 
 }  // namespace
 
-void EventTranslator::translate(EventBatch& batch) {
+void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
   constexpr auto kHeeded =
       kinds<StreamBegin, RunBegin, CallbackInit, PublisherInit, Discarded, DamagedPacket>();
-  const auto events = batch.take_new();
-  if (!batch.has_raw() && !links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
+  if (!links_.has_any() && (batch.kinds_kept() & kHeeded) == 0) return;
   for (auto& event : events) {
     const auto& head = event.head;
-    if (std::holds_alternative<OtherEvent>(event.body)) {  // most often, where there are any
-      if (const auto* raw = batch.raw(event)) {
-        translate(head, *raw, {.batch = batch, .cause = &event});
-      }
-      continue;
-    }
     std::visit(Overloaded{[&](const StreamBegin& e) { apply(head, e); },
                           [&](const RunBegin& e) { apply(head, e); },
                           [&](const CallbackInit& e) { apply(head, e); },
@@ -155,36 +148,67 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
       .host = &host, .pid = pid, .tid = tid, .process = &process, .thread = &process.threads[tid]};
 }
 
-[[gnu::always_inline]] inline void EventTranslator::translate(const EventHead& head,
-                                                              const RawEvent& raw,
-                                                              const ros2::EventSink& sink) {
-  if (!head.pid) return;
-  auto& stream = stream_of(head);
+void EventTranslator::translate(Event& event, const Translation& translation, const Payload& fields,
+                                EventBatch& batch) {
+  if (const auto earlier = batch.take_new_before(event); !earlier.empty()) heed(earlier, batch);
+  const auto& head = event.head;
+  if (!head.pid) {
+    EventBatch::leave_other(event, translation);
+    return;
+  }
+  const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
-  if (!host.has_clock) {
-    host.has_clock = true;
-    emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
-  }
   const auto& emitting = emitting_thread(host, head);
   auto& process = *emitting.process;
   process.last = head;
   const bool has_spoken = std::exchange(process.has_spoken, true);
+  const ros2::EventSink sink{.batch = batch, .cause = &event};
   Context context{.head = head,
                   .realtime = realtime,
                   .before = std::exchange(emitting.thread->last, realtime),
                   .process = process,
                   .thread = *emitting.thread,
                   .sink = sink};
-  const auto event = static_cast<Ros2Event>(raw.kind & ~ros2::kRepeats);
-  const auto& p = raw.fields;
+  const auto ros2_event = static_cast<Ros2Event>(translation.kind & ~ros2::kRepeats);
+  if (run(ros2_event, fields, context)) return;
+  EventBatch::leave_other(event, translation);
+  if (!host.has_clock) {
+    host.has_clock = true;
+    emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
+  }
+  translate(translation.kind, has_spoken, fields, context);
+}
+
+[[gnu::always_inline]] inline bool EventTranslator::run(Ros2Event event, const Payload& p,
+                                                        Context& context) {
+  if (event != Ros2Event::callback_start && event != Ros2Event::callback_end) return false;
+  auto& process = context.process;
+  const auto& thread = context.thread;
+  const auto address = p.number<Address>(0);
+  const bool is_usual = thread.is_named && !thread.writing && !thread.publishing &&
+                        !process.has_own_events && !is_ros2_profile_handle(address);
+  if (!is_usual) return false;
+  if (event == Ros2Event::callback_end) {
+    end(address, context);
+    return true;
+  }
+  auto& callback = process.directory.callback(address);
+  if (!callback.is_told) return false;
+  start(address, callback, context);
+  return true;
+}
+
+void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
+                                Context& context) {
+  const auto& [head, realtime, before, process_of_event, thread_of_event, sink] = context;
+  auto& process = context.process;
+  const auto event = static_cast<Ros2Event>(kind & ~ros2::kRepeats);
   if (is_told_better(event, p, process)) return;
-  // Most are, and so they are not even asked.
-  const bool is_of_run = event == Ros2Event::callback_start || event == Ros2Event::callback_end;
-  if (!is_of_run && publications_.apply(event, p, context)) return;
+  if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
   if (process.has_own_events && is_told_by_own(event, p, context.thread)) return;
-  const bool repeats = (raw.kind & ros2::kRepeats) != 0;
+  const bool repeats = (kind & ros2::kRepeats) != 0;
   switch (event) {
     case Ros2Event::begin: {
       auto of_process = head;  // its thread need not run any callback
@@ -198,10 +222,14 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
       }
       break;
     }
-    case Ros2Event::callback_start:
+    case Ros2Event::callback_start: {
       if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(1), sink);
-      start(p.number<Address>(0), context);
+      const auto address = p.number<Address>(0);
+      auto& callback = process.directory.callback(address);
+      if (!callback.is_told) announce(callback, head, process, sink);
+      start(address, callback, context);
       break;
+    }
     case Ros2Event::callback_end:
       end(p.number<Address>(0), context);
       break;
@@ -303,10 +331,9 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
                                             : links_.find(callback.source, *thread.taken)};
 }
 
-[[gnu::always_inline]] inline void EventTranslator::start(Address address, Context& context) {
+[[gnu::always_inline]] inline void EventTranslator::start(Address address, ros2::Callback& callback,
+                                                          Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
-  auto& callback = process.directory.callback(address);
-  if (!callback.is_told) announce(callback, head, process, sink);
   const auto seq = callback.next_seq++;
   const auto message = taken_by(callback, address, context);
   thread.taken.reset();
@@ -331,9 +358,9 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   thread.handed_over.reset();
-  const auto found =
-      std::find_if(thread.open.rbegin(), thread.open.rend(),
-                   [address](const RunningCallback& open) { return open.address == address; });
+  auto found = thread.open.rbegin();  // most often it is this one
+  while (found != thread.open.rend() && found->address != address)
+    ++found;
   const auto is_open = found != thread.open.rend();
   auto& callback = is_open ? *found->callback : process.directory.callback(address);
   // An end whose start was not recorded: before the first start it tells nothing, later a loss.

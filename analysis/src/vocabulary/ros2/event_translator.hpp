@@ -18,6 +18,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,9 +30,14 @@ class EventTranslator {
   EventTranslator(const EventTranslator&) = delete;
   EventTranslator& operator=(const EventTranslator&) = delete;
 
-  // Adds what follows from the batch's new events; all of it is_derived. Batches come in their
-  // order, and before what their events' fields were read from changes.
-  void translate(EventBatch& batch);
+  // Events come in their order, each to one of these two.
+  // What the batch's last event means, whose translation has no more than a kind; all of it
+  // is_derived. Its head is complete; its body becomes what it means, if that is one thing, else an
+  // OtherEvent, and the rest is added to the batch. Heeds the batch's events before it.
+  void translate(Event& event, const Translation& translation, const Payload& fields,
+                 EventBatch& batch);
+  // Learns from the batch's new events, which are complete, and completes what they say.
+  void heed(EventBatch& batch) { heed(batch.take_new(), batch); }
   // The trace ended: adds what was still to be told.
   void finish(EventBatch& batch);
 
@@ -55,6 +61,7 @@ class EventTranslator {
   };
   static constexpr std::size_t kEmitting = 1024;  // a power of two
 
+  void heed(std::span<Event> events, const EventBatch& batch);
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
   void apply(const EventHead& head, const StreamBegin& event);
   // The process tells of itself in this project's own events.
@@ -66,9 +73,13 @@ class EventTranslator {
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head);
-  inline void translate(const EventHead& head, const RawEvent& event, const ros2::EventSink& sink);
+  // Whatever it is, and whoever else tells of it.
+  void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context& context);
+  // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.
+  // False: it may be something else.
+  inline bool run(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
   static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
-  inline void start(ros2::Address address, ros2::Context& context);
+  inline void start(ros2::Address address, ros2::Callback& callback, ros2::Context& context);
   static inline void end(ros2::Address address, ros2::Context& context);
   static void enqueue(const Payload& p, ros2::Context& context);
   inline ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
