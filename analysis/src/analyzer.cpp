@@ -90,12 +90,11 @@ struct Analyzer::Pipeline {
     if (!head.pid) ++model.events.cie_without_pid;
     if (!head.tid) ++model.events.cie_without_tid;
     const auto who = registry.emitter_of(head);
-    const auto host = registry.host_of(head);
-    if (head.cpu) note_cpu(head, host, who);
+    if (head.cpu) note_cpu(head, who);
     // What is told when all is over has no CPU: its thread may have left since.
     const bool is_running = head.cpu || !head.is_derived;
-    if (head.tid && is_running && recording.has_kernel(host)) {
-      timeline.on_user_event(host, *head.tid, head.cpu, head.time);
+    if (head.tid && is_running && recording.has_kernel(who.host)) {
+      timeline.on_user_event(who.host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);
     return who;
@@ -106,8 +105,8 @@ struct Analyzer::Pipeline {
   }
 
   // A thread emitted an event on a CPU, of which the kernel may have recorded nothing.
-  void note_cpu(const EventHead& head, HostIndex host, const Emitter& who) {
-    if (recording.coverage().see(host, *head.cpu) || !who.thread) return;
+  void note_cpu(const EventHead& head, const Emitter& who) {
+    if (recording.coverage().see(who.host, *head.cpu) || !who.thread) return;
     auto& thread = model.threads[at(*who.thread)];
     if (!thread.ran_unrecorded) thread.ran_unrecorded = ref(head);
   }
@@ -152,20 +151,7 @@ struct Analyzer::Pipeline {
         event.body);
   }
 
-  // Where threads tell of their wake-ups, a callback will run on the thread. Other events follow on
-  // these soon enough.
-  static bool is_foretelling(const Event& event) noexcept {
-    return event.head.pid &&
-           (std::holds_alternative<ThreadWakeup>(event.body) ||
-            std::holds_alternative<Publish>(event.body)) &&
-           !event.head.is_derived;
-  }
-  // First what is known of the thread, then what is touched because of it.
-  void expect(const Event& event) const noexcept {
-    if (is_foretelling(event)) registry.expect(event.head);
-  }
-  void expect_next(const Event& event) const noexcept {
-    if (!is_foretelling(event)) return;
+  void expect_subject(const Event& event) const noexcept {
     const auto* emitter = registry.known_emitter_of(event.head);
     if (emitter == nullptr) return;
     if (std::holds_alternative<Publish>(event.body)) {
@@ -176,7 +162,7 @@ struct Analyzer::Pipeline {
     }
   }
 
-  // Hot events. `who` is empty for those of the kernel.
+  // Hot events. Of those of the kernel `who` is no more than the host.
   [[gnu::always_inline]] void hot(const Event& event, const Emitter& who) {
     if (cut && !cut->is_before(event.head.time)) cut->see_inside(who, event.body);
     // Most often one of these.
@@ -230,7 +216,7 @@ struct Analyzer::Pipeline {
                                  const CallbackStart& e) {
     const auto runner = registry.runner_of(head, who);
     if (runner.thread != who.thread) {
-      enforcement.on_thread_began(registry.host_of(head), *runner.thread);
+      enforcement.on_thread_began(runner.host, *runner.thread);
     }
     instances->apply(head, runner, e);
   }
@@ -243,31 +229,30 @@ struct Analyzer::Pipeline {
   void on(const EventHead& /*head*/, const Emitter& who, const HiddenRun& e) {
     registry.apply(who, e);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const ResponseTaken& e) {
-    chains->on_response(registry.host_of(head), e, head.time);
+  void on(const EventHead& head, const Emitter& who, const ResponseTaken& e) {
+    chains->on_response(who.host, e, head.time);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const ClockSync& e) {
-    clocks.apply(registry.host_of(head), e);
+  void on(const EventHead& /*head*/, const Emitter& who, const ClockSync& e) {
+    clocks.apply(who.host, e);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedSwitch& e) {
-    const auto host = registry.host_of(head);
-    model.hosts[at(host)].has_switches = true;
+  void on(const EventHead& head, const Emitter& who, const SchedSwitch& e) {
+    model.hosts[at(who.host)].has_switches = true;
     if (!head.cpu) return;
     recording.coverage().note_switch(head.stream, *head.cpu);
     const bool is_told = !cut || !cut->is_before(head.time);
     const auto hole =
-        timeline.on_switch(host, *head.cpu, head.time, e, is_told ? observer : nullptr);
+        timeline.on_switch(who.host, *head.cpu, head.time, e, is_told ? observer : nullptr);
     if (hole) {
       recording.add_loss(Loss{.kind = LossKind::switch_mismatch,
                               .domain = Domain::kernel,
-                              .host = host,
+                              .host = who.host,
                               .begin = hole->begin,
                               .end = hole->end,
                               .count = std::nullopt,
                               .cpu = hole->cpu,
                               .note = {}});
     }
-    enforcement.on_switch(head, host, e);
+    enforcement.on_switch(head, who.host, e);
   }
   template <typename WakeUp>
   void tell_waking(const EventHead& head, HostIndex host, const WakeUp& event) {
@@ -281,33 +266,29 @@ struct Analyzer::Pipeline {
                .target_cpu = event.target_cpu,
                .host = host});
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedWaking& e) {
-    const auto host = registry.host_of(head);
-    model.hosts[at(host)].has_wakings = true;
-    timeline.on_waking(host, e.tid, head.time);
-    tell_waking(head, host, e);
+  void on(const EventHead& head, const Emitter& who, const SchedWaking& e) {
+    model.hosts[at(who.host)].has_wakings = true;
+    timeline.on_waking(who.host, e.tid, head.time);
+    tell_waking(head, who.host, e);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedWakeup& e) {
-    const auto host = registry.host_of(head);
-    model.hosts[at(host)].has_wakings = true;
-    if (timeline.on_wakeup(host, e.tid, head.time)) tell_waking(head, host, e);
+  void on(const EventHead& head, const Emitter& who, const SchedWakeup& e) {
+    model.hosts[at(who.host)].has_wakings = true;
+    if (timeline.on_wakeup(who.host, e.tid, head.time)) tell_waking(head, who.host, e);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedProcessFork& e) {
-    const auto host = registry.host_of(head);
-    model.hosts[at(host)].has_forks = true;
-    enforcement.on_fork(head, host, e);
+  void on(const EventHead& head, const Emitter& who, const SchedProcessFork& e) {
+    model.hosts[at(who.host)].has_forks = true;
+    enforcement.on_fork(head, who.host, e);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedProcessExit& e) {
+  void on(const EventHead& head, const Emitter& who, const SchedProcessExit& e) {
     registry.apply(head, e);
-    timeline.on_exit(registry.host_of(head), e.tid);
+    timeline.on_exit(who.host, e.tid);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedMigrateTask& e) {
-    const auto host = registry.host_of(head);
-    recording.coverage().see(host, e.dest_cpu);
-    timeline.on_migrate(host, e.tid, e.dest_cpu, head.time);
+  void on(const EventHead& head, const Emitter& who, const SchedMigrateTask& e) {
+    recording.coverage().see(who.host, e.dest_cpu);
+    timeline.on_migrate(who.host, e.tid, e.dest_cpu, head.time);
   }
-  void on(const EventHead& head, const Emitter& /*who*/, const SchedPiSetprio& e) {
-    enforcement.on_pi_setprio(registry.host_of(head), e);
+  void on(const EventHead& /*head*/, const Emitter& who, const SchedPiSetprio& e) {
+    enforcement.on_pi_setprio(who.host, e);
   }
   void on(const EventHead& head, const Emitter& /*who*/, const ProcessName& e) {
     registry.apply(head, e);
@@ -426,11 +407,12 @@ void Analyzer::consume(const Event& event) {
       pipeline.cut && pipeline.is_outside(event) && phase != EventPhase::state;
   if (!is_passing_by) pipeline.count(event);
   if (phase == EventPhase::system) {
+    const Emitter who{.host = pipeline.registry.host_of(event.head), .process = {}, .thread = {}};
     if (is_passing_by) {
-      pipeline.pass_by(event, Emitter{});
+      pipeline.pass_by(event, who);
       return;
     }
-    pipeline.hot(event, Emitter{});
+    pipeline.hot(event, who);
   } else {
     const auto who = pipeline.note_user(event.head);
     if (is_passing_by) {
@@ -446,9 +428,13 @@ void Analyzer::consume(const Event& event) {
   pipeline.instances->advance(event.head);
 }
 
-void Analyzer::expect(const Event& event) const noexcept { pipeline_->expect(event); }
+void Analyzer::expect_emitter(const EventHead& head) const noexcept {
+  pipeline_->registry.expect(head);
+}
 
-void Analyzer::expect_next(const Event& event) const noexcept { pipeline_->expect_next(event); }
+void Analyzer::expect_subject(const Event& event) const noexcept {
+  pipeline_->expect_subject(event);
+}
 
 void Analyzer::add(std::vector<Recording> recordings) {
   std::ranges::move(recordings, std::back_inserter(pipeline_->model.recordings));

@@ -117,6 +117,11 @@ void shorten_files(std::span<const std::filesystem::path> traces, AnalysisResult
 AnalysisResult analyze(std::span<const std::filesystem::path> traces,
                        const AnalysisOptions& options, Observer* observer) {
   Analyzer analyzer(options, observer);
+  return analyze(analyzer, traces, options);
+}
+
+AnalysisResult analyze(Analyzer& analyzer, std::span<const std::filesystem::path> traces,
+                       const AnalysisOptions& options) {
   analyzer.add(find_recordings(traces, options.is_content_checked));
   EventTranslator translator;
   const auto consume = [&analyzer](const EventBatch& batch) {

@@ -63,7 +63,7 @@ int analyze_command(const Arguments& arguments) {
                                     .metadata_from = reader.metadata()};
   window.resolve(traces, options);
   ProgressBar bar(reader.is_progress_wanted());
-  const auto result = analyze_with_progress(traces, options, bar);
+  const auto& result = analyze_until_exit(traces, options, bar);
   window.check(result.report);
   const auto schedulability = analysis::schedulability_of(result.report, options.spec);
   if (format == "text") {

@@ -53,7 +53,7 @@ int export_graph(const std::vector<std::filesystem::path>& traces,
                  const analysis::AnalysisOptions& options, ProgressBar& bar, bool is_drawn,
                  const std::string& target) {
   auto output = open_output(target);
-  const auto result = analyze_with_progress(traces, options, bar);
+  const auto& result = analyze_until_exit(traces, options, bar);
   std::ostringstream dot;
   viewer_export::write_graph_dot(dot, result.report);
   const auto graph = is_drawn ? svg_of(dot.str()) : dot.str();

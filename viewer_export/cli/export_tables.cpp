@@ -27,8 +27,8 @@ int export_tables(const std::vector<std::filesystem::path>& traces,
     throw UsageError("the result is binary and not for a terminal: name a file with -o FILE");
   }
   viewer_export::InstanceWriter instances(spill_directory(target));
-  const auto result =
-      analyze_with_progress(traces, options, bar, has_instances ? &instances : nullptr);
+  const auto& result =
+      analyze_until_exit(traces, options, bar, has_instances ? &instances : nullptr);
   instances.show_progress(begin_writing(bar, output));
   write_data(output, [&](std::ostream& out) {
     if (is_database) {

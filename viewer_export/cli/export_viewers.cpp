@@ -40,7 +40,7 @@ void export_perfetto(const std::vector<std::filesystem::path>& traces,
                      const ViewerRequest& request, viewer_export::OutputFile& output) {
   viewer_export::PerfettoExport perfetto(
       {.gzip = request.is_compressed, .spill_directory = spill_directory(request.target)});
-  const auto result = analyze_with_progress(traces, options, bar, &perfetto);
+  const auto& result = analyze_until_exit(traces, options, bar, &perfetto);
   perfetto.show_progress(begin_writing(bar, output));
   const auto counts = perfetto.write(output.stream(), result);
   output.commit();
@@ -59,7 +59,7 @@ void export_other(const std::vector<std::filesystem::path>& traces,
                   const ViewerRequest& request, viewer_export::OutputFile& output) {
   const auto viewer = viewer_export::make_viewer_export(
       request.viewer, {.spill_directory = spill_directory(request.target)});
-  const auto result = analyze_with_progress(traces, options, bar, viewer.get());
+  const auto& result = analyze_until_exit(traces, options, bar, viewer.get());
   viewer->show_progress(begin_writing(bar, output));
   viewer_export::ViewerCounts counts;
   if (request.is_compressed) {

@@ -2,7 +2,20 @@
 
 #include "words/text_layout.hpp"
 
+#include <memory>
+#include <utility>
+
 namespace cie::cli {
+namespace {
+
+// Destroyed by nobody, and referred to, so that it is no leak.
+template <typename T>
+T& keep_until_exit(T object) {
+  static auto& kept = *new std::vector<std::unique_ptr<T>>();
+  return *kept.emplace_back(std::make_unique<T>(std::move(object)));
+}
+
+}  // namespace
 
 ReaderOption::ReaderOption(CommandLine& line, const std::string& quiet) {
   line.option("--metadata", "FILE", metadata_,
@@ -45,6 +58,16 @@ analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem
                                                analysis::Observer* observer) {
   options.progress = bar.begin("reading", ProgressUnit::bytes);
   auto result = analysis::analyze(traces, options, observer);
+  bar.end();
+  return result;
+}
+
+analysis::AnalysisResult& analyze_until_exit(const std::vector<std::filesystem::path>& traces,
+                                             analysis::AnalysisOptions options, ProgressBar& bar,
+                                             analysis::Observer* observer) {
+  options.progress = bar.begin("reading", ProgressUnit::bytes);
+  auto& analyzer = keep_until_exit(analysis::Analyzer(options, observer));
+  auto& result = keep_until_exit(analysis::analyze(analyzer, traces, options));
   bar.end();
   return result;
 }

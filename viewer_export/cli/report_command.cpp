@@ -79,8 +79,7 @@ int report_command(const Arguments& arguments) {
   const bool is_screen = format == "text" && !is_all && !is_tables;
   analysis::Observer* const observer = format == "html" ? &page : nullptr;
   ProgressBar bar(reader.is_progress_wanted());
-  const auto result =
-      analyze_with_progress(traces, options, bar, is_screen ? &worst_runs : observer);
+  const auto& result = analyze_until_exit(traces, options, bar, is_screen ? &worst_runs : observer);
   window.check(result.report);
   const auto input = input_arguments(traces, reader, spec_file, window.text());
   auto style = screen_style(output);

@@ -44,7 +44,7 @@ void check_spec(const std::string& file, const std::string& target) {
 void write_template(const std::string& trace, const std::string& target) {
   auto output = open_output(target);
   ProgressBar bar(true);
-  const auto result = analyze_with_progress({trace}, {}, bar);
+  const auto& result = analyze_until_exit({trace}, {}, bar);
   write_spec_template(output.stream(), result.report);
   output.commit();
 }

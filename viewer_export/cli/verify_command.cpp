@@ -176,7 +176,7 @@ int verify_command(const Arguments& arguments) {
   ProgressBar bar(reader.is_progress_wanted());
   const bool is_screen = format == "text" && !is_all;
   WorstRuns worst_runs;
-  auto result = analyze_with_progress(traces, options, bar, is_screen ? &worst_runs : nullptr);
+  auto& result = analyze_until_exit(traces, options, bar, is_screen ? &worst_runs : nullptr);
   window.check(result.report);
   choice.apply(result.verdicts);
   suppressions.apply(result.verdicts);

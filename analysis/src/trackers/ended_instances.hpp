@@ -6,12 +6,15 @@
 
 #include "instance_measurer.hpp"
 #include "model/facts.hpp"
+#include "model/host_clocks.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
+#include <cstddef>
 #include <deque>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -32,23 +35,42 @@ class EndedInstances {
   // any.
   std::unique_ptr<LiveInstance> new_instance();
   // It has ended. They come in order of their ends.
-  void add(std::unique_ptr<LiveInstance> live);
+  void add(std::unique_ptr<LiveInstance>&& live) {
+    // Without the way through the queue if nothing is to be waited for.
+    if (waiting_.empty() && is_settled(*live, live->end->time, live->host)) {
+      measure(std::move(live));
+    } else {
+      waiting_.push_back(std::move(live));
+    }
+  }
   // Measures those that nothing from this event on can change.
   void advance(const EventHead& head) {
     if (!waiting_.empty()) measure_settled(head);
   }
   // Measures it, whatever may follow.
-  void measure(std::unique_ptr<LiveInstance> live);
+  void measure(std::unique_ptr<LiveInstance>&& live) {
+    measurer_.measure(*live);
+    live->node.reset();
+    if (spare_.size() < kMaxSpare) {
+      spare_.push_back(std::move(live));
+    } else {
+      live.reset();
+    }
+  }
   // The same of all.
   void measure_all();
 
  private:
+  static constexpr std::size_t kMaxSpare = 1024;
+  // State is announced within one second of a session's start; three are ample.
+  static constexpr Duration kSettleTime{3'000'000'000};
+
   void measure_first();
   void measure_settled(const EventHead& head);
   // All that will ever be told of its callback, its thread and the writer of its message was told.
-  inline bool is_announced(const LiveInstance& live) const;
+  bool is_announced(const LiveInstance& live) const;
   // `now` of the clock of the host `there`.
-  inline bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
+  bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
 
   const Model& model_;
   const Registry& registry_;
@@ -59,5 +81,31 @@ class EndedInstances {
   std::deque<std::unique_ptr<LiveInstance>> waiting_;
   std::vector<std::unique_ptr<LiveInstance>> spare_;  // measured, to be used again
 };
+
+inline bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now,
+                                       HostIndex there) const {
+  const auto shift = there == live.host
+                         ? Duration{}
+                         : clock_shift(model_.hosts[at(there)], model_.hosts[at(live.host)]);
+  if (now + shift - live.end->time > kSettleTime) return true;
+  // Nothing of the kernel came yet: its first switch tells what ran until then.
+  const bool is_kernel_silent =
+      recording_.has_kernel(live.host) && !model_.hosts[at(live.host)].has_switches;
+  if (is_kernel_silent) return false;
+  return is_announced(live) && timeline_.is_confirmed(live.host, live.end->time);
+}
+
+inline bool EndedInstances::is_announced(const LiveInstance& live) const {
+  const auto& callback = *live.callback_facts;
+  if (!callback.registered) return false;
+  if (live.thread_facts == nullptr || live.thread_facts->announced) return true;
+  // Nobody announces threads of what follows from other events, unless the process has own ones.
+  // A message may be taken before its publication is put together, with which the publisher comes.
+  return !callback.is_accounted && !model_.processes[at(callback.process)].run_begin &&
+         (live.writer_gid == 0 || live.written ||
+          (live.source_timestamp < 0
+               ? chains_.is_published(*live.node)
+               : registry_.publisher_by_gid(live.host, live.writer_gid).has_value()));
+}
 
 }  // namespace cie::analysis

@@ -85,7 +85,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   live->callback_facts = &registry_.facts_of(who, live->callback);
   live->thread = who.thread;
   if (who.thread) live->thread_facts = &registry_.facts_of(who);
-  live->host = registry_.host_of(head);
+  live->host = who.host;
   live->stream = head.stream;
   live->seq = event.seq;
   live->start = ref(head);
@@ -254,14 +254,13 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   const auto here = ref(head);
   registry_.ends(index).observe(event.seq, here, facts.ended);
   auto& open = on_thread.open;
-  const auto found = std::find_if(open.rbegin(), open.rend(),
-                                  [index, &event](const std::unique_ptr<LiveInstance>& live) {
-                                    return live->callback == index && live->seq == event.seq;
-                                  });
+  auto found = open.rbegin();  // most often it is this one
+  while (found != open.rend() && !((*found)->callback == index && (*found)->seq == event.seq))
+    ++found;
   // Whatever woke the thread before belongs to what ended here, even if its start was not seen.
   const auto forget_wakes = [&] {
     if (!thread) return;
-    timeline_.forget_wake(registry_.host_of(head), *head.tid);
+    timeline_.forget_wake(who.host, *head.tid);
     on_thread.wakeup.reset();
   };
   if (found == open.rend()) {
@@ -418,7 +417,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
       .seq = event.seq,
       .writer_gid = facts.writer_gid,
       .source_timestamp_realtime_ns = std::max<std::int64_t>(event.source_timestamp_realtime_ns, 0),
-      .host = registry_.host_of(head)});
+      .host = who.host});
 }
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,

@@ -86,7 +86,8 @@ inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& m
   }
 }
 
-inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live) const {
+inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live,
+                                                             const Window& window) const {
   Measured measured;
   if (is_woken_last(live)) measured.waking = live.wake.waking;
   find_release(live, measured);
@@ -94,7 +95,6 @@ inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance&
     measured.state = InstanceState::open;
     return measured;
   }
-  const auto& window = recording_.window_of(live.stream);
   if (!window.contains(live.start.time, live.end->time)) {
     measured.state = InstanceState::cut_by_window;
   }
@@ -167,11 +167,11 @@ void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
 }
 
 void InstanceMeasurer::measure(const LiveInstance& live) {
-  const auto measured = this->measured(live);
-  auto& facts = *live.callback_facts;
   const auto& window = recording_.window_of(live.stream);
   if (live.end && window.excludes(live.start.time, live.end->time)) return;
   if (!live.end && window.end && live.start.time > *window.end) return;
+  const auto measured = this->measured(live, window);
+  auto& facts = *live.callback_facts;
   switch (measured.state) {
     case InstanceState::complete:
       count(live, measured);

@@ -149,7 +149,7 @@ class InstanceMeasurer {
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
   };
 
-  inline Measured measured(const LiveInstance& live) const;
+  inline Measured measured(const LiveInstance& live, const Window& window) const;
   // What observers are told.
   Instance instance_of(const LiveInstance& live, const Measured& measured) const;
   inline void find_release(const LiveInstance& live, Measured& measured) const;

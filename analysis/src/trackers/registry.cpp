@@ -68,10 +68,7 @@ void Registry::tell_namesakes_apart(std::string_view name) {
   }
 }
 
-void Registry::set_stream_host(StreamIndex stream, HostIndex host) {
-  if (at(stream) >= stream_hosts_.size()) stream_hosts_.resize(at(stream) + 1);
-  stream_hosts_[at(stream)] = host;
-}
+void Registry::set_stream_host(StreamIndex stream, HostIndex host) { stream_hosts_[stream] = host; }
 
 ProcessIndex Registry::new_process(HostIndex host, std::int64_t pid) {
   emitters_.forget_all();
@@ -117,15 +114,16 @@ std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int6
 }
 
 Emitter Registry::find_emitter(const EventHead& head) {
+  const auto host = host_of(head);
   const auto process = process_of(head);
-  if (!process || !head.tid) return {.process = process, .thread = std::nullopt};
+  if (!process || !head.tid) return {.host = host, .process = process, .thread = std::nullopt};
   auto index = find_thread(*process, *head.tid);
   // After its exit a tid belongs to somebody new; after thread_fini alone it may still publish.
   if (!index || model_.threads[at(*index)].kernel_exit) index = new_thread(*process, *head.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.first_seen) thread.first_seen = ref(head);
-  auto& known = emitters_.keep(head, host_of(head), *process, *index);
-  return {.process = process, .thread = index, .known = &known};
+  auto& known = emitters_.keep(head, host, *process, *index);
+  return {.host = host, .process = process, .thread = index, .known = &known};
 }
 
 Emitter Registry::find_runner(const EventHead& head, const Emitter& who) {

@@ -24,6 +24,7 @@ namespace cie::analysis {
 
 // Who emitted an event. Empty without a pid; the thread also without a tid.
 struct Emitter {
+  HostIndex host{};
   std::optional<ProcessIndex> process;
   std::optional<ThreadIndex> thread;
   // The registry's, until another emitter is looked up; null: it was not looked up before.
@@ -43,7 +44,8 @@ class Registry {
   HostIndex host(std::string_view name, std::string_view clock_uuid);
   void set_stream_host(StreamIndex stream, HostIndex host);
   HostIndex host_of(const EventHead& head) const noexcept {
-    return at(head.stream) < stream_hosts_.size() ? stream_hosts_[at(head.stream)] : HostIndex{};
+    const auto* host = stream_hosts_.find(head.stream);
+    return host != nullptr ? *host : HostIndex{};
   }
 
   // An event's emitter will be looked up soon.
@@ -54,9 +56,10 @@ class Registry {
   }
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
-    auto* const known = emitters_.find(head, host_of(head));
+    const auto host = host_of(head);
+    auto* const known = emitters_.find(head, host);
     if (known == nullptr) return find_emitter(head);
-    return {.process = known->process, .thread = known->thread, .known = known};
+    return {.host = host, .process = known->process, .thread = known->thread, .known = known};
   }
   // The same of a callback's start. A thread may publish after its `thread_fini`, but runs no
   // callback: one that starts there, unless a `thread_init` came since, is on an unknown thread.
@@ -173,7 +176,7 @@ class Registry {
 
   Model& model_;
   const SchedulingSpec* spec_;
-  std::vector<HostIndex> stream_hosts_;
+  ByIndex<StreamIndex, HostIndex> stream_hosts_;
   KnownEmitters emitters_;
   KeyMap<ProcessIndex> process_by_pid_;
   KeyMap<ThreadIndex> thread_by_process_tid_;

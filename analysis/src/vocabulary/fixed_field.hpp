@@ -22,6 +22,7 @@ struct FixedField {
   std::uint8_t bytes = 0;    // that it fills; 0: not whole ones, or not 1, 2, 4 or 8
   std::uint32_t offset = 0;  // bytes from the layout's begin
   std::uint32_t length = 0;  // of a text, with what follows its NUL
+  bool is_int32 = false;     // all of four bytes, with a sign
   std::uint64_t mask = 0;    // its bits, without the shift
   std::uint64_t sign = 0;    // its highest bit if that is a sign
   const LabelTable* labels = nullptr;
@@ -47,6 +48,10 @@ struct FixedField {
   // Of an integer; empty if it is none.
   void get(const std::uint8_t* begin, std::optional<std::int64_t>& value) const noexcept {
     // Whole, without a look at what it was: that is in another core's cache.
+    if (is_int32) [[likely]] {
+      value = std::optional<std::int64_t>(load_as<std::int32_t>(begin));
+      return;
+    }
     value = kind == Kind::integer ? std::optional(static_cast<std::int64_t>(load(begin)))
                                   : std::nullopt;
   }

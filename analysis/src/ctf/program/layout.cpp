@@ -27,6 +27,7 @@ std::optional<FixedField> value_at(std::uint64_t bit, std::uint64_t bits, bool i
                     .shift = static_cast<std::uint8_t>(bit % 8),
                     .bytes = static_cast<std::uint8_t>(is_whole ? bits / 8 : 0),
                     .offset = static_cast<std::uint32_t>(bit / 8),
+                    .is_int32 = is_whole && bits == 32 && is_signed_value,
                     .mask = ~std::uint64_t{0} >> (64 - bits),
                     .sign = is_signed_value ? std::uint64_t{1} << (bits - 1) : 0,
                     .labels = labels};

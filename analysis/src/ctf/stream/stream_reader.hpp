@@ -154,7 +154,7 @@ class StreamReader {
     const std::uint8_t* body = nullptr;
     Timestamp time;
   };
-  static constexpr std::size_t kAhead = 8;
+  static constexpr std::size_t kAhead = 16;
   std::array<Ahead, kAhead> ahead_;
   std::size_t next_ahead_ = 0;
   std::size_t end_ahead_ = 0;
