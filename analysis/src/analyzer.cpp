@@ -20,6 +20,20 @@
 
 namespace cie::analysis {
 
+namespace {
+
+constexpr auto kCallbackEnd = EventBody(CallbackEnd{}).index();
+
+// The event that a start tells of.
+Event end_of(const EventHead& head, const CallbackStart& start) {
+  Event end{.head = head,
+            .body = CallbackEnd{.callback = start.callback, .seq = start.seq, .status = {}}};
+  end.head.time = *start.end;
+  return end;
+}
+
+}  // namespace
+
 struct Analyzer::Pipeline {
   Pipeline(const AnalysisOptions& analysis_options, Observer* instance_observer)
       : options(analysis_options),
@@ -43,9 +57,11 @@ struct Analyzer::Pipeline {
     ++by_class[event.body.index()];
     if (event.head.is_derived && !event.head.stands_for_cause) return;
     const auto* other = std::get_if<OtherEvent>(&event.body);
-    const auto count = other != nullptr ? other->count : 1;
+    count_recorded(event.head.stream, other != nullptr ? other->count : 1);
+  }
+  void count_recorded(StreamIndex stream, std::uint64_t count) {
     model.events.total += count;
-    recording.count_events(event.head.stream, count);
+    recording.count_events(stream, count);
   }
 
   // Passes the edges of the window that was asked for; true for a hot event outside it.
@@ -160,6 +176,21 @@ struct Analyzer::Pipeline {
       enforcement.expect(emitter->thread);
       instances->expect(*emitter);
     }
+  }
+
+  // A start that tells of its end, of a host whose kernel tells nothing. Who emits the end, where,
+  // and what lies between has been looked at then. False: it was not consumed.
+  bool run_at_once(const EventHead& head, const Emitter& who, const CallbackStart& start) {
+    const bool is_usual = !cut && who.known != nullptr && !who.known->thread_facts->fini &&
+                          head.stands_for_cause && !recording.has_kernel(who.host);
+    if (!is_usual) return false;
+    ++by_class[kCallbackEnd];
+    count_recorded(head.stream, 1);
+    ++model.events.cie;
+    now = *start.end;
+    registry.see_again(who, now);
+    instances->apply_with_end(head, who, start, now);
+    return true;
   }
 
   // Hot events. Of those of the kernel `who` is no more than the host.
@@ -415,15 +446,27 @@ void Analyzer::consume(const Event& event) {
     pipeline.hot(event, who);
   } else {
     const auto who = pipeline.note_user(event.head);
-    if (is_passing_by) {
-      pipeline.pass_by(event, who);
+    const auto* start = std::get_if<CallbackStart>(&event.body);
+    const bool has_end = start != nullptr && start->end;
+    if (has_end && pipeline.run_at_once(event.head, who, *start)) {
+      auto head = event.head;
+      head.time = *start->end;
+      pipeline.instances->advance(head);
       return;
     }
-    if (phase == EventPhase::state) {
+    if (is_passing_by) {
+      pipeline.pass_by(event, who);
+    } else if (phase == EventPhase::state) {
       pipeline.state(event);
     } else {
       pipeline.hot(event, who);
     }
+    if (has_end) {
+      if (!is_passing_by) pipeline.instances->advance(event.head);
+      consume(end_of(event.head, *start));
+      return;
+    }
+    if (is_passing_by) return;
   }
   pipeline.instances->advance(event.head);
 }

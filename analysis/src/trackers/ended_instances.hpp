@@ -35,7 +35,7 @@ class EndedInstances {
   // any.
   std::unique_ptr<LiveInstance> new_instance();
   // It has ended. They come in order of their ends.
-  void add(std::unique_ptr<LiveInstance>&& live) {
+  [[gnu::always_inline]] void add(std::unique_ptr<LiveInstance>&& live) {
     // Without the way through the queue if nothing is to be waited for.
     if (waiting_.empty() && is_settled(*live, live->end->time, live->host)) {
       measure(std::move(live));

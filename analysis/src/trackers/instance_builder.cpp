@@ -77,8 +77,8 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   measurer_.expect(callback);
 }
 
-void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
-  if (!who.process) return;
+[[gnu::always_inline]] inline std::unique_ptr<LiveInstance> InstanceBuilder::begin(
+    const EventHead& head, const Emitter& who, const CallbackStart& event) {
   registry_.note_speaker(head, *who.process);
   auto live = ended_.new_instance();
   live->callback = registry_.callback(who, event.callback);
@@ -135,18 +135,38 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     chains_.link(*node_of(*live));
   measurer_.expect(*live);
 
-  if (on_thread.open.size() >= kMaxOpenPerThread) {
-    auto oldest = std::move(on_thread.open.front());
-    on_thread.open.erase(on_thread.open.begin());
-    abandon(std::move(oldest));
-  }
   const bool is_pause =
       !on_thread.last_activity ||
       (on_thread.open.empty() && head.time - *on_thread.last_activity > TimerGrid::kPrompt);
   if (is_pause) on_thread.busy_since = head.time;
   on_thread.last_activity = head.time;
-  callback.open.push_back(live.get());
+  return live;
+}
+
+void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
+  if (!who.process) return;
+  auto live = begin(head, who, event);
+  auto& on_thread = of_thread(live->thread);
+  if (on_thread.open.size() >= kMaxOpenPerThread) {
+    auto oldest = std::move(on_thread.open.front());
+    on_thread.open.erase(on_thread.open.begin());
+    abandon(std::move(oldest));
+  }
+  callbacks_[live->callback].open.push_back(live.get());
   on_thread.open.push_back(std::move(live));
+}
+
+void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
+                                     const CallbackStart& event, Timestamp end) {
+  if (!who.process) return;
+  auto live = begin(head, who, event);
+  auto& on_thread = of_thread(live->thread);
+  on_thread.last_activity = end;
+  auto& here = live->end.emplace(live->start);
+  here.time = end;
+  registry_.ends(live->callback).observe(live->seq, here, live->callback_facts->ended);
+  forget_wakes(on_thread, who, head);
+  close(std::move(live));
 }
 
 void InstanceBuilder::note_missed(const LiveInstance& live) {
@@ -257,23 +277,17 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   auto found = open.rbegin();  // most often it is this one
   while (found != open.rend() && !((*found)->callback == index && (*found)->seq == event.seq))
     ++found;
-  // Whatever woke the thread before belongs to what ended here, even if its start was not seen.
-  const auto forget_wakes = [&] {
-    if (!thread) return;
-    timeline_.forget_wake(who.host, *head.tid);
-    on_thread.wakeup.reset();
-  };
   if (found == open.rend()) {
     end_outside(thread);
     note_end_without_start(head, index, event.seq);
-    forget_wakes();
+    forget_wakes(on_thread, who, head);
     return;
   }
   auto live = std::move(*found);
   open.erase(std::next(found).base());
+  std::erase(callbacks_[index].open, live.get());
   live->end = here;
   live->status = event.status;
-  if (thread) on_thread.wakeup.reset();
   if (thread && recording_.has_kernel(live->host)) {
     const auto mark = timeline_.mark(live->host, *head.tid, head.time);
     live->parts = ThreadTimeline::between(live->mark, mark);
@@ -288,8 +302,17 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
       }
     }
   }
-  forget_wakes();
+  forget_wakes(on_thread, who, head);
   close(std::move(live));
+}
+
+// Even if its start was not seen.
+[[gnu::always_inline]] inline void InstanceBuilder::forget_wakes(OfThread& thread,
+                                                                 const Emitter& who,
+                                                                 const EventHead& head) {
+  if (!who.thread) return;
+  timeline_.forget_wake(who.host, *head.tid);
+  thread.wakeup.reset();
 }
 
 void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,
@@ -318,9 +341,8 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
 }
 
-[[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance> live) {
+[[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance>&& live) {
   auto& callback = callbacks_[live->callback];
-  std::erase(callback.open, live.get());
   auto& facts = *live->callback_facts;
   if (live->first_overlapping && !facts.overlap) {
     facts.overlap = overlap_of(*live);

@@ -41,6 +41,9 @@ class InstanceBuilder {
 
   // `who`: of the registry, for this event.
   void apply(const EventHead& head, const Emitter& who, const CallbackStart& event);
+  // The same of one whose end is told with it, at that time, on a host whose kernel tells nothing.
+  void apply_with_end(const EventHead& head, const Emitter& who, const CallbackStart& event,
+                      Timestamp end);
   void apply(const EventHead& head, const Emitter& who, const CallbackEnd& event);
   void apply(const EventHead& head, const Emitter& who, const ThreadWakeup& event);
   void apply(const EventHead& head, const Emitter& who, const Publish& event);
@@ -98,6 +101,8 @@ class InstanceBuilder {
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
+  inline std::unique_ptr<LiveInstance> begin(const EventHead& head, const Emitter& who,
+                                             const CallbackStart& event);
   inline void note_on_thread(LiveInstance& live);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from,
                         const LiveInstance& live);
@@ -109,7 +114,10 @@ class InstanceBuilder {
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
   bool is_confined(const LiveInstance& live) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
-  inline void close(std::unique_ptr<LiveInstance> live);
+  // What was woken up and what ran on the thread before belongs to what ended here.
+  inline void forget_wakes(OfThread& thread, const Emitter& who, const EventHead& head);
+  // It has its end, and is not among those that are open any more.
+  inline void close(std::unique_ptr<LiveInstance>&& live);
   void abandon(std::unique_ptr<LiveInstance> live);
 
   Model& model_;

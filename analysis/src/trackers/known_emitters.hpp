@@ -71,10 +71,14 @@ class KnownEmitters {
   KnownEmitter* find(const EventHead& head, HostIndex host) {
     auto& known = places_[place(head.pid, head.tid)];
     if (!known.is_of(head, host)) return nullptr;
-    known.last_time = head.time;
     known.last_cpu = head.cpu;
-    known.last_turn = ++turn_;
+    see_again(known, head.time);
     return &known;
+  }
+  // Notes another event of it, on the same CPU.
+  void see_again(KnownEmitter& known, Timestamp time) noexcept {
+    known.last_time = time;
+    known.last_turn = ++turn_;
   }
   // After process_seen(): what was looked up of an event with a pid and a tid.
   KnownEmitter& keep(const EventHead& head, HostIndex host, ProcessIndex process,

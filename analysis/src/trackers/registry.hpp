@@ -61,6 +61,10 @@ class Registry {
     if (known == nullptr) return find_emitter(head);
     return {.host = host, .process = known->process, .thread = known->thread, .known = known};
   }
+  // Another event of the emitter that was looked up last, and was known, on the same CPU.
+  void see_again(const Emitter& who, Timestamp time) noexcept {
+    emitters_.see_again(*who.known, time);
+  }
   // The same of a callback's start. A thread may publish after its `thread_fini`, but runs no
   // callback: one that starts there, unless a `thread_init` came since, is on an unknown thread.
   Emitter runner_of(const EventHead& head, const Emitter& who) {

@@ -48,6 +48,14 @@ class EventBatch {
     next_->head.stands_for_cause = false;
     return *next_++;
   }
+  // The one before it, if nothing follows from that; null: there is none.
+  Event* before(const Event& event) noexcept {
+    if (&event == events_.get()) return nullptr;
+    auto* const earlier = events_.get() + (&event - events_.get() - 1);
+    return derived_.empty() || derived_.back().cause != earlier ? earlier : nullptr;
+  }
+  // Forgets the event that was added last, from which nothing follows.
+  void take_back() noexcept { new_ = --next_; }
   // Once an event of the batch is complete: has it view copies of what it views.
   void keep(Event& event) {
     const auto kind = std::uint64_t{1} << event.body.index();

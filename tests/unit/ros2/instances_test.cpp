@@ -100,5 +100,28 @@ TEST(Ros2Instances, AnExecutorsWaitEndsWithItsNextLookAround) {
   EXPECT_EQ(result.instances[1].wakeup, -1);  // it did not wait in between
 }
 
+// Most often nothing lies between: then one event tells of both, as fast as of one.
+TEST(Ros2Instances, AStartTellsOfTheEndThatFollowsAtOnce) {
+  const std::string begin = std::string(kTwoTimers) + kIsolated;  // where both are announced
+  const auto in_all = [&begin](const std::string& lines) {
+    return analyze_ros2(begin + lines).ended_at_once - analyze_ros2(begin).ended_at_once;
+  };
+  EXPECT_EQ(in_all("30 callback_start tid=1 callback=0x30\n"
+                   "31 callback_end tid=1 callback=0x30\n"),
+            1U);
+  EXPECT_EQ(in_all("30 callback_start tid=1 callback=0x30\n"
+                   "31 callback_start tid=2 callback=0x31\n"
+                   "32 callback_end tid=2 callback=0x31\n"
+                   "33 callback_end tid=1 callback=0x30\n"),
+            1U);
+  EXPECT_EQ(in_all("30 callback_start tid=1 cpu=0 callback=0x30\n"
+                   "31 callback_end tid=1 cpu=1 callback=0x30\n"),
+            0U);
+  EXPECT_EQ(in_all("30 callback_start tid=1 callback=0x30\n"
+                   "31 rclcpp_publish tid=1 message=0x7\n"
+                   "32 callback_end tid=1 callback=0x30\n"),
+            0U);
+}
+
 }  // namespace
 }  // namespace cie::test

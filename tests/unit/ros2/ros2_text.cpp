@@ -1,5 +1,7 @@
 #include "ros2_text.hpp"
 
+#include <cie/viewer_export/report_writers.hpp>
+
 #include "vocabulary/event_batch.hpp"
 #include "vocabulary/ros2/event_translator.hpp"
 #include "vocabulary/vocabulary.hpp"
@@ -10,6 +12,8 @@
 #include <set>
 #include <sstream>
 #include <stdexcept>
+
+#include <gtest/gtest.h>
 
 namespace cie::test {
 namespace {
@@ -118,24 +122,30 @@ std::vector<std::int32_t> kernel_cpus(std::string_view text) {
   return {cpus.begin(), cpus.end()};
 }
 
-}  // namespace
-
-Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec_text) {
+// Batches hold so many events.
+Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view spec_text,
+                   std::size_t batch_size, std::optional<TimeWindow> window = {}) {
   Rows rows;
+  std::size_t ended_at_once = 0;
   std::optional<SchedulingSpec> spec;
-  AnalysisOptions options;
+  AnalysisOptions options{.window = window};
   if (!spec_text.empty())
     options.spec = &spec.emplace(SchedulingSpec::parse(spec_text, "spec.yaml"));
   Analyzer analyzer(options, &rows);
   EventTranslator translator;
-  EventBatch batch(1);
+  EventBatch batch(batch_size);
   EventHead head{.time = {}, .stream = {}, .cpu = 0, .pid = {}, .tid = {}};
   const auto consume_batch = [&] {
     translator.heed(batch);
-    batch.each([&analyzer](const Event& event) { analyzer.consume(event); });
+    batch.each([&](const Event& event) {
+      const auto* start = std::get_if<CallbackStart>(&event.body);
+      if (start != nullptr && start->end) ++ended_at_once;
+      analyzer.consume(event);
+    });
     batch.clear();
   };
   const auto add = [&](std::int64_t time) -> Event& {
+    if (batch.is_full()) consume_batch();
     head.time = Timestamp{time};
     auto& event = batch.add();
     event.head = head;
@@ -145,7 +155,6 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     auto& event = add(time);
     event.body = body;
     batch.keep(event);
-    consume_batch();
   };
   consume(0, StreamBegin{.channel = 0,
                          .domain = Domain::user,
@@ -200,17 +209,48 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     } else {
       batch.translate(event, *line.translation, fields, state);
     }
-    consume_batch();
   }
   head.pid.reset();
   head.tid.reset();
   on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
   consume(last + 1, PacketEnd{});
   consume(last + 1, StreamEnd{});
+  consume_batch();
   translator.finish(batch);
   consume_batch();
-  Ros2Result result{.analysis = analyzer.finish(), .instances = std::move(rows.rows)};
+  Ros2Result result{.analysis = analyzer.finish(),
+                    .instances = std::move(rows.rows),
+                    .ended_at_once = ended_at_once};
   std::ranges::stable_sort(result.instances, {}, &InstanceRow::start);
+  return result;
+}
+
+std::string told(const Ros2Result& result) {
+  std::ostringstream text;
+  viewer_export::write_report_json(text, result.analysis.report);
+  viewer_export::write_verify_json(text, result.analysis.verdicts, result.analysis.report);
+  for (const auto& row : result.instances) {
+    text << row.logical_id << ' ' << row.start << ' ' << row.end << ' ' << row.release << ' '
+         << row.wakeup << ' ' << row.is_from_known_publisher << '\n';
+  }
+  return text.str();
+}
+
+}  // namespace
+
+// Where batches are as large as a reader's, starts tell of the ends that follow at once: that
+// changes nothing.
+Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec) {
+  constexpr std::size_t kOfReader = 256;
+  const auto result = analyze(text, lost_at, spec, kOfReader);
+  EXPECT_EQ(told(result), told(analyze(text, lost_at, spec, 1)));
+  const auto& trace = result.analysis.report.trace;
+  if (trace.begin && trace.end) {
+    const auto third = Duration{(trace.end->ns - trace.begin->ns) / 3};
+    const TimeWindow middle{.from = *trace.begin + third, .to = *trace.end - third};
+    EXPECT_EQ(told(analyze(text, lost_at, spec, kOfReader, middle)),
+              told(analyze(text, lost_at, spec, 1, middle)));
+  }
   return result;
 }
 

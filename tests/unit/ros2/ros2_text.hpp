@@ -5,6 +5,7 @@
 
 #include <cie/analysis/analyzer.hpp>
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,7 @@ struct InstanceRow {
 struct Ros2Result {
   analysis::AnalysisResult analysis;
   std::vector<InstanceRow> instances;
+  std::size_t ended_at_once = 0;  // starts that told of their ends
 
   // "ID first..last" of each callback: its smallest and largest duration and their number.
   std::string durations() const;

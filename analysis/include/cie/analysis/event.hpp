@@ -241,6 +241,9 @@ struct CallbackStart {
   std::uint32_t missed = 0;
   std::int64_t source_timestamp_realtime_ns = 0;  // below 0: a name that tells no time
   std::uint64_t writer_gid = 0;
+  // The next event of all, in the same stream, was its end, then. It is told by this alone: of ROS
+  // 2's callbacks two of three end so.
+  std::optional<Timestamp> end{};
 };
 struct CallbackEnd {
   static constexpr EventPhase kPhase = EventPhase::callback;

@@ -255,7 +255,14 @@ void store_packed(const Op& op, std::uint64_t count, const Bits& bits, Frame& fr
   auto& elements = *frame.elements;
   elements.clear();
   const auto kept = std::min<std::uint64_t>(count, kMaxElements);
-  for (std::uint64_t i = 0; i < kept; ++i) {
+  // As in the uuid of every packet's header.
+  const bool are_bytes = op.size == 8 && op.stride == 8 && bits.at % 8 == 0 && !op.is_signed &&
+                         !op.is_reversed && !op.is_boolean;
+  if (are_bytes) {
+    const auto* bytes = bits.data + bits.at / 8;
+    elements.assign(bytes, bytes + kept);
+  }
+  for (std::uint64_t i = elements.size(); i < kept; ++i) {
     elements.push_back(
         static_cast<std::uint32_t>(load_number(op, bits.data, bits.at + i * op.stride)));
   }

@@ -221,12 +221,13 @@ bool StreamReader::look_ahead() {
       ++counted_;
       return true;
     }
-    ahead_[end_ahead_++] = {.plan = found.plan, .body = found.body, .time = time};
+    ahead_[end_ahead_++] = {
+        .plan = found.plan, .body = found.body, .time = time, .key = key_of(time)};
     return true;
   });
   if (counted_ > 0 || end_ahead_ > 0) last_time_ = last;
   if (end_ahead_ == 0) return false;
-  stand_at(ahead_.front().time);
+  key_ = ahead_.front().key;
   cursor_->prefetch();
   return true;
 }

@@ -66,7 +66,7 @@ class StreamReader {
   // anything.
   std::size_t events_ahead() const noexcept { return end_ahead_ - next_ahead_; }
   // The key of the step after the next one. Requires two events ahead.
-  std::int64_t key_after() const noexcept { return key_of(ahead_[next_ahead_ + 1].time); }
+  std::int64_t key_after() const noexcept { return ahead_[next_ahead_ + 1].key; }
   // Emits the next event. Requires one ahead. If none is left, the step after it has to be found.
   [[gnu::always_inline]] void emit_ahead(EventWriter& writer) {
     const auto& found = ahead_[next_ahead_++];
@@ -75,7 +75,7 @@ class StreamReader {
     event.head.stream = identity_.index;
     event.head.cpu = packet_->cpu;
     trace_->add(*found.plan, event, found.body, writer.batch());
-    if (events_ahead() > 0) key_ = key_of(ahead_[next_ahead_].time);
+    if (events_ahead() > 0) key_ = ahead_[next_ahead_].key;
   }
   // Finds events ahead if there are any.
   bool look_ahead();
@@ -153,6 +153,7 @@ class StreamReader {
     const EventPlan* plan = nullptr;
     const std::uint8_t* body = nullptr;
     Timestamp time;
+    std::int64_t key = 0;
   };
   static constexpr std::size_t kAhead = 16;
   std::array<Ahead, kAhead> ahead_;

@@ -148,8 +148,32 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
       .host = &host, .pid = pid, .tid = tid, .process = &process, .thread = &process.threads[tid]};
 }
 
+[[gnu::always_inline]] inline bool EventTranslator::end_at_once(const Begun& begun,
+                                                                const Event& event,
+                                                                const Payload& fields,
+                                                                EventBatch& batch) {
+  if (begun.event == nullptr || batch.before(event) != begun.event) return false;
+  const auto& head = event.head;
+  auto& start = *begun.event;
+  const bool is_its = fields.number<Address>(0) == begun.address && start.head.tid == head.tid &&
+                      start.head.pid == head.pid && start.head.stream == head.stream &&
+                      start.head.cpu == head.cpu;
+  if (!is_its) return false;
+  std::get<CallbackStart>(start.body).end = head.time;
+  begun.emitting->process->last.time = head.time;
+  auto& thread = *begun.emitting->thread;
+  thread.last = detail::wrapping_add(head.time.ns, stream_of(head).offset_ns);
+  thread.handed_over.reset();
+  thread.open.pop_back();
+  batch.take_back();
+  return true;
+}
+
 void EventTranslator::translate(Event& event, const Translation& translation, const Payload& fields,
                                 EventBatch& batch) {
+  const auto begun = std::exchange(begun_, {});
+  const auto ros2_event = static_cast<Ros2Event>(translation.kind & ~ros2::kRepeats);
+  if (ros2_event == Ros2Event::callback_end && end_at_once(begun, event, fields, batch)) return;
   if (const auto earlier = batch.take_new_before(event); !earlier.empty()) heed(earlier, batch);
   const auto& head = event.head;
   if (!head.pid) {
@@ -170,8 +194,12 @@ void EventTranslator::translate(Event& event, const Translation& translation, co
                   .process = process,
                   .thread = *emitting.thread,
                   .sink = sink};
-  const auto ros2_event = static_cast<Ros2Event>(translation.kind & ~ros2::kRepeats);
-  if (run(ros2_event, fields, context)) return;
+  if (run(ros2_event, fields, context)) {
+    if (ros2_event == Ros2Event::callback_start) {
+      begun_ = {.event = &event, .address = fields.number<Address>(0), .emitting = &emitting};
+    }
+    return;
+  }
   EventBatch::leave_other(event, translation);
   if (!host.has_clock) {
     host.has_clock = true;

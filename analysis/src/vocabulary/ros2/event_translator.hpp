@@ -37,7 +37,10 @@ class EventTranslator {
   void translate(Event& event, const Translation& translation, const Payload& fields,
                  EventBatch& batch);
   // Learns from the batch's new events, which are complete, and completes what they say.
-  void heed(EventBatch& batch) { heed(batch.take_new(), batch); }
+  void heed(EventBatch& batch) {
+    begun_ = {};
+    heed(batch.take_new(), batch);
+  }
   // The trace ended: adds what was still to be told.
   void finish(EventBatch& batch);
 
@@ -46,8 +49,8 @@ class EventTranslator {
     std::map<std::int64_t, ros2::Process> processes{};  // by pid
     bool has_clock = false;
   };
-  struct Stream {
-    Host* host = nullptr;  // of hosts_
+  struct alignas(32) Stream {  // looked for by every event: a shift instead of a division
+    Host* host = nullptr;      // of hosts_
     std::int64_t offset_ns = 0;
     bool is_kernel = false;
   };
@@ -60,6 +63,12 @@ class EventTranslator {
     ros2::Thread* thread = nullptr;
   };
   static constexpr std::size_t kEmitting = 1024;  // a power of two
+  // The event before, if it was the start of a callback that run() translated.
+  struct Begun {
+    Event* event = nullptr;  // null: it was not
+    ros2::Address address = 0;
+    const EmittingThread* emitting = nullptr;
+  };
 
   void heed(std::span<Event> events, const EventBatch& batch);
   // Whose events a stream holds, and by how much its clock is behind CLOCK_REALTIME.
@@ -73,6 +82,9 @@ class EventTranslator {
   // Events of a host were lost: what is open may have ended, and what ends now may have begun
   // unseen.
   void lose(const EventHead& head);
+  // The end of a callback whose start is the event before becomes a part of that. False: it is not.
+  inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
+                          EventBatch& batch);
   // Whatever it is, and whoever else tells of it.
   void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context& context);
   // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.
@@ -103,6 +115,7 @@ class EventTranslator {
 
   std::vector<Stream> streams_;
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid
+  Begun begun_;
   std::map<std::string, Host> hosts_;
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
