@@ -133,8 +133,6 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   if (live->is_in_window) live->read = chains_.add_read(live->callback, head.time);
   if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp))
     chains_.link(*node_of(*live));
-  measurer_.expect(*live);
-
   const bool is_pause =
       !on_thread.last_activity ||
       (on_thread.open.empty() && head.time - *on_thread.last_activity > TimerGrid::kPrompt);
@@ -146,6 +144,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
   if (!who.process) return;
   auto live = begin(head, who, event);
+  measurer_.expect(*live);
   auto& on_thread = of_thread(live->thread);
   if (on_thread.open.size() >= kMaxOpenPerThread) {
     auto oldest = std::move(on_thread.open.front());

@@ -58,10 +58,10 @@ class Tournament {
   void play(std::size_t stream, std::uint64_t player) {
     for (auto match = (losers_.size() + stream) / 2; match > 0; match /= 2) {
       const auto opponent = losers_[match];
-      // What compilers make of std::min and std::max here is a branch.
-      const auto exchange = (opponent ^ player) & (0 - std::uint64_t{opponent < player});
-      losers_[match] = opponent ^ exchange;
-      player ^= exchange;
+      // What compilers make of std::min and std::max of the two is a branch, of one alone is none.
+      const auto both = opponent ^ player;
+      player = std::min(opponent, player);
+      losers_[match] = both ^ player;
     }
     winner_ = player;
     if (winner_ >> stream_bits_ == farthest_) play_all();
