@@ -211,21 +211,32 @@ bool StreamReader::look_ahead() {
   next_ahead_ = 0;
   end_ahead_ = 0;
   if (!has_times_ || !(has_packet_times_ || has_begun_)) return false;
+  // Of its own, so that nothing that is written could change it.
   auto last = last_time_.value_or(Timestamp{std::numeric_limits<std::int64_t>::min()});
+  auto* next = ahead_.data();
+  const auto* const end = next + ahead_.size();
+  std::uint64_t counted = 0;
   const bool counts_others = identity_.counts_others;
+  const auto frequency = clock_.frequency;
+  const auto least_key = key_;
+  const auto offset_ns = identity_.merge_offset_ns;
   cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
-    const auto time = time_of(found.clock);
-    if (end_ahead_ == kAhead || time < last) return false;  // what runs backwards is told
+    const auto time = time_of_cycles(found.clock, frequency);
+    if (next == end || time < last) return false;  // what runs backwards is told
     last = time;
     if (counts_others && found.is_other) {
-      ++counted_;
+      ++counted;
       return true;
     }
-    ahead_[end_ahead_++] = {
-        .plan = found.plan, .body = found.body, .time = time, .key = key_of(time)};
+    *next++ = {.plan = found.plan,
+               .body = found.body,
+               .time = time,
+               .key = std::max(least_key, saturating_add(time.ns, offset_ns))};
     return true;
   });
-  if (counted_ > 0 || end_ahead_ > 0) last_time_ = last;
+  counted_ += counted;
+  end_ahead_ = static_cast<std::size_t>(next - ahead_.data());
+  if (counted > 0 || end_ahead_ > 0) last_time_ = last;
   if (end_ahead_ == 0) return false;
   key_ = ahead_.front().key;
   cursor_->prefetch();

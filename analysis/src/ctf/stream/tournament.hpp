@@ -25,15 +25,14 @@ class Tournament {
       : keys_(keys.begin(), keys.end()),
         is_out_(keys.size(), false),
         stream_bits_(static_cast<unsigned>(std::bit_width(keys.size()))),
-        farthest_((~std::uint64_t{0} >> stream_bits_) - 1) {
-    losers_.resize(std::bit_ceil(std::max<std::size_t>(keys.size(), 1)));
+        farthest_((~std::uint64_t{0} >> stream_bits_) - 1),
+        leaves_(std::bit_ceil(std::max<std::size_t>(keys.size(), 1))),
+        losers_(leaves_) {
     play_all();
   }
 
   bool is_over() const noexcept { return winner_ == kOut; }  // all are out
-  std::size_t winner() const noexcept {
-    return static_cast<std::size_t>(winner_ & ((std::uint64_t{1} << stream_bits_) - 1));
-  }
+  std::size_t winner() const noexcept { return winning_stream_; }
   // The winner plays on from another place.
   void move_winner(std::int64_t key) {
     const auto stream = winner();
@@ -56,15 +55,19 @@ class Tournament {
     return std::min(distance, farthest_) << stream_bits_ | stream;
   }
   void play(std::size_t stream, std::uint64_t player) {
-    for (auto match = (losers_.size() + stream) / 2; match > 0; match /= 2) {
+    for (auto match = (leaves_ + stream) / 2; match > 0; match /= 2) {
       const auto opponent = losers_[match];
       // What compilers make of std::min and std::max of the two is a branch, of one alone is none.
       const auto both = opponent ^ player;
       player = std::min(opponent, player);
       losers_[match] = both ^ player;
     }
+    declare(player);
+    if (player >= farthest_ << stream_bits_) play_all();
+  }
+  void declare(std::uint64_t player) noexcept {
     winner_ = player;
-    if (winner_ >> stream_bits_ == farthest_) play_all();
+    winning_stream_ = static_cast<std::size_t>(player & ((std::uint64_t{1} << stream_bits_) - 1));
   }
   // From the start, with the smallest key as the base.
   void play_all() {
@@ -72,25 +75,26 @@ class Tournament {
     for (std::size_t i = 0; i < keys_.size(); ++i) {
       if (!is_out_[i]) base_ = std::min(base_, keys_[i]);
     }
-    const auto leaves = losers_.size();
-    std::vector<std::uint64_t> winners(2 * leaves, kOut);
+    std::vector<std::uint64_t> winners(2 * leaves_, kOut);
     for (std::size_t i = 0; i < keys_.size(); ++i) {
-      if (!is_out_[i]) winners[leaves + i] = player(i);
+      if (!is_out_[i]) winners[leaves_ + i] = player(i);
     }
-    for (auto match = leaves; --match > 0;) {
+    for (auto match = leaves_; --match > 0;) {
       std::tie(winners[match], losers_[match]) =
           std::minmax(winners[2 * match], winners[2 * match + 1]);
     }
-    winner_ = winners[1];
+    declare(winners[1]);
   }
 
   std::vector<std::int64_t> keys_;  // by stream
   std::vector<bool> is_out_;
+  unsigned stream_bits_;
+  std::uint64_t farthest_;             // distance that stands for all that are as far or farther
+  std::size_t leaves_;                 // of the tree, some of which are no stream
   std::vector<std::uint64_t> losers_;  // by match; 1 is the final, 0 is unused
   std::uint64_t winner_ = kOut;
+  std::size_t winning_stream_ = 0;
   std::int64_t base_ = 0;
-  unsigned stream_bits_;
-  std::uint64_t farthest_;  // distance that stands for all that are as far or farther
 };
 
 }  // namespace cie::analysis::ctf
