@@ -182,7 +182,8 @@ struct Analyzer::Pipeline {
   // and what lies between has been looked at then. False: it was not consumed.
   bool run_at_once(const EventHead& head, const Emitter& who, const CallbackStart& start) {
     const bool is_usual = !cut && who.known != nullptr && !who.known->thread_facts->fini &&
-                          head.stands_for_cause && !recording.has_kernel(who.host);
+                          head.stands_for_cause && !recording.has_kernel(who.host) &&
+                          !enforcement.heeds_events_of(who.known->thread);
     if (!is_usual) return false;
     ++by_class[kCallbackEnd];
     count_recorded(head.stream, 1);

@@ -419,7 +419,7 @@ class TraceReader::Streams {
 
   fs::path metadata_from_;
   Progress* progress_;
-  EventTranslator* translator_;
+  Translator* translator_;
   EventChoice* choice_;
   TimeWindow window_;
   bool counts_others_;

@@ -5,7 +5,7 @@
 
 #include "ctf/program/event_choice.hpp"
 #include "ctf/stream/event_writer.hpp"
-#include "vocabulary/ros2/event_translator.hpp"
+#include "vocabulary/translator.hpp"
 
 #include <cstdint>
 #include <filesystem>
@@ -26,7 +26,7 @@ struct ReadOptions {
   Progress* progress = nullptr;  // bytes; borrowed, null: nobody looks
   // Says what follows from events whose meaning depends on earlier ones. Borrowed, null: they are
   // OtherEvents alone.
-  EventTranslator* translator = nullptr;
+  Translator* translator = nullptr;
   // Wants events themselves: those that it does not want are OtherEvents of no class. Borrowed,
   // null: what vocabularies make of events is told.
   EventChoice* choice = nullptr;

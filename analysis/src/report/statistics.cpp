@@ -122,10 +122,9 @@ void LogLinearHistogram::each(const Visit& visit) const {
       if (count > 0 && !visit(static_cast<std::int64_t>(0 - value_of(i)), count)) return;
     }
   }
-  for (auto i = positive_.next(0); i < positive_.size(); i = positive_.next(i + 1)) {
-    const auto count = positive_[i];
-    if (count > 0 && !visit(static_cast<std::int64_t>(value_of(i)), count)) return;
-  }
+  positive_.each([&visit](std::size_t bucket, std::uint64_t count) {
+    return visit(static_cast<std::int64_t>(value_of(bucket)), count);
+  });
 }
 
 void LogLinearHistogram::at_ranks(std::span<const std::uint64_t> ranks,

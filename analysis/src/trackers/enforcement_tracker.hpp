@@ -32,6 +32,11 @@ class EnforcementTracker {
   void on_later_audit(ThreadIndex thread, const ReadBack& audit);
   // The thread will emit an event soon.
   void expect(ThreadIndex thread) const noexcept { prefetch_head(threads_.find(thread)); }
+  // Whether on_user_event() does anything.
+  bool heeds_events_of(ThreadIndex thread) const noexcept {
+    const auto* state = threads_.find(thread);
+    return has_switches_ || (state != nullptr && state->has_cpus);
+  }
   void on_user_event(const EventHead& head, ThreadIndex thread) {
     auto* state = threads_.find(thread);
     if (state == nullptr || !state->has_cpus) {

@@ -146,11 +146,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   auto live = begin(head, who, event);
   measurer_.expect(*live);
   auto& on_thread = of_thread(live->thread);
-  if (on_thread.open.size() >= kMaxOpenPerThread) {
-    auto oldest = std::move(on_thread.open.front());
-    on_thread.open.erase(on_thread.open.begin());
-    abandon(std::move(oldest));
-  }
+  bound_open(on_thread);
   callbacks_[live->callback].open.push_back(live.get());
   on_thread.open.push_back(std::move(live));
 }
@@ -160,12 +156,22 @@ void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
   if (!who.process) return;
   auto live = begin(head, who, event);
   auto& on_thread = of_thread(live->thread);
+  bound_open(on_thread);
   on_thread.last_activity = end;
   auto& here = live->end.emplace(live->start);
   here.time = end;
   registry_.ends(live->callback).observe(live->seq, here, live->callback_facts->ended);
   forget_wakes(on_thread, who, head);
   close(std::move(live));
+}
+
+// Another one begins.
+inline void InstanceBuilder::bound_open(OfThread& thread) {
+  if (thread.open.size() < kMaxOpenPerThread) [[likely]]
+    return;
+  auto oldest = std::move(thread.open.front());
+  thread.open.erase(thread.open.begin());
+  abandon(std::move(oldest));
 }
 
 void InstanceBuilder::note_missed(const LiveInstance& live) {

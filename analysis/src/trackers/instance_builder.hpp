@@ -103,6 +103,7 @@ class InstanceBuilder {
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
   inline std::unique_ptr<LiveInstance> begin(const EventHead& head, const Emitter& who,
                                              const CallbackStart& event);
+  inline void bound_open(OfThread& thread);
   inline void note_on_thread(LiveInstance& live);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from,
                         const LiveInstance& live);

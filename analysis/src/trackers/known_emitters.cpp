@@ -7,6 +7,7 @@ KnownEmitter& KnownEmitters::keep(const EventHead& head, HostIndex host, Process
   if (places_.size() < 2 * model_.threads.size() && places_.size() < kMost) {
     forget_all();
     places_.resize(2 * places_.size());
+    last_place_ = places_.size() - 1;
   }
   auto& known = places_[place(head.pid, head.tid)];
   forget(known);

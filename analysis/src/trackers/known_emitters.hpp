@@ -102,13 +102,14 @@ class KnownEmitters {
                     std::optional<std::int64_t> tid) const noexcept {
     const auto mixed =
         static_cast<std::uint64_t>(tid.value_or(0)) + (SpreadBits{}(pid.value_or(0)) >> 32U);
-    return mixed & (places_.size() - 1);
+    return mixed & last_place_;
   }
   void forget(KnownEmitter& known);
   void note_last_seen(ProcessIndex process, const EventRef& event, std::uint64_t turn);
 
   Model& model_;
   std::vector<KnownEmitter> places_ = std::vector<KnownEmitter>(kFewest);
+  std::size_t last_place_ = kFewest - 1;                // places_.size() is a division
   std::uint64_t turn_ = 0;                              // of events, counted up
   ByIndex<ProcessIndex, std::uint64_t> process_turns_;  // of the event that is its last_seen
 };

@@ -16,6 +16,7 @@
 #include <variant>
 
 #include <ctf/native_reader.hpp>
+#include <vocabulary/ros2/event_translator.hpp>
 
 namespace {
 

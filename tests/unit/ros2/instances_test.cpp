@@ -123,5 +123,41 @@ TEST(Ros2Instances, AStartTellsOfTheEndThatFollowsAtOnce) {
             0U);
 }
 
+// Too many begun on a thread and never ended: the first of them is given up as the next one begins,
+// whether that ends at once or not.
+TEST(Ros2Instances, TheFirstOfTooManyOpenOnesIsGivenUp) {
+  std::string text = std::string(kTwoTimers) + kIsolated;
+  std::int64_t time = 30;
+  text += std::to_string(time++) + " callback_start tid=1 callback=0x30\n";
+  for (int i = 0; i < 63; ++i)
+    text += std::to_string(time++) + " callback_start tid=1 callback=0x31\n";
+  text += std::to_string(time++) + " callback_start tid=1 callback=0x30\n";
+  text += std::to_string(time++) + " callback_end tid=1 callback=0x30\n";
+  const auto result = analyze_ros2(text);
+  EXPECT_EQ(result.callback("/n@Timer(1)").instances, 3U);
+  EXPECT_EQ(result.callback("/n@Timer(1)").incomplete, 1U);
+  EXPECT_EQ(result.callback("/n@Timer(2)").incomplete, 63U);
+}
+
+// Where a thread's CPUs were read back each of its events is checked, an end that its start tells of
+// as well.
+TEST(Ros2Instances, BothEndsAreCheckedAgainstAllowedCpus) {
+  std::string text = std::string(kTwoTimers) + kIsolated;
+  text += "29 cie:thread_sched tid=1 moment=initial cpus=0\n";
+  for (std::int64_t time = 30; time < 50; time += 2) {
+    text += std::to_string(time) + " callback_start tid=1 callback=0x30\n";
+    text += std::to_string(time + 1) + " callback_end tid=1 callback=0x30\n";
+  }
+  const auto result = analyze_ros2(text);
+  for (const auto& rule : result.analysis.verdicts.rules) {
+    for (const auto& subject : rule.subjects) {
+      if (rule.id == "S4" && subject.subject == "thread 1") {
+        EXPECT_EQ(subject.checked, 20U);
+      }
+    }
+  }
+  EXPECT_NE(result.verdict("S4"), analysis::Verdict::not_applicable);
+}
+
 }  // namespace
 }  // namespace cie::test

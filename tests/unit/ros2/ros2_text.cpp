@@ -76,7 +76,7 @@ class Line {
     for (std::size_t slot = 0; slot < translation->fields.size(); ++slot) {
       const auto& request = translation->fields[slot];
       if (!request.alternative(name)) continue;
-      store(fields_[slot], value, name == "gid" || name == "client_gid");
+      store(fields_[slot], value, name == "gid" || name == "client_gid" || name == "cpus");
       const auto label = std::ranges::find(request.labels, value);
       if (label == request.labels.end()) continue;
       fields_[slot].label = static_cast<std::int16_t>(label - request.labels.begin());
@@ -221,7 +221,6 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
   Ros2Result result{.analysis = analyzer.finish(),
                     .instances = std::move(rows.rows),
                     .ended_at_once = ended_at_once};
-  std::ranges::stable_sort(result.instances, {}, &InstanceRow::start);
   return result;
 }
 
@@ -242,7 +241,7 @@ std::string told(const Ros2Result& result) {
 // changes nothing.
 Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string_view spec) {
   constexpr std::size_t kOfReader = 256;
-  const auto result = analyze(text, lost_at, spec, kOfReader);
+  auto result = analyze(text, lost_at, spec, kOfReader);
   EXPECT_EQ(told(result), told(analyze(text, lost_at, spec, 1)));
   const auto& trace = result.analysis.report.trace;
   if (trace.begin && trace.end) {
@@ -251,6 +250,7 @@ Ros2Result analyze_ros2(std::string_view text, std::int64_t lost_at, std::string
     EXPECT_EQ(told(analyze(text, lost_at, spec, kOfReader, middle)),
               told(analyze(text, lost_at, spec, 1, middle)));
   }
+  std::ranges::stable_sort(result.instances, {}, &InstanceRow::start);
   return result;
 }
 

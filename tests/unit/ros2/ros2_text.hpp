@@ -1,6 +1,6 @@
 // Recordings of ROS 2's tracers written as text: `TIME EVENT [pid=N] [tid=N] [cpu=N] FIELD=VALUE
 // …`, one event a line in order of time (nanoseconds). An event without a provider is of "ros2:".
-// Values with a digit first are numbers, of gids lists of them (1.15.3); all others are texts.
+// Values with a digit first are numbers, of gids and CPUs lists of them (1.15.3); all others are texts.
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>

@@ -73,11 +73,19 @@ class LogLinearHistogram {
     }
     void merge(const Counters& other);
     std::size_t size() const noexcept { return places_.size() * kBlock; }
-    // The first bucket from this one on that may hold something; size() if there is none.
-    std::size_t next(std::size_t bucket) const noexcept {
-      while (bucket < size() && places_[bucket / kBlock] == 0)
-        bucket = (bucket / kBlock + 1) * kBlock;
-      return bucket;
+    // `visit` takes a bucket that holds something and how much, ascending, and says whether it wants
+    // more.
+    template <typename Visit>
+    void each(const Visit& visit) const {
+      for (std::size_t block = 0; block < places_.size(); ++block) {
+        if (places_[block] == 0) continue;
+        const auto* counts = &counts_[(places_[block] - std::size_t{1}) * kBlock];
+        for (std::size_t i = 0; i < kBlock; ++i) {
+          const auto bucket = block * kBlock + i;
+          const auto count = counts[i] + (carries_ ? carried(bucket) : 0);
+          if (count > 0 && !visit(bucket, count)) return;
+        }
+      }
     }
     std::uint64_t operator[](std::size_t bucket) const noexcept {
       const auto place = places_[bucket / kBlock];

@@ -6,7 +6,7 @@
 #include "shown_fields.hpp"
 #include "trace_plan.hpp"
 #include "vocabulary/event_batch.hpp"
-#include "vocabulary/ros2/event_translator.hpp"
+#include "vocabulary/translator.hpp"
 #include "vocabulary/vocabulary.hpp"
 
 #include <cstdint>
@@ -65,7 +65,7 @@ class LateFields {
   };
 
   // `translator` is borrowed. Null: what it would say is not asked for.
-  explicit LateFields(EventTranslator* translator) : translator_(translator) {}
+  explicit LateFields(Translator* translator) : translator_(translator) {}
   LateFields(const LateFields&) = delete;
   LateFields& operator=(const LateFields&) = delete;
 
@@ -79,7 +79,7 @@ class LateFields {
     OfTrace* trace;
     const EventPlan* plan;
   };
-  EventTranslator* translator_;
+  Translator* translator_;
   std::vector<Waiting> waiting_;
 };
 

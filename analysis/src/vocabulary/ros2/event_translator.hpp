@@ -13,6 +13,7 @@
 #include "ros2_event.hpp"
 #include "services.hpp"
 #include "vocabulary/event_batch.hpp"
+#include "vocabulary/translator.hpp"
 
 #include <array>
 #include <cstddef>
@@ -24,25 +25,19 @@
 
 namespace cie::analysis {
 
-class EventTranslator {
+class EventTranslator final : public Translator {
  public:
   EventTranslator() = default;
   EventTranslator(const EventTranslator&) = delete;
   EventTranslator& operator=(const EventTranslator&) = delete;
 
-  // Events come in their order, each to one of these two.
-  // What the batch's last event means, whose translation has no more than a kind; all of it
-  // is_derived. Its head is complete; its body becomes what it means, if that is one thing, else an
-  // OtherEvent, and the rest is added to the batch. Heeds the batch's events before it.
   void translate(Event& event, const Translation& translation, const Payload& fields,
-                 EventBatch& batch);
-  // Learns from the batch's new events, which are complete, and completes what they say.
-  void heed(EventBatch& batch) {
+                 EventBatch& batch) override;
+  void heed(EventBatch& batch) override {
     begun_ = {};
     heed(batch.take_new(), batch);
   }
-  // The trace ended: adds what was still to be told.
-  void finish(EventBatch& batch);
+  void finish(EventBatch& batch) override;
 
  private:
   struct Host {
