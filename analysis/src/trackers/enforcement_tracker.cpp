@@ -8,6 +8,8 @@ namespace {
 
 constexpr std::size_t kMaxForks = 65'536;  // that are kept whatever comes of them
 constexpr std::size_t kMaxScheduled = 1'024;
+// Of `prev_state`: a task that never runs again (EXIT_DEAD, EXIT_ZOMBIE).
+constexpr std::uint64_t kDead = 0x30;
 
 // The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
 bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
@@ -177,10 +179,16 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
         state.inside_before = instances_.inside_execution(*index, host, head.time);
         thread.first_wait = head.time;
       }
-      if (thread.fini) {  // its last switch-out, unless another follows
+      const bool is_dead = (static_cast<std::uint64_t>(event.prev_state) & kDead) != 0;
+      if (thread.fini || is_dead) {  // its last switch-out, unless another follows
         auto& tid = tids[event.prev_tid];
         tid.busy_at_exit = timeline_.mark(host, event.prev_tid, head.time).total.execution;
         thread.busy_ns = (tid.busy_at_exit - state.busy_before).ns;
+      }
+      if (is_dead) {
+        if (!thread.fini && !is_totalled_) total_foreign_work(*index, host, head.time);
+        state.is_gone = true;
+        registry_.release_tid(host, event.prev_tid);
       }
     }
   }
@@ -293,6 +301,7 @@ void EnforcementTracker::begin_window(Timestamp begin) {
     auto& state = threads_[index];
     const auto mark = timeline_.mark(host, thread.tid, begin);
     state.busy_before = mark.total.execution;
+    if (thread.busy_ns) thread.busy_ns = 0;  // of those that have ended
     if (!state.first_wait) continue;
     state.first_wait.reset();
     thread.first_wait.reset();
@@ -347,7 +356,7 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
     thread.cpus_checked += std::exchange(threads_[index].allowed_again, 0);
     const auto host = model_.processes[at(thread.process)].host;
     if (!model_.hosts[at(host)].has_switches) continue;
-    if (!thread.fini && thread.first_seen) {
+    if (!thread.fini && thread.first_seen && !threads_[index].is_gone) {
       const auto& last_seen = thread.last_seen ? *thread.last_seen : *thread.first_seen;
       total_foreign_work(index, host, end.value_or(last_seen.time));
     }

@@ -79,6 +79,7 @@ class EnforcementTracker {
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
     Duration busy_before;                   // of earlier incarnations of its tid
+    bool is_gone = false;                   // left its CPU dead: what has its tid now is not it
   };
   struct OfTid {
     std::int32_t prio = 120;

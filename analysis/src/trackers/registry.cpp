@@ -137,7 +137,11 @@ Emitter Registry::find_runner(const EventHead& head, const Emitter& who) {
 
 std::optional<ThreadIndex> Registry::thread_by_tid(HostIndex host, std::int64_t tid) const {
   const auto* found = thread_by_host_tid_.find({scope(host), tid});
-  return found != nullptr ? std::optional(*found) : std::nullopt;
+  return found != nullptr ? *found : std::nullopt;
+}
+
+void Registry::release_tid(HostIndex host, std::int64_t tid) {
+  if (auto* found = thread_by_host_tid_.find({scope(host), tid})) found->reset();
 }
 
 CallbackIndex Registry::callback(ProcessIndex process, CallbackId id) {
@@ -390,7 +394,8 @@ void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
   const auto index = thread_by_tid(host_of(head), event.tid);
   if (!index) return;
   emitters_.forget_all();
-  model_.threads[at(*index)].kernel_exit = ref(head);
+  auto& exit = model_.threads[at(*index)].kernel_exit;
+  if (!exit) exit = ref(head);  // a thread exits once: this is of whoever has its tid now
 }
 
 void Registry::apply(const EventHead& head, const ProcessName& event) {

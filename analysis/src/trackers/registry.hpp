@@ -83,6 +83,8 @@ class Registry {
   }
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
+  // The thread that had the tid is gone: the kernel's events of that tid are another one's.
+  void release_tid(HostIndex host, std::int64_t tid);
   // The callback, known or provisional (init not seen yet).
   CallbackIndex callback(ProcessIndex process, CallbackId id);
   // The same of an emitter with a process: most threads run one callback only.
@@ -184,7 +186,7 @@ class Registry {
   KnownEmitters emitters_;
   KeyMap<ProcessIndex> process_by_pid_;
   KeyMap<ThreadIndex> thread_by_process_tid_;
-  KeyMap<ThreadIndex> thread_by_host_tid_;
+  KeyMap<std::optional<ThreadIndex>> thread_by_host_tid_;  // empty: of none that is known
   KeyMap<CallbackIndex> callback_by_id_;
   KeyMap<std::uint32_t> publisher_by_id_;
   KeyMap<std::uint32_t> group_by_id_;

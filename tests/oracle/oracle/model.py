@@ -215,12 +215,14 @@ class Model:
         for lives in by_tid.values():
             lives.sort(key=lambda t: t.first_seen if t.user or t.start_ns is not None else 0)
 
+        gone: set[Thread] = set()  # what has their tid now is not theirs
+
         def owner(host: str, tid: int, time: int) -> Thread | None:
             best = None
             for life in by_tid.get((host, tid), []):
                 if (life.after if life.start_ns is None else life.start_ns) <= time:
                     best = life
-            return best
+            return None if best in gone else best
 
         for e in self.events:
             tids = set()
@@ -235,10 +237,11 @@ class Model:
                 if thread is None:
                     continue
                 thread.kernel.append(e)
-                dead = e.name == "sched_process_exit" or (
-                    e.name == "sched_switch" and e.prev_tid == tid and e.prev_state & 0x30)
-                if dead and thread.exit is None:
+                has_left = e.name == "sched_switch" and e.prev_tid == tid and e.prev_state & 0x30
+                if (has_left or e.name == "sched_process_exit") and thread.exit is None:
                     thread.exit = e.time
+                if has_left:
+                    gone.add(thread)
 
     # -- instances -----------------------------------------------------------------------------
 

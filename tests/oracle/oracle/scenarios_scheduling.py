@@ -101,6 +101,36 @@ def leaked_policy(s: Scenario) -> None:
 
 
 @scenario
+def a_stranger_with_the_tid_of_one_that_ended(s: Scenario) -> None:
+    app = s.standard()
+    c = app.callbacks[4]
+    c.exit_after = 2
+    former: list[SimThread] = []
+
+    def busy() -> Iterator[tuple[str, int]]:
+        for _ in range(20):
+            yield "run", 300_000
+            yield "wait", s.machine.now + 400_000
+
+    def look() -> None:
+        if not former and c.thread is not None:
+            former.append(c.thread)
+        if former and former[0].state == "dead":
+            s.machine.spawn(SimThread(former[0].tid, "stranger", 4900, busy(), 61, 1,
+                                      affinity=former[0].affinity), None)
+        else:
+            s.machine.at(s.machine.now + 100_000, look)
+
+    s.machine.at(s.begin, look)
+    s.run()
+    # What runs with its tid, at another priority, is not it any more: its callback went on on another
+    # thread after it had ended.
+    s.expect("S3", s.thread(former[0]), PASS)
+    s.expect("M4", s.callback(c), FAIL)
+    s.expect("M3", s.callback(c), PASS)
+
+
+@scenario
 def named_worker(s: Scenario) -> None:
     app = s.standard()
     s.run()

@@ -2,6 +2,7 @@
 #include "ros2_text.hpp"
 #include "support/verdicts.hpp"
 
+#include <algorithm>
 #include <string>
 
 #include <gmock/gmock.h>
@@ -89,6 +90,26 @@ TEST(SwitchedParameters, DoNotCountCpusOfBeforeTheFirstInstance) {
   const auto result = judged_by(born + instance(10, 79) + instance(20, 79));
   EXPECT_EQ(result.verdict("S1"), Verdict::pass);
   EXPECT_EQ(result.verdict("S4"), Verdict::pass);
+}
+
+// Whose tid is given to a thread of somebody else once it has left its CPU for good.
+TEST(SwitchedParameters, AreNotThoseOfAStrangerThatGotItsTid) {
+  const std::string last =
+      "\n20 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=79";
+  const std::string dead =
+      "\n22 sched:sched_switch prev_tid=7 prev_state=16 next_tid=0 next_prio=120 prev_prio=79";
+  const std::string stranger =
+      "\n30 sched:sched_switch prev_tid=0 prev_prio=120 prev_state=0 next_tid=7 next_prio=120 cpu=3"
+      "\n31 sched:sched_switch prev_tid=7 prev_state=1 next_tid=0 next_prio=120 prev_prio=120 cpu=3";
+  for (const std::string exit : {"", "\n21 sched:sched_process_exit tid=7"}) {
+    const auto result = judged_by(instance(10, 79) + last + exit + dead + stranger);
+    for (const auto* rule : {"S1", "S3", "S4"})
+      EXPECT_EQ(result.verdict(rule), Verdict::pass) << rule << exit << result.evidence(rule);
+    const auto& threads = result.analysis.report.threads;
+    const auto thread = std::ranges::find(threads, 7, &analysis::ThreadReport::tid);
+    ASSERT_NE(thread, threads.end());
+    EXPECT_EQ(thread->busy_ns, 5) << "3 around its instance, 2 at its end";
+  }
 }
 
 // A configurator reaches the thread after it began, on whatever CPU it was.
