@@ -74,7 +74,7 @@ class EventBatch {
     }
   }
   // Makes it an OtherEvent of that name, which lives as long as its vocabulary.
-  static void leave_other(Event& event, const Translation& translation) noexcept {
+  static void leave_other(Event& event, const Translation& translation) {
     event.body.emplace<OtherEvent>(OtherEvent{.name = translation.event});
   }
 
