@@ -15,6 +15,15 @@ T& keep_until_exit(T object) {
   return *kept.emplace_back(std::make_unique<T>(std::move(object)));
 }
 
+analysis::AnalysisResult analyze(analysis::Analyzer& analyzer,
+                                 const std::vector<std::filesystem::path>& traces,
+                                 analysis::AnalysisOptions options, ProgressBar& bar) {
+  options.progress = bar.begin("reading", ProgressUnit::bytes);
+  auto result = analysis::analyze(analyzer, traces, options);
+  bar.end();
+  return result;
+}
+
 }  // namespace
 
 ReaderOption::ReaderOption(CommandLine& line, const std::string& quiet) {
@@ -56,20 +65,15 @@ std::optional<SchedulingSpec> load_spec(const std::string& file) {
 analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem::path>& traces,
                                                analysis::AnalysisOptions options, ProgressBar& bar,
                                                analysis::Observer* observer) {
-  options.progress = bar.begin("reading", ProgressUnit::bytes);
-  auto result = analysis::analyze(traces, options, observer);
-  bar.end();
-  return result;
+  analysis::Analyzer analyzer(options, observer);
+  return analyze(analyzer, traces, options, bar);
 }
 
 analysis::AnalysisResult& analyze_until_exit(const std::vector<std::filesystem::path>& traces,
                                              analysis::AnalysisOptions options, ProgressBar& bar,
                                              analysis::Observer* observer) {
-  options.progress = bar.begin("reading", ProgressUnit::bytes);
   auto& analyzer = keep_until_exit(analysis::Analyzer(options, observer));
-  auto& result = keep_until_exit(analysis::analyze(analyzer, traces, options));
-  bar.end();
-  return result;
+  return keep_until_exit(analyze(analyzer, traces, options, bar));
 }
 
 }  // namespace cie::cli

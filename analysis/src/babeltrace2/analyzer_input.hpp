@@ -29,12 +29,7 @@ class AnalyzerInput {
   }
   void push(const EventHead& head, const Translation& translation, const Payload& payload,
             VocabularyState& state) {
-    auto& event = begin(head);
-    if (translation.translate == nullptr) {
-      translator_.translate(event, translation, payload, batch_);
-    } else {
-      batch_.translate(event, translation, payload, state);
-    }
+    translate(begin(head), translation, payload, state, batch_, &translator_);
     pass_on();
   }
   // Nothing follows: tells the analyzer what was still to be told.

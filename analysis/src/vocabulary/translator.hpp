@@ -31,4 +31,15 @@ class Translator {
   Translator& operator=(const Translator&) = default;
 };
 
+// Completes the batch's last event, which has its head: by its translation, or by the translator if
+// that has no more than a kind. Null: nobody asks what such events mean.
+inline void translate(Event& event, const Translation& translation, const Payload& fields,
+                      VocabularyState& state, EventBatch& batch, Translator* translator) {
+  if (translation.translate == nullptr && translator != nullptr) {
+    translator->translate(event, translation, fields, batch);
+  } else {
+    batch.translate(event, translation, fields, state);
+  }
+}
+
 }  // namespace cie::analysis

@@ -202,13 +202,7 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     head.cpu = line.cpu;
     const auto on = std::ranges::find(cpus, line.cpu) - cpus.begin();
     head.stream = StreamIndex{line.is_kernel ? static_cast<std::uint32_t>(1 + on) : 0};
-    auto& event = add(line.time);
-    const Payload fields{line.fields()};
-    if (line.translation->translate == nullptr) {
-      translator.translate(event, *line.translation, fields, batch);
-    } else {
-      batch.translate(event, *line.translation, fields, state);
-    }
+    translate(add(line.time), *line.translation, Payload{line.fields()}, state, batch, &translator);
   }
   head.pid.reset();
   head.tid.reset();

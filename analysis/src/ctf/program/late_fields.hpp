@@ -100,11 +100,10 @@ class LateFields {
   if (translation == nullptr) {
     event.body.emplace<OtherEvent>(plan.other);
     batch.keep(event);
-  } else if (translation->translate == nullptr && all_.translator_ != nullptr) {
-    if (!all_.waiting_.empty()) all_.fill(batch);
-    all_.translator_->translate(event, *translation, payload, batch);
   } else {
-    batch.translate(event, *translation, payload, state_);
+    // The translator heeds those before it, which must be complete then.
+    if (translation->translate == nullptr && !all_.waiting_.empty()) all_.fill(batch);
+    analysis::translate(event, *translation, payload, state_, batch, all_.translator_);
   }
 }
 
