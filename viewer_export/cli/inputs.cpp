@@ -63,15 +63,15 @@ std::optional<SchedulingSpec> load_spec(const std::string& file) {
 }
 
 analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem::path>& traces,
-                                               analysis::AnalysisOptions options, ProgressBar& bar,
-                                               analysis::Observer* observer) {
+                                               const analysis::AnalysisOptions& options,
+                                               ProgressBar& bar, analysis::Observer* observer) {
   analysis::Analyzer analyzer(options, observer);
   return analyze(analyzer, traces, options, bar);
 }
 
 analysis::AnalysisResult& analyze_until_exit(const std::vector<std::filesystem::path>& traces,
-                                             analysis::AnalysisOptions options, ProgressBar& bar,
-                                             analysis::Observer* observer) {
+                                             const analysis::AnalysisOptions& options,
+                                             ProgressBar& bar, analysis::Observer* observer) {
   auto& analyzer = keep_until_exit(analysis::Analyzer(options, observer));
   return keep_until_exit(analyze(analyzer, traces, options, bar));
 }

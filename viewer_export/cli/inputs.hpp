@@ -49,12 +49,14 @@ std::string shell_words(const Arguments& arguments);
 
 // analysis::analyze, while `bar` shows how much is read. Throws UnreadableTrace.
 analysis::AnalysisResult analyze_with_progress(const std::vector<std::filesystem::path>& traces,
-                                               analysis::AnalysisOptions options, ProgressBar& bar,
+                                               const analysis::AnalysisOptions& options,
+                                               ProgressBar& bar,
                                                analysis::Observer* observer = nullptr);
 // The same for a command whose process ends soon: the result, and what it was made from, stay until
 // then, since to destroy them piece by piece takes longer than to end a process that has them.
 analysis::AnalysisResult& analyze_until_exit(const std::vector<std::filesystem::path>& traces,
-                                             analysis::AnalysisOptions options, ProgressBar& bar,
+                                             const analysis::AnalysisOptions& options,
+                                             ProgressBar& bar,
                                              analysis::Observer* observer = nullptr);
 
 }  // namespace cie::cli
