@@ -7,6 +7,7 @@
 #include "trackers/chain_tracker.hpp"
 #include "trackers/enforcement_tracker.hpp"
 #include "trackers/instance_builder.hpp"
+#include "trackers/queue_tracker.hpp"
 #include "trackers/recording_tracker.hpp"
 #include "trackers/registry.hpp"
 #include "trackers/thread_timeline.hpp"
@@ -41,6 +42,7 @@ struct Analyzer::Pipeline {
         registry(model, analysis_options.spec),
         recording(model, registry, analysis_options.window, analysis_options.is_live),
         clocks(model),
+        queues(model, registry),
         chains(std::in_place, model, registry, clocks, options.spec),
         instances(std::in_place, model, registry, recording, timeline, clocks, *chains, observer),
         enforcement(model, registry, recording, timeline, *instances) {
@@ -109,7 +111,8 @@ struct Analyzer::Pipeline {
     if (head.cpu) note_cpu(head, who);
     // What is told when all is over has no CPU: its thread may have left since.
     const bool is_running = head.cpu || !head.is_derived;
-    if (head.tid && is_running && recording.has_kernel(who.host)) {
+    const bool is_known_to_kernel = !who.thread || registry.facts_of(who).is_known_to_kernel;
+    if (head.tid && is_running && recording.has_kernel(who.host) && is_known_to_kernel) {
       timeline.on_user_event(who.host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);
@@ -209,37 +212,11 @@ struct Analyzer::Pipeline {
     std::visit([&](const auto& body) { on(event.head, who, body); }, event.body);
   }
 
-  // Numbers count from the beginning of the process, whatever of it was recorded. Which instance
-  // is next is not known before the first one or the registration is seen; a snapshot's
-  // registration may be long ago.
-  void note_queue(CallbackFacts& callback, const CallbackRelease& e) const {
-    callback.first_release =
-        std::min(callback.first_release.value_or(e.release_seq), e.release_seq);
-    callback.last_release = std::max(callback.last_release, e.release_seq);
-    const bool is_next_known = callback.registered && !(cut && cut->is_snapshot());
-    if (!callback.starts.last && !is_next_known) return;
-    const auto started = std::max(is_next_known ? callback.first_next_seq : 0,
-                                  callback.starts.last ? *callback.starts.last + 1 : 0);
-    const auto gone = started + e.overwritten;
-    const auto released = e.release_seq + 1;
-    if (released > gone) callback.longest_queue = std::max(callback.longest_queue, released - gone);
-  }
   void on(const EventHead& head, const Emitter& who, const CallbackRelease& e) {
-    if (!who.process) return;
-    auto& callback = model.callbacks[at(registry.released(who, e.callback))];
-    ++callback.releases;
-    note_queue(callback, e);
-    if (e.overwritten > callback.overwritten) {
-      callback.overwritten = e.overwritten;
-      callback.overwritten_at = ref(head);
-    }
+    queues.apply(head, who, e, cut && cut->is_snapshot());
   }
   void on(const EventHead& head, const Emitter& who, const SampleLost& e) {
-    if (!who.process) return;
-    auto& callback = model.callbacks[at(registry.released(who, e.callback))];
-    if (e.total <= callback.lost) return;
-    callback.lost = e.total;
-    callback.lost_at = ref(head);
+    queues.apply(head, who, e);
   }
   void on(const EventHead& head, const Emitter& who, const ThreadWakeup& e) {
     instances->apply(head, who, e);
@@ -407,6 +384,7 @@ struct Analyzer::Pipeline {
   RecordingTracker recording;
   ThreadTimeline timeline;
   HostClocks clocks;
+  QueueTracker queues;
   std::optional<ChainTracker> chains;  // these two until all instances are counted
   std::optional<InstanceBuilder> instances;
   EnforcementTracker enforcement;

@@ -11,6 +11,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -178,11 +179,19 @@ struct ScheduledAs {
   std::vector<UsedCpu> cpus{};
 };
 
+// The kernel's events name threads by their tids in its first pid namespace. In another one, as of a
+// container, they are others, and nothing relates the two.
+inline bool has_tids_of_kernel(const ProcessFacts& process) noexcept {
+  constexpr std::uint64_t kFirstOfOthers = 0xf0000000;  // PROC_DYNAMIC_FIRST of Linux
+  return process.pid_ns < kFirstOfOthers;
+}
+
 // One thread incarnation: (process, tid, creation). What every instance looks at comes first.
 struct ThreadFacts {
   ProcessIndex process{};
   std::optional<ThreadRole> role{};
   std::int64_t tid = 0;
+  bool is_known_to_kernel = true;       // its events name the thread by this tid
   std::optional<EventRef> announced{};  // first thread_init; empty: never announced
   std::optional<EventRef> fini{};
   std::vector<CallbackOnThread*> ran{};  // of the model's pairs, by first start
@@ -194,7 +203,9 @@ struct ThreadFacts {
   // Of a thread that is known only by a callback that started on its tid after this `thread_fini`
   // of the tid's last thread, and before any other `thread_init`.
   std::optional<EventRef> former_fini{};
-  std::optional<EventRef> kernel_exit{};  // sched_process_exit
+  std::optional<EventRef> kernel_exit{};  // sched_process_exit, or the switch that it died in
+  std::string_view kernel_exit_event{};   // which of them
+  bool is_tid_given_anew = false;         // a thread with its tid was created: it is gone
   std::optional<EventRef> first_seen{};   // events that this thread itself emitted
   std::optional<EventRef> last_seen{};
 

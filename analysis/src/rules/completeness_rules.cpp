@@ -161,13 +161,23 @@ void fail_missing(const Model& model, const char* event, const std::string& note
   }
 }
 
+// One of them may have followed the other, as after a restart: not those of two machines, or of
+// processes that lived at the same time.
+bool are_lives_of_one(const Model& model, const CallbackFacts& a, const CallbackFacts& b) {
+  if (a.process == b.process) return true;
+  const auto& first = model.processes[at(a.process)];
+  const auto& second = model.processes[at(b.process)];
+  if (first.host != second.host) return false;
+  const auto is_over_before = [](const ProcessFacts& one, const ProcessFacts& other) {
+    return one.last_seen && other.first_seen && one.last_seen->time < other.first_seen->time;
+  };
+  return is_over_before(first, second) || is_over_before(second, first);
+}
+
 void judge_specified(const RuleContext& context, const Asked& asked,
                      const std::vector<CallbackIndex>& registered, Suggestions& suggestions,
                      std::vector<SubjectVerdict>& verdicts) {
   const auto& model = context.model;
-  const bool has_run = std::ranges::any_of(registered, [&model](CallbackIndex index) {
-    return known_instances(model, model.callbacks[at(index)]) > 0;
-  });
   const auto judge = [&](Judgement judgement, const CallbackFacts* callback) {
     judgement.check();
     if (callback != nullptr && known_instances(model, *callback) > 0) {
@@ -194,8 +204,13 @@ void judge_specified(const RuleContext& context, const Asked& asked,
   }
   for (const auto index : registered) {
     const auto& callback = model.callbacks[at(index)];
-    // One lifetime that ran is enough: the others need not have.
-    if (has_run && known_instances(model, callback) == 0) continue;
+    const auto is_excused_by = [&](CallbackIndex other) {
+      return known_instances(model, model.callbacks[at(other)]) > 0 &&
+             are_lives_of_one(model, callback, model.callbacks[at(other)]);
+    };
+    // Of one callback's lifetimes one that ran is enough: the others need not have.
+    const bool has_run = known_instances(model, callback) > 0;
+    if (!has_run && std::ranges::any_of(registered, is_excused_by)) continue;
     judge(Judgement(context.names.callback(index)), &callback);
   }
 }
@@ -332,7 +347,8 @@ const Rule kSpecifiedCallbackSeen{
     "M1",
     "specified-callback-seen",
     "Every callback that the scheduling spec names exactly, in an entry or in a chain, was "
-    "registered and ran at least once, and every thread of non_ros_threads was announced.\n"
+    "registered and ran at least once (after a restart in one of its lifetimes, on several machines "
+    "on each), and every thread of non_ros_threads was announced.\n"
     "Why it matters: A misspelt id configures nothing, and a chain with one is never judged, "
     "silently: what was meant runs with default parameters and without bounds.\n"
     "Inconclusive when it was not seen, and there is no proof that nothing is missing from the "

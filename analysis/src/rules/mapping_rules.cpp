@@ -152,8 +152,8 @@ void judge_move(const RuleContext& context, const Move& move, Judgement& judgeme
       if (from.fini) {
         judgement.fail(evidence("thread_fini", *from.fini, thread_name(from) + " ends"));
       } else if (from.kernel_exit) {
-        judgement.fail(
-            evidence("sched_process_exit", *from.kernel_exit, thread_name(from) + " exits"));
+        judgement.fail(evidence(std::string(from.kernel_exit_event), *from.kernel_exit,
+                                thread_name(from) + " exits"));
       }
       if (to.announced) {
         judgement.fail(evidence("thread_init", *to.announced, thread_name(to) + " begins"));

@@ -257,7 +257,17 @@ std::optional<Evidence> Proof::kernel_loss(HostIndex host, Timestamp begin, Time
   const auto& losses = found->second;
   const auto candidate = std::ranges::lower_bound(losses, begin, {}, &Interval::end);
   if (candidate == losses.end() || candidate->begin > end) return std::nullopt;
-  return evidence_of(*candidate->loss);
+  return evidence_of_hole(*candidate);
+}
+
+Evidence Proof::evidence_of_hole(const Interval& hole) {
+  if (hole.loss != nullptr) return analysis::evidence_of(*hole.loss);
+  const bool is_begin = hole.stream->begin > hole.begin;
+  return evidence(is_begin ? "stream_begin" : "stream_end",
+                  moment(is_begin ? *hole.stream->begin : *hole.stream->end),
+                  std::string("the kernel's record ") + (is_begin ? "begins" : "ends") +
+                      " here on one CPU, and " + (is_begin ? "before" : "later") +
+                      " on another: " + hole.stream->path);
 }
 
 std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
@@ -271,6 +281,7 @@ std::optional<Evidence> Proof::kernel_gap(HostIndex host, Timestamp begin, Times
   if (record != kernel_begins_.end() && record->second > begin) {
     return evidence("sched_switch", moment(record->second), "the kernel's record begins here");
   }
+  if (const auto* before = loss_before(host, Domain::kernel, begin)) return evidence_of(*before);
   return kernel_loss(host, begin, end);
 }
 
@@ -286,24 +297,21 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
 }
 
 void Proof::find_losses() {
-  for (const auto& stream : model_.streams) {
-    if (stream.domain != Domain::kernel || !stream.is_evidence || !stream.begin) continue;
-    auto& begin = kernel_begins_.try_emplace(stream.host, *stream.begin).first->second;
-    begin = std::min(begin, *stream.begin);
-  }
   std::map<HostIndex, std::vector<Interval>> all;
+  find_kernel_edges(all);
   for (const auto& loss : model_.losses) {
     if (!loss.is_evidence) continue;
     if (loss.domain == Domain::kernel) {
-      all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss});
+      all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss, nullptr});
       continue;
     }
     auto& last = last_user_loss_[loss.host];
     if (last == nullptr || last->end < loss.end) last = &loss;
   }
   for (auto& [host, losses] : all) {
+    static const Loss kEdge{};
     std::ranges::stable_sort(losses, {}, [](const Interval& interval) {
-      const auto& loss = *interval.loss;
+      const auto& loss = interval.loss != nullptr ? *interval.loss : kEdge;
       return std::tie(interval.begin, interval.end, loss.kind, loss.cpu, loss.note);
     });
     auto& merged = kernel_losses_[host];
@@ -313,6 +321,44 @@ void Proof::find_losses() {
       } else {
         merged.push_back(interval);
       }
+    }
+  }
+}
+
+void Proof::find_kernel_edges(std::map<HostIndex, std::vector<Interval>>& holes) {
+  struct Edges {
+    const StreamFacts* first_begin = nullptr;
+    const StreamFacts* last_begin = nullptr;
+    const StreamFacts* first_end = nullptr;
+    const StreamFacts* last_end = nullptr;
+    bool are_ends_known = true;
+  };
+  std::map<HostIndex, Edges> hosts;
+  for (const auto& stream : model_.streams) {
+    const bool is_record = stream.domain == Domain::kernel && stream.is_evidence && stream.begin &&
+                           stream.events > 0 && !stream.is_left_out;
+    if (!is_record) continue;
+    auto& edges = hosts[stream.host];
+    const auto keep = [&stream](const StreamFacts*& kept, bool is_beyond) {
+      if (kept == nullptr || is_beyond) kept = &stream;
+    };
+    keep(edges.first_begin, edges.first_begin && *stream.begin < *edges.first_begin->begin);
+    keep(edges.last_begin, edges.last_begin && *stream.begin > *edges.last_begin->begin);
+    edges.are_ends_known = edges.are_ends_known && stream.has_ended && stream.end;
+    if (!edges.are_ends_known) continue;
+    keep(edges.first_end, edges.first_end && *stream.end < *edges.first_end->end);
+    keep(edges.last_end, edges.last_end && *stream.end > *edges.last_end->end);
+  }
+  const Duration one{1};
+  for (const auto& [host, edges] : hosts) {
+    kernel_begins_[host] = *edges.last_begin->begin;
+    if (*edges.first_begin->begin < *edges.last_begin->begin) {
+      holes[host].push_back(
+          {*edges.first_begin->begin, *edges.last_begin->begin - one, nullptr, edges.last_begin});
+    }
+    if (edges.are_ends_known && *edges.first_end->end < *edges.last_end->end) {
+      holes[host].push_back(
+          {*edges.first_end->end + one, *edges.last_end->end, nullptr, edges.first_end});
     }
   }
 }
@@ -331,6 +377,20 @@ std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last)
   const auto found = last_user_loss_.find(model_.processes[at(process)].host);
   if (found == last_user_loss_.end() || found->second->end < last) return std::nullopt;
   return evidence_of(*found->second);
+}
+
+std::optional<Evidence> Proof::untold_loss_of_state(ProcessIndex process, Timestamp last) const {
+  if (auto loss = untold_loss(process, last)) return loss;
+  if (!is_interrupted(process)) return std::nullopt;
+  const auto* before = loss_before(model_.processes[at(process)].host, Domain::user, last);
+  return before != nullptr ? std::optional(evidence_of(*before)) : std::nullopt;
+}
+
+const Loss* Proof::loss_before(HostIndex host, Domain domain, Timestamp time) const {
+  const auto found = std::ranges::find_if(model_.losses_before, [&](const Loss& loss) {
+    return loss.host == host && loss.domain == domain && loss.is_evidence && loss.end >= time;
+  });
+  return found != model_.losses_before.end() ? &*found : nullptr;
 }
 
 // Without totals, a start or end that stands alone tells that its partner was lost, unless the
@@ -474,8 +534,9 @@ void Proof::prove(ThreadIndex index) {
     process.disagreements.push_back(missing);
     if (!loss) loss = missing;
   } else if (!loss) {
-    loss = untold_loss(facts.process, facts.read_backs.count != 0 ? facts.read_backs.last_at.time
-                                                                  : facts.announced->time);
+    loss = untold_loss_of_state(facts.process, facts.read_backs.count != 0
+                                                   ? facts.read_backs.last_at.time
+                                                   : facts.announced->time);
   }
   is_anything_lost_ = is_anything_lost_ || loss.has_value();
 }

@@ -72,13 +72,18 @@ class Proof {
   struct Interval {
     Timestamp begin;
     Timestamp end;
-    const Loss* loss;
+    const Loss* loss;           // null: an edge of the record
+    const StreamFacts* stream;  // whose record begins after that of others, or ends before it
   };
 
   bool has_begun_in_trace(ProcessIndex process) const;
   void compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
                std::uint64_t seen);
   void find_losses();
+  // Where some kernel streams of a machine have begun or have not ended, and others not: what happened
+  // on the CPUs of those is unknown.
+  void find_kernel_edges(std::map<HostIndex, std::vector<Interval>>& holes);
+  static Evidence evidence_of_hole(const Interval& hole);
   void prove(CallbackIndex index);
   void prove(const PublisherFacts& publisher);
   void prove(ThreadIndex index);
@@ -89,6 +94,10 @@ class Proof {
   std::optional<Evidence> lost_partner(const CallbackFacts& facts) const;
   // A loss in the user's streams after `last` whose victims no total tells.
   std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
+  // The same of state, which holds in the window if it is from before.
+  std::optional<Evidence> untold_loss_of_state(ProcessIndex process, Timestamp last) const;
+  // A loss of the domain before the window that was asked for, which lasted until `time` or longer.
+  const Loss* loss_before(HostIndex host, Domain domain, Timestamp time) const;
 
   const Model& model_;
   const ThreadLives& lives_;
@@ -98,7 +107,7 @@ class Proof {
   bool is_anything_lost_ = false;
   std::map<HostIndex, const Loss*> last_user_loss_;
   std::map<HostIndex, std::vector<Interval>> kernel_losses_;  // disjoint, ascending
-  std::map<HostIndex, Timestamp> kernel_begins_;              // of the first packet
+  std::map<HostIndex, Timestamp> kernel_begins_;              // when the last of its streams has
 };
 
 }  // namespace cie::analysis

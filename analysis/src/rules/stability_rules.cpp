@@ -140,6 +140,13 @@ bool is_ever_real_time(const ThreadFacts& thread) {
                              [](const ReadBack& read) { return is_real_time(read.policy); });
 }
 
+// What it began with is what it was given, if only before it spoke.
+bool is_given(const ThreadFacts& thread, const ReadBack& initial) {
+  return std::ranges::any_of(thread.applied, [&initial](const ReadBack& applied) {
+    return applied.policy == initial.policy && applied.priority == initial.priority;
+  });
+}
+
 // Of a hole before it nobody knows what it hides: the child may have run, and been given its priority.
 bool is_first_run_seen(const ForkFacts& fork, const Proof& proof) {
   return fork.child_first && !proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time);
@@ -223,7 +230,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     if (!thread.announced) judgement.doubt(proof.loss(index));
     if (thread.initial) {
       judgement.check();
-      if (is_real_time(thread.initial->policy)) {
+      if (is_real_time(thread.initial->policy) && !is_given(thread, *thread.initial)) {
         judgement.fail(
             evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
         judgement.fail(
@@ -240,7 +247,8 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     const auto [given, last_given] = given_by.equal_range(index);
     for (auto fork = given; fork != last_given; ++fork)
       judgement.remark([&fork] { return not_judged(*fork->second); });
-    if (!model.hosts[at(model.processes[at(thread.process)].host)].has_forks) {
+    const auto host = model.processes[at(thread.process)].host;
+    if (!thread.is_known_to_kernel || !model.hosts[at(host)].has_forks) {
       judgement.remark(evidence("announced only", begin,
                                 "no fork events: children that were not announced are not seen"));
     } else if (proof.kernel_loss(index)) {
@@ -274,7 +282,8 @@ const Rule kParametersUnchanged{
 
 const Rule kAllowedCpusOnly{
     "S4", "allowed-cpus-only",
-    "A thread ran only on CPUs of the mask that was last read back before. Without kernel "
+    "A thread ran only on CPUs of the mask that was last read back before; until its first parameters "
+    "are applied, also of those that they give. Without kernel "
     "events only the CPUs of the thread's own events are known, and with holes in the kernel's "
     "record not all others: PASS then says \"sampled\". Threads of ROS 2, which nobody reads back, "
     "are judged by the spec's affinity.\n"
@@ -288,7 +297,7 @@ const Rule kAllowedCpusOnly{
 const Rule kNoParameterLeak{
     "S5", "no-parameter-leak",
     "No thread inherited a real-time policy that it was not given: announced threads are judged "
-    "by what they read back at creation, other children of real-time threads by the priority "
+    "by what they read back at creation, unless just that was applied to them, other children of real-time threads by the priority "
     "they first run with. One that first runs with another real-time priority than its creator's was "
     "given that, or its creator's changed meanwhile: it is not judged, and the creator's PASS says "
     "so. Without fork events, or where the kernel's record has holes, PASS says \"announced "

@@ -155,14 +155,22 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
       });
 }
 
+// Of the channel that the stream belongs to, by its host's clock.
+std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream) {
+  if (at(stream) >= model.streams.size()) return std::nullopt;
+  const auto channel = model.channels.find(model.streams[at(stream)].channel);
+  return channel != model.channels.end() ? channel->second.end : std::nullopt;
+}
+
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.
 void judge_never_ended(const RuleContext& context, const CallbackFacts& callback, bool is_lost,
                        std::int64_t deadline, Judgement& judgement) {
   const auto& fini = callback.fini;
-  const auto& window_end = context.model.end;
-  if (is_lost || !fini || fini->ended >= fini->started || !window_end) return;
+  if (is_lost || !fini || fini->ended >= fini->started) return;
   if (context.proof.is_interrupted(callback.process)) return;
   for (const auto& open : callback.open) {
+    const auto window_end = end_of_window(context.model, open.start.stream);
+    if (!window_end) continue;
     const auto since = open.release && open.release_exact ? *open.release : open.start.time;
     judgement.check();
     if ((*window_end - since).ns <= deadline) {

@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::size_t kMaxForks = 65'536;  // that are kept whatever comes of them
 constexpr std::size_t kMaxScheduled = 1'024;
+constexpr std::size_t kMostCpus = 4096;  // no machine has more; a forged recording may
 // Of `prev_state`: a task that never runs again (EXIT_DEAD, EXIT_ZOMBIE).
 constexpr std::uint64_t kDead = 0x30;
 
@@ -22,12 +23,11 @@ bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack
 }
 
 void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
-  constexpr std::size_t kMost = 4096;  // no machine has more; a forged recording may
   const auto found =
       std::ranges::find(cpus, where.cpu, [](const UsedCpu& used) { return used.first.cpu; });
   if (found != cpus.end()) {
     found->last = where;
-  } else if (cpus.size() < kMost) {
+  } else if (cpus.size() < kMostCpus) {
     cpus.push_back({.first = where, .last = where});
   }
 }
@@ -58,10 +58,13 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
   state.has_cpus = !event.cpus.empty();
   state.allowed_cpu = -1;
   auto& thread = model_.threads[at(index)];
+  if (!state.outside_initial.empty()) {
+    judge_outside_initial(thread, state, event.moment == SchedMoment::applied);
+  }
   const auto* expected = reference(thread);
   if (expected != nullptr && event.n == expected->n) {  // from here on it is the reference
     const auto* tid = tids_[model_.processes[at(thread.process)].host].find(thread.tid);
-    state.may_be_boosted = tid != nullptr && tid->has_inheritance;
+    state.may_be_boosted = thread.is_known_to_kernel && tid != nullptr && tid->has_inheritance;
   }
   if (event.moment == SchedMoment::applied) state.is_changing = false;
   if (event.moment != SchedMoment::audit) return;
@@ -101,7 +104,30 @@ void EnforcementTracker::check_cpu(const EventHead& head, ThreadIndex index, boo
   auto where = ref(head);
   where.tid = thread.tid;
   where.pid = model_.processes[at(thread.process)].pid;
-  thread.cpu_violation = {*thread.last_read_back, where};
+  if (thread.last_read_back->moment == SchedMoment::initial && thread.applied.empty()) {
+    note_outside_initial(state, where);
+  } else {
+    thread.cpu_violation = {*thread.last_read_back, where};
+  }
+}
+
+void EnforcementTracker::note_outside_initial(OfThread& state, const EventRef& where) {
+  const bool is_known = std::ranges::find(state.outside_initial, where.cpu, &EventRef::cpu) !=
+                        state.outside_initial.end();
+  if (!is_known && state.outside_initial.size() < kMostCpus) state.outside_initial.push_back(where);
+}
+
+void EnforcementTracker::judge_outside_initial(ThreadFacts& thread, OfThread& state,
+                                               bool is_applied) {
+  const auto outside = std::exchange(state.outside_initial, {});
+  const auto is_explained = [&](const EventRef& where) {
+    const auto& cpus = thread.applied.back().cpus;
+    return std::ranges::binary_search(cpus, static_cast<std::uint32_t>(*where.cpu));
+  };
+  const auto first = is_applied ? std::ranges::find_if_not(outside, is_explained) : outside.begin();
+  if (first != outside.end() && !thread.cpu_violation) {
+    thread.cpu_violation = {*thread.initial, *first};
+  }
 }
 
 void EnforcementTracker::adopt_unread(const EventHead& head, ThreadIndex index) {
@@ -124,11 +150,29 @@ void EnforcementTracker::check_priority(const EventHead& head, HostIndex host, s
     if (thread.read_backs.count == 0) note_priority(where, thread, prio);
     return;
   }
-  ++thread.switches_checked;
   const auto own = kernel_priority(*expected);
-  if (prio == own || (prio < own && threads_[*index].may_be_boosted)) return;
+  auto& state = threads_[*index];
+  if (prio >= own) {
+    state.may_be_boosted_before = false;
+  } else if (may_be_boosted_before(thread, host, state)) {
+    return;  // it tells nothing
+  }
+  ++thread.switches_checked;
+  if (prio == own || (prio < own && state.may_be_boosted)) return;
   auto& mismatch = prio < own ? thread.raised_priority : thread.lowered_priority;
   if (!mismatch) mismatch = {*expected, SwitchPriority{.at = where, .prio = prio}};
+}
+
+bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIndex host,
+                                               OfThread& state) const {
+  if (!state.may_be_boosted_before) {
+    const auto begin = recording_.kernel_record(host).begin;
+    const auto born = thread.start_ns     ? std::optional(Timestamp{*thread.start_ns})
+                      : thread.first_seen ? std::optional(thread.first_seen->time)
+                                          : std::nullopt;
+    state.may_be_boosted_before = !begin || !born || *born < *begin;
+  }
+  return *state.may_be_boosted_before;
 }
 
 void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& thread,
@@ -146,6 +190,7 @@ void EnforcementTracker::note_priority(const EventRef& where, ThreadFacts& threa
 }
 
 void EnforcementTracker::adopt_priority(const EventHead& head, ThreadFacts& thread) {
+  if (!thread.is_known_to_kernel) return;
   const auto* tid = tids_[registry_.host_of(head)].find(thread.tid);
   if (tid == nullptr || !tid->scheduled) return;
   note_priority(*tid->scheduled, thread, tid->prio);
@@ -188,7 +233,7 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
       if (is_dead) {
         if (!thread.fini && !is_totalled_) total_foreign_work(*index, host, head.time);
         state.is_gone = true;
-        registry_.release_tid(host, event.prev_tid);
+        registry_.die(head, event.prev_tid);
       }
     }
   }
@@ -213,6 +258,10 @@ void EnforcementTracker::on_switch(const EventHead& head, HostIndex host,
 void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
                                  const SchedProcessFork& event) {
   auto& tids = tids_[host];
+  if (const auto former = registry_.thread_by_tid(host, event.child_tid)) {
+    threads_[*former].is_gone = true;
+    registry_.give_tid_anew(host, event.child_tid);
+  }
   auto& child = tids[event.child_tid];
   const auto* parent = tids.find(event.parent_tid);
   child.prio = OfTid{}.prio;
@@ -220,18 +269,19 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
   if (child.is_new) forget_fork(child);
   child.is_new = false;
   child.fork.reset();
-  if (!is_judging_ || parent == nullptr || !is_real_time_priority(parent->prio)) return;
+  if (!is_judging_) return;
   const auto thread = registry_.thread_by_tid(host, event.parent_tid);
-  const ForkFacts facts{
-      .at = ref(head),
-      .host = host,
-      .parent_tid = event.parent_tid,
-      .child_tid = event.child_tid,
-      .parent_prio = parent->prio,
-      .parent_own_prio = thread ? own_priority(*thread, parent->prio) : parent->prio,
-      .parent = thread,
-      .child_first = std::nullopt,
-      .child = std::nullopt};
+  const auto prio = latest_priority(thread, parent);
+  if (!prio || !is_real_time_priority(*prio)) return;
+  const ForkFacts facts{.at = ref(head),
+                        .host = host,
+                        .parent_tid = event.parent_tid,
+                        .child_tid = event.child_tid,
+                        .parent_prio = *prio,
+                        .parent_own_prio = thread ? own_priority(*thread, *prio) : *prio,
+                        .parent = thread,
+                        .child_first = std::nullopt,
+                        .child = std::nullopt};
   if (!free_forks_.empty()) {
     child.fork = free_forks_.back();
     free_forks_.pop_back();
@@ -241,6 +291,18 @@ void EnforcementTracker::on_fork(const EventHead& head, HostIndex host,
     model_.forks.push_back(facts);
   }
   child.is_new = child.fork.has_value();
+}
+
+std::optional<std::int32_t> EnforcementTracker::latest_priority(
+    const std::optional<ThreadIndex>& thread, const OfTid* seen) const {
+  const bool is_switched = seen != nullptr && seen->scheduled;
+  if (thread) {
+    const auto& read_back = model_.threads[at(*thread)].last_read_back;
+    const bool is_latest =
+        read_back && (!is_switched || read_back->at.time > seen->scheduled->time);
+    if (is_latest) return kernel_priority(*read_back);
+  }
+  return seen != nullptr ? std::optional(seen->prio) : std::nullopt;
 }
 
 std::int32_t EnforcementTracker::own_priority(ThreadIndex thread, std::int32_t seen) const {
@@ -266,19 +328,21 @@ void EnforcementTracker::on_pi_setprio(HostIndex host, const SchedPiSetprio& eve
   const auto* expected = reference(thread);
   auto& state = threads_[*index];
   state.may_be_boosted = false;
+  state.may_be_boosted_before = false;
   if (!state.is_boosted) state.unboosted = event.old_prio;
   const auto own = expected != nullptr ? kernel_priority(*expected) : state.unboosted;
-  state.is_boosted = event.new_prio != own;
+  state.is_boosted = event.new_prio < own;  // nobody inherits a lower one
   // Nobody waits for it any more, and the kernel gives it its own priority, which nobody changed then:
   // the higher one was inherited, though no event told since when.
   auto& raised = thread.raised_priority;
-  const bool was_inherited = !state.is_boosted && raised && expected != nullptr &&
+  const bool was_inherited = event.new_prio == own && raised && expected != nullptr &&
                              raised->first.n == expected->n &&
                              raised->second.prio == event.old_prio;
   if (was_inherited) raised.reset();
 }
 
 void EnforcementTracker::on_thread_began(HostIndex host, ThreadIndex index) {
+  if (!model_.threads[at(index)].is_known_to_kernel) return;
   auto& tid = tids_[host][model_.threads[at(index)].tid];
   if (tid.thread == index) return;
   threads_[index].busy_before = tid.busy_at_exit;
@@ -296,6 +360,7 @@ void EnforcementTracker::begin_window(Timestamp begin) {
   judged_from_ = begin;
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
+    if (!thread.is_known_to_kernel) continue;
     const auto host = model_.processes[at(thread.process)].host;
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     auto& state = threads_[index];
@@ -322,6 +387,8 @@ bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
                                      Timestamp end) const {
   const auto host = model_.processes[at(thread.process)].host;
   if (thread.ran_unrecorded || timeline_.overlaps_hole(host, begin, end)) return false;
+  if (const auto first = recording_.kernel_begin(host)) begin = std::max(begin, *first);
+  if (!recording_.kernel_record(host).contains(begin, end)) return false;
   const auto& coverage = recording_.coverage();
   if (coverage.covers_all(host)) return true;
   const auto is_confined = [&](const std::optional<ReadBack>& read_back) {
@@ -337,7 +404,8 @@ bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
 void EnforcementTracker::total_foreign_work(ThreadIndex index, HostIndex host, Timestamp end) {
   auto& thread = model_.threads[at(index)];
   const auto& state = threads_[index];
-  if (!state.first_wait || !model_.hosts[at(host)].has_switches) return;
+  if (!state.first_wait || !thread.is_known_to_kernel) return;
+  if (!model_.hosts[at(host)].has_switches) return;
   const auto parts =
       ThreadTimeline::between(*state.first_wait, timeline_.mark(host, thread.tid, end));
   const auto inside = instances_.inside_execution(index, host, end);
@@ -353,9 +421,11 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
   for (std::size_t i = 0; i < model_.threads.size(); ++i) {
     auto& thread = model_.threads[i];
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
-    thread.cpus_checked += std::exchange(threads_[index].allowed_again, 0);
+    auto& state = threads_[index];
+    thread.cpus_checked += std::exchange(state.allowed_again, 0);
+    if (!state.outside_initial.empty()) judge_outside_initial(thread, state, false);
     const auto host = model_.processes[at(thread.process)].host;
-    if (!model_.hosts[at(host)].has_switches) continue;
+    if (!thread.is_known_to_kernel || !model_.hosts[at(host)].has_switches) continue;
     if (!thread.fini && thread.first_seen && !threads_[index].is_gone) {
       const auto& last_seen = thread.last_seen ? *thread.last_seen : *thread.first_seen;
       total_foreign_work(index, host, end.value_or(last_seen.time));

@@ -14,6 +14,7 @@
 #include "thread_timeline.hpp"
 
 #include <optional>
+#include <vector>
 
 namespace cie::analysis {
 
@@ -71,10 +72,16 @@ class EnforcementTracker {
     std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
     std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
     bool is_changing = false;  // an audit told that its parameters change; no `applied` since
-    bool is_boosted = false;   // runs at a priority inherited through a mutex
+    // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
+    // sent it there before it was read back.
+    std::vector<EventRef> outside_initial;
+    bool is_boosted = false;  // runs at a priority inherited through a mutex
     // Its parameters were applied after the last sched_pi_setprio, which does not tell of waiters that
     // are no more urgent than it was then: to the new parameters they may be.
     bool may_be_boosted = false;
+    // It lived before the kernel's record began, and since then neither ran at its own priority nor had
+    // a sched_pi_setprio.
+    std::optional<bool> may_be_boosted_before;
     std::int32_t unboosted = 0;  // the priority before, of a thread that nobody read back
     std::optional<ThreadTimeline::Mark> first_wait;
     std::optional<Duration> inside_before;  // on-CPU time in instances before the first wait
@@ -98,6 +105,11 @@ class EnforcementTracker {
   const ReadBack* reference(const ThreadFacts& thread) const;
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
+  void note_outside_initial(OfThread& state, const EventRef& where);
+  // What the thread's first parameters say of where it ran before.
+  void judge_outside_initial(ThreadFacts& thread, OfThread& state, bool is_applied);
+  // The thread may have inherited its priority before anything of the kernel was recorded.
+  bool may_be_boosted_before(const ThreadFacts& thread, HostIndex host, OfThread& state) const;
   // From its first wait on its work outside callbacks counts.
   bool has_begun_work(const ThreadFacts& thread) const;
   // A thread that nobody read back is scheduled with this priority.
@@ -113,6 +125,9 @@ class EnforcementTracker {
   void total(std::optional<Timestamp> end);
   // What its children inherit, as far as that is known; `seen`: its priority by the last switch.
   std::int32_t own_priority(ThreadIndex thread, std::int32_t seen) const;
+  // That by its last switch, or by what was read back since.
+  std::optional<std::int32_t> latest_priority(const std::optional<ThreadIndex>& thread,
+                                              const OfTid* seen) const;
   // Nothing more is kept of a child than that it was no violation, once there are too many.
   void forget_fork(OfTid& child);
 

@@ -40,6 +40,7 @@ void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   const Timestamp begin{facts.start_ns.value_or(0)};
   auto& wakeup = of_thread(thread).wakeup;
   if (wakeup && *wakeup < begin) wakeup.reset();
+  if (!facts.is_known_to_kernel) return;
   const auto wake = timeline_.last_wake(host, facts.tid);
   if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
 }
@@ -109,7 +110,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   }
   if (live->thread) {
     live->wakeup = on_thread.wakeup;
-    if (recording_.has_kernel(live->host)) {
+    if (has_kernel(*live)) {
       live->wake = timeline_.last_wake(live->host, *head.tid);
       live->mark = timeline_.mark(live->host, *head.tid, head.time);
       timeline_.begin_watch(live->host, *head.tid);
@@ -293,7 +294,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   std::erase(callbacks_[index].open, live.get());
   live->end = here;
   live->status = event.status;
-  if (thread && recording_.has_kernel(live->host)) {
+  if (thread && has_kernel(*live)) {
     const auto mark = timeline_.mark(live->host, *head.tid, head.time);
     live->parts = ThreadTimeline::between(live->mark, mark);
     live->preempted_by = timeline_.end_watch(live->host, *head.tid);
@@ -316,7 +317,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
                                                                  const Emitter& who,
                                                                  const EventHead& head) {
   if (!who.thread) return;
-  timeline_.forget_wake(who.host, *head.tid);
+  if (registry_.facts_of(who).is_known_to_kernel) timeline_.forget_wake(who.host, *head.tid);
   thread.wakeup.reset();
 }
 
@@ -349,9 +350,10 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
 [[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance>&& live) {
   auto& callback = callbacks_[live->callback];
   auto& facts = *live->callback_facts;
-  if (live->first_overlapping && !facts.overlap) {
-    facts.overlap = overlap_of(*live);
-  }
+  // One that starts in the very nanosecond that this one ends in, on another CPU, follows it.
+  const bool is_overlapped =
+      live->first_overlapping && live->first_overlapping->second.time < live->end->time;
+  if (is_overlapped && !facts.overlap) facts.overlap = overlap_of(*live);
   if (live->thread) {
     auto& thread = *live->thread_facts;
     if (live->first_inner && !thread.nesting) {
@@ -370,7 +372,7 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
 }
 
 void InstanceBuilder::abandon(std::unique_ptr<LiveInstance> live) {
-  if (live->thread) timeline_.end_watch(live->host, *live->start.tid);
+  if (live->thread && has_kernel(*live)) timeline_.end_watch(live->host, *live->start.tid);
   auto& callback = callbacks_[live->callback];
   std::erase(callback.open, live.get());
   auto& facts = *live->callback_facts;

@@ -112,6 +112,10 @@ class InstanceBuilder {
   void note_missed(const LiveInstance& live);
   // The release of a timer whose expiries are known.
   void follow_grid(LiveInstance& live);
+  // The kernel's events may tell of its thread.
+  bool has_kernel(const LiveInstance& live) const {
+    return recording_.has_kernel(live.host) && live.thread_facts->is_known_to_kernel;
+  }
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
   bool is_confined(const LiveInstance& live) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);

@@ -58,9 +58,10 @@ void RecordingTracker::apply(const EventHead& head, const StreamBegin& event) {
 }
 
 void RecordingTracker::apply(const EventHead& head, const StreamEnd& /*event*/) {
-  const auto* facts = stream(head.stream);
+  auto* facts = stream(head.stream);
   if (facts == nullptr) return;
   states_[head.stream].ended = true;
+  facts->has_ended = !is_live_;
   coverage_.end(head.stream);
   update(channels_[facts->channel]);
 }
@@ -81,29 +82,33 @@ void RecordingTracker::apply(const EventHead& head, const PacketEnd& /*event*/) 
   if (facts != nullptr) facts->end = head.time;
 }
 
-void RecordingTracker::update(Channel& channel) {
-  channel.window = Window{};
+Window RecordingTracker::covered(const Channel& channel) const {
+  Window covered;
   bool has_all_begun = true;
   for (const auto index : channel.streams) {
     const auto& facts = model_.streams[index];
-    const auto& state = states_[StreamIndex{index}];
+    const auto& state = *states_.find(StreamIndex{index});
     const bool is_empty = !facts.begin && (is_live_ || state.ended);
     if (is_empty || facts.is_left_out) continue;
     if (!facts.begin && !state.is_idle) {
       has_all_begun = false;
       continue;
     }
-    auto& window = channel.window;
     if (!state.is_idle) {
-      window.begin = window.begin ? std::max(*window.begin, *facts.begin) : *facts.begin;
+      covered.begin = covered.begin ? std::max(*covered.begin, *facts.begin) : *facts.begin;
     }
     if (!is_live_ && state.ended && facts.end) {
-      window.end = window.end ? std::min(*window.end, *facts.end) : *facts.end;
+      covered.end = covered.end ? std::min(*covered.end, *facts.end) : *facts.end;
     }
   }
-  if (!has_all_begun) channel.window.begin.reset();
-  if (!asked_) return;
+  if (!has_all_begun) covered.begin.reset();
+  return covered;
+}
+
+void RecordingTracker::update(Channel& channel) {
   auto& window = channel.window;
+  window = covered(channel);
+  if (!asked_) return;
   if (window.begin) window.begin = std::max(*window.begin, asked_->from);
   if (window.end || asked_->to != TimeWindow{}.to) {
     window.end = std::min(window.end.value_or(asked_->to), asked_->to);
@@ -113,7 +118,11 @@ void RecordingTracker::update(Channel& channel) {
 void RecordingTracker::add_loss(Loss loss) {
   const bool is_damage =
       loss.kind == LossKind::damaged_packet || loss.kind == LossKind::foreign_metadata;
-  if (asked_ && !is_damage && (loss.end < asked_->from || loss.begin > asked_->to)) return;
+  if (asked_ && !is_damage && loss.begin > asked_->to) return;
+  if (asked_ && !is_damage && loss.end < asked_->from) {
+    note_before(std::move(loss));
+    return;
+  }
   const bool is_kernel = loss.domain == Domain::kernel;
   const auto kernel_limit = is_live_ ? kMaxLiveLosses / 2 : kMaxKernelLosses;
   if (is_kernel && kernel_losses_ >= kernel_limit && merge_loss(loss)) return;
@@ -123,6 +132,17 @@ void RecordingTracker::add_loss(Loss loss) {
   }
   kernel_losses_ += is_kernel ? 1 : 0;
   model_.losses.push_back(std::move(loss));
+}
+
+void RecordingTracker::note_before(Loss loss) {
+  const auto same = std::ranges::find_if(model_.losses_before, [&loss](const Loss& other) {
+    return other.host == loss.host && other.domain == loss.domain;
+  });
+  if (same == model_.losses_before.end()) {
+    model_.losses_before.push_back(std::move(loss));
+  } else if (same->end < loss.end) {
+    *same = std::move(loss);
+  }
 }
 
 bool RecordingTracker::merge_loss(const Loss& loss) {
@@ -184,17 +204,39 @@ bool RecordingTracker::is_idle(const Channel& channel) const {
   });
 }
 
-Window RecordingTracker::kernel_window(HostIndex host) const {
+template <typename WindowOf>
+Window RecordingTracker::common_kernel_window(HostIndex host, const WindowOf& window_of) const {
   Window all;
   for (const auto& [number, channel] : channels_) {
     if (channel.domain != Domain::kernel || channel.host != host) continue;
     if (!coverage_.is_evidence(StreamIndex{channel.streams.front()})) continue;
-    const auto& window = channel.window;
+    const auto& window = window_of(channel);
     if (!window.begin && !is_idle(channel)) return Window{};
     if (window.begin) all.begin = all.begin ? std::max(*all.begin, *window.begin) : *window.begin;
     if (window.end) all.end = all.end ? std::min(*all.end, *window.end) : *window.end;
   }
   return all;
+}
+
+Window RecordingTracker::kernel_window(HostIndex host) const {
+  return common_kernel_window(
+      host, [](const Channel& channel) -> const Window& { return channel.window; });
+}
+
+Window RecordingTracker::kernel_record(HostIndex host) const {
+  return common_kernel_window(host, [this](const Channel& channel) { return covered(channel); });
+}
+
+std::optional<Timestamp> RecordingTracker::kernel_begin(HostIndex host) const {
+  std::optional<Timestamp> begin;
+  for (std::size_t i = 0; i < model_.streams.size(); ++i) {
+    const auto& facts = model_.streams[i];
+    const StreamIndex index{static_cast<std::uint32_t>(i)};
+    const bool is_its = facts.domain == Domain::kernel && facts.host == host && facts.begin &&
+                        coverage_.is_evidence(index) && !states_.find(index)->is_idle;
+    if (is_its) begin = std::min(begin.value_or(*facts.begin), *facts.begin);
+  }
+  return begin;
 }
 
 // Kernel events of a boot in which none of its machine's applications was recorded: of a machine

@@ -32,7 +32,7 @@ struct Window {
 
 class RecordingTracker {
  public:
-  // `asked`: every channel's window ends there at the latest, and losses elsewhere are not kept.
+  // `asked`: every channel's window ends there at the latest, and losses elsewhere are no losses of it.
   // `is_live`: see AnalysisOptions.
   RecordingTracker(Model& model, Registry& registry, std::optional<TimeWindow> asked = {},
                    bool is_live = false)
@@ -59,6 +59,10 @@ class RecordingTracker {
   // Intersection of the windows of a host's kernel channels that are evidence; empty begin without
   // kernel events.
   Window kernel_window(HostIndex host) const;
+  // The same, whatever window was asked for: before and after it some CPU's record is missing.
+  Window kernel_record(HostIndex host) const;
+  // When the first of its kernel streams begins.
+  std::optional<Timestamp> kernel_begin(HostIndex host) const;
   bool has_kernel(HostIndex host) const noexcept { return coverage_.has_kernel(host); }
   KernelCoverage& coverage() noexcept { return coverage_; }
   const KernelCoverage& coverage() const noexcept { return coverage_; }
@@ -81,10 +85,16 @@ class RecordingTracker {
   StreamFacts* stream(StreamIndex index);
   bool has_foreign_kernel() const;
   void update(Channel& channel);
+  // What all streams of the channel cover; empty begin: some of them have not begun.
+  Window covered(const Channel& channel) const;
+  template <typename WindowOf>
+  Window common_kernel_window(HostIndex host, const WindowOf& window_of) const;
   // Each of its streams has no event, or is left out.
   bool is_idle(const Channel& channel) const;
   void set_apart(const Channel& channel);
   void set_window_of_idle_streams(const HostFacts& reference);
+  // It was over when the window that was asked for began.
+  void note_before(Loss loss);
   // Adds it to a loss of its kind and place; false if there is none.
   bool merge_loss(const Loss& loss);
 

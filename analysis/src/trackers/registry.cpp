@@ -14,6 +14,11 @@ std::uint64_t scope(Index index) noexcept {
   return static_cast<std::uint64_t>(index);
 }
 
+// Its tid may be another one's by now.
+bool is_gone(const ThreadFacts& thread) {
+  return thread.kernel_exit.has_value() || thread.is_tid_given_anew;
+}
+
 template <typename Id>
 std::int64_t key(Id id) noexcept {
   return static_cast<std::int64_t>(to_number(id));
@@ -103,9 +108,23 @@ ThreadIndex Registry::new_thread(ProcessIndex process, std::int64_t tid) {
   auto& thread = model_.threads.emplace_back();
   thread.process = process;
   thread.tid = tid;
+  thread.is_known_to_kernel = has_tids_of_kernel(model_.processes[at(process)]);
   thread_by_process_tid_[{scope(process), tid}] = index;
-  thread_by_host_tid_[{scope(model_.processes[at(process)].host), tid}] = index;
+  if (thread.is_known_to_kernel) {
+    thread_by_host_tid_[{scope(model_.processes[at(process)].host), tid}] = index;
+  }
   return index;
+}
+
+void Registry::hide_from_kernel(ProcessIndex process) {
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& thread = model_.threads[i];
+    if (thread.process != process) continue;
+    thread.is_known_to_kernel = false;
+    auto* const holder =
+        thread_by_host_tid_.find({scope(model_.processes[at(process)].host), thread.tid});
+    if (holder != nullptr && *holder == ThreadIndex{static_cast<std::uint32_t>(i)}) holder->reset();
+  }
 }
 
 std::optional<ThreadIndex> Registry::find_thread(ProcessIndex process, std::int64_t tid) const {
@@ -119,7 +138,7 @@ Emitter Registry::find_emitter(const EventHead& head) {
   if (!process || !head.tid) return {.host = host, .process = process, .thread = std::nullopt};
   auto index = find_thread(*process, *head.tid);
   // After its exit a tid belongs to somebody new; after thread_fini alone it may still publish.
-  if (!index || model_.threads[at(*index)].kernel_exit) index = new_thread(*process, *head.tid);
+  if (!index || is_gone(model_.threads[at(*index)])) index = new_thread(*process, *head.tid);
   auto& thread = model_.threads[at(*index)];
   if (!thread.first_seen) thread.first_seen = ref(head);
   auto& known = emitters_.keep(head, host, *process, *index);
@@ -140,8 +159,27 @@ std::optional<ThreadIndex> Registry::thread_by_tid(HostIndex host, std::int64_t 
   return found != nullptr ? *found : std::nullopt;
 }
 
-void Registry::release_tid(HostIndex host, std::int64_t tid) {
-  if (auto* found = thread_by_host_tid_.find({scope(host), tid})) found->reset();
+void Registry::die(const EventHead& head, std::int64_t tid) {
+  auto* const found = thread_by_host_tid_.find({scope(host_of(head)), tid});
+  if (found == nullptr || !*found) return;
+  note_exit(head, **found, SchedSwitch::kName);
+  found->reset();
+}
+
+void Registry::give_tid_anew(HostIndex host, std::int64_t tid) {
+  auto* const found = thread_by_host_tid_.find({scope(host), tid});
+  if (found == nullptr || !*found) return;
+  emitters_.forget_all();
+  model_.threads[at(**found)].is_tid_given_anew = true;
+  found->reset();
+}
+
+void Registry::note_exit(const EventHead& head, ThreadIndex thread, std::string_view event) {
+  emitters_.forget_all();
+  auto& facts = model_.threads[at(thread)];
+  if (facts.kernel_exit) return;  // a thread exits once: this is of whoever has its tid now
+  facts.kernel_exit = ref(head);
+  facts.kernel_exit_event = event;
 }
 
 CallbackIndex Registry::callback(ProcessIndex process, CallbackId id) {
@@ -218,6 +256,7 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.tool_version = event.tool_version;
   process.start_ns = event.process_start_ns;
   process.pid_ns = event.pid_ns;
+  if (!has_tids_of_kernel(process)) hide_from_kernel(index);
   process.is_pid_own = is_pid_own;
   process.contract_version = event.contract_version;
   process.online_cpus = event.online_cpus;
@@ -330,7 +369,7 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadIn
   if (index) {
     const auto& known = model_.threads[at(*index)];
     const bool is_same_creation = known.start_ns && *known.start_ns == event.start_ns;
-    const bool was_unannounced = !known.announced && !known.kernel_exit &&
+    const bool was_unannounced = !known.announced && !is_gone(known) &&
                                  (!known.first_seen || event.start_ns <= known.first_seen->time.ns);
     if (!is_same_creation && !was_unannounced) index.reset();
   }
@@ -391,11 +430,8 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
 }
 
 void Registry::apply(const EventHead& head, const SchedProcessExit& event) {
-  const auto index = thread_by_tid(host_of(head), event.tid);
-  if (!index) return;
-  emitters_.forget_all();
-  auto& exit = model_.threads[at(*index)].kernel_exit;
-  if (!exit) exit = ref(head);  // a thread exits once: this is of whoever has its tid now
+  if (const auto index = thread_by_tid(host_of(head), event.tid))
+    note_exit(head, *index, SchedProcessExit::kName);
 }
 
 void Registry::apply(const EventHead& head, const ProcessName& event) {

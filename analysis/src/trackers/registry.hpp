@@ -83,8 +83,10 @@ class Registry {
   }
   // The announced or provisional thread of a kernel tid, if any cie event ever named it.
   std::optional<ThreadIndex> thread_by_tid(HostIndex host, std::int64_t tid) const;
-  // The thread that had the tid is gone: the kernel's events of that tid are another one's.
-  void release_tid(HostIndex host, std::int64_t tid);
+  // The thread that has the tid leaves its CPU dead: later events of that tid are another one's.
+  void die(const EventHead& head, std::int64_t tid);
+  // A thread with the tid was created: whoever had it is gone.
+  void give_tid_anew(HostIndex host, std::int64_t tid);
   // The callback, known or provisional (init not seen yet).
   CallbackIndex callback(ProcessIndex process, CallbackId id);
   // The same of an emitter with a process: most threads run one callback only.
@@ -172,6 +174,9 @@ class Registry {
   using KeyMap = FlatMap<Key, Value, KeyHash>;
 
   Emitter find_emitter(const EventHead& head);
+  // The process lives in another pid namespace than the kernel's events.
+  void hide_from_kernel(ProcessIndex process);
+  void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);
   Emitter find_runner(const EventHead& head, const Emitter& who);
   void tell_namesakes_apart(std::string_view name);
   ProcessIndex new_process(HostIndex host, std::int64_t pid);

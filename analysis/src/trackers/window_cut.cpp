@@ -68,12 +68,18 @@ void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBo
 void WindowCut::before(const Emitter& who, const EventBody& body) {
   std::visit(
       Overloaded{[&](const CallbackStart& e) {
-                   auto& facts = model_.callbacks[at(index_of(who, e.callback))];
+                   const auto index = index_of(who, e.callback);
+                   auto& facts = model_.callbacks[at(index)];
                    facts.first_next_seq = e.seq + 1;
                    ++facts.starts_outside;
+                   ++callbacks_[index].open_before;
                    instances_.begin_outside(who.thread);
                  },
-                 [&](const CallbackEnd&) { instances_.end_outside(who.thread); },
+                 [&](const CallbackEnd& e) {
+                   auto& open = callbacks_[index_of(who, e.callback)].open_before;
+                   if (open > 0) --open;
+                   instances_.end_outside(who.thread);
+                 },
                  [&](const CallbackRelease& e) {
                    const auto index = index_of(who, e.callback);
                    auto& state = callbacks_[index];
@@ -110,6 +116,8 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                      ++state.ends_after;
                    } else if (instances_.is_open(index, e.seq)) {
                      instances_.apply(head, who, e);  // the window's end cuts it
+                   } else if (state.open_before > 0) {
+                     --state.open_before;
                    }
                  },
                  [&](const CallbackRelease& e) {
@@ -131,7 +139,7 @@ bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
   const auto of = [&head](std::int64_t tid) { return TidOf{head.pid.value_or(-1), tid}; };
   if (const auto* init = std::get_if<ThreadInit>(&body)) {
     const bool is_late = init->start_ns > window_.to.ns;
-    if (is_late) late_threads_.insert(of(init->tid));
+    if (is_late) late_threads_.emplace(of(init->tid), init->start_ns);
     return is_late;
   }
   if (const auto* sched = std::get_if<ThreadSched>(&body)) {
@@ -140,7 +148,9 @@ bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
     return true;
   }
   const auto* fini = std::get_if<ThreadFini>(&body);
-  return fini != nullptr && late_threads_.contains(of(fini->tid));
+  if (fini == nullptr) return false;
+  const auto late = late_threads_.lower_bound({of(fini->tid), 0});
+  return late != late_threads_.end() && late->first == of(fini->tid);
 }
 
 std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const CallbackFini& event) {
@@ -195,15 +205,25 @@ ThreadFini WindowCut::cut(const EventHead& head, ThreadFini event) {
 
 RunEnd WindowCut::cut(const EventHead& head, RunEnd event) {
   const auto late = static_cast<std::uint32_t>(
-      std::ranges::count(late_threads_, head.pid.value_or(-1), &TidOf::first));
+      std::ranges::count(late_threads_, head.pid.value_or(-1),
+                         [](const LateThread& thread) { return thread.first.first; }));
   event.threads -= std::min(event.threads, late);
   return event;
 }
 
-// In a snapshot: what was announced before its window may have run in between, unseen. Nothing is
-// lost within the window, so the first number seen in it is the one that was next when it began.
+bool WindowCut::may_lack(ProcessIndex process, Timestamp until) const {
+  const auto host = model_.processes[at(process)].host;
+  return std::ranges::any_of(model_.losses, [&](const Loss& loss) {
+    return loss.domain == Domain::user && loss.host == host && loss.end >= window_.from &&
+           loss.begin <= until;
+  });
+}
+
+// In a snapshot: what was announced before its window may have run in between, unseen. Where nothing
+// is lost within the window, the first number seen in it is the one that was next when it began.
 void WindowCut::conclude_callback(CallbackFacts& facts, OfCallback& state) const {
   if (!facts.registered || facts.registered->time >= window_.from) return;
+  if (may_lack(facts.process, facts.starts.first ? facts.starts.first_at.time : window_.to)) return;
   auto& next = facts.first_next_seq;
   if (facts.starts.first) {
     next = std::max(next, *facts.starts.first);
@@ -223,6 +243,8 @@ void WindowCut::conclude_callback(CallbackFacts& facts, OfCallback& state) const
 
 void WindowCut::conclude_publisher(PublisherFacts& facts) const {
   if (!facts.registered || facts.registered->time >= window_.from) return;
+  const bool is_any_seen = facts.published.first.has_value();
+  if (may_lack(facts.process, is_any_seen ? facts.published.first_at.time : window_.to)) return;
   if (facts.published.first) {
     facts.first_next_seq = std::max(facts.first_next_seq, *facts.published.first);
   } else if (facts.fini) {
@@ -236,7 +258,8 @@ void WindowCut::finish() {
   }
   for (std::size_t i = 0; i < model_.callbacks.size(); ++i) {
     auto& facts = model_.callbacks[i];
-    auto& state = callbacks_[CallbackIndex{static_cast<std::uint32_t>(i)}];
+    const CallbackIndex index{static_cast<std::uint32_t>(i)};
+    auto& state = callbacks_[index];
     if (is_snapshot_) conclude_callback(facts, state);
     const auto subtract = [](std::uint64_t& total, std::uint64_t before) {
       total -= std::min(total, before);
@@ -244,6 +267,12 @@ void WindowCut::finish() {
     subtract(facts.overwritten, state.overwritten_before);
     subtract(facts.lost, state.lost_before);
     if (!facts.fini) continue;
+    // An instance that began before the window and never ended is no violation in it.
+    auto& totals = *facts.fini;
+    const auto unended = totals.started - std::min(totals.started, totals.ended);
+    const auto inside = std::min<std::uint64_t>(unended, instances_.open_count(index));
+    const auto ended_inside = std::min(state.open_before, facts.ends_before_first);
+    totals.ended += std::min(unended - inside, state.open_before - ended_inside);
     subtract(facts.fini->released, releases_before(state));
     subtract(facts.fini->overwritten, state.overwritten_before);
     subtract(facts.fini->lost, state.lost_before);

@@ -63,6 +63,7 @@ class WindowCut {
     std::optional<std::uint64_t> next_release;  // likewise
     std::optional<std::uint64_t> lost_until;    // total of lost samples before the first one after
     std::uint64_t ends_after = 0;               // of instances that started after it
+    std::uint64_t open_before = 0;              // began before it, and were not seen to end
     bool has_lost_inside = false;               // of a snapshot only, these two
     bool is_release_known = false;              // the first release inside was seen
   };
@@ -73,6 +74,8 @@ class WindowCut {
                                       std::uint64_t total);
   void before(const Emitter& who, const EventBody& body);
   void after(const EventHead& head, const Emitter& who, const EventBody& body);
+  // Events of the process's machine may have been lost in the window, until then.
+  bool may_lack(ProcessIndex process, Timestamp until) const;
   void conclude_callback(CallbackFacts& facts, OfCallback& state) const;
   void conclude_publisher(PublisherFacts& facts) const;
   CallbackIndex index_of(const Emitter& who, CallbackId id) {
@@ -88,7 +91,8 @@ class WindowCut {
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   ByIndex<std::uint32_t, std::optional<std::uint64_t>> next_publish_;  // by publisher, after it
   using TidOf = std::pair<std::int64_t, std::int64_t>;                 // pid, tid
-  std::set<TidOf> late_threads_;
+  using LateThread = std::pair<TidOf, std::int64_t>;                   // and when it was created
+  std::set<LateThread> late_threads_;
   std::map<TidOf, std::uint32_t> next_read_back_;
 };
 

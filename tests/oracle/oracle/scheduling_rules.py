@@ -163,13 +163,14 @@ def _before_first(j: "Judge", t: Thread, c: Callback, entry: dict[str, Any]) -> 
 
 
 def _boosted(j: "Judge", t: Thread, time: int) -> bool:
-    """Within a priority-inheritance interval, edges included."""
+    """Within a priority-inheritance interval, edges included. A lower priority is never inherited."""
     boosted = False
     for e in j.model.events:
         if e.name == "sched_pi_setprio" and e.host == t.process.host and e.tid == t.tid:
             if e.time > time:
                 break
-            boosted = True if e.time == time else e.newprio != _base_priority(t, e.time, j)
+            base = _base_priority(t, e.time, j)
+            boosted = e.time == time or (base is not None and e.newprio < base)
     return boosted
 
 
@@ -232,7 +233,11 @@ def _allowed_cpus(j: "Judge", t: Thread) -> str:
         before = [e for e in t.scheds if e.time <= time]
         if before and before[-1].cpus and not is_changing(t, time):
             checked += 1
-            if cpu not in before[-1].cpus and j.proof.certain_between(t, time):
+            allowed = set(before[-1].cpus)
+            if before[-1].moment == "initial":  # it may be on its way to where it is sent
+                following = [e for e in t.scheds if e.time > time][:1]
+                allowed |= {c for e in following if e.moment == "applied" for c in e.cpus}
+            if cpu not in allowed and j.proof.certain_between(t, time):
                 verdict = FAIL
     if not checked:
         return NOT_APPLICABLE

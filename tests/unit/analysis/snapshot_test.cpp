@@ -152,5 +152,33 @@ TEST(Snapshot, ARecordingThatIsNoneHasLostItsBegin) {
   }
 }
 
+// Nothing lost within a snapshot is what tells numbers of before from those that are missing.
+TEST(Snapshot, WhatItLacksWithinIsNotThePast) {
+  constexpr auto kShared = R"(
+  thread t pool
+  callback one id=/a pooled
+  callback two id=/b pooled
+  10 start one on=t
+  12 end one on=t
+  30 start one on=t
+  32 end one on=t
+  50 start two on=t
+  52 end two on=t
+  60 start one on=t
+  62 end one on=t)";
+  const auto whole = snapshot_of(trace_of(kShared), 20, true);
+  EXPECT_EQ(verdict_of(analyze(whole), "M2"), Verdict::fail);
+  auto lacking =
+      snapshot_of(trace_of(std::string(kShared) + "\n45 discard user until=55 count=2"), 20, true);
+  std::erase_if(lacking.events, [](const Event& event) {
+    return (std::holds_alternative<CallbackStart>(event.body) ||
+            std::holds_alternative<CallbackEnd>(event.body)) &&
+           event.head.time.ns >= 50 && event.head.time.ns <= 52;
+  });
+  const auto result = analyze(lacking);
+  EXPECT_EQ(verdict_of(result, "M2"), Verdict::inconclusive);
+  EXPECT_EQ(verdict_of(result, "T4"), Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test

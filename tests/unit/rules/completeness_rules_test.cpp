@@ -241,6 +241,19 @@ TEST(SpecifiedCallbackSeen, FailsForACallbackThatNeverRan) {
   EXPECT_THAT(verified.evidence("M1", "callback plan"), HasSubstr("started 0 times"));
 }
 
+// After a restart one lifetime that ran is enough; of two processes at the same time each has its own.
+TEST(SpecifiedCallbackSeen, AsksForEachOfThoseThatLiveAtTheSameTime) {
+  const auto judged = [](const std::string& second) {
+    return Verified(
+        "process one pid=100 until=60\ncallback a id=/n@Subscription(/t)\n"
+        "10 start a\n12 end a\nprocess two pid=200 " +
+            second + "\ncallback b id=/n@Subscription(/t)\n" + "200 wakeup b",
+        "callback_groups:\n  - id: /n@Subscription(/t)\n    response_deadline: 50\n")["M1"];
+  };
+  EXPECT_EQ(judged("from=100 until=300"), Verdict::pass);
+  EXPECT_EQ(judged("until=300"), Verdict::fail);
+}
+
 TEST(SpecifiedCallbackSeen, IsInconclusiveWithoutProofOfCompleteness) {
   auto trace = trace_of(kThreeInstances);
   trace.erase<PublisherFini>();

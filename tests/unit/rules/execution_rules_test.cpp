@@ -114,6 +114,19 @@ TEST(NonReentrant, FailsWhenTwoInstancesOverlap) {
                     HasSubstr("14 callback_end seq 0 ends")));
 }
 
+// Streams are merged in some order where times are equal: which CPU comes first says nothing.
+TEST(NonReentrant, InstancesThatTouchDoNotOverlap) {
+  constexpr auto kTouching = R"(
+    thread t1 pool
+    thread t2 pool
+    callback fusion pooled
+    10 start fusion on=t1
+    14 start fusion on=t2 seq=1 cpu=1
+    14 end fusion on=t1 seq=0
+    16 end fusion on=t2 seq=1)";
+  EXPECT_EQ(Verified(kTouching)["E2"], Verdict::pass);
+}
+
 TEST(NonReentrant, IsInconclusiveWhenAnEndMayBeLostInBetween) {
   auto trace = trace_of(kSound);
   drop_end(trace, 0);

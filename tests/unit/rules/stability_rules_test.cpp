@@ -186,6 +186,19 @@ TEST(ParametersUnchanged, TakesAPriorityThatTheKernelTakesBackForInherited) {
       << "and again, which nobody waits for";
 }
 
+// Whoever waits for a thread may raise it and nothing else: what the kernel tells of waiters excuses no lower priority.
+TEST(ParametersUnchanged, TakesNoLowerPriorityForInherited) {
+  constexpr auto kLowered = "8 switch 0 idle fusion next_prio=120";
+  EXPECT_EQ(Verified(configured_run(kLowered))["S3"], Verdict::fail);
+  EXPECT_EQ(Verified(configured_run(std::string("5 boost fusion prio=9 old=19\n"
+                                                "6 boost fusion prio=120 old=9\n") +
+                                    kLowered))["S3"],
+            Verdict::fail);
+  EXPECT_EQ(
+      Verified(configured_run(std::string("6 boost fusion prio=120 old=120\n") + kLowered))["S3"],
+      Verdict::fail);
+}
+
 TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
   const Verified verified(configured_run("15 wakeup fusion cpu=2"));
   EXPECT_EQ(verified.of("S4", "thread 101"), Verdict::fail);
@@ -197,6 +210,21 @@ TEST(AllowedCpusOnly, FailsOnACpuOutsideTheMaskLastReadBack) {
                 .of("S4", "thread 101"),
             Verdict::fail)
       << "the starts on CPU 0 come after the mask changed";
+}
+
+// A service manager confines what it starts (CPUAffinity=), the kernel keeps some CPUs apart (isolcpus=): the thread goes
+// to the CPUs that it is given before anybody can read them back.
+TEST(AllowedCpusOnly, LetsWhatIsAppliedFirstSendAThreadWhereItMightNotBeBefore) {
+  const auto judged = [](const std::string& lines) {
+    return Verified("callback fusion cpu=1\n-100 initial fusion cpus=0\n" + lines +
+                    "\n10 start fusion cpu=1\n12 end fusion cpu=1")["S4"];
+  };
+  EXPECT_EQ(judged("-90 applied fusion cpus=1 cpu=1"), Verdict::pass);
+  EXPECT_EQ(judged("-95 switch 1 idle fusion\n-90 applied fusion cpus=1 cpu=1"), Verdict::pass);
+  EXPECT_EQ(judged("-95 switch 2 idle fusion\n-90 applied fusion cpus=1 cpu=1"), Verdict::fail)
+      << "neither mask has CPU 2";
+  EXPECT_EQ(judged("-90 applied fusion cpus=0"), Verdict::fail) << "that changed nothing";
+  EXPECT_EQ(judged("-90 audit fusion cpus=0"), Verdict::fail) << "nothing was applied";
 }
 
 TEST(AllowedCpusOnly, SaysSampledWithoutSwitches) {
@@ -289,6 +317,36 @@ TEST(NoParameterLeak, DoesNotJudgeAChildWithAnotherRealTimePriority) {
   EXPECT_EQ(verified("priority=80", 19).of("S5", "thread 150"), Verdict::fail);
   // Its creator was boosted while somebody waited for it: inherited is what it was read back with.
   EXPECT_EQ(verified("priority=50", 49).of("S5", "thread 150"), Verdict::fail);
+}
+
+// Whoever configures itself and then creates a helper was not switched in between.
+TEST(NoParameterLeak, KnowsWhatACreatorWasReadBackWithSinceItsLastSwitch) {
+  constexpr auto kFork = R"(
+    callback fusion
+    thread child worker silent tid=150
+    -100 initial fusion
+    -95 switch 0 idle fusion
+    -90 applied fusion policy=fifo priority=80
+    5 fork fusion child
+    7 switch 1 idle child next_prio=19
+    10 start fusion
+    12 end fusion)";
+  EXPECT_EQ(Verified(kFork).of("S5", "thread 150"), Verdict::fail);
+}
+
+TEST(NoParameterLeak, IsNoLeakWhereAThreadIsGivenWhatItBeganWith) {
+  const auto judged = [](const char* applied) {
+    return Verified(std::string(R"(
+    callback fusion
+    10 start fusion
+    12 end fusion
+    -100 initial fusion policy=fifo priority=80
+    -90 applied fusion )") +
+                    applied)
+        .of("S5", "thread 101");
+  };
+  EXPECT_EQ(judged("policy=fifo priority=80"), Verdict::pass);
+  EXPECT_EQ(judged("policy=fifo priority=70"), Verdict::fail);
 }
 
 TEST(NoParameterLeak, FailsAfterHoweverManyChildrenWithoutAPriority) {

@@ -1,3 +1,4 @@
+#include "support/move_to_host.hpp"
 #include "support/verdicts.hpp"
 
 #include <string>
@@ -191,6 +192,22 @@ TEST(Deadline, FailsForAnInstanceThatNeverEnded) {
   EXPECT_EQ(Verified("process app crash\n" + text, spec("response_deadline: 20"))["R3"],
             Verdict::pass)
       << "one cut by a crash is not judged";
+}
+
+// What the recording of another machine, or of another process, covers is no time that passed for the instance.
+TEST(Deadline, EndsWithTheWindowOfItsOwnChannel) {
+  const auto text = std::string(kRun) + "\n42 start fusion release=40\n100 finish fusion";
+  const auto late = trace_of("callback other\n9000 start other\n9010 end other");
+  const auto judged = [&](const char* deadline, std::int64_t clock) {
+    return Verified(
+               beside(trace_of(text), late, {.name = "desk", .monotonic = clock, .realtime = 0}),
+               spec(deadline))
+        .of("R3", "callback fusion (pid 100 on robot)");
+  };
+  for (const std::int64_t clock : {0, 1'000'000, -1'000'000}) {
+    EXPECT_EQ(judged("response_deadline: 20", clock), Verdict::fail) << clock;
+    EXPECT_EQ(judged("response_deadline: 2000", clock), Verdict::inconclusive) << clock;
+  }
 }
 
 TEST(Deadline, KeepsItsFailureUnderLoss) {

@@ -258,6 +258,87 @@ TEST(Window, StateFromBeforeHoldsInIt) {
       << "the thread was changed before, but nothing in the window shows what it runs as";
 }
 
+// Where state from before holds, what may have hidden some of it counts, too.
+TEST(Window, StateThatWasLostBeforeIsUnknownInIt) {
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: plan, policy: SCHED_FIFO, priority: 80}\n";
+  const auto judged = [](const std::string& first, const std::string& second) {
+    return in_window(R"(
+    process app crash
+    callback plan timer period=20
+    -50 initial plan
+    -40 applied plan )" + first +
+                         R"(
+    11 start plan release=10
+    12 end plan
+    )" + second + R"(
+    31 start plan release=30
+    32 end plan
+    51 start plan release=50
+    52 end plan)",
+                     40, 60, kSpec)
+        .of("S1", "callback plan");
+  };
+  constexpr auto kFifo = "policy=fifo priority=80";
+  constexpr auto kHole = "20 discard user until=25 count=1";
+  EXPECT_EQ(judged(kFifo, ""), Verdict::pass);
+  EXPECT_EQ(judged("nice=0", ""), Verdict::fail);
+  EXPECT_EQ(judged(kFifo, kHole), Verdict::inconclusive) << "another one may have been applied";
+  EXPECT_EQ(judged("nice=0", kHole), Verdict::inconclusive);
+  EXPECT_EQ(judged(kFifo, std::string(kHole) + "\n26 applied plan " + kFifo), Verdict::pass);
+}
+
+TEST(Window, APriorityWhoseBoostMayBeLostBeforeItIsNoWitness) {
+  const auto judged = [](const char* hole) {
+    return in_window(std::string(R"(
+    callback plan timer period=20
+    -50 initial plan
+    -40 applied plan policy=fifo priority=80
+    2 switch 0 idle plan next_prio=19
+    3 switch 0 plan idle state=1 prio=19
+    )") + hole + R"(
+    31 start plan release=30
+    32 end plan
+    50 switch 0 idle plan next_prio=9
+    51 start plan release=50
+    52 end plan)",
+                     40, 60)["S3"];
+  };
+  EXPECT_EQ(judged(""), Verdict::fail);
+  EXPECT_NE(judged("20 discard kernel until=25 count=1"), Verdict::fail);
+}
+
+TEST(Window, AnInstanceThatNeverEndedBeforeItIsNoneOfItsConcern) {
+  constexpr const char* kTrace = R"(
+    thread t1 pool
+    thread t2 pool
+    callback plan pooled
+    10 start plan on=t1 seq=0
+    20 start plan on=t2 seq=1
+    22 end plan on=t2 seq=1
+    50 start plan on=t2 seq=2
+    52 end plan on=t2 seq=2)";
+  EXPECT_EQ(Verified(kTrace)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTrace, 5, 60)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTrace, 40, 60)["E1"], Verdict::pass);
+  EXPECT_EQ(in_window(kTrace, 40, 60)["T4"], Verdict::pass);
+}
+
+TEST(Window, ThreadsOfLaterAreCountedThoughTheyHaveOneTid) {
+  constexpr const char* kTrace = R"(
+    callback plan timer period=20
+    thread first worker tid=150
+    thread second worker tid=150
+    11 start plan release=10
+    12 end plan
+    50 begin first
+    55 finish first
+    60 begin second
+    65 finish second)";
+  EXPECT_EQ(Verified(kTrace)["T4"], Verdict::pass);
+  EXPECT_EQ(in_window(kTrace, 5, 40)["T4"], Verdict::pass);
+}
+
 TEST(Window, RunningTotalsCountFromItsBegin) {
   constexpr const char* kTrace = R"(
     callback a subscription

@@ -1,0 +1,61 @@
+// What waits for a callback: its releases, those that took the place of others, and samples that
+// never reached it.
+#pragma once
+
+#include <cie/analysis/event.hpp>
+
+#include "model/facts.hpp"
+#include "registry.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+
+class QueueTracker {
+ public:
+  // Both are borrowed.
+  QueueTracker(Model& model, Registry& registry) : model_(model), registry_(registry) {}
+
+  // `is_snapshot`: the events are a snapshot's, and what they do not show may be long ago.
+  void apply(const EventHead& head, const Emitter& who, const CallbackRelease& event,
+             bool is_snapshot) {
+    if (!who.process) return;
+    auto& callback = model_.callbacks[at(registry_.released(who, event.callback))];
+    ++callback.releases;
+    note_length(callback, event, is_snapshot);
+    if (event.overwritten > callback.overwritten) {
+      callback.overwritten = event.overwritten;
+      callback.overwritten_at = ref(head);
+    }
+  }
+
+  void apply(const EventHead& head, const Emitter& who, const SampleLost& event) {
+    if (!who.process) return;
+    auto& callback = model_.callbacks[at(registry_.released(who, event.callback))];
+    if (event.total <= callback.lost) return;
+    callback.lost = event.total;
+    callback.lost_at = ref(head);
+  }
+
+ private:
+  // Numbers count from the beginning of the process, whatever of it was recorded. Which instance
+  // is next is not known before the first one or the registration is seen; a snapshot's
+  // registration may be long ago.
+  static void note_length(CallbackFacts& callback, const CallbackRelease& event, bool is_snapshot) {
+    callback.first_release =
+        std::min(callback.first_release.value_or(event.release_seq), event.release_seq);
+    callback.last_release = std::max(callback.last_release, event.release_seq);
+    const bool is_next_known = callback.registered && !is_snapshot;
+    if (!callback.starts.last && !is_next_known) return;
+    const auto started = std::max(is_next_known ? callback.first_next_seq : 0,
+                                  callback.starts.last ? *callback.starts.last + 1 : 0);
+    const auto gone = started + event.overwritten;
+    const auto released = event.release_seq + 1;
+    if (released > gone) callback.longest_queue = std::max(callback.longest_queue, released - gone);
+  }
+
+  Model& model_;
+  Registry& registry_;
+};
+
+}  // namespace cie::analysis
