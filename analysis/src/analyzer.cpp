@@ -111,12 +111,15 @@ struct Analyzer::Pipeline {
     if (head.cpu) note_cpu(head, who);
     // What is told when all is over has no CPU: its thread may have left since.
     const bool is_running = head.cpu || !head.is_derived;
-    const bool is_known_to_kernel = !who.thread || registry.facts_of(who).is_known_to_kernel;
-    if (head.tid && is_running && recording.has_kernel(who.host) && is_known_to_kernel) {
+    if (head.tid && is_running && recording.has_kernel(who.host) && is_known_to_kernel(who)) {
       timeline.on_user_event(who.host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);
     return who;
+  }
+
+  bool is_known_to_kernel(const Emitter& who) {
+    return !who.thread || registry.facts_of(who).is_known_to_kernel;
   }
 
   bool is_kernel_evidence(const EventHead& head) const {

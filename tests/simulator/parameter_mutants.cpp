@@ -2,6 +2,7 @@
 #include "simulator/mutants.hpp"
 
 #include <algorithm>
+#include <set>
 
 namespace cie::sim {
 namespace {
@@ -171,31 +172,33 @@ std::vector<Mutant> unchanged() {
   };
 }
 
+// Takes from the thread's read-backs of these moments a CPU that it ran on.
+void leave_out_used_cpu(Case& c, const std::set<SchedMoment>& moments) {
+  const auto used = *of_callback<CallbackStart>(c, B, 5).head.cpu;
+  const auto tid = static_cast<std::uint32_t>(tid_of(c, B));
+  for (auto& e : c.trace.events) {
+    auto* read = std::get_if<ThreadSched>(&e.body);
+    if (read != nullptr && read->tid == tid && moments.contains(*read->moment)) {
+      read->cpus = cpus(c, {static_cast<std::uint32_t>(1 - used)});
+    }
+  }
+}
+
 std::vector<Mutant> allowed_cpus() {
   return {
       {"S4",
        "a mask that leaves out a CPU it ran on",
        {},
        [](Case& c) {
-         const auto used = *of_callback<CallbackStart>(c, B, 5).head.cpu;
-         const auto tid = static_cast<std::uint32_t>(tid_of(c, B));
-         for (auto& e : c.trace.events) {
-           auto* read = std::get_if<ThreadSched>(&e.body);
-           if (read == nullptr || read->tid != tid || read->moment == SchedMoment::initial)
-             continue;
-           read->cpus = cpus(c, {static_cast<std::uint32_t>(1 - used)});
-         }
+         leave_out_used_cpu(c, {SchedMoment::applied, SchedMoment::audit});
        },
        {"S4"},
        {}},
       {"S4",
-       "outside the mask that it began with",
+       "outside the mask that it began with, and not in the one that it was given",
        {},
        [](Case& c) {
-         const auto& applied = read_back(c, tid_of(c, F), SchedMoment::applied);
-         const auto used = static_cast<std::uint32_t>(*applied.head.cpu);
-         body<ThreadSched>(read_back(c, tid_of(c, F), SchedMoment::initial)).cpus =
-             cpus(c, {1 - used});
+         leave_out_used_cpu(c, {SchedMoment::initial, SchedMoment::applied, SchedMoment::audit});
        },
        {"S4"},
        {}},

@@ -140,13 +140,6 @@ bool is_ever_real_time(const ThreadFacts& thread) {
                              [](const ReadBack& read) { return is_real_time(read.policy); });
 }
 
-// What it began with is what it was given, if only before it spoke.
-bool is_given(const ThreadFacts& thread, const ReadBack& initial) {
-  return std::ranges::any_of(thread.applied, [&initial](const ReadBack& applied) {
-    return applied.policy == initial.policy && applied.priority == initial.priority;
-  });
-}
-
 // Of a hole before it nobody knows what it hides: the child may have run, and been given its priority.
 bool is_first_run_seen(const ForkFacts& fork, const Proof& proof) {
   return fork.child_first && !proof.kernel_loss(fork.host, fork.at.time, fork.child_first->at.time);
@@ -230,7 +223,7 @@ std::vector<SubjectVerdict> judge_no_leak(const RuleContext& context) {
     if (!thread.announced) judgement.doubt(proof.loss(index));
     if (thread.initial) {
       judgement.check();
-      if (is_real_time(thread.initial->policy) && !is_given(thread, *thread.initial)) {
+      if (is_real_time(thread.initial->policy)) {
         judgement.fail(
             evidence("thread_init", begin, "thread " + std::to_string(thread.tid) + " begins"));
         judgement.fail(
@@ -297,7 +290,7 @@ const Rule kAllowedCpusOnly{
 const Rule kNoParameterLeak{
     "S5", "no-parameter-leak",
     "No thread inherited a real-time policy that it was not given: announced threads are judged "
-    "by what they read back at creation, unless just that was applied to them, other children of real-time threads by the priority "
+    "by what they read back at creation, other children of real-time threads by the priority "
     "they first run with. One that first runs with another real-time priority than its creator's was "
     "given that, or its creator's changed meanwhile: it is not judged, and the creator's PASS says "
     "so. Without fork events, or where the kernel's record has holes, PASS says \"announced "

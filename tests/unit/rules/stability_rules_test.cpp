@@ -334,21 +334,6 @@ TEST(NoParameterLeak, KnowsWhatACreatorWasReadBackWithSinceItsLastSwitch) {
   EXPECT_EQ(Verified(kFork).of("S5", "thread 150"), Verdict::fail);
 }
 
-TEST(NoParameterLeak, IsNoLeakWhereAThreadIsGivenWhatItBeganWith) {
-  const auto judged = [](const char* applied) {
-    return Verified(std::string(R"(
-    callback fusion
-    10 start fusion
-    12 end fusion
-    -100 initial fusion policy=fifo priority=80
-    -90 applied fusion )") +
-                    applied)
-        .of("S5", "thread 101");
-  };
-  EXPECT_EQ(judged("policy=fifo priority=80"), Verdict::pass);
-  EXPECT_EQ(judged("policy=fifo priority=70"), Verdict::fail);
-}
-
 TEST(NoParameterLeak, FailsAfterHoweverManyChildrenWithoutAPriority) {
   std::string trace = R"(
     callback fusion
