@@ -221,6 +221,8 @@ struct ThreadFacts {
   // (or from the first audit, where the process was announced). A raised priority may be an
   // inherited one whose sched_pi_setprio is lost; a lowered one is never inherited.
   Rare<std::pair<ReadBack, ReadBack>> audit_mismatch{};
+  // The same of a slice or clamp that is the kernel's own, as far as read-backs tell.
+  Rare<std::pair<ReadBack, ReadBack>> slice_or_clamp_mismatch{};
   Rare<std::pair<ReadBack, SwitchPriority>> raised_priority{};
   Rare<std::pair<ReadBack, SwitchPriority>> lowered_priority{};
   std::uint64_t switches_checked = 0;  // sched_switch priorities compared

@@ -205,8 +205,9 @@ void judge_specified(const RuleContext& context, const Asked& asked,
   for (const auto index : registered) {
     const auto& callback = model.callbacks[at(index)];
     const auto is_excused_by = [&](CallbackIndex other) {
-      return known_instances(model, model.callbacks[at(other)]) > 0 &&
-             are_lives_of_one(model, callback, model.callbacks[at(other)]);
+      const auto& life = model.callbacks[at(other)];
+      return known_instances(model, life) > 0 && life.logical_id == callback.logical_id &&
+             are_lives_of_one(model, callback, life);
     };
     // Of one callback's lifetimes one that ran is enough: the others need not have.
     const bool has_run = known_instances(model, callback) > 0;

@@ -70,7 +70,9 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
   const auto next_begin = context.lives.of(later).begin;
   const auto& thread = thread_of(context.model, earlier);
   const bool is_same_tid = thread.tid == thread_of(context.model, later).tid;
-  if (next_begin <= last_sign) return is_same_tid ? Succession::successive : Succession::together;
+  // One that begins in the very nanosecond that the other ended in follows it.
+  const bool is_alive = has_exited(thread) ? next_begin < last_sign : next_begin <= last_sign;
+  if (is_alive) return is_same_tid ? Succession::successive : Succession::together;
   if (has_exited(thread) || is_same_tid) return Succession::successive;
   // A tid is given anew only after its thread's exit.
   return context.lives.is_tid_given_anew(earlier, last_sign, next_begin) ? Succession::successive
@@ -231,7 +233,9 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
       const auto& earlier = model.callbacks[at(indices[i])];
       const auto& later = model.callbacks[at(indices[i + 1])];
       const auto sign = last_sign(earlier);
-      if (sign.time >= later.registered->time) {
+      const bool is_alive =
+          earlier.fini ? sign.time > later.registered->time : sign.time >= later.registered->time;
+      if (is_alive) {
         judgement.fail(evidence("callback_init", *earlier.registered,
                                 "registered as id " + std::to_string(to_number(earlier.id))));
         judgement.fail(evidence("callback_init", *later.registered,

@@ -179,6 +179,7 @@ class ChainLosses {
       const auto index = context_.callbacks[position];
       if (proof.loss(index)) return proof.loss(index);
       const auto& callback = model.callbacks[at(index)];
+      if (auto unseen = proof.unseen_publishers(callback.process)) return unseen;
       if (callback.logical_id == asked.callbacks.front()) continue;
       const auto found = of_topics_.find(callback.source);  // of the messages that link the chain
       if (found != of_topics_.end())

@@ -17,17 +17,6 @@
 namespace cie::analysis {
 namespace {
 
-// The spec's entry for a thread: that of its callback, or, for a worker, of its name.
-const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread) {
-  if (context.options.spec == nullptr) return nullptr;
-  if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
-  for (const auto* pair : thread.ran) {
-    const auto& callback = context.model.callbacks[at(pair->callback)];
-    if (is_registered_to(thread, callback)) return spec_entry(context, callback);
-  }
-  return nullptr;
-}
-
 void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judgement& judgement) {
   for (const auto* pair : thread.ran) {
     const auto& callback = model.callbacks[at(pair->callback)];

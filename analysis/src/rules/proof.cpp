@@ -296,6 +296,17 @@ std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
       "callbacks that ran somewhere unseen: " + counted(facts.run_end->callbacks, named));
 }
 
+std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
+  const auto& facts = model_.processes[at(process)];
+  const auto seen = processes_[at(process)].publishers_registered;
+  if (!facts.run_end || !has_begun_in_trace(process) || seen >= facts.run_end->publishers) {
+    return std::nullopt;
+  }
+  return evidence(
+      "publisher_init", facts.run_end->at,
+      "publishers whose messages were not seen: " + counted(facts.run_end->publishers, seen));
+}
+
 void Proof::find_losses() {
   std::map<HostIndex, std::vector<Interval>> all;
   find_kernel_edges(all);

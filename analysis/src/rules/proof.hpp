@@ -56,6 +56,9 @@ class Proof {
   // Callbacks that `run_end` counts and no event names: they may have run anywhere.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
 
+  // Publishers that `run_end` counts and no event names: whatever they published is unseen.
+  std::optional<Evidence> unseen_publishers(ProcessIndex process) const;
+
   // Some subject lost its proof.
   bool is_anything_lost() const noexcept { return is_anything_lost_; }
 

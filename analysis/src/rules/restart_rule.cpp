@@ -91,6 +91,70 @@ void compare_parameters(const RuleContext& context, const CallbackFacts& before,
   judgement.fail(evidence("thread_sched", is->at, "is: " + describe(*is)));
 }
 
+// Lifetimes of one id by their ends, each with the latest begin among those up to it.
+struct Ended {
+  Lifetime life;
+  Timestamp latest_begin;
+};
+
+std::vector<Ended> in_order_of_ends(const std::vector<Lifetime>& lives) {
+  std::vector<Ended> ended;
+  for (const auto& life : lives)
+    ended.push_back({.life = life, .latest_begin = life.begin});
+  std::ranges::stable_sort(
+      ended, {}, [](const Ended& one) { return std::tuple(one.life.end, one.life.begin); });
+  for (std::size_t i = 1; i < ended.size(); ++i) {
+    ended[i].latest_begin = std::max(ended[i].latest_begin, ended[i - 1].latest_begin);
+  }
+  return ended;
+}
+
+// The last ones that had ended when this one began: several, if they lived at the same time.
+std::vector<CallbackIndex> predecessors(const std::vector<Ended>& by_end, const Lifetime& life) {
+  auto next = std::ranges::upper_bound(by_end, life.begin, {},
+                                       [](const Ended& one) { return one.life.end; });
+  const auto is_itself = [&life](const Ended& one) { return one.life.index == life.index; };
+  if (next != by_end.begin() && is_itself(*std::prev(next))) --next;  // it was no longer than that
+  std::vector<CallbackIndex> found;
+  if (next == by_end.begin()) return found;
+  const auto latest_begin = std::prev(next)->latest_begin;
+  while (next != by_end.begin() && std::prev(next)->life.end >= latest_begin) {
+    --next;
+    if (!is_itself(*next)) found.push_back(next->life.index);
+  }
+  std::ranges::reverse(found);
+  return found;
+}
+
+// Of several predecessors that differ nobody knows which one it follows.
+void conclude_restart(const RuleContext& context, const std::vector<CallbackIndex>& before,
+                      const Lifetime& life, std::vector<SubjectVerdict>& verdicts) {
+  const auto& model = context.model;
+  const auto& after = model.callbacks[at(life.index)];
+  std::vector<SubjectVerdict> compared;
+  for (const auto index : before) {
+    Judgement judgement(context.names.callback(life.index));
+    judgement.check();
+    compare_properties(model.callbacks[at(index)], after, judgement);
+    compare_parameters(context, model.callbacks[at(index)], after, judgement);
+    conclude(std::move(judgement), compared);
+  }
+  const auto is_alike = [&compared](const SubjectVerdict& verdict) {
+    return verdict.verdict == compared.front().verdict;
+  };
+  if (std::ranges::all_of(compared, is_alike)) {
+    verdicts.push_back(std::move(compared.front()));
+    return;
+  }
+  Judgement judgement(context.names.callback(life.index));
+  judgement.check();
+  judgement.doubt(evidence("callback_init", *after.registered,
+                           analysis::counted(before.size(), "lifetime") +
+                               " of this callback lived at the same time before, and differ: which "
+                               "of them it follows is unknown"));
+  conclude(std::move(judgement), verdicts);
+}
+
 std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
@@ -122,6 +186,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
     auto& [first_end, first_unknown_end] = ends[key.first];
     std::ranges::stable_sort(lives, {},
                              [](const Lifetime& life) { return std::tuple(life.begin, life.end); });
+    const auto by_end = in_order_of_ends(lives);
     for (std::size_t i = 0; i < lives.size(); ++i) {
       first_end = first_end ? std::min(*first_end, lives[i].end) : lives[i].end;
       if (i == 0 && first_unknown_end && *first_unknown_end < lives[i].begin) {
@@ -131,14 +196,8 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
                                  "been the same one"));
         conclude(std::move(judgement), verdicts);
       }
-      if (i == 0 || lives[i - 1].end > lives[i].begin) continue;
-      const auto& before = model.callbacks[at(lives[i - 1].index)];
-      const auto& after = model.callbacks[at(lives[i].index)];
-      Judgement judgement(names.callback(lives[i].index));
-      judgement.check();
-      compare_properties(before, after, judgement);
-      compare_parameters(context, before, after, judgement);
-      conclude(std::move(judgement), verdicts);
+      const auto before = predecessors(by_end, lives[i]);
+      if (!before.empty()) conclude_restart(context, before, lives[i], verdicts);
     }
   }
   for (const auto& life : unknown) {
@@ -159,7 +218,8 @@ const Rule kMappingSurvivesRestart{
     "M5", "mapping-survives-restart",
     "When a process is restarted, each callback returns as it was: same kind, source, period "
     "and deadline, and its thread with the same policy, priority or nice value, deadline triple "
-    "and CPUs. Each lifetime is compared with the one before it.\n"
+    "and CPUs. Each lifetime is compared with the one before it; of several that lived at the same "
+    "time before, it must be like each or like none to be judged.\n"
     "Why it matters: Configurators that address threads by tid lose their setting at a restart, "
     "and nobody notices.\n"
     "Inconclusive when a logical id, or the last parameters of one of the lifetimes, were lost.\n"

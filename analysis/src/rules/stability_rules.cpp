@@ -26,13 +26,31 @@ std::string whose(const Model& model, const ThreadFacts& thread) {
   return " (thread of " + model.callbacks[at(thread.ran.front()->callback)].logical_id + ")";
 }
 
+// The spec asks for a slice or a clamp that differs.
+bool is_asked_for(const ThreadParameters& asked, const ReadBack& applied, const ReadBack& audit) {
+  return (asked.slice_ns && applied.slice_ns != audit.slice_ns) ||
+         (asked.util_min && applied.util_min != audit.util_min) ||
+         (asked.util_max && applied.util_max != audit.util_max);
+}
+
+// What was applied and a later audit that differs from it. Null: none does.
+const std::pair<ReadBack, ReadBack>* audit_mismatch(const RuleContext& context,
+                                                    const ThreadFacts& thread) {
+  if (thread.audit_mismatch) return &*thread.audit_mismatch;
+  if (!thread.slice_or_clamp_mismatch) return nullptr;
+  const auto& [applied, audit] = *thread.slice_or_clamp_mismatch;
+  const auto* entry = spec_entry_of(context, thread);
+  const bool is_asked = entry != nullptr && is_asked_for(entry->parameters, applied, audit);
+  return is_asked ? &*thread.slice_or_clamp_mismatch : nullptr;
+}
+
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
   const auto& model = context.model;
   const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   judgement.check(thread.audits_checked + thread.switches_checked);
-  if (thread.audit_mismatch) {
-    const auto& [applied, audit] = *thread.audit_mismatch;
+  if (const auto* mismatch = audit_mismatch(context, thread)) {
+    const auto& [applied, audit] = *mismatch;
     if (proof.may_hide_read_back(index, applied.n, audit.n)) judgement.overrule(proof.loss(index));
     judgement.fail(evidence("thread_sched", applied.at,
                             "applied: " + describe(applied) + whose(model, thread)));

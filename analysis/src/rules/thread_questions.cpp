@@ -151,6 +151,16 @@ const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& cal
   return context.options.spec->find_callback(callback.logical_id, callback.period_ns);
 }
 
+const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread) {
+  if (context.options.spec == nullptr) return nullptr;
+  if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
+  for (const auto* pair : thread.ran) {
+    const auto& callback = context.model.callbacks[at(pair->callback)];
+    if (is_registered_to(thread, callback)) return spec_entry(context, callback);
+  }
+  return nullptr;
+}
+
 std::string place(const RuleContext& context, int line) {
   return (context.options.spec != nullptr ? context.options.spec->name() : std::string()) + ':' +
          std::to_string(line);

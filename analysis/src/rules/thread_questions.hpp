@@ -40,6 +40,8 @@ std::optional<bool> is_as_specified(const ReadBack& read_back, const ThreadParam
 bool judges_parameters(const ThreadParameters& parameters) noexcept;
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);
+// For a thread: the entry of its callback, or, for a worker, of its name.
+const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread);
 // "robot.yaml:12".
 std::string place(const RuleContext& context, int line);
 // "robot.yaml:12 asks for SCHED_FIFO 20".

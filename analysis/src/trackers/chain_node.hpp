@@ -42,7 +42,7 @@ class ChainNodeRef {
 
 // One instance as a link of chains.
 struct ChainNode {
-  enum class Link : std::uint8_t { source, resolved, outside, unseen };
+  enum class Link : std::uint8_t { source, resolved, outside, unseen, forgotten };
 
   CallbackIndex callback{};
   HostIndex host{};
@@ -53,7 +53,9 @@ struct ChainNode {
   std::uint64_t read = 0;    // its read's number among those of its callback in the window
   bool is_in_window = true;  // began inside the window
 
-  Link link = Link::source;  // outside: published outside any callback, or before the first seen
+  // outside: published outside any callback, or before the first seen; forgotten: its parent, as
+  // what lies further back than chains are long
+  Link link = Link::source;
   std::uint32_t depth = 0;
   // The message it took: writer and source timestamp; parent and published are resolved from them.
   std::uint64_t writer_gid = 0;

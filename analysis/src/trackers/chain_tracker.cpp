@@ -32,13 +32,18 @@ HostRoute route_of(std::span<const ChainNode* const> nodes) {
 
 ChainTracker::ChainTracker(Model& model, Registry& registry, HostClocks& clocks,
                            const SchedulingSpec* spec)
-    : model_(model), registry_(registry), clocks_(clocks), has_spec_(spec != nullptr) {
+    : model_(model),
+      registry_(registry),
+      clocks_(clocks),
+      has_spec_(spec != nullptr),
+      most_hops_(kMaxHops) {
   if (!has_spec_) return;
   for (const auto& chain : spec->chains()) {
     Chain entry;
     entry.facts.name = chain.name;
     entry.facts.specified = true;
     entry.facts.hops = chain.callbacks;
+    most_hops_ = std::max(most_hops_, static_cast<std::uint32_t>(chain.callbacks.size()));
     specified_.push_back(std::move(entry));
   }
 }
@@ -72,7 +77,10 @@ bool ChainTracker::is_published(const ChainNode& node) const {
 
 void ChainTracker::resolve(ChainNode& node) {
   if (node.writer_gid == 0 || node.source_timestamp == 0) return;
-  if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside) return;
+  if (node.link == ChainNode::Link::resolved || node.link == ChainNode::Link::outside ||
+      node.link == ChainNode::Link::forgotten) {
+    return;
+  }
   const auto publisher = registry_.publisher_by_gid(node.host, node.writer_gid);
   if (!publisher) {
     node.link = ChainNode::Link::source;  // written by somebody who is not traced
@@ -103,12 +111,12 @@ void ChainTracker::resolve(ChainNode& node) {
   node.link = ChainNode::Link::resolved;
   node.parent = found->node;
   node.depth = node.parent->depth + 1;
-  if (node.depth < kMaxHops) return;
+  if (node.depth < most_hops_) return;
   auto* ancestor = &node;  // a cycle of callbacks: forget what lies further back
-  for (std::uint32_t i = 1; i < kMaxHops && ancestor->parent; ++i)
+  for (std::uint32_t i = 1; i < most_hops_ && ancestor->parent; ++i)
     ancestor = ancestor->parent.get();
   ancestor->parent.reset();
-  if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::outside;
+  if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::forgotten;
 }
 
 void ChainTracker::link(ChainNode& node) {
@@ -193,7 +201,9 @@ ChainTracker::Walk ChainTracker::walk(const ChainNode& node, const Chain& chain)
     if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return Walk::other;
     nodes[i] = current;
     if (i == 0) break;
-    if (current->link == ChainNode::Link::unseen) {
+    const bool is_missing =
+        current->link == ChainNode::Link::unseen || current->link == ChainNode::Link::forgotten;
+    if (is_missing) {
       nodes.front() = current;
       return Walk::missing;
     }
@@ -223,7 +233,7 @@ bool ChainTracker::walk(const ChainNode& node) {
   for (const auto* current = &node; current != nullptr; current = current->parent.get()) {
     nodes.push_back(current);
     if (!current->parent && current->link != ChainNode::Link::source &&
-        current->link != ChainNode::Link::outside) {
+        current->link != ChainNode::Link::outside && current->link != ChainNode::Link::forgotten) {
       return false;  // an unseen publish: where the path begins is unknown
     }
   }
@@ -343,15 +353,23 @@ void ChainTracker::forget_releases(CallbackIndex callback) {
     forget(chain);
 }
 
+void ChainTracker::change_callbacks(Chain& chain, const Nodes& nodes) {
+  constexpr std::size_t kMost = 1024;
+  if (chain.others.size() >= kMost) chain.others.clear();
+  if (!chain.hops.empty()) chain.others[chain.hops] = std::move(chain.progress);
+  chain.hops.resize(nodes.size());
+  std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
+                 [](const ChainNode* node) { return node->callback; });
+  chain.progress = std::exchange(chain.others[chain.hops], {});
+}
+
 void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end) {
   auto& facts = chain.facts;
   ++facts.instances;
   const bool is_restarted =
       !std::equal(chain.hops.begin(), chain.hops.end(), nodes.begin(), nodes.end(),
                   [](CallbackIndex hop, const ChainNode* node) { return hop == node->callback; });
-  chain.hops.resize(nodes.size());
-  std::transform(nodes.begin(), nodes.end(), chain.hops.begin(),
-                 [](const ChainNode* node) { return node->callback; });
+  if (is_restarted) change_callbacks(chain, nodes);
   facts.processing.resize(nodes.size());
   facts.communication.resize(nodes.size() - 1);
   if (is_restarted) facts.routes.insert(route_of(nodes));
@@ -370,7 +388,7 @@ void ChainTracker::measure(Chain& chain, const Nodes& nodes, const EventRef& end
     progress.has_last = false;
     return;
   }
-  if (progress.has_last && !is_restarted && !has_hole(nodes, progress)) {
+  if (progress.has_last && !has_hole(nodes, progress)) {
     const auto age = end.time - (progress.last_start.time + *shift);
     facts.data_age.add(age);
     keep_larger(facts.max_data_age, age, progress.last_start, end);

@@ -112,8 +112,9 @@ class ChainTracker {
   };
   struct Chain {
     ChainFacts facts;
-    std::vector<CallbackIndex> hops;
-    Progress progress;
+    std::vector<CallbackIndex> hops;                          // of the last instance
+    Progress progress;                                        // of its callbacks
+    std::map<std::vector<CallbackIndex>, Progress> others{};  // of other callbacks with their ids
   };
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
@@ -144,6 +145,8 @@ class ChainTracker {
   // Answers the reads before that of this chain instance.
   void answer(Chain& chain, const ChainNode& first, const EventRef& end, Duration to_last);
   bool has_hole(const Nodes& nodes, const Progress& progress);
+  // An instance of other callbacks than the last one's follows: of another process, or a later one.
+  static void change_callbacks(Chain& chain, const Nodes& nodes);
   // `take` gives the facts of a chain or of an edge, which are copied or left behind.
   template <typename Take>
   void fill_model(Take take);
@@ -162,6 +165,7 @@ class ChainTracker {
   ByIndex<CallbackIndex, MessageEdgeFacts*> last_edge_to_;  // null: none yet
   Nodes scratch_;
   bool has_spec_ = false;
+  std::uint32_t most_hops_;  // of a chain
 };
 
 }  // namespace cie::analysis

@@ -22,6 +22,14 @@ std::unique_ptr<LiveInstance> EndedInstances::new_instance() {
   return live;
 }
 
+bool EndedInstances::is_message_awaited(const LiveInstance& live) const {
+  if (live.source_timestamp <= 0) return false;
+  const auto publisher = registry_.publisher_by_gid(live.host, live.writer_gid);
+  if (!publisher) return false;
+  const auto process = model_.publishers[*publisher].process;
+  return model_.processes[at(process)].host != live.host && !chains_.is_published(*live.node);
+}
+
 void EndedInstances::measure_first() {
   measure(std::move(waiting_.front()));
   waiting_.pop_front();

@@ -69,6 +69,8 @@ class EndedInstances {
   void measure_settled(const EventHead& head);
   // All that will ever be told of its callback, its thread and the writer of its message was told.
   bool is_announced(const LiveInstance& live) const;
+  // Its message came from a host whose clock may be ahead: its publication may follow.
+  bool is_message_awaited(const LiveInstance& live) const;
   // `now` of the clock of the host `there`.
   bool is_settled(const LiveInstance& live, Timestamp now, HostIndex there) const;
 
@@ -98,6 +100,7 @@ inline bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now,
 inline bool EndedInstances::is_announced(const LiveInstance& live) const {
   const auto& callback = *live.callback_facts;
   if (!callback.registered) return false;
+  if (model_.hosts.size() > 1 && live.node && is_message_awaited(live)) return false;
   if (live.thread_facts == nullptr || live.thread_facts->announced) return true;
   // Nobody announces threads of what follows from other events, unless the process has own ones.
   // A message may be taken before its publication is put together, with which the publisher comes.

@@ -12,6 +12,14 @@ constexpr std::size_t kMostCpus = 4096;  // no machine has more; a forged record
 // Of `prev_state`: a task that never runs again (EXIT_DEAD, EXIT_ZOMBIE).
 constexpr std::uint64_t kDead = 0x30;
 
+bool has_same_slice_and_clamps(const ReadBack& expected, const ReadBack& audit) {
+  const auto is_same = [&](auto field) {
+    return !(expected.*field) || !(audit.*field) || audit.*field == expected.*field;
+  };
+  return is_same(&ReadBack::slice_ns) && is_same(&ReadBack::util_min) &&
+         is_same(&ReadBack::util_max);
+}
+
 // The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
 bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
   const auto is_same = [&](auto field) {
@@ -78,6 +86,9 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
   ++thread.audits_checked;
   const bool is_same = is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit);
   if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {*expected, audit};
+  if (!thread.slice_or_clamp_mismatch && !has_same_slice_and_clamps(*expected, audit)) {
+    thread.slice_or_clamp_mismatch = {*expected, audit};
+  }
 }
 
 void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit) {

@@ -65,6 +65,12 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who,
   auto& on_thread = of_thread(who.thread);
   on_thread.wakeup = head.time;
   on_thread.has_waited = true;
+  // What was due when it looked for work would have run since.
+  if (!on_thread.open.empty() || !on_thread.last_activity) return;
+  if (on_thread.waited_since) {
+    on_thread.busy_since = std::max(on_thread.busy_since, *on_thread.waited_since);
+  }
+  on_thread.waited_since = on_thread.last_activity;
 }
 
 void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
@@ -200,7 +206,7 @@ void InstanceBuilder::follow_grid(LiveInstance& live) {
   callback.losses = losses_;
   const auto now = live.start.time;
   TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
-  const auto follows = [now](Timestamp end) { return now - end <= TimerGrid::kPrompt; };
+  const auto follows = [now, &grid](Timestamp end) { return now - end <= grid->prompt(); };
   if (live.thread) {
     const auto& thread = of_thread(live.thread);
     // Whatever the thread did last, the timer was called afterwards.

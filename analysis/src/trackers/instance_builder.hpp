@@ -77,7 +77,8 @@ class InstanceBuilder {
     bool is_inside_known = true;
     std::uint32_t unseen = 0;  // instances that began before the window and have not ended
     std::optional<Timestamp> last_activity;  // the latest start or end
-    Timestamp busy_since;     // until then: that instances followed each other at once
+    Timestamp busy_since;  // until then: that instances followed each other at once
+    std::optional<Timestamp> waited_since;  // its executor looked for work then, before it did last
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
   };
   struct Ended {  // recently ended instances of a callback

@@ -60,7 +60,7 @@ Duration TimerGrid::error() const noexcept {
 
 bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
   const auto latency = start.time - expiry;
-  if (latency <= kPrompt) {
+  if (latency <= prompt()) {
     ++prompt_;
     is_confirmed_ = true;
     is_steady_ = true;
@@ -68,12 +68,12 @@ bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
     floor_ = std::min(floor_, latency);
     if (prompt_ % kEnoughPrompt == 0) {
       highest_floor_ = std::max(highest_floor_, floor_);
-      floor_ = kPrompt;
+      floor_ = prompt();
     }
     return true;
   }
   is_steady_ = false;
-  if (start.busy_since && *start.busy_since <= expiry + kPrompt) return is_confirmed_;
+  if (start.busy_since && *start.busy_since <= expiry + prompt()) return is_confirmed_;
   is_confirmed_ = false;
   ++late_;
   is_refuted_ = late_ >= kEnoughLate && is_mostly_late();

@@ -11,6 +11,7 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/time.hpp>
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 
@@ -51,6 +52,8 @@ class TimerGrid {
 
   // So soon after its release an instance starts that waits for nothing.
   static constexpr Duration kPrompt = kMostTimerError;
+  // The same of this timer: where most of a period is prompt, a start says nothing of the grid.
+  Duration prompt() const noexcept { return std::min(kPrompt, Duration{period_.ns / 4}); }
 
  private:
   std::int64_t last_until(Timestamp time) const noexcept;
@@ -71,7 +74,7 @@ class TimerGrid {
   bool has_started_ = false;
   bool is_confirmed_ = false;  // by a prompt start since the last late one
   std::uint64_t prompt_ = 0;
-  Duration floor_ = kPrompt;  // of the latest prompt starts, up to kEnoughPrompt of them
+  Duration floor_ = prompt();  // of the latest prompt starts, up to kEnoughPrompt of them
   Duration highest_floor_;
   Duration last_prompt_;
   bool is_steady_ = false;

@@ -81,6 +81,27 @@ TEST(Ros2Messages, AChainIsDividedByStartsWhereReleasesAreNotKnown) {
   EXPECT_FALSE(subscription.publish_to_start);
 }
 
+// Some messages that a thread takes start no callback that is seen: an action's feedback.
+TEST(Ros2Messages, WhatWasTakenForAnotherIsNotTheCallbacks) {
+  const auto bounded = [](const std::string& between, const std::string& start) {
+    const auto result = analyze_ros2(std::string(kPair) + R"(
+    200 callback_start pid=1 callback=0x30
+    204 rcl_publish pid=1 publisher_handle=0x60 message=0x99
+    205 rmw_publish pid=1 rmw_publisher_handle=1 message=0x99 timestamp=1000205
+    207 callback_end pid=1 callback=0x30
+    210 rmw_take pid=2 tid=2 message=0x88 source_timestamp=1000205 taken=1
+    )" + between + R"(
+    230 callback_start pid=2 tid=2 callback=0x50)" +
+                                     start + R"(
+    237 callback_end pid=2 tid=2 callback=0x50)");
+    return !result.analysis.report.chains.empty();
+  };
+  EXPECT_TRUE(bounded("", " is_intra_process=0"));
+  EXPECT_FALSE(bounded("", " is_intra_process=1"));
+  EXPECT_FALSE(
+      bounded("220 rclcpp_executor_wait_for_work pid=2 tid=2 timeout=-1", " is_intra_process=0"));
+}
+
 TEST(Ros2Messages, TheCommunicationLatencyOfATopicIsThatOfTheGraphsEdge) {
   const auto result = analyze_ros2(std::string(kPair) + kTwoRuns);
   ASSERT_EQ(result.analysis.report.edges.size(), 1U);

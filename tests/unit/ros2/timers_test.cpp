@@ -201,6 +201,45 @@ TEST(Ros2Timers, AWatchdogThatIsResetAllTheTimeSkipsNothing) {
   EXPECT_NE(result.verdict("R1"), Verdict::fail);
 }
 
+// A cancelled timer that is reset later, while something else runs every millisecond: the executor looked for work often
+// enough in between to have called it.
+TEST(Ros2Timers, WhatWasDueWhenTheExecutorWaitedWouldHaveRun) {
+  Text text;
+  for (std::int64_t k = 1; k <= 20; ++k)
+    text.run(expiry(k) + 100 * kUs, 50 * kUs);
+  for (auto time = expiry(20) + kMs; time < expiry(44); time += kMs - 50 * kUs) {
+    text.wait(time).add(time, "callback_start callback=0x70");
+    text.add(time + 20 * kUs, "callback_end callback=0x70");
+  }
+  for (std::int64_t k = 44; k <= 60; ++k)
+    text.run(expiry(k) + 410 * kUs, 50 * kUs);
+  const auto result = text.analyze(
+      -1, "callback_groups:\n  - id: " + std::string(kId) + "\n    response_deadline: 2ms\n");
+  EXPECT_NE(result.verdict("R2"), Verdict::fail) << result.evidence("R2");
+  EXPECT_NE(result.verdict("R3"), Verdict::fail) << result.evidence("R3");
+}
+
+// Each start of a timer of 1 ms is within 1 ms after some expiry: that says nothing of its grid.
+TEST(Ros2Timers, AShortPeriodConfirmsNoGridByItself) {
+  std::string text = R"(
+    0 rcl_node_init node_handle=0x10 node_name=n namespace=/
+    1000 rcl_timer_init timer_handle=0x20 period=1000000
+    1000 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    1000 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+)";
+  for (std::int64_t i = 0; i < 60; ++i) {  // its callback resets it: 70 us more than the period
+    const auto start = 1'031'000 + i * 1'070'000;
+    text += std::to_string(start - 2) + " rclcpp_executor_wait_for_work timeout=1\n" +
+            std::to_string(start - 1) + " rclcpp_executor_get_next_ready\n" +
+            std::to_string(start) + " callback_start callback=0x30\n" +
+            std::to_string(start + 20'000) + " callback_end callback=0x30\n";
+  }
+  const auto result = analyze_ros2(
+      text, -1, "callback_groups:\n  - id: /n@Timer(1000000)\n    response_deadline: 500us\n");
+  for (const auto* rule : {"R1", "R2", "R3"})
+    EXPECT_NE(result.verdict(rule), Verdict::fail) << rule << result.evidence(rule);
+}
+
 TEST(Ros2Timers, AfterALossTheGridGoesOn) {
   Text text;
   for (std::int64_t k = 1; k <= 2; ++k)

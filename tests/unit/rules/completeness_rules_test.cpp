@@ -254,6 +254,16 @@ TEST(SpecifiedCallbackSeen, AsksForEachOfThoseThatLiveAtTheSameTime) {
   EXPECT_EQ(judged("until=300"), Verdict::fail);
 }
 
+// An entry by its period means each such timer: one that ran excuses no other.
+TEST(SpecifiedCallbackSeen, AsksForEachTimerThatAnEntryMeans) {
+  const Verified verified(
+      "callback a id=/n@Timer(1000) timer period=1000\n"
+      "callback b id=/n@Timer(tick) timer period=1000\n"
+      "10 start b\n12 end b",
+      "callback_groups:\n  - id: /n@Timer(1000)\n    response_deadline: 50\n");
+  EXPECT_EQ(verified.of("M1", "callback /n@Timer(1000)"), Verdict::fail);
+}
+
 TEST(SpecifiedCallbackSeen, IsInconclusiveWithoutProofOfCompleteness) {
   auto trace = trace_of(kThreeInstances);
   trace.erase<PublisherFini>();

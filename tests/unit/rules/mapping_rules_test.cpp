@@ -278,5 +278,36 @@ TEST(UniqueLogicalId, IsInconclusiveWhenACallbackWasNeverSeenAtAll) {
   EXPECT_THAT(verified.evidence("M7", "callback fusion"), HasSubstr("2 counted, 1 seen"));
 }
 
+// What ends and what begins in one nanosecond do not live together.
+TEST(UniqueLogicalId, LivesThatTouchAreTwo) {
+  auto trace = trace_of(R"(
+    callback a id=/n@Timer timer
+    callback b id=/n@Timer timer
+    10 start a
+    12 end a
+    20 fini a
+    20 init b
+    30 start b
+    32 end b)");
+  trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+    return e.callback == CallbackId{1} && head.time.ns < 20;
+  });
+  EXPECT_EQ(Verified(trace)["M7"], Verdict::pass);
+}
+
+TEST(OneThreadPerCallback, ThreadsThatTouchDoNotLiveTogether) {
+  EXPECT_EQ(Verified(R"(
+    thread t1 pool tid=301
+    thread t2 pool tid=302
+    callback a pooled
+    10 start a on=t1
+    12 end a on=t1
+    20 finish t1
+    20 begin t2
+    30 start a on=t2
+    32 end a on=t2)")["M3"],
+            Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -96,6 +96,67 @@ TEST(ChainBounds, BoundsTheReactionTime) {
   EXPECT_EQ(Verified(kChain, chain("reaction_time: 43"))["Q2"], Verdict::fail);
 }
 
+// Two processes, as of two robots, whose callbacks have the same ids: what the one does makes nothing of the other new.
+TEST(ChainBounds, AreMeasuredAmongTheSameCallbacks) {
+  const auto process = [](const std::string& name, int pid, const std::string& topic) {
+    return "process " + name + " pid=" + std::to_string(pid) + "\npublisher " + name +
+           ".out topic=" + topic + "\ncallback " + name +
+           ".plan id=plan timer period=20\ncallback " + name +
+           ".fusion id=fusion subscription topic=" + topic + "\n";
+  };
+  const auto run = [](const std::string& name, int at, int number) {
+    const auto line = [&](int after, const std::string& what) {
+      return std::to_string(at + after) + ' ' + what + '\n';
+    };
+    return line(0, "start " + name + ".plan release=none") +
+           line(1, "publish " + name + ".out on=" + name + ".plan") +
+           line(2, "end " + name + ".plan") +
+           line(3, "start " + name + ".fusion release=none from=" + name +
+                       ".out:" + std::to_string(number)) +
+           line(5, "end " + name + ".fusion");
+  };
+  const auto text = process("a", 100, "/a") + process("b", 200, "/b") + run("a", 100, 0) +
+                    run("b", 200, 0) + run("a", 300, 1) + run("b", 450, 1);
+  // What a read at 100 is in use until 305, what b read at 200 until 455.
+  EXPECT_EQ(Verified(text, chain("data_age: 255"))["Q2"], Verdict::pass);
+  EXPECT_EQ(Verified(text, chain("data_age: 254"))["Q2"], Verdict::fail);
+  EXPECT_EQ(Verified(text, chain("reaction_time: 255"))["Q2"], Verdict::pass);
+  EXPECT_EQ(Verified(text, chain("reaction_time: 254"))["Q2"], Verdict::fail);
+}
+
+TEST(ChainBounds, AreMeasuredHoweverLongTheChainIs) {
+  constexpr int kHops = 40;
+  std::string text;
+  std::string callbacks;
+  for (int i = 0; i < kHops; ++i) {
+    const auto n = std::to_string(i);
+    const auto at = [i](int after) { return std::to_string(100 + 10 * i + after) + ' '; };
+    text += "publisher p" + n + " topic=/t" + n + "\ncallback c" + n +
+            (i == 0 ? " timer period=1000\n"
+                    : " subscription topic=/t" + std::to_string(i - 1) + '\n') +
+            at(0) + "start c" + n + " release=" + at(0) +
+            (i == 0 ? "\n" : " from=p" + std::to_string(i - 1) + ":0\n") + at(2) + "publish p" + n +
+            " on=c" + n + '\n' + at(4) + "end c" + n + '\n';
+    callbacks += (i == 0 ? "c" : ", c") + n;
+  }
+  const auto spec = [&callbacks](int bound) {
+    return "chains:\n  - name: brake\n    callbacks: [" + callbacks +
+           "]\n    path_latency: " + std::to_string(bound) + "\n";
+  };
+  EXPECT_EQ(Verified(text, spec(10 * (kHops - 1) + 4))["Q2"], Verdict::pass);
+  EXPECT_EQ(Verified(text, spec(10 * (kHops - 1) + 3))["Q2"], Verdict::fail);
+}
+
+TEST(ChainBounds, AreInconclusiveWhenAPublisherIsMissingAltogether) {
+  auto trace = trace_of("publisher other topic=/t\n" + std::string(kChain));
+  EXPECT_EQ(Verified(trace, chain("path_latency: 25"))["Q2"], Verdict::pass);
+  const auto gone = [](const auto& event, const EventHead&) {
+    return event.publisher == PublisherId{0};
+  };
+  ASSERT_EQ(trace.erase<PublisherInit>(gone) + trace.erase<PublisherFini>(gone), 2U);
+  EXPECT_EQ(Verified(trace, chain("path_latency: 25"))["Q2"], Verdict::inconclusive);
+}
+
 TEST(ChainBounds, IsInconclusiveWhenAPublishIsUnseen) {
   auto trace = trace_of(kChain);
   trace.erase<Publish>([](const Publish& e, const EventHead&) { return e.seq == 1; });
@@ -212,7 +273,7 @@ TEST(ChainBounds, IsInconclusiveWhenNothingOfABoundCouldBeMeasured) {
 
 // plan on one host, fusion on another one whose clock is 300 ahead. Ends at 25 and 55 of a path
 // that begins at 10 and 30; the message takes 2 and 10. Back, none takes less than `back`.
-Verdict of_two_hosts(const std::string& bound, int back) {
+Verdict of_two_hosts(const std::string& bound, int back, std::int64_t ahead = 300) {
   auto text = std::string(R"(
     process robot pid=100
     publisher out topic=/points
@@ -238,7 +299,7 @@ Verdict of_two_hosts(const std::string& bound, int back) {
             " from=back:0\n" + std::to_string(release + 1) + " end ack";
   }
   auto trace = trace_of(text);
-  move_to_host(trace, 200, {.name = "desk", .monotonic = 7'000, .realtime = 300});
+  move_to_host(trace, 200, {.name = "desk", .monotonic = 7'000, .realtime = ahead});
   return Verified(trace, chain(bound))["Q2"];
 }
 
@@ -248,6 +309,13 @@ TEST(ChainBounds, BetweenHostsNeedWhatTheClocksMayDifferByBesides) {
   EXPECT_EQ(of_two_hosts("path_latency: 30", 6), Verdict::inconclusive);
   EXPECT_EQ(of_two_hosts("path_latency: 23", 6), Verdict::inconclusive);
   EXPECT_EQ(of_two_hosts("path_latency: 22", 6), Verdict::fail);
+}
+
+// By its clock the other host took and answered messages before they were published.
+TEST(ChainBounds, BetweenHostsHoldWhicheverClockIsAhead) {
+  EXPECT_EQ(of_two_hosts("path_latency: 31", 6, -300), Verdict::pass);
+  EXPECT_EQ(of_two_hosts("path_latency: 30", 6, -300), Verdict::inconclusive);
+  EXPECT_EQ(of_two_hosts("path_latency: 22", 6, -300), Verdict::fail);
 }
 
 TEST(ChainBounds, BetweenHostsAreNotProvenByMessagesOfOneDirection) {

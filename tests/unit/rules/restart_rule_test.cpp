@@ -56,6 +56,33 @@ TEST(MappingSurvivesRestart, IsInconclusiveWhenALaterReadBackWasLost) {
   EXPECT_EQ(Verified(trace).of("M5", kLater), Verdict::inconclusive) << "no false FAIL";
 }
 
+// Two processes at once, and then a third one: which of them it follows is known if they agree, or if it is like neither.
+TEST(MappingSurvivesRestart, ComparesWithAllThatItMayFollow) {
+  const auto judged = [](int first, int second, int third) {
+    const auto priority = [](int value) {
+      return " policy=fifo priority=" + std::to_string(value);
+    };
+    return Verified(
+               "process one pid=100 until=100\ncallback a id=/n@Timer timer period=10\n"
+               "process two pid=150 until=100\ncallback b id=/n@Timer timer period=10\n"
+               "process three pid=200 from=1000\ncallback c id=/n@Timer timer period=10\n"
+               "1 initial a\n2 applied a" +
+               priority(first) +
+               "\n10 start a\n12 end a\n"
+               "1 initial b\n2 applied b" +
+               priority(second) +
+               "\n10 start b\n12 end b\n"
+               "1101 initial c\n1102 applied c" +
+               priority(third) + "\n1110 start c\n1112 end c")
+        .of("M5", kLater);
+  };
+  EXPECT_EQ(judged(20, 20, 20), Verdict::pass);
+  EXPECT_EQ(judged(20, 20, 30), Verdict::fail);
+  EXPECT_EQ(judged(20, 25, 30), Verdict::fail);
+  EXPECT_EQ(judged(20, 30, 30), Verdict::inconclusive);
+  EXPECT_EQ(judged(30, 20, 30), Verdict::inconclusive);
+}
+
 TEST(MappingSurvivesRestart, IsInconclusiveWithoutALogicalId) {
   auto trace = trace_of(restarted("", ""));
   trace.erase<CallbackInit>(

@@ -42,6 +42,23 @@ TEST(ParametersUnchanged, ComparesSlicesThatWereAskedFor) {
   EXPECT_EQ(sliced("2800000", "3000000"), Verdict::pass);
 }
 
+TEST(ParametersUnchanged, ComparesClampsThatTheSpecAsksFor) {
+  constexpr auto kClamped = R"(
+    callback fusion
+    -100 initial fusion util_max=1024
+    -90 applied fusion util_max=1024
+    10 start fusion
+    12 end fusion
+    30 audit fusion util_max=512)";
+  EXPECT_EQ(
+      Verified(kClamped,
+               "callback_groups:\n  - {id: fusion, policy: SCHED_OTHER, uclamp_max: 1024}\n")["S3"],
+      Verdict::fail);
+  EXPECT_EQ(Verified(kClamped, "callback_groups:\n  - {id: fusion, policy: SCHED_OTHER}\n")["S3"],
+            Verdict::pass)
+      << "the kernel's own";
+}
+
 TEST(ParametersUnchanged, IsNotJudgedWhileParametersChange) {
   EXPECT_EQ(Verified(configured_run("14 audit fusion policy=fifo priority=80 change=1\n"
                                     "15 switch 0 idle fusion next_prio=29\n"

@@ -93,7 +93,9 @@ void EventTranslator::heed(std::span<Event> events, const EventBatch& batch) {
 }
 
 void EventTranslator::apply(const EventHead& head, const StreamBegin& event) {
-  stream_of(head) = {.host = &hosts_[std::string(event.host)],
+  // Machines may be called alike: then their boots tell them apart.
+  auto host = std::string(event.host) + '\0' + std::string(event.clock_uuid);
+  stream_of(head) = {.host = &hosts_[std::move(host)],
                      .offset_ns = event.clock_offset_ns,
                      .is_kernel = event.domain == Domain::kernel};
 }
@@ -223,7 +225,7 @@ void EventTranslator::translate(Event& event, const Translation& translation, co
   }
   auto& callback = process.directory.callback(address);
   if (!callback.is_told) return false;
-  start(address, callback, context);
+  start(address, callback, p, context);
   return true;
 }
 
@@ -251,11 +253,11 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     }
     case Ros2Event::callback_start: {
-      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(1), sink);
+      if (!std::exchange(context.thread.is_named, true)) tell_name(head, p.text(2), sink);
       const auto address = p.number<Address>(0);
       auto& callback = process.directory.callback(address);
       if (!callback.is_told) announce(callback, head, process, sink);
-      start(address, callback, context);
+      start(address, callback, p, context);
       break;
     }
     case Ros2Event::callback_end:
@@ -263,6 +265,7 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     case Ros2Event::executor_wait:
       context.thread.is_waiting = p.number<std::int64_t>(0, -1) != 0;
+      context.thread.taken.reset();  // whoever took that was done with it
       break;
     case Ros2Event::executor_ready:
       if (context.thread.is_waiting) {
@@ -338,7 +341,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 
 // The message that a callback which starts was given; none if it is unknown.
 inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address address,
-                                               Context& context) {
+                                               const Payload& start, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
@@ -355,15 +358,18 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
   }
   if (thread.dequeued) return *thread.dequeued;
   if (!thread.taken) return {};
+  // A message from within the process was taken from no writer: that was another one.
+  const bool is_intra_process = start.number<int>(1) != 0;
+  if (is_intra_process) return {};
   return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *thread.taken}
                                             : links_.find(callback.source, *thread.taken)};
 }
 
 [[gnu::always_inline]] inline void EventTranslator::start(Address address, ros2::Callback& callback,
-                                                          Context& context) {
+                                                          const Payload& p, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   const auto seq = callback.next_seq++;
-  const auto message = taken_by(callback, address, context);
+  const auto message = taken_by(callback, address, p, context);
   thread.taken.reset();
   thread.dequeued.reset();
   thread.handed_over.reset();

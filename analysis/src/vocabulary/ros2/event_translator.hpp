@@ -86,11 +86,13 @@ class EventTranslator final : public Translator {
   // False: it may be something else.
   inline bool run(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
   static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
-  inline void start(ros2::Address address, ros2::Callback& callback, ros2::Context& context);
+  inline void start(ros2::Address address, ros2::Callback& callback, const Payload& p,
+                    ros2::Context& context);
   static inline void end(ros2::Address address, ros2::Context& context);
   static void enqueue(const Payload& p, ros2::Context& context);
+  // `start`: its fields.
   inline ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
-                                      ros2::Context& context);
+                                      const Payload& start, ros2::Context& context);
   Stream& stream_of(const EventHead& head) {
     const auto index = static_cast<std::size_t>(head.stream);
     const bool is_known = index < streams_.size() && streams_[index].host != nullptr;
@@ -111,7 +113,7 @@ class EventTranslator final : public Translator {
   std::vector<Stream> streams_;
   std::array<EmittingThread, kEmitting> emitting_{};  // by tid
   Begun begun_;
-  std::map<std::string, Host> hosts_;
+  std::map<std::string, Host> hosts_;  // by name and clock
   ros2::MessageLinks links_;
   ros2::Publications publications_{links_};
   ros2::Services services_;

@@ -78,7 +78,8 @@ void add_entities(std::vector<Translation>& table) {
 
 void add_running(std::vector<Translation>& table) {
   add_named(table, Ros2Event::callback_start,
-            {"ros2:callback_start", "agnocast:agnocast_callable_start"}, {"callback|callable"});
+            {"ros2:callback_start", "agnocast:agnocast_callable_start"},
+            {"callback|callable", "is_intra_process"});
   add(table, Ros2Event::callback_end, {"ros2:callback_end", "agnocast:agnocast_callable_end"},
       {"callback|callable"});
   add(table, Ros2Event::publish, {"ros2:rclcpp_publish"}, {"message"});
