@@ -15,22 +15,6 @@ std::string counted(std::uint64_t expected, std::uint64_t seen) {
   return std::to_string(expected) + " counted, " + std::to_string(seen) + " seen";
 }
 
-std::string_view name_of(LossKind kind) {
-  switch (kind) {
-    case LossKind::discarded_events:
-      return "discarded_events";
-    case LossKind::discarded_packets:
-      return "discarded_packets";
-    case LossKind::damaged_packet:
-      return "damaged_packet";
-    case LossKind::foreign_metadata:
-      return "foreign_metadata";
-    case LossKind::switch_mismatch:
-      return "switch_mismatch";
-  }
-  return "";
-}
-
 std::optional<Evidence> gap_of(const SequenceFacts& numbers, const char* event,
                                const char* number) {
   if (numbers.first_gap) {
@@ -96,36 +80,16 @@ std::optional<Evidence> lost_start(const CallbackFacts& facts) {
   return std::nullopt;
 }
 
-std::string describe_loss(const Loss& loss) {
-  std::string text = loss.count ? std::to_string(*loss.count) + " lost" : "an unknown number lost";
-  text += " until " + std::to_string(loss.end.ns);
-  text += loss.domain == Domain::kernel ? ", kernel" : ", user space";
-  return loss.note.empty() ? text : text + ", " + loss.note;
-}
-
 }  // namespace
-
-Evidence evidence_of(const Loss& loss) {
-  return Evidence{.event = std::string(name_of(loss.kind)),
-                  .time = loss.begin,
-                  .cpu = loss.cpu,
-                  .pid = std::nullopt,
-                  .tid = std::nullopt,
-                  .note = describe_loss(loss)};
-}
-
-Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time) {
-  return evidence("cpus_not_recorded", moment(time),
-                  analysis::counted(cpus, "CPU") + " without a kernel stream");
-}
 
 Proof::Proof(const Model& model, const ThreadLives& lives)
     : model_(model),
       lives_(lives),
+      holes_(model),
       processes_(model.processes.size()),
       callbacks_(model.callbacks.size()),
       threads_(model.threads.size()) {
-  find_losses();
+  find_user_losses();
   for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
     prove(CallbackIndex{static_cast<std::uint32_t>(i)});
   }
@@ -240,49 +204,10 @@ bool Proof::may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> 
   return !is_only_gap || gap.seen > low;
 }
 
-std::optional<Evidence> Proof::kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const {
-  if (model_.losses_dropped != 0) {
-    return Evidence{.event = "discarded_events",
-                    .time = begin,
-                    .cpu = std::nullopt,
-                    .pid = std::nullopt,
-                    .tid = std::nullopt,
-                    .note = "more losses than could be kept"};
-  }
-  if (const auto cpus = model_.hosts[at(host)].cpus_not_recorded; cpus != 0) {
-    return evidence_of_missing_cpus(cpus, begin);
-  }
-  const auto found = kernel_losses_.find(host);
-  if (found == kernel_losses_.end()) return std::nullopt;
-  const auto& losses = found->second;
-  const auto candidate = std::ranges::lower_bound(losses, begin, {}, &Interval::end);
-  if (candidate == losses.end() || candidate->begin > end) return std::nullopt;
-  return evidence_of_hole(*candidate);
-}
-
-Evidence Proof::evidence_of_hole(const Interval& hole) {
-  if (hole.loss != nullptr) return analysis::evidence_of(*hole.loss);
-  const bool is_begin = hole.stream->begin > hole.begin;
-  return evidence(is_begin ? "stream_begin" : "stream_end",
-                  moment(is_begin ? *hole.stream->begin : *hole.stream->end),
-                  std::string("the kernel's record ") + (is_begin ? "begins" : "ends") +
-                      " here on one CPU, and " + (is_begin ? "before" : "later") +
-                      " on another: " + hole.stream->path);
-}
-
 std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
   const auto& life = lives_.of(thread);
   const auto process = model_.threads[at(thread)].process;
-  return kernel_loss(model_.processes[at(process)].host, life.begin, life.end);
-}
-
-std::optional<Evidence> Proof::kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
-  const auto record = kernel_begins_.find(host);
-  if (record != kernel_begins_.end() && record->second > begin) {
-    return evidence("sched_switch", moment(record->second), "the kernel's record begins here");
-  }
-  if (const auto* before = loss_before(host, Domain::kernel, begin)) return evidence_of(*before);
-  return kernel_loss(host, begin, end);
+  return holes_.between(model_.processes[at(process)].host, life.begin, life.end);
 }
 
 std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
@@ -307,70 +232,11 @@ std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
       "publishers whose messages were not seen: " + counted(facts.run_end->publishers, seen));
 }
 
-void Proof::find_losses() {
-  std::map<HostIndex, std::vector<Interval>> all;
-  find_kernel_edges(all);
+void Proof::find_user_losses() {
   for (const auto& loss : model_.losses) {
-    if (!loss.is_evidence) continue;
-    if (loss.domain == Domain::kernel) {
-      all[loss.host].push_back({loss.begin, std::max(loss.begin, loss.end), &loss, nullptr});
-      continue;
-    }
+    if (!loss.is_evidence || loss.domain == Domain::kernel) continue;
     auto& last = last_user_loss_[loss.host];
     if (last == nullptr || last->end < loss.end) last = &loss;
-  }
-  for (auto& [host, losses] : all) {
-    static const Loss kEdge{};
-    std::ranges::stable_sort(losses, {}, [](const Interval& interval) {
-      const auto& loss = interval.loss != nullptr ? *interval.loss : kEdge;
-      return std::tie(interval.begin, interval.end, loss.kind, loss.cpu, loss.note);
-    });
-    auto& merged = kernel_losses_[host];
-    for (const auto& interval : losses) {
-      if (!merged.empty() && interval.begin <= merged.back().end) {
-        merged.back().end = std::max(merged.back().end, interval.end);
-      } else {
-        merged.push_back(interval);
-      }
-    }
-  }
-}
-
-void Proof::find_kernel_edges(std::map<HostIndex, std::vector<Interval>>& holes) {
-  struct Edges {
-    const StreamFacts* first_begin = nullptr;
-    const StreamFacts* last_begin = nullptr;
-    const StreamFacts* first_end = nullptr;
-    const StreamFacts* last_end = nullptr;
-    bool are_ends_known = true;
-  };
-  std::map<HostIndex, Edges> hosts;
-  for (const auto& stream : model_.streams) {
-    const bool is_record = stream.domain == Domain::kernel && stream.is_evidence && stream.begin &&
-                           stream.events > 0 && !stream.is_left_out;
-    if (!is_record) continue;
-    auto& edges = hosts[stream.host];
-    const auto keep = [&stream](const StreamFacts*& kept, bool is_beyond) {
-      if (kept == nullptr || is_beyond) kept = &stream;
-    };
-    keep(edges.first_begin, edges.first_begin && *stream.begin < *edges.first_begin->begin);
-    keep(edges.last_begin, edges.last_begin && *stream.begin > *edges.last_begin->begin);
-    edges.are_ends_known = edges.are_ends_known && stream.has_ended && stream.end;
-    if (!edges.are_ends_known) continue;
-    keep(edges.first_end, edges.first_end && *stream.end < *edges.first_end->end);
-    keep(edges.last_end, edges.last_end && *stream.end > *edges.last_end->end);
-  }
-  const Duration one{1};
-  for (const auto& [host, edges] : hosts) {
-    kernel_begins_[host] = *edges.last_begin->begin;
-    if (*edges.first_begin->begin < *edges.last_begin->begin) {
-      holes[host].push_back(
-          {*edges.first_begin->begin, *edges.last_begin->begin - one, nullptr, edges.last_begin});
-    }
-    if (edges.are_ends_known && *edges.first_end->end < *edges.last_end->end) {
-      holes[host].push_back(
-          {*edges.first_end->end + one, *edges.last_end->end, nullptr, edges.first_end});
-    }
   }
 }
 
@@ -393,15 +259,8 @@ std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last)
 std::optional<Evidence> Proof::untold_loss_of_state(ProcessIndex process, Timestamp last) const {
   if (auto loss = untold_loss(process, last)) return loss;
   if (!is_interrupted(process)) return std::nullopt;
-  const auto* before = loss_before(model_.processes[at(process)].host, Domain::user, last);
+  const auto* before = loss_before(model_, model_.processes[at(process)].host, Domain::user, last);
   return before != nullptr ? std::optional(evidence_of(*before)) : std::nullopt;
-}
-
-const Loss* Proof::loss_before(HostIndex host, Domain domain, Timestamp time) const {
-  const auto found = std::ranges::find_if(model_.losses_before, [&](const Loss& loss) {
-    return loss.host == host && loss.domain == domain && loss.is_evidence && loss.end >= time;
-  });
-  return found != model_.losses_before.end() ? &*found : nullptr;
 }
 
 // Without totals, a start or end that stands alone tells that its partner was lost, unless the

@@ -4,6 +4,7 @@
 
 #include <cie/analysis/verdict.hpp>
 
+#include "kernel_holes.hpp"
 #include "model/facts.hpp"
 #include "thread_lives.hpp"
 
@@ -12,10 +13,6 @@
 #include <vector>
 
 namespace cie::analysis {
-
-Evidence evidence_of(const Loss& loss);
-// The kernel's record of a machine is without so many of its CPUs.
-Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time);
 
 class Proof {
  public:
@@ -50,9 +47,13 @@ class Proof {
   // Kernel events were lost, or never recorded of some CPU, while the thread lived, or between two
   // points of time. What is no evidence loses nothing.
   std::optional<Evidence> kernel_loss(ThreadIndex thread) const;
-  std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const;
+  std::optional<Evidence> kernel_loss(HostIndex host, Timestamp begin, Timestamp end) const {
+    return holes_.between(host, begin, end);
+  }
   // The same, or the kernel's record began later than the first of the two.
-  std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const;
+  std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
+    return holes_.since(host, begin, end);
+  }
   // Callbacks that `run_end` counts and no event names: they may have run anywhere.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
 
@@ -72,21 +73,10 @@ class Proof {
     std::uint64_t groups_known = 0;
     std::uint64_t publishers_registered = 0;
   };
-  struct Interval {
-    Timestamp begin;
-    Timestamp end;
-    const Loss* loss;           // null: an edge of the record
-    const StreamFacts* stream;  // whose record begins after that of others, or ends before it
-  };
-
   bool has_begun_in_trace(ProcessIndex process) const;
   void compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
                std::uint64_t seen);
-  void find_losses();
-  // Where some kernel streams of a machine have begun or have not ended, and others not: what happened
-  // on the CPUs of those is unknown.
-  void find_kernel_edges(std::map<HostIndex, std::vector<Interval>>& holes);
-  static Evidence evidence_of_hole(const Interval& hole);
+  void find_user_losses();
   void prove(CallbackIndex index);
   void prove(const PublisherFacts& publisher);
   void prove(ThreadIndex index);
@@ -99,18 +89,15 @@ class Proof {
   std::optional<Evidence> untold_loss(ProcessIndex process, Timestamp last) const;
   // The same of state, which holds in the window if it is from before.
   std::optional<Evidence> untold_loss_of_state(ProcessIndex process, Timestamp last) const;
-  // A loss of the domain before the window that was asked for, which lasted until `time` or longer.
-  const Loss* loss_before(HostIndex host, Domain domain, Timestamp time) const;
 
   const Model& model_;
   const ThreadLives& lives_;
+  const KernelHoles holes_;
   std::vector<ProcessProof> processes_;
   std::vector<std::optional<Evidence>> callbacks_;
   std::vector<std::optional<Evidence>> threads_;
   bool is_anything_lost_ = false;
   std::map<HostIndex, const Loss*> last_user_loss_;
-  std::map<HostIndex, std::vector<Interval>> kernel_losses_;  // disjoint, ascending
-  std::map<HostIndex, Timestamp> kernel_begins_;              // when the last of its streams has
 };
 
 }  // namespace cie::analysis

@@ -99,6 +99,7 @@ struct Ended {
 
 std::vector<Ended> in_order_of_ends(const std::vector<Lifetime>& lives) {
   std::vector<Ended> ended;
+  ended.reserve(lives.size());
   for (const auto& life : lives)
     ended.push_back({.life = life, .latest_begin = life.begin});
   std::ranges::stable_sort(

@@ -1,0 +1,52 @@
+// Where the kernel's record of a machine is not whole: what happened there nobody knows.
+#pragma once
+
+#include <cie/analysis/verdict.hpp>
+
+#include "model/facts.hpp"
+
+#include <map>
+#include <optional>
+#include <vector>
+
+namespace cie::analysis {
+
+Evidence evidence_of(const Loss& loss);
+// The kernel's record of a machine is without so many of its CPUs.
+Evidence evidence_of_missing_cpus(std::uint32_t cpus, Timestamp time);
+// A loss of the domain before the window that was asked for, which lasted until `time` or longer;
+// null: none.
+const Loss* loss_before(const Model& model, HostIndex host, Domain domain, Timestamp time);
+
+// Of the kernel's traces that are evidence.
+class KernelHoles {
+ public:
+  // `model` is borrowed.
+  explicit KernelHoles(const Model& model);
+
+  // A hole between the two, edges included; empty: there is none.
+  std::optional<Evidence> between(HostIndex host, Timestamp begin, Timestamp end) const;
+  // The same, or the record began later than the first of the two.
+  std::optional<Evidence> since(HostIndex host, Timestamp begin, Timestamp end) const;
+
+ private:
+  struct Interval {
+    Timestamp begin;
+    Timestamp end;
+    const Loss* loss;           // null: an edge of the record
+    const StreamFacts* stream;  // whose record begins after that of others, or ends before it
+  };
+  using Holes = std::map<HostIndex, std::vector<Interval>>;
+
+  // Where some kernel streams of a machine have begun or have not ended, and others not: what
+  // happened on the CPUs of those is unknown.
+  void find_edges(Holes& holes);
+  void merge(Holes& holes);
+  static Evidence evidence_of_hole(const Interval& hole);
+
+  const Model& model_;
+  Holes holes_;                            // disjoint, ascending
+  std::map<HostIndex, Timestamp> begins_;  // when the last of its streams has begun
+};
+
+}  // namespace cie::analysis

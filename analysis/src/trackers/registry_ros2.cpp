@@ -1,0 +1,43 @@
+// What ROS 2 tells of its processes besides.
+#include "registry.hpp"
+
+namespace cie::analysis {
+
+void Registry::apply(const EventHead& head, const Ros2Begin& /*event*/) {
+  const auto process = process_of(head);
+  if (!process) return;
+  auto& begin = model_.processes[at(*process)].ros2_begin;
+  if (!begin) begin = ref(head);
+}
+
+void Registry::apply(const EventHead& head, const Ros2Tracer& event) {
+  if (const auto process = process_of(head))
+    model_.processes[at(*process)].tracetools = event.version;
+}
+
+void Registry::apply(const EventHead& head, const HiddenInit& event) {
+  const auto process = process_of(head);
+  if (!process) return;
+  auto& hidden = model_.processes[at(*process)].hidden;
+  if (event.hidden >= hidden.size()) hidden.resize(event.hidden + 1);
+  auto& facts = hidden[event.hidden];
+  if (facts.what.empty()) {
+    facts.made = ref(head);
+    facts.what = event.what;
+    facts.node = event.node;
+    facts.is_client = event.is_client;
+    facts.is_action = event.is_action;
+  }
+  if (event.group != kNoGroup) facts.group = event.group;
+}
+
+void Registry::apply(const Emitter& who, const HiddenRun& event) {
+  if (!who.process) return;
+  auto& process = model_.processes[at(*who.process)];
+  process.tells_responses = true;
+  if (who.thread && event.hidden < process.hidden.size()) {
+    process.hidden[event.hidden].ran_on.insert(*who.thread);
+  }
+}
+
+}  // namespace cie::analysis
