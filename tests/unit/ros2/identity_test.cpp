@@ -104,6 +104,26 @@ TEST(Ros2Identity, TwoAddressesOfOneSubscriptionAreOneCallback) {
   EXPECT_EQ(result.callback("/fusion@Subscription(/points)").threads.size(), 1U);
 }
 
+// Robots made alike are called alike, and their containers have the same pids: their boots tell them apart.
+TEST(Ros2Identity, MachinesOfOneNameHaveTheirOwnCallbacks) {
+  const auto result = analyze_ros2(R"(
+    0 rcl_init context_handle=0x1
+    0 rcl_node_init node_handle=0x10 node_name=a namespace=/
+    1 rcl_timer_init timer_handle=0x20 period=1
+    1 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    1 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    2 rcl_init boot=other context_handle=0x1
+    2 rcl_node_init boot=other node_handle=0x10 node_name=b namespace=/
+    3 rcl_timer_init boot=other timer_handle=0x20 period=1
+    3 rclcpp_timer_callback_added boot=other timer_handle=0x20 callback=0x30
+    3 rclcpp_timer_link_node boot=other timer_handle=0x20 node_handle=0x10
+    10 callback_start callback=0x30
+    12 callback_start boot=other callback=0x30
+    14 callback_end callback=0x30
+    19 callback_end boot=other callback=0x30)");
+  EXPECT_EQ(result.durations(), "/a@Timer(1): 1 of 4 to 4\n/b@Timer(1): 1 of 7 to 7\n");
+}
+
 TEST(Ros2Identity, AServiceWhoseHandleWasNeverAnnouncedIsUnknown) {
   const auto result = analyze_ros2(R"(
     0 rclcpp_service_callback_added service_handle=0x20 callback=0x30

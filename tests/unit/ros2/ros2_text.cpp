@@ -55,6 +55,7 @@ class Line {
   std::int64_t pid = 1;
   std::int64_t tid = 1;
   std::int32_t cpu = 0;
+  std::string boot;
   bool is_kernel = false;
   const Translation* translation = nullptr;
   const Field* fields() const { return fields_.data(); }
@@ -68,6 +69,10 @@ class Line {
     if (name == "pid" || name == "tid") {
       (name == "pid" ? pid : tid) =
           std::stoll(value);  // the kernel's events have it as a field, too
+    }
+    if (name == "boot") {
+      boot = value;
+      return;
     }
     if (name == "cpu") {
       cpu = std::stoi(value);
@@ -120,6 +125,16 @@ std::vector<std::int32_t> kernel_cpus(std::string_view text) {
     if (line_text.find(" sched:") != std::string::npos) cpus.insert(Line(line_text).cpu);
   }
   return {cpus.begin(), cpus.end()};
+}
+
+// Boots of other machines, each of which has a stream.
+std::vector<std::string> other_boots(std::string_view text) {
+  std::set<std::string> boots;
+  std::istringstream lines{std::string(text)};
+  for (std::string line_text; std::getline(lines, line_text);) {
+    if (line_text.find(" boot=") != std::string::npos) boots.insert(Line(line_text).boot);
+  }
+  return {boots.begin(), boots.end()};
 }
 
 // Batches hold so many events.
@@ -180,6 +195,24 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
                            .clock_offset_ns = kRealtimeOffset,
                            .path = "kernel"},
                PacketBegin{});
+  constexpr std::uint32_t kFirstOther = 1'000;  // stream and channel of the first other machine
+  const auto boots = other_boots(text);
+  const auto on_other_machines = [&](std::int64_t time, const auto& consume_of) {
+    for (std::uint32_t i = 0; i < boots.size(); ++i) {
+      head.stream = StreamIndex{kFirstOther + i};
+      consume_of(time, i);
+    }
+    head.stream = {};
+  };
+  on_other_machines(0, [&](std::int64_t time, std::uint32_t i) {
+    consume(time, StreamBegin{.channel = kFirstOther + i,
+                              .domain = Domain::user,
+                              .host = "robot",
+                              .clock_uuid = boots[i],
+                              .clock_offset_ns = kRealtimeOffset,
+                              .path = "other"});
+    consume(time, PacketBegin{});
+  });
   std::istringstream lines{std::string(text)};
   VocabularyState state;
   std::int64_t last = 0;
@@ -202,10 +235,18 @@ Ros2Result analyze(std::string_view text, std::int64_t lost_at, std::string_view
     head.cpu = line.cpu;
     const auto on = std::ranges::find(cpus, line.cpu) - cpus.begin();
     head.stream = StreamIndex{line.is_kernel ? static_cast<std::uint32_t>(1 + on) : 0};
+    if (!line.boot.empty()) {
+      const auto machine = std::ranges::find(boots, line.boot) - boots.begin();
+      head.stream = StreamIndex{kFirstOther + static_cast<std::uint32_t>(machine)};
+    }
     translate(add(line.time), *line.translation, Payload{line.fields()}, state, batch, &translator);
   }
   head.pid.reset();
   head.tid.reset();
+  on_other_machines(last + 1, [&](std::int64_t time, std::uint32_t /*machine*/) {
+    consume(time, PacketEnd{});
+    consume(time, StreamEnd{});
+  });
   on_every_cpu(last + 1, PacketEnd{}, StreamEnd{});
   consume(last + 1, PacketEnd{});
   consume(last + 1, StreamEnd{});
