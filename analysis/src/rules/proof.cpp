@@ -210,26 +210,22 @@ std::optional<Evidence> Proof::kernel_loss(ThreadIndex thread) const {
   return holes_.between(model_.processes[at(process)].host, life.begin, life.end);
 }
 
+std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
+                                      std::uint64_t seen, const char* event,
+                                      const char* what) const {
+  const auto& run_end = model_.processes[at(process)].run_end;
+  if (!run_end || !has_begun_in_trace(process) || seen >= (*run_end).*total) return std::nullopt;
+  return evidence(event, run_end->at, std::string(what) + counted((*run_end).*total, seen));
+}
+
 std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
-  const auto& facts = model_.processes[at(process)];
-  const auto named = processes_[at(process)].callbacks_named;
-  if (!facts.run_end || !has_begun_in_trace(process) || named >= facts.run_end->callbacks) {
-    return std::nullopt;
-  }
-  return evidence(
-      "callback_init", facts.run_end->at,
-      "callbacks that ran somewhere unseen: " + counted(facts.run_end->callbacks, named));
+  return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
+                "callback_init", "callbacks that ran somewhere unseen: ");
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
-  const auto& facts = model_.processes[at(process)];
-  const auto seen = processes_[at(process)].publishers_registered;
-  if (!facts.run_end || !has_begun_in_trace(process) || seen >= facts.run_end->publishers) {
-    return std::nullopt;
-  }
-  return evidence(
-      "publisher_init", facts.run_end->at,
-      "publishers whose messages were not seen: " + counted(facts.run_end->publishers, seen));
+  return unseen(process, &RunTotals::publishers, processes_[at(process)].publishers_registered,
+                "publisher_init", "publishers whose messages were not seen: ");
 }
 
 void Proof::find_user_losses() {

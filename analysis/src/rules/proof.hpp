@@ -74,6 +74,9 @@ class Proof {
     std::uint64_t publishers_registered = 0;
   };
   bool has_begun_in_trace(ProcessIndex process) const;
+  // More of them than were seen are counted by `run_end`; `event` would have told.
+  std::optional<Evidence> unseen(ProcessIndex process, std::uint32_t RunTotals::*total,
+                                 std::uint64_t seen, const char* event, const char* what) const;
   void compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
                std::uint64_t seen);
   void find_user_losses();

@@ -12,22 +12,31 @@ constexpr std::size_t kMostCpus = 4096;  // no machine has more; a forged record
 // Of `prev_state`: a task that never runs again (EXIT_DEAD, EXIT_ZOMBIE).
 constexpr std::uint64_t kDead = 0x30;
 
-bool has_same_slice_and_clamps(const ReadBack& expected, const ReadBack& audit) {
+// The audit has the slice and clamps that `wanted(field)` names, as far as both are known.
+template <typename Wanted>
+bool has_slice_and_clamps(const ReadBack& audit, const Wanted& wanted) {
   const auto is_same = [&](auto field) {
-    return !(expected.*field) || !(audit.*field) || audit.*field == expected.*field;
+    const auto value = wanted(field);
+    return !value || !(audit.*field) || audit.*field == value;
   };
   return is_same(&ReadBack::slice_ns) && is_same(&ReadBack::util_min) &&
          is_same(&ReadBack::util_max);
 }
 
+bool has_same_slice_and_clamps(const ReadBack& expected, const ReadBack& audit) {
+  return has_slice_and_clamps(audit, [&](auto field) { return expected.*field; });
+}
+
 // The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
 bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
-  const auto is_same = [&](auto field) {
-    const auto wanted = asked_for(thread, expected, field);
-    return !wanted || !(audit.*field) || audit.*field == wanted;
-  };
-  return is_same(&ReadBack::slice_ns) && is_same(&ReadBack::util_min) &&
-         is_same(&ReadBack::util_max);
+  return has_slice_and_clamps(audit,
+                              [&](auto field) { return asked_for(thread, expected, field); });
+}
+
+// As far as it is known.
+std::optional<Timestamp> birth_of(const ThreadFacts& thread) {
+  if (thread.start_ns) return Timestamp{*thread.start_ns};
+  return thread.first_seen ? std::optional(thread.first_seen->time) : std::nullopt;
 }
 
 void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
@@ -178,9 +187,7 @@ bool EnforcementTracker::may_be_boosted_before(const ThreadFacts& thread, HostIn
                                                OfThread& state) const {
   if (!state.may_be_boosted_before) {
     const auto begin = recording_.kernel_record(host).begin;
-    const auto born = thread.start_ns     ? std::optional(Timestamp{*thread.start_ns})
-                      : thread.first_seen ? std::optional(thread.first_seen->time)
-                                          : std::nullopt;
+    const auto born = birth_of(thread);
     state.may_be_boosted_before = !begin || !born || *born < *begin;
   }
   return *state.may_be_boosted_before;
@@ -392,6 +399,15 @@ void EnforcementTracker::end_window(Timestamp end) {
   is_judging_ = false;
   is_totalled_ = true;
   total(end);
+  end_beginnings();
+}
+
+// Nothing was applied to those that still run with what they inherited.
+void EnforcementTracker::end_beginnings() {
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    auto& state = threads_[ThreadIndex{static_cast<std::uint32_t>(i)}];
+    if (!state.outside_initial.empty()) judge_outside_initial(model_.threads[i], state, false);
+  }
 }
 
 bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
@@ -434,20 +450,18 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     auto& state = threads_[index];
     thread.cpus_checked += std::exchange(state.allowed_again, 0);
-    if (!state.outside_initial.empty()) judge_outside_initial(thread, state, false);
     const auto host = model_.processes[at(thread.process)].host;
     if (!thread.is_known_to_kernel || !model_.hosts[at(host)].has_switches) continue;
-    if (!thread.fini && thread.first_seen && !threads_[index].is_gone) {
+    if (!thread.fini && thread.first_seen && !state.is_gone) {
       const auto& last_seen = thread.last_seen ? *thread.last_seen : *thread.first_seen;
       total_foreign_work(index, host, end.value_or(last_seen.time));
     }
     if (registry_.thread_by_tid(host, thread.tid) == index) {
       const auto at_end = end.value_or(Timestamp{});
       const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
-      thread.busy_ns = (total - threads_[index].busy_before).ns;
+      thread.busy_ns = (total - state.busy_before).ns;
     }
-    const auto begin =
-        thread.start_ns ? Timestamp{*thread.start_ns} : thread.first_seen.value_or(EventRef{}).time;
+    const auto begin = birth_of(thread).value_or(Timestamp{});
     const auto last = thread.fini ? thread.last_seen.value_or(*thread.fini).time
                                   : end.value_or(thread.last_seen.value_or(EventRef{}).time);
     if (thread.busy_ns && !is_recorded(thread, std::max(begin, judged_from_), last)) {
@@ -459,7 +473,9 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
 void EnforcementTracker::look(Timestamp now) { total(now); }
 
 void EnforcementTracker::finish() {
-  if (!is_totalled_) total(model_.end);
+  if (is_totalled_) return;
+  total(model_.end);
+  end_beginnings();
 }
 
 }  // namespace cie::analysis

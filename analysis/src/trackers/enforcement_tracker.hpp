@@ -108,6 +108,7 @@ class EnforcementTracker {
   void note_outside_initial(OfThread& state, const EventRef& where);
   // What the thread's first parameters say of where it ran before.
   void judge_outside_initial(ThreadFacts& thread, OfThread& state, bool is_applied);
+  void end_beginnings();
   // The thread may have inherited its priority before anything of the kernel was recorded.
   bool may_be_boosted_before(const ThreadFacts& thread, HostIndex host, OfThread& state) const;
   // From its first wait on its work outside callbacks counts.

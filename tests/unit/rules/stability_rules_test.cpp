@@ -1,5 +1,7 @@
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -242,6 +244,25 @@ TEST(AllowedCpusOnly, LetsWhatIsAppliedFirstSendAThreadWhereItMightNotBeBefore) 
       << "neither mask has CPU 2";
   EXPECT_EQ(judged("-90 applied fusion cpus=0"), Verdict::fail) << "that changed nothing";
   EXPECT_EQ(judged("-90 audit fusion cpus=0"), Verdict::fail) << "nothing was applied";
+}
+
+// Whoever looks at a live system in that moment does not end it.
+TEST(AllowedCpusOnly, AwaitsWhatIsAppliedFirstThoughSomebodyLooks) {
+  const auto trace = trace_of(R"(
+    callback fusion cpu=1
+    -100 initial fusion cpus=0
+    -95 switch 1 idle fusion
+    -90 applied fusion cpus=1 cpu=1
+    10 start fusion cpu=1
+    12 end fusion cpu=1)");
+  Analyzer analyzer(AnalysisOptions{});
+  for (const auto& event : trace.events) {
+    if (event.head.time.ns == -90) analyzer.look();
+    analyzer.consume(event);
+  }
+  const auto result = analyzer.finish();
+  const auto& rules = result.verdicts.rules;
+  EXPECT_EQ(std::ranges::find(rules, "S4", &RuleVerdict::id)->verdict, Verdict::pass);
 }
 
 TEST(AllowedCpusOnly, SaysSampledWithoutSwitches) {
