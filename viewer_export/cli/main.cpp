@@ -3,7 +3,7 @@
 
 #include "command_line.hpp"
 #include "commands.hpp"
-#include "memory_limit.hpp"
+#include "memory.hpp"
 #include "program.hpp"
 #include "version_text.hpp"
 
@@ -102,7 +102,7 @@ int main(int argc, char** argv) {
   const bool is_here = command == nullptr || command->run != nullptr;
   if (is_here) {
     turn_signals_into_errors();
-    if (command == nullptr || command->name != "doctor") limit_memory();
+    if (command == nullptr || command->name != "doctor") prepare_memory();
   }
   const bool has_help = command != nullptr && is_here;
   return run_command([](const Arguments& all) { return dispatch(all); }, arguments,

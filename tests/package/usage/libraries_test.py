@@ -37,6 +37,12 @@ class Libraries(unittest.TestCase):
             if name in PROGRAMS:
                 self.assertNotRegex(dynamic(os.path.join(FOLDER, name)), "RUNPATH|RPATH", name)
 
+    def test_the_library_for_cpp_is_loaded_once_or_linked_from_its_archive(self):
+        loaded = subprocess.run(["ldd", os.path.join(FOLDER, "cie")], stdout=subprocess.PIPE, text=True, timeout=60, check=True).stdout
+        if "libstdc++.so.6" not in needed("cie"):
+            self.assertNotIn("libstdc++", loaded)
+            self.assertNotIn("libgcc_s", loaded)
+
     def test_a_library_in_the_current_directory_is_not_loaded(self):
         self.assertIn("libc.so.6", needed("cie"))
         with tempfile.TemporaryDirectory() as strange:
