@@ -133,6 +133,14 @@ struct Analyzer::Pipeline {
     if (!thread.ran_unrecorded) thread.ran_unrecorded = ref(head);
   }
 
+  // A snapshot's window begins with the channel of its callbacks, which the first of their events
+  // will tell: it may have begun long before.
+  void note_possible_begin(const EventHead& head) {
+    if (!cut || !cut->is_awaiting_begin() || recording.is_kernel(head.stream)) return;
+    if (recording.window_of(head.stream).begin == head.time)
+      enforcement.note_possible_begin(head.time);
+  }
+
   void structural(const Event& event) {
     const auto& head = event.head;
     std::visit(
@@ -146,9 +154,13 @@ struct Analyzer::Pipeline {
                 cut.emplace(options.window.value_or(TimeWindow{}), model, registry, *instances);
               }
               cut->await_begin();
+              note_possible_begin(head);
             },
             [&](const StreamEnd& e) { recording.apply(head, e); },
-            [&](const PacketBegin& e) { recording.apply(head, e); },
+            [&](const PacketBegin& e) {
+              recording.apply(head, e);
+              note_possible_begin(head);
+            },
             [&](const PacketEnd& e) { recording.apply(head, e); },
             [&](const Discarded& e) {
               recording.apply(head, e);

@@ -183,7 +183,7 @@ std::vector<Mutant> specified_callbacks() {
        {"M1"},
        {}},
       {"M1", "a misspelt id", {}, [](Case& c) { c.spec.of("/n0@F").id = "/n0@f"; }, {"M1"}, {}},
-      {"M1", "a callback that never runs", {}, [](Case& c) { never_run(c, F); }, {"M1"}, {}},
+      {"M1", "a callback that never runs", {}, [](Case& c) { never_run(c, F); }, {"M1", "M6"}, {}},
       {"M1",
        "a misspelt member of a chain",
        {},

@@ -67,6 +67,7 @@ struct alignas(64) CallbackFacts {
   bool is_lower_duration = true;
   std::optional<CallbackKind> kind{};
   std::optional<EventRef> registered{};  // first callback_init; empty: never seen
+  bool is_identified = true;             // that told its logical id in full
   std::uint64_t first_next_seq = 0;  // of the first callback_init seen; or next at window's begin
   // Of samples.
   std::uint64_t releases = 0;
@@ -145,6 +146,7 @@ struct alignas(64) CallbackFacts {
   std::uint64_t period_ns = 0;
   std::uint64_t deadline_ns = 0;  // declared; 0: none
   std::optional<CallbackTotals> fini{};
+  bool are_totals_told = true;  // what was lost and overwritten in the window, if `fini` is there
 
   std::uint64_t starts_outside = 0;      // of the window that was asked for
   std::uint64_t ends_without_start = 0;  // seq not below the first start seen

@@ -47,6 +47,7 @@ struct ProcessFacts {
   std::string boot_id{};
   std::string spec_sha256{};        // of the last run_begin that names one
   std::string first_spec_sha256{};  // of the first run_begin seen: another one if it was reloaded
+  std::optional<Timestamp> spec_since{};  // its last reload, for another spec than before
   std::string tool_version{};
   std::optional<std::int64_t> start_ns{};
   std::uint64_t pid_ns = 0;
@@ -154,7 +155,7 @@ struct alignas(64) CallbackOnThread {
   std::uint64_t starts = 0;
   std::uint64_t instances = 0;  // complete, in the window
   EventRef last_activity{};     // last start or end of it there
-  EventRef first_start{};
+  EventRef first_start{};       // without starts: the end that alone tells of it
   std::uint64_t first_seq = 0;
 };
 
@@ -221,8 +222,9 @@ struct ThreadFacts {
   // (or from the first audit, where the process was announced). A raised priority may be an
   // inherited one whose sched_pi_setprio is lost; a lowered one is never inherited.
   Rare<std::pair<ReadBack, ReadBack>> audit_mismatch{};
-  // The same of a slice or clamp that is the kernel's own, as far as read-backs tell.
-  Rare<std::pair<ReadBack, ReadBack>> slice_or_clamp_mismatch{};
+  // The same of slices and clamps that are the kernel's own, as far as read-backs tell: of each the
+  // first.
+  std::vector<std::pair<ReadBack, ReadBack>> slice_or_clamp_mismatches{};
   Rare<std::pair<ReadBack, SwitchPriority>> raised_priority{};
   Rare<std::pair<ReadBack, SwitchPriority>> lowered_priority{};
   std::uint64_t switches_checked = 0;  // sched_switch priorities compared

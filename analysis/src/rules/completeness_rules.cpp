@@ -4,11 +4,13 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -174,6 +176,22 @@ bool are_lives_of_one(const Model& model, const CallbackFacts& a, const Callback
   return is_over_before(first, second) || is_over_before(second, first);
 }
 
+// Parameters that the spec has for a callback without a thread of its own: S1 judges none.
+std::optional<Evidence> unapplied(const RuleContext& context, const CallbackFacts& callback) {
+  const auto* entry = spec_entry(context, callback);
+  const bool is_asked = entry != nullptr && judges_parameters(entry->parameters);
+  if (!is_asked || callback.ran_on.empty() || is_never_read_back(callback)) return std::nullopt;
+  if (!context.isolated.of(callback).empty()) return std::nullopt;
+  const auto& model = context.model;
+  const auto* first =
+      *std::ranges::min_element(callback.ran_on, {}, [&model](const CallbackOnThread* pair) {
+        return std::pair(pair->first_start.time, model.threads[at(pair->thread)].tid);
+      });
+  return evidence("not applied", first->first_start,
+                  "no thread is its own: " + place(context, entry->line) +
+                      " asks for parameters that are applied to none, and S1 judges none");
+}
+
 void judge_specified(const RuleContext& context, const Asked& asked,
                      const std::vector<CallbackIndex>& registered, Suggestions& suggestions,
                      std::vector<SubjectVerdict>& verdicts) {
@@ -181,6 +199,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
   const auto judge = [&](Judgement judgement, const CallbackFacts* callback) {
     judgement.check();
     if (callback != nullptr && known_instances(model, *callback) > 0) {
+      if (auto note = unapplied(context, *callback)) judgement.remark(*std::move(note));
       conclude(std::move(judgement), verdicts);
       return;
     }
@@ -243,7 +262,7 @@ void judge_callbacks_specified(const RuleContext& context, std::vector<SubjectVe
   std::map<std::string_view, std::vector<CallbackIndex>> by_id;
   for (const auto index : context.callbacks) {
     const auto& callback = context.model.callbacks[at(index)];
-    if (callback.registered) by_id[callback.logical_id].push_back(index);
+    if (is_identified(callback)) by_id[callback.logical_id].push_back(index);
   }
   auto by_entry = by_id;  // timers with a name also by the entry of their period
   std::set<std::string_view> aliased;

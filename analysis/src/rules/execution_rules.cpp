@@ -33,6 +33,14 @@ std::vector<SubjectVerdict> judge_paired(const RuleContext& context) {
         judgement.check(callback.starts.count);
         judgement.overrule(proof.loss(index));
         const auto& fini = callback.fini;
+        // exit() while it runs: what it counted then is no total.
+        const bool is_late = fini && callback.ended.last && *callback.ended.last < fini->started &&
+                             callback.ended.last_at.time > fini->at.time;
+        if (is_late) {
+          judgement.overrule(
+              evidence("callback_end", callback.ended.last_at,
+                       "ends seq " + std::to_string(*callback.ended.last) + " after the totals"));
+        }
         if (fini && fini->started != fini->ended && !proof.is_interrupted(callback.process)) {
           for (const auto& open : callback.open) {
             judgement.fail(evidence("callback_start", open.start,
@@ -152,7 +160,7 @@ const Rule kStartEndPaired{
     "Why it matters: A callback that never ends holds its thread; one that ends twice is not "
     "recorded rightly, and its times mean nothing.\n"
     "Inconclusive when a start or end stands alone and no totals tell whether its partner was "
-    "lost.\n"
+    "lost, or when an end follows the totals: exit() was called while the callback ran.\n"
     "Remedy: look for a callback that blocks for ever or leaves by exit() or longjmp(); call "
     "each tracepoint once.",
     judge_paired,

@@ -3,7 +3,9 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <iterator>
+#include <set>
 #include <span>
 
 namespace cie::analysis {
@@ -35,6 +37,29 @@ IsolatedThreads::IsolatedThreads(const Model& model) : model_(model) {
     by_group_[group].push_back(index);
     if (!thread.callback) without_callback_[group].push_back(index);
   }
+  find_idle_owners(isolated);
+}
+
+void IsolatedThreads::find_idle_owners(const std::vector<ThreadIndex>& isolated) {
+  std::set<ThreadIndex> idle;
+  for (const auto index : isolated) {
+    const auto& thread = model_.threads[at(index)];
+    const bool has_worked = std::ranges::any_of(thread.ran, [&](const CallbackOnThread* pair) {
+      return is_registered_to(thread, model_.callbacks[at(pair->callback)]);
+    });
+    if (!has_worked) idle.insert(index);
+  }
+  for (std::size_t i = 0; i < model_.callbacks.size() && !idle.empty(); ++i) {
+    for (const auto thread : of(model_.callbacks[i])) {
+      if (idle.contains(thread))
+        idle_owners_.try_emplace(thread, CallbackIndex{static_cast<std::uint32_t>(i)});
+    }
+  }
+}
+
+std::optional<CallbackIndex> IsolatedThreads::idle_owner(ThreadIndex thread) const {
+  const auto found = idle_owners_.find(thread);
+  return found != idle_owners_.end() ? std::optional(found->second) : std::nullopt;
 }
 
 std::tuple<Timestamp, std::int64_t, ThreadIndex> IsolatedThreads::order(ThreadIndex index) const {

@@ -6,7 +6,12 @@
 #include "thread_questions.hpp"
 
 #include <algorithm>
+#include <cstddef>
+#include <cstdint>
 #include <map>
+#include <numeric>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -37,10 +42,21 @@ std::vector<const CallbackOnThread*> in_order(const Model& model,
 }
 
 Evidence started_here(const Model& model, const CallbackOnThread& pair) {
+  if (pair.starts == 0) {
+    return evidence("callback_end", pair.first_start,
+                    model.callbacks[at(pair.callback)].logical_id + " ended here (seq " +
+                        std::to_string(pair.first_seq) + "), its start was not seen");
+  }
   return evidence("callback_start", pair.first_start,
                   model.callbacks[at(pair.callback)].logical_id + " started here (seq " +
                       std::to_string(pair.first_seq) + "), " + counted(pair.starts, "time") +
                       " on this thread");
+}
+
+// No other callback of the process may be the same one: of ROS 2, what was never registered is known
+// by an address alone, of which a callback has several.
+bool is_of_its_own(const CallbackFacts& callback) {
+  return callback.registered || callback.is_accounted;
 }
 
 std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
@@ -50,9 +66,18 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
   auto verdicts = judge_threads(
       context, [&](ThreadIndex index, const ThreadFacts& thread, Judgement& judgement) {
         if (thread.ran.empty() && !is_isolated(thread)) return;
+        const auto several = std::ranges::count_if(thread.ran, [&](const CallbackOnThread* pair) {
+          return is_of_its_own(model.callbacks[at(pair->callback)]);
+        });
         for (const auto* pair : in_order(model, thread.ran)) {
           judgement.check(pair->starts);
-          if (thread.ran.size() > 1) judgement.fail([&] { return started_here(model, *pair); });
+          if (several > 1) judgement.fail([&] { return started_here(model, *pair); });
+          const auto& callback = model.callbacks[at(pair->callback)];
+          if (thread.ran.size() > 1 && !is_of_its_own(callback)) {
+            judgement.doubt(evidence(
+                "callback_init", first_sign(callback),
+                callback.logical_id + " was never registered: it may be another one's address"));
+          }
         }
         judgement.doubt(losses.on(index));
         judgement.doubt(context.hidden.on(index));
@@ -79,49 +104,96 @@ Succession succession(const RuleContext& context, ThreadIndex earlier, ThreadInd
                                                                          : Succession::unknown;
 }
 
-void judge_threads_of(const RuleContext& context, const CallbackFacts& callback,
-                      Judgement& judgement) {
-  const auto& model = context.model;
-  const auto& lives = context.lives;
-  const auto pairs = in_order(model, callback.ran_on);
-  std::vector<bool> is_told(pairs.size());
-  const auto tell = [&](std::size_t place) {
-    if (!is_told[place]) judgement.fail([&] { return started_here(model, *pairs[place]); });
-    is_told[place] = true;
-  };
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    for (std::size_t k = i + 1; k < pairs.size() && !judgement.is_full(); ++k) {
-      auto earlier = pairs[i]->thread;
-      auto later = pairs[k]->thread;
-      if (lives.of(later).begin < lives.of(earlier).begin) std::swap(earlier, later);
-      switch (succession(context, earlier, later)) {
-        case Succession::together:
-          tell(i);
-          tell(k);
-          break;
-        case Succession::unknown:
-          judgement.doubt([&] {
-            const auto& thread = thread_of(model, earlier);
-            return evidence("thread_fini", moment(lives.of(earlier).end, thread.tid),
-                            thread_name(thread) + " ran it too; its exit before " +
-                                thread_name(thread_of(model, later)) +
-                                " began was not seen, nor that it lived on");
-          });
-          break;
-        case Succession::successive:
-          break;
-      }
+// Compares the threads that a callback ran on, two at a time.
+class ThreadsOfCallback {
+ public:
+  ThreadsOfCallback(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement)
+      : context_(context),
+        judgement_(judgement),
+        pairs_(in_order(context.model, callback.ran_on)),
+        is_told_(pairs_.size()) {}
+
+  void judge() {
+    constexpr std::size_t kMost = 64;  // each with each would be quadratic
+    if (pairs_.size() > kMost) {
+      judge_with_longest();
+      return;
     }
-    if (i >= 64) break;  // 64 threads are witness enough; pairs would be quadratic
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      for (std::size_t k = i + 1; k < pairs_.size() && !judgement_.is_full(); ++k)
+        judge(i, k);
+    }
   }
-}
+
+ private:
+  const ThreadLife& life(std::size_t place) const {
+    return context_.lives.of(pairs_[place]->thread);
+  }
+  bool is_exit_seen(std::size_t place) const {
+    return has_exited(thread_of(context_.model, pairs_[place]->thread));
+  }
+
+  // By begin, each with those before it that lasted longest: of all, and of those whose exit was not
+  // seen. If any of them lived together with it, one of these did.
+  void judge_with_longest() {
+    std::vector<std::size_t> places(pairs_.size());
+    std::iota(places.begin(), places.end(), std::size_t{0});
+    std::ranges::stable_sort(places, {}, [this](std::size_t place) { return life(place).begin; });
+    std::optional<std::size_t> longest;
+    std::optional<std::size_t> unended;
+    const auto lasts_longer = [this](std::size_t place, std::optional<std::size_t> than) {
+      return !than || life(place).end > life(*than).end;
+    };
+    for (const auto place : places) {
+      if (judgement_.is_full()) return;
+      if (longest) judge(*longest, place);
+      if (unended && unended != longest) judge(*unended, place);
+      if (lasts_longer(place, longest)) longest = place;
+      if (!is_exit_seen(place) && lasts_longer(place, unended)) unended = place;
+    }
+  }
+
+  void judge(std::size_t one, std::size_t other) {
+    auto earlier = pairs_[one]->thread;
+    auto later = pairs_[other]->thread;
+    if (life(other).begin < life(one).begin) std::swap(earlier, later);
+    switch (succession(context_, earlier, later)) {
+      case Succession::together:
+        tell(one);
+        tell(other);
+        break;
+      case Succession::unknown:
+        judgement_.doubt([&] {
+          const auto& thread = thread_of(context_.model, earlier);
+          return evidence("thread_fini", moment(context_.lives.of(earlier).end, thread.tid),
+                          thread_name(thread) + " ran it too; its exit before " +
+                              thread_name(thread_of(context_.model, later)) +
+                              " began was not seen, nor that it lived on");
+        });
+        break;
+      case Succession::successive:
+        break;
+    }
+  }
+
+  void tell(std::size_t place) {
+    if (!is_told_[place])
+      judgement_.fail([&] { return started_here(context_.model, *pairs_[place]); });
+    is_told_[place] = true;
+  }
+
+  const RuleContext& context_;
+  Judgement& judgement_;
+  std::vector<const CallbackOnThread*> pairs_;
+  std::vector<bool> is_told_;
+};
 
 std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
   const auto& proof = context.proof;
   return judge_callbacks(
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         judgement.check(callback.starts.count);
-        judge_threads_of(context, callback, judgement);
+        ThreadsOfCallback(context, callback, judgement).judge();
         judgement.doubt(proof.loss(index));
         judgement.doubt(context.hidden.on_thread_of(callback));
         if (callback.starts_without_tid != 0) {
@@ -149,6 +221,9 @@ void judge_move(const RuleContext& context, const Move& move, Judgement& judgeme
     case Succession::together:
       break;  // threads that live together are M3's concern
     case Succession::successive:
+      // A callback_init in between may be what was lost.
+      judgement.overrule(
+          proof.user_loss(to.process, move.last_on_from.time, move.first_on_to.time));
       judgement.fail(evidence("callback_start", move.last_on_from,
                               "ran on " + thread_name(from) + ", which has ended since"));
       if (from.fini) {
@@ -186,21 +261,11 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         judgement.doubt(context.hidden.on_thread_of(callback));
         for (const auto& move : callback.moves)
           judge_move(context, move, judgement);
+        for (const auto* pair : callback.ran_on)
+          judgement.doubt(context.lost_ends.of(pair->thread));
       });
   note_missing_vtid(context.model, verdicts);
   return verdicts;
-}
-
-// Last sign of life of a callback: its fini, an end, a start, its registration.
-EventRef last_sign(const CallbackFacts& callback) {
-  EventRef last = *callback.registered;
-  const auto consider = [&last](const EventRef& sign) {
-    if (sign.time > last.time) last = sign;
-  };
-  if (callback.starts.last) consider(callback.starts.last_at);
-  if (callback.ended.last) consider(callback.ended.last_at);
-  if (callback.fini) consider(callback.fini->at);
-  return last;
 }
 
 std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
@@ -211,14 +276,14 @@ std::vector<SubjectVerdict> judge_unique_id(const RuleContext& context) {
   std::vector<SubjectVerdict> verdicts;
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
-    if (callback.registered) {
+    if (is_identified(callback)) {
       by_id[{at(callback.process), callback.logical_id}].push_back(index);
       continue;
     }
     Judgement judgement(names.callback(index));
-    judgement.doubt(
-        evidence("callback_init", first_sign(callback),
-                 "never registered: its logical id, which another may have, is unknown"));
+    judgement.doubt(evidence("callback_init", first_sign(callback),
+                             std::string(why_unidentified(callback)) +
+                                 ": its logical id, which another may have, is unknown"));
     conclude(std::move(judgement), verdicts);
   }
   for (auto& [key, indices] : by_id) {
@@ -291,8 +356,8 @@ const Rule kMappingPersistent{
     "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
     "one (or reused its tid) without being registered anew.\n"
     "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
-    "Inconclusive when the earlier thread's exit was lost, a new thread_init after a "
-    "thread_fini may have been, or a thread may have served what ROS 2's events do not show "
+    "Inconclusive when the exit of a thread was lost, a new thread_init after a thread_fini or a "
+    "callback_init in between may have been, or a thread may have served what ROS 2's events do not show "
     "(M2).\n"
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",

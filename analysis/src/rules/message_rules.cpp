@@ -41,7 +41,8 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
                                 " overwritten in the queue before being taken; " +
                                 std::to_string(allowed) + " are allowed"));
   }
-  const bool has_totals = callback.fini || (is_attached && callback.releases > 0);
+  const bool has_totals =
+      callback.fini ? callback.are_totals_told : is_attached && callback.releases > 0;
   if (!has_totals) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
     judgement.doubt(evidence("callback_fini", last,
@@ -55,7 +56,12 @@ std::vector<SubjectVerdict> judge_queues(const RuleContext& context) {
       context, [&](CallbackIndex index, const CallbackFacts& callback, Judgement& judgement) {
         if (callback.kind == CallbackKind::timer) return;
         judgement.doubt(proof.loss(index));
-        if (callback.registered) judge_queue(context, callback, judgement);
+        if (!callback.registered) return;
+        judge_queue(context, callback, judgement);
+        // Running totals tell of no loss before them that an event alone told of, nor of what came after.
+        if (!callback.fini) {
+          judgement.doubt(proof.user_loss_since(callback.process, callback.registered->time));
+        }
       });
 }
 
@@ -259,7 +265,9 @@ const Rule kNoQueueOverflow{
     "overwrites_allowed says (0 by default).\n"
     "Why it matters: A lost sample is an input that the callback never sees, while everything "
     "else looks well.\n"
-    "Inconclusive when the totals were not seen, as after a crash.\n"
+    "Inconclusive when the totals were not seen, as after a crash, when events of a process that "
+    "had not ended were lost, or when nothing tells which part of the totals lies in the "
+    "window.\n"
     "Remedy: a deeper queue, a faster callback, or overwrites_allowed where only the newest "
     "sample matters.",
     judge_queues};

@@ -30,8 +30,9 @@ void judge_foreign_callbacks(const Model& model, const ThreadFacts& thread, Judg
                                                        : std::string("of its group")));
     });
     judgement.fail([&] {
-      return evidence("callback_start", pair->first_start,
-                      "started " + callback.logical_id + " (seq " +
+      const bool is_start_seen = pair->starts != 0;
+      return evidence(is_start_seen ? "callback_start" : "callback_end", pair->first_start,
+                      (is_start_seen ? "started " : "ended ") + callback.logical_id + " (seq " +
                           std::to_string(pair->first_seq) + "), which is not its own");
     });
   }
@@ -109,7 +110,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
           judgement.doubt(context.losses.on(index));
         }
         if (is_isolated(thread) || is_worker) {
-          const auto* entry = spec_entry_of(context, thread);
+          const auto* entry = spec_entry_of(context, index);
           if (entry != nullptr && entry->foreign_work_budget_ns) {
             judge_foreign_time(context, index, *entry, judgement);
           }
@@ -117,6 +118,21 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
       });
   note_missing_vtid(context.model, verdicts);
   return verdicts;
+}
+
+// How many of the group's callbacks lived at the same time, at most: one that was made after another
+// was destroyed takes its place.
+std::size_t most_alive(const Model& model, const GroupFacts& group) {
+  std::multiset<Timestamp> ends;  // of those alive
+  std::size_t most = 0;
+  for (const auto index : group.callbacks) {  // as they were registered
+    const auto& callback = model.callbacks[at(index)];
+    ends.erase(ends.begin(), ends.upper_bound(callback.registered->time));
+    ends.insert(callback.fini ? callback.fini->at.time
+                              : Timestamp{std::numeric_limits<std::int64_t>::max()});
+    most = std::max(most, ends.size());
+  }
+  return most;
 }
 
 void judge_group(const Model& model, const GroupFacts& group,
@@ -140,8 +156,8 @@ void judge_group(const Model& model, const GroupFacts& group,
     }
   };
   if (group.type == GroupType::reentrant) witness("a reentrant group");
-  if (group.callbacks.size() >= 2) {
-    witness("a group of " + std::to_string(group.callbacks.size()) + " callbacks");
+  if (const auto most = most_alive(model, group); most >= 2) {
+    witness("a group of " + std::to_string(most) + " callbacks");
   }
   if (!group.type) {
     judgement.doubt(evidence("group_init", group.first_seen, "the group was never announced"));
@@ -169,12 +185,18 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   const auto& names = context.names;
   const auto& proof = context.proof;
   const auto& isolated = context.isolated;
-  // Groups whose thread is not known to be isolated or not.
+  // Groups whose thread is not known to be isolated or not; and processes in which it may be any.
   std::map<std::pair<ProcessIndex, GroupId>, Evidence> unknown;
+  std::map<ProcessIndex, Evidence> unknown_of_process;
   for (const auto& [index, reason] : context.unknown_threads) {
     for (const auto* pair : model.threads[at(index)].ran) {
       const auto& callback = model.callbacks[at(pair->callback)];
-      if (callback.group) unknown.try_emplace({callback.process, *callback.group}, reason);
+      if (callback.group) {
+        unknown.try_emplace({callback.process, *callback.group}, reason);
+      } else if (!callback.registered &&
+                 !is_told_by_ros2_alone(model.processes[at(callback.process)])) {
+        unknown_of_process.try_emplace(callback.process, reason);
+      }
     }
   }
   const auto members = unknown_members(model);
@@ -195,6 +217,20 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
     if (const auto found = unknown.find({group.process, group.id}); found != unknown.end()) {
       judgement.doubt(found->second);
     }
+    if (const auto found = unknown_of_process.find(group.process);
+        found != unknown_of_process.end()) {
+      judgement.doubt(found->second);
+    }
+    conclude(std::move(judgement), verdicts);
+  }
+  // There is a group, and no event names it.
+  for (const auto& [process, reason] : unknown_of_process) {
+    const auto is_its = [index = process](const GroupFacts& group) {
+      return group.process == index;
+    };
+    if (std::ranges::any_of(model.groups, is_its)) continue;
+    Judgement judgement(names.group(process, kNoGroup));
+    judgement.doubt(reason);
     conclude(std::move(judgement), verdicts);
   }
   for (const auto& thread : model.threads) {
@@ -212,42 +248,16 @@ std::vector<SubjectVerdict> judge_groups(const RuleContext& context) {
   return verdicts;
 }
 
-// By callback, when it was last seen, on whatever thread.
-std::vector<Timestamp> last_activities(const Model& model) {
-  std::vector<Timestamp> times;
-  for (const auto& callback : model.callbacks) {
-    auto& last = times.emplace_back(Timestamp{std::numeric_limits<std::int64_t>::min()});
-    for (const auto* pair : callback.ran_on)
-      last = std::max(last, pair->last_activity.time);
-  }
-  return times;
-}
-
-// In a process that ended in order every thread tells its end, unless it was replaced: what of a
-// callback that stayed with it came after that?
-bool is_end_lost(const Model& model, const ThreadFacts& thread,
-                 const std::vector<Timestamp>& last_activities) {
-  if (thread.fini || !model.processes[at(thread.process)].run_end) return false;
-  return std::ranges::any_of(thread.ran, [&last_activities](const CallbackOnThread* pair) {
-    return last_activities[at(pair->callback)] <= pair->last_activity.time;
-  });
-}
-
 std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& model = context.model;
   const auto& proof = context.proof;
-  const auto activities = last_activities(model);
-  auto verdicts = judge_threads(context, [&](ThreadIndex, const ThreadFacts& thread,
+  auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
     if (thread.ran.empty()) return;
     for (const auto* pair : thread.ran)
       judgement.check(pair->starts);
     if (thread.announced) {
-      if (is_end_lost(model, thread, activities)) {
-        judgement.doubt(evidence("thread_fini", model.processes[at(thread.process)].run_end->at,
-                                 "the end of thread " + std::to_string(thread.tid) +
-                                     " was not seen: callbacks may have started after it"));
-      }
+      judgement.doubt(context.lost_ends.of(index));
       return;
     }
     if (const auto& why = proof.incompleteness(thread.process)) {
@@ -296,11 +306,12 @@ const Rule kNoForeignWork{
 
 const Rule kSingleCallbackGroup{
     "M8", "single-callback-group",
-    "The group of an isolated thread has one callback, and is not reentrant.\n"
+    "The group of an isolated thread has one callback at a time, and is not reentrant.\n"
     "Why it matters: Callbacks of one group share its thread and so wait for each other, "
     "although each looks isolated in the configuration; a reentrant group needs several "
     "threads.\n"
-    "Inconclusive when the group, or the callbacks in it, were never announced.\n"
+    "Inconclusive when the group, the callbacks in it, or the threads of its process were never "
+    "announced.\n"
     "Remedy: create each callback with a callback group of its own, which is the default, "
     "instead of handing several the same one.",
     judge_groups};

@@ -31,15 +31,24 @@ bool asks_for_any(const std::vector<SpecEntry>& entries) {
 
 // Whether the spec has an entry for a callback cannot be told without its registration.
 void doubt_identity(const CallbackFacts& callback, Judgement& judgement) {
-  if (callback.registered) return;
+  if (is_identified(callback)) return;
   judgement.doubt(evidence("callback_init", first_sign(callback),
-                           "never registered: whether the spec asks for parameters is unknown"));
+                           std::string(why_unidentified(callback)) +
+                               ": whether the spec asks for parameters is unknown"));
+}
+
+// The thread ended before its process was given the spec that is judged by.
+bool ended_with_former_spec(const RuleContext& context, const ThreadFacts& thread) {
+  const auto& process = context.model.processes[at(thread.process)];
+  return thread.fini && process.spec_since && thread.fini->time < *process.spec_since &&
+         process.spec_sha256 == context.options.spec->sha256();
 }
 
 void judge_as_specified(const RuleContext& context, ThreadIndex index, const SpecEntry& entry,
                         Judgement& judgement) {
   const auto& proof = context.proof;
   const auto& thread = context.model.threads[at(index)];
+  if (ended_with_former_spec(context, thread)) return;
   const auto* applied = last_applied(context.model, thread);
   if (applied == nullptr) {
     judgement.doubt(evidence(
@@ -51,6 +60,7 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
   if (proof.may_hide_read_back(index, applied->n, std::nullopt)) {
     judgement.overrule(proof.loss(index));
   }
+  judgement.overrule(doubt_of_first_audit(context, thread));
   if (thread.last_change > applied->change) {
     judgement.overrule(evidence("thread_sched", applied->at,
                                 "change " + std::to_string(thread.last_change) +
@@ -227,7 +237,8 @@ const Rule kParametersAsSpecified{
     "parameters-as-specified",
     "What the kernel reported when a thread's parameters were last applied is what the spec "
     "asks for: policy, priority or nice, deadline triple, time slice, utilization clamps, CPUs. "
-    "After a reload the spec to judge by is the new one. On a process that was attached to, the "
+    "After a reload the spec to judge by is the new one; threads that ended before owe it "
+    "nothing. On a process that was attached to, the "
     "first audit stands for it.\n"
     "Why it matters: A refused or forgotten request leaves the thread with other parameters "
     "than planned, and every analysis of the plan is void.\n"

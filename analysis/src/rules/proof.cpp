@@ -86,10 +86,15 @@ Proof::Proof(const Model& model, const ThreadLives& lives)
     : model_(model),
       lives_(lives),
       holes_(model),
+      user_losses_(model),
       processes_(model.processes.size()),
       callbacks_(model.callbacks.size()),
       threads_(model.threads.size()) {
-  find_user_losses();
+  for (const auto& callback : model.callbacks) {
+    const auto host = model.processes[at(callback.process)].host;
+    if (callback.first_release) with_releases_.insert(host);
+    if (callback.lost_at) with_lost_samples_.insert(host);
+  }
   for (std::size_t i = 0; i < model.callbacks.size(); ++i) {
     prove(CallbackIndex{static_cast<std::uint32_t>(i)});
   }
@@ -228,14 +233,6 @@ std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {
                 "publisher_init", "publishers whose messages were not seen: ");
 }
 
-void Proof::find_user_losses() {
-  for (const auto& loss : model_.losses) {
-    if (!loss.is_evidence || loss.domain == Domain::kernel) continue;
-    auto& last = last_user_loss_[loss.host];
-    if (last == nullptr || last->end < loss.end) last = &loss;
-  }
-}
-
 void Proof::compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
                     std::uint64_t seen) {
   auto& proof = processes_[at(process)];
@@ -245,11 +242,20 @@ void Proof::compare(ProcessIndex process, const Evidence& total, std::uint64_t e
   proof.disagreements.back().note += ": " + counted(expected, seen);
 }
 
+std::optional<Evidence> Proof::user_loss_since(ProcessIndex process, Timestamp time) const {
+  const auto* last = user_losses_.last(model_.processes[at(process)].host);
+  if (last == nullptr || last->end < time) return std::nullopt;
+  return evidence_of(*last);
+}
+
+std::optional<Evidence> Proof::user_loss(ProcessIndex process, Timestamp begin,
+                                         Timestamp end) const {
+  const auto* loss = user_losses_.between(model_.processes[at(process)].host, begin, end);
+  return loss != nullptr ? std::optional(evidence_of(*loss)) : std::nullopt;
+}
+
 std::optional<Evidence> Proof::untold_loss(ProcessIndex process, Timestamp last) const {
-  if (!is_interrupted(process)) return std::nullopt;
-  const auto found = last_user_loss_.find(model_.processes[at(process)].host);
-  if (found == last_user_loss_.end() || found->second->end < last) return std::nullopt;
-  return evidence_of(*found->second);
+  return is_interrupted(process) ? user_loss_since(process, last) : std::nullopt;
 }
 
 std::optional<Evidence> Proof::untold_loss_of_state(ProcessIndex process, Timestamp last) const {
@@ -304,19 +310,18 @@ void Proof::prove(CallbackIndex index) {
       loss = total("ended: ");
       loss->note += counted(facts.fini->ended, started - open);
     }
-    const auto has_class = [this](const char* event) {
-      return model_.events.by_name.contains(event);
-    };
-    const auto compare_running = [&](const char* what, const char* event, std::uint64_t total_count,
-                                     std::uint64_t seen) {
-      if (!has_begun_in_trace(facts.process) || !has_class(event)) return;
+    // A recording may leave a class out, and that of another machine not.
+    const auto host = model_.processes[at(facts.process)].host;
+    const auto compare_running = [&](const char* what, const std::set<HostIndex>& recorded_on,
+                                     std::uint64_t total_count, std::uint64_t seen) {
+      if (!has_begun_in_trace(facts.process) || !recorded_on.contains(host)) return;
       compare(facts.process, total(what), total_count, seen);
       if (loss || total_count == seen) return;
       loss = total(what);
       loss->note += ": " + counted(total_count, seen);
     };
-    compare_running("released", "callback_release", facts.fini->released, facts.releases);
-    compare_running("lost", "sample_lost", facts.fini->lost, facts.lost);
+    compare_running("released", with_releases_, facts.fini->released, facts.releases);
+    compare_running("lost", with_lost_samples_, facts.fini->lost, facts.lost);
   } else if (!is_interrupted(facts.process)) {
     const auto missing = evidence("callback_fini", facts.starts.last_at,
                                   name + " has no callback_fini: its last instances are unknown");

@@ -7,9 +7,11 @@
 #include "kernel_holes.hpp"
 #include "model/facts.hpp"
 #include "thread_lives.hpp"
+#include "user_losses.hpp"
 
 #include <map>
 #include <optional>
+#include <set>
 #include <vector>
 
 namespace cie::analysis {
@@ -43,6 +45,11 @@ class Proof {
   // beginning) and below `before` (none: up to the end).
   bool may_hide_read_back(ThreadIndex thread, std::optional<std::uint32_t> after,
                           std::optional<std::uint32_t> before) const;
+
+  // Events of applications on its machine were lost then or later.
+  std::optional<Evidence> user_loss_since(ProcessIndex process, Timestamp time) const;
+  // Or between the two.
+  std::optional<Evidence> user_loss(ProcessIndex process, Timestamp begin, Timestamp end) const;
 
   // Kernel events were lost, or never recorded of some CPU, while the thread lived, or between two
   // points of time. What is no evidence loses nothing.
@@ -79,7 +86,6 @@ class Proof {
                                  std::uint64_t seen, const char* event, const char* what) const;
   void compare(ProcessIndex process, const Evidence& total, std::uint64_t expected,
                std::uint64_t seen);
-  void find_user_losses();
   void prove(CallbackIndex index);
   void prove(const PublisherFacts& publisher);
   void prove(ThreadIndex index);
@@ -96,11 +102,14 @@ class Proof {
   const Model& model_;
   const ThreadLives& lives_;
   const KernelHoles holes_;
+  const UserLosses user_losses_;
   std::vector<ProcessProof> processes_;
   std::vector<std::optional<Evidence>> callbacks_;
   std::vector<std::optional<Evidence>> threads_;
   bool is_anything_lost_ = false;
-  std::map<HostIndex, const Loss*> last_user_loss_;
+  // Machines of which events of these classes were recorded.
+  std::set<HostIndex> with_releases_;
+  std::set<HostIndex> with_lost_samples_;
 };
 
 }  // namespace cie::analysis

@@ -156,6 +156,23 @@ void conclude_restart(const RuleContext& context, const std::vector<CallbackInde
   conclude(std::move(judgement), verdicts);
 }
 
+// Of those that began before it, the last of its own process, if that may have ended before it began:
+// its end was not seen, nor that it lived on. Null: there is none.
+const CallbackFacts* perhaps_ended(const Model& model, const std::vector<Lifetime>& lives,
+                                   std::size_t place) {
+  const auto callback_of = [&model](const Lifetime& life) -> const CallbackFacts& {
+    return model.callbacks[at(life.index)];
+  };
+  const auto& after = callback_of(lives[place]);
+  for (auto earlier = place; earlier-- > 0;) {
+    const auto& before = callback_of(lives[earlier]);
+    if (before.process != after.process) continue;
+    const bool is_unknown = !before.fini && last_sign(before).time < after.registered->time;
+    return is_unknown ? &before : nullptr;
+  }
+  return nullptr;
+}
+
 std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   const auto& model = context.model;
   const auto& names = context.names;
@@ -164,7 +181,7 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
   for (const auto index : context.callbacks) {
     const auto& callback = model.callbacks[at(index)];
     const auto life = lifetime_of(model, index);
-    if (callback.registered) {
+    if (is_identified(callback)) {
       by_id[{model.processes[at(callback.process)].host, callback.logical_id}].push_back(life);
     } else {
       unknown.push_back(life);
@@ -199,13 +216,21 @@ std::vector<SubjectVerdict> judge_restart(const RuleContext& context) {
       }
       const auto before = predecessors(by_end, lives[i]);
       if (!before.empty()) conclude_restart(context, before, lives[i], verdicts);
+      const auto* const open = perhaps_ended(model, lives, i);
+      if (before.empty() && open != nullptr) {
+        Judgement judgement(names.callback(lives[i].index));
+        judgement.doubt(evidence("callback_fini", last_sign(*open),
+                                 "the end of the callback that had this id before was not seen: "
+                                 "whether this is its next lifetime is unknown"));
+        conclude(std::move(judgement), verdicts);
+      }
     }
   }
   for (const auto& life : unknown) {
     const auto& first_end = ends[host_of(life)].first;
     if (!first_end || life.begin <= *first_end) continue;
     Judgement judgement(names.callback(life.index));
-    judgement.doubt(evidence("callback_init", model.callbacks[at(life.index)].starts.first_at,
+    judgement.doubt(evidence("callback_init", first_sign(model.callbacks[at(life.index)]),
                              "its logical id is unknown, so it cannot be compared with the "
                              "callbacks of the process before"));
     conclude(std::move(judgement), verdicts);

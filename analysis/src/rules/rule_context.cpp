@@ -37,6 +37,7 @@ RuleContext::RuleContext(const Model& facts, const AnalysisOptions& asked)
       isolated(facts),
       losses(facts, proof, isolated),
       hidden(facts),
+      lost_ends(facts),
       unknown_threads(find_unknown(facts, proof)) {}
 
 }  // namespace cie::analysis

@@ -6,6 +6,7 @@
 
 #include "hidden_callbacks.hpp"
 #include "isolated_threads.hpp"
+#include "lost_ends.hpp"
 #include "model/facts.hpp"
 #include "model/subjects.hpp"
 #include "proof.hpp"
@@ -31,6 +32,7 @@ struct RuleContext {
   const IsolatedThreads isolated;
   const ThreadLosses losses;
   const HiddenCallbacks hidden;
+  const LostEnds lost_ends;
   // Threads that ran callbacks, were never announced, and of which it is not proven that they never
   // were (M9 is INCONCLUSIVE): rules about isolated threads are INCONCLUSIVE there as well.
   const std::map<ThreadIndex, Evidence> unknown_threads;

@@ -34,14 +34,16 @@ bool is_asked_for(const ThreadParameters& asked, const ReadBack& applied, const 
 }
 
 // What was applied and a later audit that differs from it. Null: none does.
-const std::pair<ReadBack, ReadBack>* audit_mismatch(const RuleContext& context,
-                                                    const ThreadFacts& thread) {
+const std::pair<ReadBack, ReadBack>* audit_mismatch(const RuleContext& context, ThreadIndex index) {
+  const auto& thread = context.model.threads[at(index)];
   if (thread.audit_mismatch) return &*thread.audit_mismatch;
-  if (!thread.slice_or_clamp_mismatch) return nullptr;
-  const auto& [applied, audit] = *thread.slice_or_clamp_mismatch;
-  const auto* entry = spec_entry_of(context, thread);
-  const bool is_asked = entry != nullptr && is_asked_for(entry->parameters, applied, audit);
-  return is_asked ? &*thread.slice_or_clamp_mismatch : nullptr;
+  const auto& mismatches = thread.slice_or_clamp_mismatches;
+  const auto* entry = mismatches.empty() ? nullptr : spec_entry_of(context, index);
+  if (entry == nullptr) return nullptr;
+  const auto asked = std::ranges::find_if(mismatches, [entry](const auto& mismatch) {
+    return is_asked_for(entry->parameters, mismatch.first, mismatch.second);
+  });
+  return asked != mismatches.end() ? &*asked : nullptr;
 }
 
 void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& judgement) {
@@ -49,7 +51,8 @@ void judge_unchanged(const RuleContext& context, ThreadIndex index, Judgement& j
   const auto& proof = context.proof;
   const auto& thread = model.threads[at(index)];
   judgement.check(thread.audits_checked + thread.switches_checked);
-  if (const auto* mismatch = audit_mismatch(context, thread)) {
+  judgement.overrule(doubt_of_first_audit(context, thread));
+  if (const auto* mismatch = audit_mismatch(context, index)) {
     const auto& [applied, audit] = *mismatch;
     if (proof.may_hide_read_back(index, applied.n, audit.n)) judgement.overrule(proof.loss(index));
     judgement.fail(evidence("thread_sched", applied.at,
@@ -285,7 +288,7 @@ const Rule kParametersUnchanged{
     "Why it matters: Somebody outside (renice, chrt, taskset, a service manager) changed what "
     "the application had been given, and it goes on as if nothing had happened.\n"
     "Inconclusive when there is neither a later audit nor a whole record of the kernel's to "
-    "compare with, or read-backs were lost.\n"
+    "compare with, or read-backs, perhaps the first of an attached process, were lost.\n"
     "Remedy: find who changed it (the time of the evidence helps; so do the kernel's "
     "syscalls:sys_enter_sched_set* events) and stop it; on_change: reapply has the executor put "
     "it right.",

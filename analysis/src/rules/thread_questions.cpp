@@ -85,6 +85,25 @@ EventRef first_sign(const CallbackFacts& callback) noexcept {
   return callback.overwritten_at.value_or(callback.lost_at.value_or(EventRef{}));
 }
 
+bool is_identified(const CallbackFacts& callback) noexcept {
+  return callback.registered && callback.is_identified;
+}
+
+std::string_view why_unidentified(const CallbackFacts& callback) noexcept {
+  return callback.registered ? "registered in part only" : "never registered";
+}
+
+EventRef last_sign(const CallbackFacts& callback) {
+  EventRef last = *callback.registered;
+  const auto consider = [&last](const EventRef& sign) {
+    if (sign.time > last.time) last = sign;
+  };
+  if (callback.starts.last) consider(callback.starts.last_at);
+  if (callback.ended.last) consider(callback.ended.last_at);
+  if (callback.fini) consider(callback.fini->at);
+  return last;
+}
+
 bool is_real_time(std::int32_t policy) noexcept {
   return policy == static_cast<std::int32_t>(Policy::fifo) ||
          policy == static_cast<std::int32_t>(Policy::round_robin) ||
@@ -101,6 +120,13 @@ const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noex
   if (!thread.applied.empty()) return &thread.applied.back();
   const bool is_attached = model.processes[at(thread.process)].first_moment == RunMoment::announce;
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
+}
+
+std::optional<Evidence> doubt_of_first_audit(const RuleContext& context,
+                                             const ThreadFacts& thread) {
+  if (!thread.applied.empty() || !thread.first_audit || !thread.announced) return std::nullopt;
+  return context.proof.user_loss(thread.process, thread.announced->time,
+                                 thread.first_audit->at.time);
 }
 
 std::string describe(const ReadBack& read) {
@@ -147,18 +173,20 @@ bool judges_parameters(const ThreadParameters& parameters) noexcept {
 }
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback) {
-  if (context.options.spec == nullptr || !callback.registered) return nullptr;
+  if (context.options.spec == nullptr || !is_identified(callback)) return nullptr;
   return context.options.spec->find_callback(callback.logical_id, callback.period_ns);
 }
 
-const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread) {
+const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index) {
   if (context.options.spec == nullptr) return nullptr;
+  const auto& thread = context.model.threads[at(index)];
   if (thread.role == ThreadRole::worker) return context.options.spec->find_thread(thread.name);
   for (const auto* pair : thread.ran) {
     const auto& callback = context.model.callbacks[at(pair->callback)];
     if (is_registered_to(thread, callback)) return spec_entry(context, callback);
   }
-  return nullptr;
+  const auto owner = context.isolated.idle_owner(index);
+  return owner ? spec_entry(context, context.model.callbacks[at(*owner)]) : nullptr;
 }
 
 std::string place(const RuleContext& context, int line) {

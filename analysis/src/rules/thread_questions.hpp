@@ -23,6 +23,12 @@ bool is_registered_to(const ThreadFacts& thread, const CallbackFacts& callback) 
 const EventRef& first_start_on(const ThreadFacts& thread);
 // The first event seen that names the callback.
 EventRef first_sign(const CallbackFacts& callback) noexcept;
+// Its logical id is known, and so are its kind, its deadline and its entry in the spec.
+bool is_identified(const CallbackFacts& callback) noexcept;
+// "never registered", or what else is why it is not.
+std::string_view why_unidentified(const CallbackFacts& callback) noexcept;
+// Of a registered one the last: its fini, an end, a start, its registration.
+EventRef last_sign(const CallbackFacts& callback);
 bool is_real_time(std::int32_t policy) noexcept;
 // "real-time priority 20", "nice 5".
 std::string priority_text(std::int32_t kernel_priority);
@@ -30,6 +36,8 @@ std::string priority_text(std::int32_t kernel_priority);
 // The read-back that stands for what was applied last: `applied`, or the first audit of a process
 // that was attached to. Null if there is none.
 const ReadBack* last_applied(const Model& model, const ThreadFacts& thread) noexcept;
+// Such an audit may not be the first one of the attached process: why not.
+std::optional<Evidence> doubt_of_first_audit(const RuleContext& context, const ThreadFacts& thread);
 
 // "SCHED_FIFO 80 on CPUs 0,1".
 std::string describe(const ReadBack& read_back);
@@ -41,7 +49,7 @@ bool judges_parameters(const ThreadParameters& parameters) noexcept;
 
 const SpecEntry* spec_entry(const RuleContext& context, const CallbackFacts& callback);
 // For a thread: the entry of its callback, or, for a worker, of its name.
-const SpecEntry* spec_entry_of(const RuleContext& context, const ThreadFacts& thread);
+const SpecEntry* spec_entry_of(const RuleContext& context, ThreadIndex index);
 // "robot.yaml:12".
 std::string place(const RuleContext& context, int line);
 // "robot.yaml:12 asks for SCHED_FIFO 20".

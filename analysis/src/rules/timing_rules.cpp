@@ -74,9 +74,9 @@ std::optional<Evidence> doubtful_ends(const CallbackFacts& callback,
 
 // Without its registration a callback's kind, deadline and entry in the spec are unknown.
 std::optional<Evidence> unknown_identity(const CallbackFacts& callback) {
-  if (callback.registered) return std::nullopt;
+  if (is_identified(callback)) return std::nullopt;
   return evidence("callback_init", first_sign(callback),
-                  "never registered: what it has to keep is unknown");
+                  std::string(why_unidentified(callback)) + ": what it has to keep is unknown");
 }
 
 template <typename Predicate>
@@ -167,10 +167,13 @@ void judge_never_ended(const RuleContext& context, const CallbackFacts& callback
                        std::int64_t deadline, Judgement& judgement) {
   const auto& fini = callback.fini;
   if (is_lost || !fini || fini->ended >= fini->started) return;
-  if (context.proof.is_interrupted(callback.process)) return;
   for (const auto& open : callback.open) {
-    const auto window_end = end_of_window(context.model, open.start.stream);
+    auto window_end = end_of_window(context.model, open.start.stream);
     if (!window_end) continue;
+    // Of what came after its totals nothing is known then.
+    if (context.proof.is_interrupted(callback.process)) {
+      window_end = std::min(*window_end, fini->at.time);
+    }
     const auto since = open.release && open.release_exact ? *open.release : open.start.time;
     judgement.check();
     if ((*window_end - since).ns <= deadline) {

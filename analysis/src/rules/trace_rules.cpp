@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <tuple>
@@ -82,6 +83,23 @@ void doubt_files(const Model& model, Judgement& judgement) {
   }
 }
 
+// What the tracers counted when the recordings ended: what they lost last, no packet tells.
+std::vector<Evidence> losses_of_manifests(const Model& model) {
+  std::vector<Evidence> losses;
+  for (const auto& recording : model.recordings) {
+    if (!recording.manifest) continue;
+    const auto tell = [&](std::uint64_t count, const std::string& where) {
+      if (count == 0) return;
+      losses.push_back(evidence("manifest", begin_of(model),
+                                "counts " + counted(count, "discarded event") + " of " + where));
+    };
+    for (const auto& channel : recording.manifest->channels)
+      tell(channel.discarded_events, "channel " + channel.name);
+    tell(recording.manifest->kernel.lost_events, "the kernel");
+  }
+  return losses;
+}
+
 // The verdict of a rule that has one subject.
 std::vector<SubjectVerdict> only(Judgement&& judgement) {
   std::vector<SubjectVerdict> verdicts;
@@ -121,6 +139,11 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
     if (context.options.require_lossless) judgement.fail(missing);
     judgement.remark(missing);
   }
+  for (const auto& loss : losses_of_manifests(model)) {
+    if (context.options.require_lossless) judgement.fail(loss);
+  }
+  // A loss may be told by the file that is gone.
+  if (context.options.require_lossless) doubt_files(model, judgement);
   for (const auto& part : unseen_parts(model)) {
     judgement.doubt(
         evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));
@@ -202,7 +225,7 @@ const Rule kNoLoss{
     "contiguous numbers and totals prove that a callback or thread lost nothing, so a loss that "
     "cost no subject its proof passes and is named. What the kernel's record lacks takes the parts "
     "of instances (R4, M6's budget) and no other verdict: it is named, and passes. FAIL only with "
-    "--require-lossless.\n"
+    "--require-lossless, which also counts what the manifest says was discarded.\n"
     "Why it matters: Tracers discard events when a buffer is full, mostly when the system is "
     "busiest: what is missing is seldom the harmless part.\n"
     "Inconclusive when events or packets of applications were discarded and some subject of a rule "

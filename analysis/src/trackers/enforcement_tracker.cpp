@@ -23,8 +23,22 @@ bool has_slice_and_clamps(const ReadBack& audit, const Wanted& wanted) {
          is_same(&ReadBack::util_max);
 }
 
-bool has_same_slice_and_clamps(const ReadBack& expected, const ReadBack& audit) {
-  return has_slice_and_clamps(audit, [&](auto field) { return expected.*field; });
+// Keeps the first audit that tells of a slice or clamp that it differs.
+void note_slice_and_clamps(ThreadFacts& thread, const ReadBack& expected, const ReadBack& audit) {
+  auto& known = thread.slice_or_clamp_mismatches;
+  const auto differs = [](const ReadBack& one, const ReadBack& other, auto field) {
+    return one.*field && other.*field && one.*field != other.*field;
+  };
+  const auto is_news = [&](auto field) {
+    return differs(expected, audit, field) &&
+           std::ranges::none_of(known, [&](const auto& mismatch) {
+             return differs(mismatch.first, mismatch.second, field);
+           });
+  };
+  if (is_news(&ReadBack::slice_ns) || is_news(&ReadBack::util_min) ||
+      is_news(&ReadBack::util_max)) {
+    known.emplace_back(expected, audit);
+  }
 }
 
 // The kernel's own slices and clamps, which nobody asked for, may follow the number of CPUs.
@@ -37,6 +51,14 @@ bool is_kept(const ThreadFacts& thread, const ReadBack& expected, const ReadBack
 std::optional<Timestamp> birth_of(const ThreadFacts& thread) {
   if (thread.start_ns) return Timestamp{*thread.start_ns};
   return thread.first_seen ? std::optional(thread.first_seen->time) : std::nullopt;
+}
+
+// Of what a thread did before the recording's first word of it, nothing else is known either.
+Timestamp told_since(const ThreadFacts& thread) {
+  auto told = thread.first_seen;
+  if (thread.announced && (!told || thread.announced->time < told->time)) told = thread.announced;
+  const auto born = birth_of(thread).value_or(Timestamp{});
+  return told ? std::max(born, told->time) : born;
 }
 
 void note_cpu(std::vector<UsedCpu>& cpus, const EventRef& where) {
@@ -95,9 +117,7 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
   ++thread.audits_checked;
   const bool is_same = is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit);
   if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {*expected, audit};
-  if (!thread.slice_or_clamp_mismatch && !has_same_slice_and_clamps(*expected, audit)) {
-    thread.slice_or_clamp_mismatch = {*expected, audit};
-  }
+  note_slice_and_clamps(thread, *expected, audit);
 }
 
 void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit) {
@@ -373,19 +393,42 @@ void EnforcementTracker::on_thread_fini(const EventHead& head, HostIndex host, s
   if (index && !is_totalled_) total_foreign_work(*index, host, head.time);
 }
 
+EnforcementTracker::Beginning EnforcementTracker::beginning_at(Timestamp time) {
+  Beginning beginning;
+  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+    const auto& thread = model_.threads[i];
+    auto& of_thread = beginning.emplace_back();
+    if (!thread.is_known_to_kernel) continue;
+    const auto host = model_.processes[at(thread.process)].host;
+    timeline_.presume_since(host, thread.tid, time);
+    of_thread = {.mark = timeline_.mark(host, thread.tid, time),
+                 .is_over = thread.busy_ns.has_value()};
+  }
+  return beginning;
+}
+
+void EnforcementTracker::note_possible_begin(Timestamp time) {
+  possible_begins_.insert_or_assign(time, beginning_at(time));
+}
+
 void EnforcementTracker::begin_window(Timestamp begin) {
   is_judging_ = true;
   judged_from_ = begin;
-  for (std::size_t i = 0; i < model_.threads.size(); ++i) {
+  const auto noted = possible_begins_.find(begin);
+  const auto beginning =
+      noted != possible_begins_.end() ? std::move(noted->second) : beginning_at(begin);
+  possible_begins_.clear();
+  for (std::size_t i = 0; i < beginning.size(); ++i) {
     auto& thread = model_.threads[i];
     if (!thread.is_known_to_kernel) continue;
     const auto host = model_.processes[at(thread.process)].host;
     const auto index = ThreadIndex{static_cast<std::uint32_t>(i)};
     auto& state = threads_[index];
-    const auto mark = timeline_.mark(host, thread.tid, begin);
-    state.busy_before = mark.total.execution;
-    if (thread.busy_ns) thread.busy_ns = 0;  // of those that have ended
-    if (!state.first_wait) continue;
+    const auto& [mark, is_over] = beginning[i];
+    const auto before = std::exchange(state.busy_before, mark.total.execution);
+    if (thread.busy_ns)
+      *thread.busy_ns = is_over ? 0 : *thread.busy_ns - (state.busy_before - before).ns;
+    if (!state.first_wait || state.first_wait->time >= begin) continue;
     state.first_wait.reset();
     thread.first_wait.reset();
     if (instances_.is_inside_unseen(index)) continue;  // until that instance has ended
@@ -414,7 +457,6 @@ bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
                                      Timestamp end) const {
   const auto host = model_.processes[at(thread.process)].host;
   if (thread.ran_unrecorded || timeline_.overlaps_hole(host, begin, end)) return false;
-  if (const auto first = recording_.kernel_begin(host)) begin = std::max(begin, *first);
   if (!recording_.kernel_record(host).contains(begin, end)) return false;
   const auto& coverage = recording_.coverage();
   if (coverage.covers_all(host)) return true;
@@ -461,7 +503,7 @@ void EnforcementTracker::total(std::optional<Timestamp> end) {
       const auto total = timeline_.mark(host, thread.tid, at_end).total.execution;
       thread.busy_ns = (total - state.busy_before).ns;
     }
-    const auto begin = birth_of(thread).value_or(Timestamp{});
+    const auto begin = told_since(thread);
     const auto last = thread.fini ? thread.last_seen.value_or(*thread.fini).time
                                   : end.value_or(thread.last_seen.value_or(EventRef{}).time);
     if (thread.busy_ns && !is_recorded(thread, std::max(begin, judged_from_), last)) {

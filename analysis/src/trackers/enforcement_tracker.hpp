@@ -13,6 +13,7 @@
 #include "registry.hpp"
 #include "thread_timeline.hpp"
 
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -60,6 +61,8 @@ class EnforcementTracker {
   void on_thread_fini(const EventHead& head, HostIndex host, std::int64_t tid);
   // Nothing is judged before the one and after the other.
   void await_window() noexcept { is_judging_ = false; }
+  // It may begin now: of a snapshot that turns out later, and what ran since then is in it.
+  void note_possible_begin(Timestamp time);
   void begin_window(Timestamp begin);
   void end_window(Timestamp end);
   // Totals what has been seen until now; more may follow.
@@ -100,6 +103,14 @@ class EnforcementTracker {
     std::optional<std::uint32_t> fork;
     bool is_new = false;  // its first switch-in is awaited
   };
+
+  // What threads had done when the window began.
+  struct BeginningOfThread {
+    ThreadTimeline::Mark mark;
+    bool is_over = false;  // it had ended
+  };
+  using Beginning = std::vector<BeginningOfThread>;  // by thread
+  Beginning beginning_at(Timestamp time);
 
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
   const ReadBack* reference(const ThreadFacts& thread) const;
@@ -144,6 +155,7 @@ class EnforcementTracker {
   bool has_switches_ = false;  // of any host: until then nothing was scheduled
   bool is_totalled_ = false;
   Timestamp judged_from_{};  // begin of the window
+  std::map<Timestamp, Beginning> possible_begins_;
 };
 
 }  // namespace cie::analysis

@@ -192,64 +192,28 @@ void InstanceBuilder::note_missed(const LiveInstance& live) {
                                               .release = std::nullopt};
 }
 
-void InstanceBuilder::follow_grid(LiveInstance& live) {
-  auto& facts = *live.callback_facts;
-  if (facts.grid.is_refuted || !TimerGrid::is_possible(facts.period_ns)) return;
-  auto& callback = callbacks_[live.callback];
-  auto& grid = callback.grid;
-  if (!grid) {
-    const Duration period{static_cast<std::int64_t>(facts.period_ns)};
-    grid = std::make_unique<TimerGrid>(*facts.first_expiry, period);
-    callback.losses = losses_;
-  }
-  if (callback.losses != losses_) grid->lose();
-  callback.losses = losses_;
-  const auto now = live.start.time;
-  TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
-  const auto follows = [now, &grid](Timestamp end) { return now - end <= grid->prompt(); };
-  if (live.thread) {
-    const auto& thread = of_thread(live.thread);
-    // Whatever the thread did last, the timer was called afterwards.
-    if (thread.has_waited) start.called_after = std::max(thread.last_activity, thread.wakeup);
-    const bool is_busy =
-        !thread.open.empty() || (thread.last_activity && follows(*thread.last_activity));
-    if (is_busy) start.busy_since = thread.busy_since;
-  }
-  // Its last instance began no later than this one's release.
-  const auto& ended = callback.recent;
-  if (ended.size() > 0 && follows(ended.newest(0).end.time)) start.busy_since = Timestamp{};
-  if (const auto release = grid->on_start(start)) {
-    live.expiry = release->expiry;
-    live.missed = release->missed;
-  }
-  facts.grid.unresolved = grid->unresolved();
-  facts.grid.is_steady = grid->is_steady();
-  facts.grid.error = grid->error();
-  if (grid->is_refuted()) measurer_.forget_releases(live.callback);
-}
-
 bool InstanceBuilder::is_confined(const LiveInstance& live) const {
   const auto& read_back = live.thread_facts->last_read_back;
   return !recording_.coverage().covers_all(live.host) && read_back &&
          recording_.coverage().covers(live.host, read_back->cpus);
 }
 
-CallbackOnThread& InstanceBuilder::pair_of(const LiveInstance& live) {
-  auto& pairs = live.callback_facts->ran_on;
-  auto& threads = callbacks_[live.callback].ran_on;
-  const auto place =
-      static_cast<std::size_t>(std::ranges::find(threads, *live.thread) - threads.begin());
+CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex thread,
+                                           const EventRef& where, std::uint64_t seq) {
+  auto& pairs = model_.callbacks[at(callback)].ran_on;
+  auto& threads = callbacks_[callback].ran_on;
+  const auto place = static_cast<std::size_t>(std::ranges::find(threads, thread) - threads.begin());
   if (place < threads.size()) return *pairs[place];
-  auto& pair = model_.pairs.emplace_back(CallbackOnThread{.callback = live.callback,
-                                                          .thread = *live.thread,
+  auto& pair = model_.pairs.emplace_back(CallbackOnThread{.callback = callback,
+                                                          .thread = thread,
                                                           .starts = 0,
                                                           .instances = 0,
                                                           .last_activity = {},
-                                                          .first_start = live.start,
-                                                          .first_seq = live.seq});
+                                                          .first_start = where,
+                                                          .first_seq = seq});
   threads.push_back(pair.thread);
   pairs.push_back(&pair);
-  live.thread_facts->ran.push_back(&pair);
+  model_.threads[at(thread)].ran.push_back(&pair);
   return pair;
 }
 
@@ -268,8 +232,13 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
 inline void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& last = callbacks_[live.callback].last_on;
   if (last == nullptr || last->thread != *live.thread) {
-    const auto* before = std::exchange(last, &pair_of(live));
-    if (before != nullptr && last->starts == 0) note_move(*live.callback_facts, *before, live);
+    const auto* before =
+        std::exchange(last, &pair_of(live.callback, *live.thread, live.start, live.seq));
+    if (last->starts == 0) {
+      if (before != nullptr) note_move(*live.callback_facts, *before, live);
+      last->first_start = live.start;
+      last->first_seq = live.seq;
+    }
   }
   live.pair = last;
   ++last->starts;
@@ -292,6 +261,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (found == open.rend()) {
     end_outside(thread);
     note_end_without_start(head, index, event.seq);
+    if (thread) note_unseen_run(*thread, here, index, event.seq);
     forget_wakes(on_thread, who, head);
     return;
   }
@@ -325,6 +295,16 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   if (!who.thread) return;
   if (registry_.facts_of(who).is_known_to_kernel) timeline_.forget_wake(who.host, *head.tid);
   thread.wakeup.reset();
+}
+
+void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
+                                      std::uint64_t seq) {
+  const auto& facts = model_.callbacks[at(index)];
+  // Of what began before the recording, or the window, nothing is told.
+  const bool is_awaited = facts.registered && seq >= facts.first_next_seq;
+  if (!is_awaited) return;
+  auto& pair = pair_of(index, thread, end, seq);
+  pair.last_activity = end;
 }
 
 void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,

@@ -108,8 +108,9 @@ class InstanceBuilder {
   inline void note_on_thread(LiveInstance& live);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from,
                         const LiveInstance& live);
-  // Its callback on its thread, which is known; the first time, a new one.
-  CallbackOnThread& pair_of(const LiveInstance& live);
+  // A callback on a thread; the first time, a new one, of that event.
+  CallbackOnThread& pair_of(CallbackIndex callback, ThreadIndex thread, const EventRef& where,
+                            std::uint64_t seq);
   void note_missed(const LiveInstance& live);
   // The release of a timer whose expiries are known.
   void follow_grid(LiveInstance& live);
@@ -120,6 +121,9 @@ class InstanceBuilder {
   // The thread's last read-back allows it none but CPUs that the kernel's record covers.
   bool is_confined(const LiveInstance& live) const;
   void note_end_without_start(const EventHead& head, CallbackIndex index, std::uint64_t seq);
+  // It ran on the thread, though its start was not seen.
+  void note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
+                       std::uint64_t seq);
   // What was woken up and what ran on the thread before belongs to what ended here.
   inline void forget_wakes(OfThread& thread, const Emitter& who, const EventHead& head);
   // It has its end, and is not among those that are open any more.

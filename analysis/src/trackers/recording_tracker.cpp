@@ -127,7 +127,7 @@ void RecordingTracker::add_loss(Loss loss) {
   const auto kernel_limit = is_live_ ? kMaxLiveLosses / 2 : kMaxKernelLosses;
   if (is_kernel && kernel_losses_ >= kernel_limit && merge_loss(loss)) return;
   if (model_.losses.size() >= (is_live_ ? kMaxLiveLosses : kMaxLosses)) {
-    if (!is_live_ || !merge_loss(loss)) ++model_.losses_dropped;
+    if (!merge_loss(loss)) ++model_.losses_dropped;
     return;
   }
   kernel_losses_ += is_kernel ? 1 : 0;
@@ -225,18 +225,6 @@ Window RecordingTracker::kernel_window(HostIndex host) const {
 
 Window RecordingTracker::kernel_record(HostIndex host) const {
   return common_kernel_window(host, [this](const Channel& channel) { return covered(channel); });
-}
-
-std::optional<Timestamp> RecordingTracker::kernel_begin(HostIndex host) const {
-  std::optional<Timestamp> begin;
-  for (std::size_t i = 0; i < model_.streams.size(); ++i) {
-    const auto& facts = model_.streams[i];
-    const StreamIndex index{static_cast<std::uint32_t>(i)};
-    const bool is_its = facts.domain == Domain::kernel && facts.host == host && facts.begin &&
-                        coverage_.is_evidence(index) && !states_.find(index)->is_idle;
-    if (is_its) begin = std::min(begin.value_or(*facts.begin), *facts.begin);
-  }
-  return begin;
 }
 
 // Kernel events of a boot in which none of its machine's applications was recorded: of a machine

@@ -61,8 +61,6 @@ class RecordingTracker {
   Window kernel_window(HostIndex host) const;
   // The same, whatever window was asked for: before and after it some CPU's record is missing.
   Window kernel_record(HostIndex host) const;
-  // When the first of its kernel streams begins.
-  std::optional<Timestamp> kernel_begin(HostIndex host) const;
   bool has_kernel(HostIndex host) const noexcept { return coverage_.has_kernel(host); }
   KernelCoverage& coverage() noexcept { return coverage_; }
   const KernelCoverage& coverage() const noexcept { return coverage_; }

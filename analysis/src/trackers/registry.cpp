@@ -27,23 +27,25 @@ std::int64_t key(Id id) noexcept {
 }  // namespace
 
 ReadBack read_back_of(const EventHead& head, const ThreadSched& event) {
-  return ReadBack{.at = ref(head),
-                  .moment = event.moment,
-                  .n = event.n,
-                  .policy = event.policy,
-                  .flags = event.flags,
-                  .nice = event.nice,
-                  .priority = event.priority,
-                  .runtime_ns = event.runtime_ns,
-                  .deadline_ns = event.deadline_ns,
-                  .period_ns = event.period_ns,
-                  .cpus = {event.cpus.begin(), event.cpus.end()},
-                  .error = event.error,
-                  .slice_ns = event.slice_ns,
-                  .util_min = event.util_min,
-                  .util_max = event.util_max,
-                  .change = event.change,
-                  .starts_before = 0};
+  ReadBack read{.at = ref(head),
+                .moment = event.moment,
+                .n = event.n,
+                .policy = event.policy,
+                .flags = event.flags,
+                .nice = event.nice,
+                .priority = event.priority,
+                .runtime_ns = event.runtime_ns,
+                .deadline_ns = event.deadline_ns,
+                .period_ns = event.period_ns,
+                .cpus = {event.cpus.begin(), event.cpus.end()},
+                .error = event.error,
+                .slice_ns = event.slice_ns,
+                .util_min = event.util_min,
+                .util_max = event.util_max,
+                .change = event.change,
+                .starts_before = 0};
+  std::ranges::sort(read.cpus);  // most often they are
+  return read;
 }
 
 HostIndex Registry::host(std::string_view name, std::string_view clock_uuid) {
@@ -247,7 +249,10 @@ void Registry::apply(const EventHead& head, const RunBegin& event) {
   process.executor = event.executor;
   if (event.moment == RunMoment::announce) ++process.announcements;
   if (event.moment == RunMoment::start) process.run_end.reset();  // it runs again, to another end
-  if (!event.spec_sha256.empty()) process.spec_sha256 = event.spec_sha256;
+  if (!event.spec_sha256.empty() && event.spec_sha256 != process.spec_sha256) {
+    if (process.run_begin) process.spec_since = head.time;
+    process.spec_sha256 = event.spec_sha256;
+  }
   if (process.run_begin) return;
   process.run_begin = ref(head);
   process.first_spec_sha256 = event.spec_sha256;
@@ -308,6 +313,7 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.registered = ref(head);
   facts.first_next_seq = event.next_seq;
   facts.is_accounted = !head.is_derived;
+  facts.is_identified = event.is_identified;
   facts.logical_id = event.logical_id;
   facts.node_id = event.node;
   facts.node = node_name(*process, event.node);
@@ -317,9 +323,11 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   facts.period_ns = event.period_ns;
   facts.queue_depth = event.queue_depth;
   facts.deadline_ns = event.deadline_ns;
-  facts.response_deadline = response_deadline(
-      spec_ == nullptr ? nullptr : spec_->find_callback(facts.logical_id, facts.period_ns),
-      event.deadline_ns);
+  facts.response_deadline =
+      response_deadline(spec_ == nullptr || !facts.is_identified
+                            ? nullptr
+                            : spec_->find_callback(facts.logical_id, facts.period_ns),
+                        event.deadline_ns);
   facts.first_expiry = event.first_expiry;
   if (to_number(event.group) != kNoId) {
     facts.group = event.group;

@@ -21,17 +21,17 @@ void SequenceTracker::observe_other(std::uint64_t number, const EventRef& where,
     facts.is_restarted = false;
     facts.last = number;
     facts.last_at = where;
-    if (number != 0) untracked_ += number;
+    if (number != 0) {
+      untracked_ += number;
+      untracked_until_ = std::max(untracked_until_, number);
+    }
     return;
   }
   const auto last = *facts.last;
   if (number > last) {
-    if (holes_.size() < kMaxKeptHoles) {
-      holes_.push_back(
-          Hole{.begin = last + 1, .end = number, .before = facts.last_at, .after = where});
-    } else {
-      untracked_ += number - last - 1;
-    }
+    if (holes_.size() >= kMaxKeptHoles) forget_oldest_but_first();
+    holes_.push_back(
+        Hole{.begin = last + 1, .end = number, .before = facts.last_at, .after = where});
     facts.last = number;
     facts.last_at = where;
     return;
@@ -66,6 +66,14 @@ void SequenceTracker::observe_other(std::uint64_t number, const EventRef& where,
   ++facts.repeated;
 }
 
+// What is asked of holes is near the last number most often.
+void SequenceTracker::forget_oldest_but_first() {
+  const auto oldest = holes_.begin() + 1;
+  untracked_ += oldest->end - oldest->begin;
+  untracked_until_ = std::max(untracked_until_, oldest->end);
+  holes_.erase(oldest);
+}
+
 bool SequenceTracker::is_missing(std::uint64_t number) const noexcept {
   return std::any_of(holes_.begin(), holes_.end(), [number](const Hole& hole) {
     return number >= hole.begin && number < hole.end;
@@ -73,6 +81,7 @@ bool SequenceTracker::is_missing(std::uint64_t number) const noexcept {
 }
 
 bool SequenceTracker::has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept {
+  if (after + 1 < untracked_until_) return true;  // it may have one
   return std::any_of(holes_.begin(), holes_.end(), [after, until](const Hole& hole) {
     return hole.begin <= until && hole.end > after + 1;
   });

@@ -25,7 +25,8 @@ class SequenceTracker {
   }
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;
-  // Whether any number in (after, until] is in a hole.
+  // Whether any number in (after, until] may be in a hole: of what came before many holes nobody
+  // knows any more.
   bool has_hole_between(std::uint64_t after, std::uint64_t until) const noexcept;
   // A new series begins: the next number is expected to be 0.
   static void restart(SequenceFacts& facts) noexcept { facts.is_restarted = true; }
@@ -38,6 +39,7 @@ class SequenceTracker {
 
  private:
   void observe_other(std::uint64_t number, const EventRef& where, SequenceFacts& facts);
+  void forget_oldest_but_first();
   void total_holes(SequenceFacts& facts, std::uint64_t from = 0) const;
 
   struct Hole {
@@ -46,8 +48,9 @@ class SequenceTracker {
     EventRef before;
     EventRef after;
   };
-  std::vector<Hole> holes_;      // ascending, at most kMaxKeptHoles
-  std::uint64_t untracked_ = 0;  // missing numbers beyond kMaxKeptHoles holes
+  std::vector<Hole> holes_;            // ascending, at most kMaxKeptHoles
+  std::uint64_t untracked_ = 0;        // missing numbers beyond kMaxKeptHoles holes
+  std::uint64_t untracked_until_ = 0;  // all of them are lower
 };
 
 }  // namespace cie::analysis

@@ -203,6 +203,12 @@ void ThreadTimeline::on_user_event(HostIndex host, std::int64_t tid,
   resume(seen, time, cpu.value_or(-1));
 }
 
+void ThreadTimeline::presume_since(HostIndex host, std::int64_t tid, Timestamp time) {
+  auto* of_host = hosts_.find(host);
+  auto* const found = of_host != nullptr ? of_host->threads.find(tid) : nullptr;
+  if (found != nullptr && found->is_presumed) found->since = time;
+}
+
 void ThreadTimeline::on_migrate(HostIndex host, std::int64_t tid, std::int32_t cpu,
                                 Timestamp time) {
   auto& of_host = hosts_[host];

@@ -70,6 +70,9 @@ class ThreadTimeline {
   void on_waking(HostIndex host, std::int64_t tid, Timestamp time);
   // False: on_waking told of it before.
   bool on_wakeup(HostIndex host, std::int64_t tid, Timestamp time);
+  // What counts begins now: a thread that is presumed to run is presumed to have been switched in
+  // now, so that nothing before it counts, whatever comes of the presumption.
+  void presume_since(HostIndex host, std::int64_t tid, Timestamp time);
   // The thread that the last switch of this CPU brought; 0 is the idle one. Empty before any.
   std::optional<std::int64_t> running_on(HostIndex host, std::int32_t cpu);
   // A user event proves that its thread runs on its CPU, whatever was seen before.

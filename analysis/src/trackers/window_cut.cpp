@@ -136,7 +136,7 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
 
 bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
   if (!is_after(head.time)) return false;
-  const auto of = [&head](std::int64_t tid) { return TidOf{head.pid.value_or(-1), tid}; };
+  const auto of = [&](std::int64_t tid) { return tid_of(head, tid); };
   if (const auto* init = std::get_if<ThreadInit>(&body)) {
     const bool is_late = init->start_ns > window_.to.ns;
     if (is_late) late_threads_.emplace(of(init->tid), init->start_ns);
@@ -149,7 +149,7 @@ bool WindowCut::leaves_out(const EventHead& head, const EventBody& body) {
   }
   const auto* fini = std::get_if<ThreadFini>(&body);
   if (fini == nullptr) return false;
-  const auto late = late_threads_.lower_bound({of(fini->tid), 0});
+  const auto late = late_threads_.lower_bound(LateThread{of(fini->tid), 0});
   return late != late_threads_.end() && late->first == of(fini->tid);
 }
 
@@ -158,8 +158,10 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
   if (!process) return event;
   const auto index = registry_.callback(*process, event.callback);
   const auto& facts = model_.callbacks[at(index)];
-  const auto& state = callbacks_[index];
+  auto& state = callbacks_[index];
   auto totals = event;
+  state.told_overwritten = event.overwritten;
+  state.told_lost = event.lost;
   if (is_before(head.time)) {
     totals.started = facts.first_next_seq;
     totals.ended = facts.first_next_seq;
@@ -197,16 +199,18 @@ PublisherFini WindowCut::cut(const EventHead& head, PublisherFini event) {
 }
 
 ThreadFini WindowCut::cut(const EventHead& head, ThreadFini event) {
-  const auto next = next_read_back_.find({head.pid.value_or(-1), event.tid});
+  const auto next = next_read_back_.find(tid_of(head, event.tid));
   if (next == next_read_back_.end()) return event;
   event.read_backs = std::min(event.read_backs, next->second);
   return event;
 }
 
 RunEnd WindowCut::cut(const EventHead& head, RunEnd event) {
+  const std::pair process(registry_.host_of(head), head.pid.value_or(-1));
   const auto late = static_cast<std::uint32_t>(
-      std::ranges::count(late_threads_, head.pid.value_or(-1),
-                         [](const LateThread& thread) { return thread.first.first; }));
+      std::ranges::count(late_threads_, process, [](const LateThread& thread) {
+        return std::pair(std::get<0>(thread.first), std::get<1>(thread.first));
+      }));
   event.threads -= std::min(event.threads, late);
   return event;
 }
@@ -252,6 +256,16 @@ void WindowCut::conclude_publisher(PublisherFacts& facts) const {
   }
 }
 
+bool WindowCut::has_untold_totals(const CallbackFacts& facts, const OfCallback& state) const {
+  const bool is_whole = facts.registered && facts.registered->time >= window_.from &&
+                        facts.fini->at.time <= window_.to;
+  const bool is_over = facts.fini->at.time < window_.from;
+  if (is_snapshot_ || is_whole || is_over) return false;
+  const bool has_releases = facts.first_release || state.last_release || state.next_release;
+  const bool has_losses = facts.lost_at || state.lost_before != 0 || state.lost_until;
+  return (state.told_overwritten != 0 && !has_releases) || (state.told_lost != 0 && !has_losses);
+}
+
 void WindowCut::finish() {
   for (auto& publisher : model_.publishers) {
     if (is_snapshot_) conclude_publisher(publisher);
@@ -261,6 +275,7 @@ void WindowCut::finish() {
     const CallbackIndex index{static_cast<std::uint32_t>(i)};
     auto& state = callbacks_[index];
     if (is_snapshot_) conclude_callback(facts, state);
+    facts.are_totals_told = !facts.fini || !has_untold_totals(facts, state);
     const auto subtract = [](std::uint64_t& total, std::uint64_t before) {
       total -= std::min(total, before);
     };
@@ -276,6 +291,7 @@ void WindowCut::finish() {
     subtract(facts.fini->released, releases_before(state));
     subtract(facts.fini->overwritten, state.overwritten_before);
     subtract(facts.fini->lost, state.lost_before);
+    if (!facts.are_totals_told) facts.fini->overwritten = facts.fini->lost = 0;
   }
 }
 

@@ -16,6 +16,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace cie::analysis {
@@ -64,10 +65,16 @@ class WindowCut {
     std::optional<std::uint64_t> lost_until;    // total of lost samples before the first one after
     std::uint64_t ends_after = 0;               // of instances that started after it
     std::uint64_t open_before = 0;              // began before it, and were not seen to end
-    bool has_lost_inside = false;               // of a snapshot only, these two
-    bool is_release_known = false;              // the first release inside was seen
+    std::uint64_t told_overwritten = 0;         // by its callback_fini, in all of its life
+    std::uint64_t told_lost = 0;
+    bool has_lost_inside = false;   // of a snapshot only, these two
+    bool is_release_known = false;  // the first release inside was seen
   };
 
+  using TidOf = std::tuple<HostIndex, std::int64_t, std::int64_t>;  // host, pid, tid
+  TidOf tid_of(const EventHead& head, std::int64_t tid) const {
+    return {registry_.host_of(head), head.pid.value_or(-1), tid};
+  }
   static std::uint64_t releases_before(const OfCallback& state);
   // Releases up to the window's end, given how many were seen in it and how many there were.
   static std::uint64_t releases_until(const OfCallback& state, std::uint64_t seen,
@@ -78,6 +85,8 @@ class WindowCut {
   bool may_lack(ProcessIndex process, Timestamp until) const;
   void conclude_callback(CallbackFacts& facts, OfCallback& state) const;
   void conclude_publisher(PublisherFacts& facts) const;
+  // Totals that no event in between tells the parts of: what of them lies in the window is unknown.
+  bool has_untold_totals(const CallbackFacts& facts, const OfCallback& state) const;
   CallbackIndex index_of(const Emitter& who, CallbackId id) {
     return registry_.callback(*who.process, id);
   }
@@ -90,7 +99,6 @@ class WindowCut {
   InstanceBuilder& instances_;
   ByIndex<CallbackIndex, OfCallback> callbacks_;
   ByIndex<std::uint32_t, std::optional<std::uint64_t>> next_publish_;  // by publisher, after it
-  using TidOf = std::pair<std::int64_t, std::int64_t>;                 // pid, tid
   using LateThread = std::pair<TidOf, std::int64_t>;                   // and when it was created
   std::set<LateThread> late_threads_;
   std::map<TidOf, std::uint32_t> next_read_back_;

@@ -78,15 +78,18 @@ def order_matters(cie: str, folder: Path, said: dict[str, Any]) -> list[str]:
     lines = [f"L4, stream files renamed: {x}" for x in
              difference.compare_text(said["instances"], again["instances"], "instances.csv")]
     for what, key in (("verify", "rules"), ("report", "callbacks"), ("report", "chains")):
-        if without_paths(said[what].get(key), folder) != without_paths(again[what].get(key), copy):
+        before, after = (without_paths(run[what].get(key), folder, copy) for run in (said, again))
+        if before != after:
             lines.append(f"L4, stream files renamed: {what} differs in {key}")
     return lines
 
 
-def without_paths(value: Any, folder: Path) -> str:
-    """As text, evidence that names files of the trace made the same."""
-    return re.sub(r"channel0_\d+", "channel", json.dumps(value)).replace(
-        str(folder), "").replace("/trace", "")
+def without_paths(value: Any, *folders: Path) -> str:
+    """As text, evidence that names files of the trace or the spec made the same."""
+    text = re.sub(r"channel0_\d+", "channel", json.dumps(value))
+    for folder in folders:
+        text = text.replace(str(folder), "")
+    return text.replace("/trace", "")
 
 
 def check(cie: str, folder: Path, trace: Path | None = None, independent: bool = True) -> list[str]:

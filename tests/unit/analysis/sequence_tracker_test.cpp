@@ -115,5 +115,18 @@ TEST(SequenceTracker, CountsHolesFromANumberOn) {
   EXPECT_EQ(from(4, {6, 7}), 2U) << "4 and 5";
 }
 
+TEST(SequenceTracker, KnowsItsLastHolesHoweverManyThereWere) {
+  Series series({0});
+  for (std::uint64_t i = 1; i <= 1000; ++i) {  // 3, 4, 6, 7, 9, …: each third number is missing
+    series.see(3 * i);
+    series.see(3 * i + 1);
+  }
+  EXPECT_EQ(series.finished().missing, 2U + 999U);
+  EXPECT_EQ(series.facts.first_gap->expected, 1U);
+  EXPECT_FALSE(series.tracker.has_hole_between(3000, 3001));
+  EXPECT_TRUE(series.tracker.has_hole_between(2998, 3000));
+  EXPECT_TRUE(series.tracker.has_hole_between(30, 31)) << "long ago: it may have one";
+}
+
 }  // namespace
 }  // namespace cie::analysis

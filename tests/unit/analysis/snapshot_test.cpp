@@ -180,5 +180,27 @@ TEST(Snapshot, WhatItLacksWithinIsNotThePast) {
   EXPECT_EQ(verdict_of(result, "T4"), Verdict::inconclusive);
 }
 
+// Its window begins with the channel of its callbacks, whose first event may come much later.
+TEST(Snapshot, CountsWhatRanFromItsBeginOn) {
+  auto trace = trace_of(R"(
+  kernel
+  callback tick timer period=100
+  0 switch 0 idle tick
+  5 switch 0 tick idle state=1
+  90 switch 0 idle tick
+  100 start tick release=100
+  110 end tick
+  111 finish tick
+  112 switch 0 tick idle state=1)");
+  constexpr const char* kBudget =
+      "callback_groups:\n  - id: tick\n    foreign_work_budget: 150000000\n";
+  for (auto& event : trace.events) {
+    if (auto* stream = std::get_if<StreamBegin>(&event.body)) stream->is_snapshot = true;
+  }
+  const Verified verified(trace, kBudget);
+  EXPECT_EQ(verified.result.report.threads.at(0).busy_ns, 5 + 22);
+  EXPECT_EQ(verified["M6"], Verdict::pass) << "11 ns of 106";
+}
+
 }  // namespace
 }  // namespace cie::test

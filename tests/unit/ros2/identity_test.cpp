@@ -240,5 +240,44 @@ TEST(Ros2Identity, AgnocastsCallsAreOneCallbackAtManyAddresses) {
             "/lidar@Subscription(/points): 2 of 2 to 3\n/lidar@Timer(9): 1 of 1 to 1\n");
 }
 
+// A callable is called once; what lies at its address next may be made unseen.
+TEST(Ros2Identity, AgnocastsCallableIsNotTakenForTheOneBefore) {
+  const std::string node = R"(
+    0 agnocast:agnocast_node_init node_handle=0x10 node_name=lidar namespace=/
+    1 agnocast:agnocast_subscription_init subscription_handle=0x20 node_handle=0x10 callback=0x9 callback_group=0x70 symbol=take topic_name=/a queue_depth=2 pid_callback_info_id=77
+    1 agnocast:agnocast_subscription_init subscription_handle=0x21 node_handle=0x10 callback=0xa callback_group=0x71 symbol=take topic_name=/b queue_depth=2 pid_callback_info_id=78
+    10 agnocast:agnocast_create_callable tid=1 callable=0x91 entry_id=1 pid_callback_info_id=77
+    11 agnocast:agnocast_callable_start tid=1 callable=0x91
+    13 agnocast:agnocast_callable_end tid=1 callable=0x91
+)";
+  const std::string made =
+      "20 agnocast:agnocast_create_callable tid=2 callable=0x91 entry_id=2 pid_callback_info_id=78\n";
+  const std::string called = R"(
+    21 agnocast:agnocast_callable_start tid=2 callable=0x91
+    24 agnocast:agnocast_callable_end tid=2 callable=0x91)";
+  EXPECT_EQ(analyze_ros2(node + made + called).durations(),
+            "/lidar@Subscription(/a): 1 of 2 to 2\n/lidar@Subscription(/b): 1 of 3 to 3\n");
+  const auto lost = analyze_ros2(node + called, 20);
+  EXPECT_NE(lost.verdict("M2"), Verdict::fail);
+  EXPECT_NE(lost.verdict("M3"), Verdict::fail);
+}
+
+// Half of its name may be another one's.
+TEST(Ros2Identity, IsUnknownWhereAPartOfItWasLost) {
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: \"/n@Timer(1)\", response_deadline: 1000}\n"
+      "  - {id: \"/n/*\", response_deadline: 1}\n";
+  const std::string run = "10 callback_start callback=0x30\n20 callback_end callback=0x30";
+  const auto r3 = [&](std::string text, std::string_view lost) {
+    if (!lost.empty()) {
+      const auto at = text.find(lost);
+      text.erase(at, text.find('\n', at) - at);
+    }
+    return analyze_ros2(text + run, lost.empty() ? -1 : 1, kSpec).verdict("R3");
+  };
+  EXPECT_EQ(r3(kTwoTimers, "1 rcl_timer_init timer_handle=0x20"), Verdict::inconclusive);
+  EXPECT_EQ(r3(kTwoTimers, "0 rcl_node_init"), Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test

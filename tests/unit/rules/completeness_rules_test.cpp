@@ -330,5 +330,18 @@ TEST(SpecifiedCallbackSeen, DoesNotAskForWildcards) {
   EXPECT_EQ(Verified(kThreeInstances)["M1"], Verdict::not_applicable);
 }
 
+TEST(SpecifiedCallbackSeen, SaysWhereParametersAreAppliedToNoThread) {
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 10}\n";
+  const Verified pooled(
+      "thread t1 pool\ncallback fusion pooled\n10 start fusion on=t1\n12 end fusion on=t1", kSpec);
+  EXPECT_EQ(pooled["M1"], Verdict::pass);
+  EXPECT_EQ(pooled["S1"], Verdict::not_applicable);
+  EXPECT_THAT(pooled.evidence("M1", "callback fusion"),
+              HasSubstr("10 not applied no thread is its own"));
+  const Verified isolated("callback fusion\n10 start fusion\n12 end fusion", kSpec);
+  EXPECT_EQ(isolated.evidence("M1", "callback fusion"), "");
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -163,5 +163,13 @@ TEST(NoNesting, IsInconclusiveWhenAnEndMayBeLostInBetween) {
   EXPECT_EQ(Verified(trace)["E3"], Verdict::inconclusive);
 }
 
+// exit() is called while it runs: its end follows the totals.
+TEST(StartEndPaired, TakesAnEndAfterTheTotalsForOne) {
+  const std::string run =
+      "callback fusion\n10 start fusion\n12 end fusion\n20 start fusion\n25 fini fusion";
+  EXPECT_EQ(Verified(run)["E1"], Verdict::fail) << "it never ends";
+  EXPECT_EQ(Verified(run + "\n30 end fusion")["E1"], Verdict::inconclusive);
+}
+
 }  // namespace
 }  // namespace cie::test

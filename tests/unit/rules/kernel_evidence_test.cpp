@@ -7,6 +7,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -383,6 +384,34 @@ TEST(KernelRecord, IsAHoleBeforeACpusFirstPacketAndAfterItsLast) {
     EXPECT_EQ(cut.of("M6", "thread 101"), Verdict::inconclusive) << begin;
     EXPECT_FALSE(thread_of(cut.result, 101).busy_ns) << begin;
   }
+}
+
+// What an event of a thread lets presume before the kernel's record tells of it counts in no window.
+TEST(KernelRecord, CountsInAWindowWhatItTellsThereAlone) {
+  auto trace = trace_of(R"(
+  callback fusion
+  10 start fusion
+  14 end fusion
+  50 switch 0 idle fusion
+  51 start fusion
+  55 end fusion
+  57 switch 0 fusion idle state=1
+  80 switch 0 idle fusion
+  81 start fusion
+  85 end fusion
+  88 switch 0 fusion idle state=1)");
+  for (const std::int32_t cpu : {0, 1})
+    trace = with_record_of(std::move(trace), cpu, 20, kAlways);
+  const auto busy_from = [&trace](std::int64_t from) {
+    AnalysisOptions options;
+    options.window = TimeWindow{.from = {from}, .to = {90}};
+    return thread_of(analyze(trace, options), 101).busy_ns;
+  };
+  EXPECT_EQ(busy_from(30), 7 + 8);
+  EXPECT_EQ(busy_from(52), 5 + 8);
+  EXPECT_EQ(busy_from(60), 8);
+  EXPECT_FALSE(busy_from(15)) << "the record begins later";
+  EXPECT_FALSE(thread_of(analyze(trace), 101).busy_ns) << "it ran before";
 }
 
 TEST(KernelRecord, OfACpuThatBeginsLateMayLackABoostOrAFirstRun) {

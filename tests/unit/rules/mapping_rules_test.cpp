@@ -309,5 +309,27 @@ TEST(OneThreadPerCallback, ThreadsThatTouchDoNotLiveTogether) {
             Verdict::pass);
 }
 
+// Each of 80 threads ends before the next begins, but for the last two.
+TEST(OneThreadPerCallback, ComparesHoweverManyThreads) {
+  const auto judged = [](bool is_last_together) {
+    std::string text = "callback fusion pooled\n";
+    for (int i = 0; i < 80; ++i) {
+      const auto name = "t" + std::to_string(i);
+      const auto at = [i](int offset) { return "\n" + std::to_string(100 * i + offset) + ' '; };
+      const bool is_late = is_last_together && i == 78;
+      text += "thread " + name + " callback of=fusion tid=" + std::to_string(500 + i) + at(1) +
+              "begin " + name + at(10) + "start fusion on=" + name + at(12) +
+              "end fusion on=" + name + at(14) + "init fusion" + at(is_late ? 150 : 20) +
+              "finish " + name + '\n';
+    }
+    return Verified(text);
+  };
+  EXPECT_EQ(judged(false)["M3"], Verdict::pass);
+  const auto together = judged(true);
+  EXPECT_EQ(together["M3"], Verdict::fail);
+  EXPECT_THAT(together.evidence("M3", "callback fusion"),
+              AllOf(HasSubstr("7810 callback_start"), HasSubstr("7910 callback_start")));
+}
+
 }  // namespace
 }  // namespace cie::test

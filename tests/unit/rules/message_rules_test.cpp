@@ -352,5 +352,16 @@ TEST(ChainBounds, AppliesNotToAChainWithoutBound) {
             Verdict::not_applicable);
 }
 
+// Whether releases are recorded is asked of each machine.
+TEST(NoQueueOverflow, IsJudgedOfAMachineAsIfItWereAlone) {
+  auto without = trace_of(
+      "callback fusion subscription topic=/a\n5 release fusion\n10 start fusion\n12 end fusion");
+  without.erase<CallbackRelease>();
+  ASSERT_EQ(Verified(without)["Q1"], Verdict::pass);
+  const auto with = trace_of(
+      "callback fusion subscription topic=/a\n5 release fusion\n10 start fusion\n12 end fusion");
+  EXPECT_EQ(Verified(beside(with, without, {.name = "desk"}))["Q1"], Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -217,5 +217,43 @@ TEST(ThreadKnown, IsInconclusiveWithoutTheContextVtid) {
   }
 }
 
+// It works for nobody, though the spec allows it little.
+TEST(NoForeignWork, JudgesAThreadWhoseCallbackNeverRan) {
+  const std::string idle = R"(
+  callback fusion
+  callback plan
+  -20 switch 0 idle fusion
+  -10 switch 0 fusion idle state=1
+  0 switch 0 idle fusion
+  60 switch 0 fusion idle state=1
+  70 start plan
+  72 end plan
+  80 finish fusion)";
+  EXPECT_EQ(Verified(idle, budget(1'000'000)).of("M6", "thread 101"), Verdict::fail);
+  EXPECT_NE(Verified(idle, budget(900'000'000)).of("M6", "thread 101"), Verdict::fail);
+}
+
+// What was made when the former one was gone did not wait for it.
+TEST(SingleCallbackGroup, CountsThoseThatLivedTogether) {
+  const std::string group = R"(
+    group g
+    callback former group=g
+    callback latter group=g id=/later
+    10 start former
+    12 end former
+    14 finish former
+    )";
+  const std::string latter = "\n20 init latter\n21 begin latter\n30 start latter\n32 end latter";
+  const auto ended_at = [&](const char* time) {
+    auto trace = trace_of(group + time + " fini former" + latter);
+    trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+      return head.time.ns < 0 && to_number(e.callback) == 1;
+    });
+    return Verified(trace)["M8"];
+  };
+  EXPECT_EQ(ended_at("15"), Verdict::pass);
+  EXPECT_EQ(ended_at("25"), Verdict::fail);
+}
+
 }  // namespace
 }  // namespace cie::test

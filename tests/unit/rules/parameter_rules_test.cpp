@@ -221,5 +221,39 @@ TEST(ParametersBeforeFirstCallback, AppliesNotWhenTheFirstStartLiesBeforeTheWind
             Verdict::not_applicable);
 }
 
+// What ended before the reload never had to do what it asks for.
+TEST(Reload, AsksNothingOfThreadsThatHadEnded) {
+  const std::string sha256 = SchedulingSpec::parse(kFifo80, "").sha256();
+  const auto reloaded_at = [&](const char* time) {
+    return Verified(R"(
+      process app spec=former
+      callback fusion
+      1 initial fusion
+      2 applied fusion
+      10 start fusion
+      12 end fusion
+      20 finish fusion
+      )" + std::string(time) +
+                        " reload app spec=" + sha256,
+                    kFifo80)["S1"];
+  };
+  EXPECT_EQ(reloaded_at("30"), Verdict::not_applicable);
+  EXPECT_EQ(reloaded_at("15"), Verdict::fail) << "it lived on";
+}
+
+// Writers other than this project's may list CPUs in any order.
+TEST(ParametersAsSpecified, TakesCpusInAnyOrder) {
+  auto trace = trace_of(
+      "callback fusion\n1 initial fusion cpus=0,1\n2 applied fusion cpus=0,1\n"
+      "10 start fusion cpu=1\n12 end fusion cpu=1");
+  const std::vector<std::uint32_t> descending{1, 0};
+  for (auto& event : trace.events) {
+    if (auto* sched = std::get_if<ThreadSched>(&event.body)) sched->cpus = descending;
+  }
+  const Verified verified(trace, "callback_groups:\n  - {id: fusion, affinity: [0, 1]}\n");
+  EXPECT_EQ(verified["S1"], Verdict::pass);
+  EXPECT_EQ(verified["S4"], Verdict::pass);
+}
+
 }  // namespace
 }  // namespace cie::test

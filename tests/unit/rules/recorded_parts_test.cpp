@@ -1,6 +1,10 @@
 // What manifests say was recorded, held against what was seen: T1, T2 and law L7.
 #include "support/verdicts.hpp"
 
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -240,6 +244,31 @@ TEST(RecordedParts, AManifestOfNoUseIsADoubt) {
   EXPECT_EQ(judged["T1"], Verdict::inconclusive);
   EXPECT_EQ(judged["E1"], Verdict::pass);
   EXPECT_TRUE(has_defect(judged.result.report, "damaged-manifest"));
+}
+
+// What a tracer discarded last, no packet tells; its manifest does.
+TEST(LossOfManifest, IsALossWhereNoneIsAllowed) {
+  auto manifest = manifest_of({kFirst, kSecond});
+  const auto t2 = [&](bool is_file_missing) {
+    AnalysisOptions options;
+    options.require_lossless = true;
+    Analyzer analyzer(options);
+    auto recording = recording_of(manifest);
+    if (is_file_missing) {
+      recording.doubts.push_back(
+          {.kind = FileDoubtKind::missing_file, .note = "ust/channel_1 is missing"});
+    }
+    analyzer.add({recording});
+    const auto trace = trace_of(kTwoProcesses);
+    for (const auto& event : trace.events)
+      analyzer.consume(event);
+    const auto result = analyzer.finish();
+    return std::ranges::find(result.verdicts.rules, "T2", &RuleVerdict::id)->verdict;
+  };
+  EXPECT_EQ(t2(false), Verdict::pass);
+  EXPECT_EQ(t2(true), Verdict::inconclusive) << "it may have told of a loss (L7)";
+  manifest.channels.push_back({.name = "cie", .discarded_events = 3, .lost_packets = 0});
+  EXPECT_EQ(t2(false), Verdict::fail);
 }
 
 }  // namespace

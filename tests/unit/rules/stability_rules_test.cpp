@@ -426,5 +426,19 @@ TEST(NoParameterLeak, AppliesOnlyWithRealTimeThreads) {
   EXPECT_EQ(Verified("callback a\n1 start a\n2 end a")["S5"], Verdict::not_applicable);
 }
 
+// Of two fields that change one after the other, the one that the spec asks for.
+TEST(ParametersUnchanged, ComparesEachFieldThatIsAskedFor) {
+  constexpr const char* kClamp = "callback_groups:\n  - {id: fusion, policy: SCHED_OTHER, uclamp_min: 512}\n";
+  const std::string both = R"(
+    callback fusion
+    1 initial fusion
+    2 applied fusion slice=3000000 util_min=512 util_max=1024
+    10 start fusion
+    12 end fusion
+    20 audit fusion slice=2800000 util_min=512 util_max=1024
+    30 audit fusion slice=2800000 util_min=0 util_max=1024)";
+  EXPECT_EQ(Verified(both, kClamp)["S3"], Verdict::fail);
+}
+
 }  // namespace
 }  // namespace cie::test

@@ -1,5 +1,6 @@
 // `--window`: a part of a recording is judged as if the rest were sound, and by what the rest
 // knows.
+#include "support/move_to_host.hpp"
 #include "support/verdicts.hpp"
 
 #include <algorithm>
@@ -463,6 +464,39 @@ TEST(Window, AllOfTheRecordingIsWhatThereIsWithout) {
   EXPECT_EQ(whole.result.report.trace.begin, wide.result.report.trace.begin);
   EXPECT_EQ(whole.result.report.trace.end, wide.result.report.trace.end);
   EXPECT_EQ(whole.result.report.trace.events, wide.result.report.trace.events);
+}
+
+// Without the releases nobody knows when the three samples were overwritten.
+TEST(WindowOfAQueue, KnowsNoTotalsThatOnlyTheEndTells) {
+  auto trace = trace_of(R"(
+    callback fusion subscription topic=/a
+    5 release fusion
+    10 start fusion
+    12 end fusion
+    25 release fusion overwritten=3
+    30 start fusion
+    32 end fusion
+    35 lost fusion count=2)");
+  const auto q1 = [&trace](std::int64_t from, std::int64_t to) {
+    return Verified(trace, {}, window(from, to))["Q1"];
+  };
+  EXPECT_EQ(q1(0, 20), Verdict::pass);
+  EXPECT_EQ(q1(20, 33), Verdict::fail);
+  trace.erase<CallbackRelease>();
+  trace.erase<SampleLost>();
+  EXPECT_EQ(Verified(trace)["Q1"], Verdict::fail);
+  EXPECT_EQ(q1(0, 20), Verdict::inconclusive);
+  EXPECT_EQ(q1(20, 33), Verdict::inconclusive);
+}
+
+// Containers count their processes from 1, each of them.
+TEST(WindowOfTwoHosts, TellsTheirThreadsApart) {
+  const std::string app =
+      "callback fusion\n1 initial fusion\n2 applied fusion\n10 start fusion\n12 end fusion\n";
+  const auto robot = trace_of(app + "50 audit fusion");
+  const auto desk = trace_of(app + "30 audit fusion\n50 audit fusion");
+  const Verified verified(beside(robot, desk, {.name = "desk"}), {}, window(0, 40));
+  EXPECT_EQ(verified["T4"], Verdict::pass);
 }
 
 }  // namespace

@@ -156,6 +156,8 @@ struct CallbackInit {
   std::uint64_t deadline_ns = 0;
   std::uint64_t next_seq = 0;
   std::optional<Timestamp> first_expiry{};  // of rcl's timers, from which their others follow
+  // False: what makes its logical id was recorded in part only; others may have that id, too.
+  bool is_identified = true;
 };
 struct CallbackFini {
   static constexpr EventPhase kPhase = EventPhase::state;

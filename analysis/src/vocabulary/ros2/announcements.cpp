@@ -45,7 +45,8 @@ void announce(Callback& callback, const EventHead& head, Process& process, const
                     .symbol = callback.symbol,
                     .period_ns = callback.period_ns,
                     .queue_depth = callback.queue_depth,
-                    .first_expiry = callback.first_expiry},
+                    .first_expiry = callback.first_expiry,
+                    .is_identified = callback.is_identified},
        sink);
 }
 

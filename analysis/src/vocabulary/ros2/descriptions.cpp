@@ -36,10 +36,12 @@ void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
       if (known == process.agnocast_subscriptions.end()) break;
       directory.stand_for(CallbackKind::subscription, handle, known->second);
       process.agnocast_entries[handle] = p.number<std::int64_t>(1);
+      process.callables.insert(handle);
       break;
     }
     case Ros2Event::agnocast_timer_callable:
       directory.stand_for(CallbackKind::timer, handle, p.number<Address>(1));
+      process.callables.insert(handle);
       break;
     default:
       break;

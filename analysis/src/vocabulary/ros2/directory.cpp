@@ -48,6 +48,11 @@ std::optional<NodeId> Directory::node_of(Address handle) const {
   return found->second;
 }
 
+void Directory::set_node(Entity& entity, Address node) const {
+  entity.node = node_of(node);
+  entity.is_node_unknown = !entity.node;
+}
+
 Node* Directory::node(NodeId id) {
   const auto number = static_cast<std::size_t>(to_number(id) - kFirstId);
   return number < nodes_.size() ? &nodes_[number] : nullptr;
@@ -99,14 +104,14 @@ Directory::Entity& Directory::renew(Address handle, CallbackKind kind, std::stri
 void Directory::add_subscription(Address handle, Address node, std::string_view topic,
                                  std::uint32_t queue_depth, bool repeats) {
   auto& entity = renew(handle, CallbackKind::subscription, topic, repeats);
-  entity.node = node_of(node);
+  set_node(entity, node);
   entity.queue_depth = queue_depth;
   refresh(entity);
 }
 
 void Directory::add_service(Address handle, Address node, std::string_view service, bool repeats) {
   auto& entity = renew(handle, CallbackKind::service, service, repeats);
-  entity.node = node_of(node);
+  set_node(entity, node);
   refresh(entity);
   if (service.ends_with(kActionGoal))
     hide(entity, {.what = "the action server of " + action_of(service), .is_action = true});
@@ -115,7 +120,7 @@ void Directory::add_service(Address handle, Address node, std::string_view servi
 void Directory::add_client(Address handle, Address node, std::string_view service,
                            Address rmw_handle, bool repeats) {
   auto& entity = renew(handle, CallbackKind::client, service, repeats);
-  entity.node = node_of(node);
+  set_node(entity, node);
   if (!is_of_action(service)) {
     hide(entity, {.what = "the client of " + std::string(service), .is_client = true});
     clients_[rmw_handle] = *entity.hidden;
@@ -152,8 +157,9 @@ void Directory::add_timer(Address handle, std::uint64_t period_ns, std::optional
 }
 
 void Directory::link_timer(Address handle, Address node) {
+  links_timers_ = true;
   auto& entity = entities_[handle];
-  entity.node = node_of(node);
+  set_node(entity, node);
   refresh(entity);
 }
 
@@ -247,7 +253,7 @@ Callback& Directory::new_callback() {
   return callbacks_.emplace_back(Callback{.id = id_of<CallbackId>(callbacks_.size())});
 }
 
-void Directory::describe(Callback& callback, const Entity& entity) {
+void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.kind = entity.kind;
   callback.node = entity.node;
   callback.source = entity.source;
@@ -255,6 +261,9 @@ void Directory::describe(Callback& callback, const Entity& entity) {
   callback.first_expiry = entity.first_expiry;
   callback.queue_depth = entity.queue_depth;
   callback.group = entity.group;
+  const bool is_timer = entity.kind == CallbackKind::timer;
+  const bool lacks_node = entity.is_node_unknown || (is_timer && links_timers_ && !entity.node);
+  callback.is_identified = entity.is_announced && !lacks_node;
 }
 
 void Directory::refresh(const Entity& entity) {

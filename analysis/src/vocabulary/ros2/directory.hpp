@@ -58,6 +58,7 @@ struct Callback {
   std::optional<Timestamp> first_expiry{};
   std::uint32_t queue_depth = 0;
   std::optional<Address> group{};
+  bool is_identified = false;  // what its logical id is made of was told, as far as tracers do
   std::uint64_t releases = 0;
   std::uint64_t overwritten = 0;
 };
@@ -88,6 +89,11 @@ class Directory {
   void join_group(Address group, Address handle);
   // `address` stands for the callback of `handle` from now on.
   void stand_for(CallbackKind kind, Address address, Address handle);
+  // Nothing is known of the address any more.
+  void forget_address(Address address) {
+    forget(address);
+    bindings_.erase(address);
+  }
   void link_buffer(Address buffer, Address object) { objects_of_buffers_[buffer] = object; }
   void link_object(Address object, Address subscription) {
     subscriptions_of_objects_[object] = subscription;
@@ -135,6 +141,7 @@ class Directory {
     std::uint32_t queue_depth = 0;
     std::optional<Address> group{};
     bool is_announced = false;
+    bool is_node_unknown = false;  // it has one that was never announced
     Callback* callback = nullptr;
     std::optional<std::uint32_t> hidden{};
   };
@@ -168,10 +175,11 @@ class Directory {
   Entity& renew(Address handle, CallbackKind kind, std::string_view source, bool repeats);
   void bind(Address address, Binding& binding, Address handle);
   void hide(Entity& entity, Hidden hidden);
-  static void describe(Callback& callback, const Entity& entity);
+  void describe(Callback& callback, const Entity& entity) const;
   void refresh(const Entity& entity);
   Callback& new_callback();
   std::optional<NodeId> node_of(Address handle) const;
+  void set_node(Entity& entity, Address node) const;
   std::string plain_id(const Callback& callback) const;
 
   std::array<Asked, kAsked> asked_{};
@@ -192,6 +200,7 @@ class Directory {
   std::unordered_map<Address, Group> groups_;
   std::unordered_map<Address, Address> objects_of_buffers_;
   std::unordered_map<Address, Address> subscriptions_of_objects_;
+  bool links_timers_ = false;  // the tracer tells whose timers are
 };
 
 }  // namespace cie::analysis::ros2

@@ -15,6 +15,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -77,6 +78,8 @@ struct Process {
   std::unordered_map<Address, MessageLinks::Origin> handed_over{};      // by message
   std::unordered_map<std::uint64_t, Address> agnocast_subscriptions{};  // by its own number
   std::unordered_map<Address, std::int64_t> agnocast_entries{};         // by callable
+  std::unordered_set<Address>
+      callables{};  // of agnocast, made for one call each and not yet called
   std::set<Address> announced_groups{};
   std::unordered_map<Address, std::uint64_t> clients{};  // the model's gids, by rmw handle
   std::unordered_map<Address, std::string> services{};   // names, by rmw handle

@@ -1,0 +1,34 @@
+#include "lost_ends.hpp"
+
+#include "judgement.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <string>
+
+namespace cie::analysis {
+
+LostEnds::LostEnds(const Model& model) : model_(model) {
+  last_activities_.reserve(model.callbacks.size());
+  for (const auto& callback : model.callbacks) {
+    auto& last = last_activities_.emplace_back(Timestamp{std::numeric_limits<std::int64_t>::min()});
+    for (const auto* pair : callback.ran_on)
+      last = std::max(last, pair->last_activity.time);
+  }
+}
+
+std::optional<Evidence> LostEnds::of(ThreadIndex index) const {
+  const auto& thread = model_.threads[at(index)];
+  const auto& run_end = model_.processes[at(thread.process)].run_end;
+  if (!thread.announced || thread.fini || !run_end) return std::nullopt;
+  // A callback that went on elsewhere may have left a thread that was replaced.
+  const bool has_stayed = std::ranges::any_of(thread.ran, [this](const CallbackOnThread* pair) {
+    return last_activities_[at(pair->callback)] <= pair->last_activity.time;
+  });
+  if (!has_stayed) return std::nullopt;
+  return evidence("thread_fini", run_end->at,
+                  "the end of thread " + std::to_string(thread.tid) +
+                      " was not seen: callbacks may have started after it");
+}
+
+}  // namespace cie::analysis

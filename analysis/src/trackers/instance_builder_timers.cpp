@@ -1,0 +1,44 @@
+#include "instance_builder.hpp"
+
+#include <algorithm>
+#include <memory>
+
+namespace cie::analysis {
+
+void InstanceBuilder::follow_grid(LiveInstance& live) {
+  auto& facts = *live.callback_facts;
+  if (facts.grid.is_refuted || !TimerGrid::is_possible(facts.period_ns)) return;
+  auto& callback = callbacks_[live.callback];
+  auto& grid = callback.grid;
+  if (!grid) {
+    const Duration period{static_cast<std::int64_t>(facts.period_ns)};
+    grid = std::make_unique<TimerGrid>(*facts.first_expiry, period);
+    callback.losses = losses_;
+  }
+  if (callback.losses != losses_) grid->lose();
+  callback.losses = losses_;
+  const auto now = live.start.time;
+  TimerGrid::Start start{.time = now, .called_after = std::nullopt, .busy_since = std::nullopt};
+  const auto follows = [now, &grid](Timestamp end) { return now - end <= grid->prompt(); };
+  if (live.thread) {
+    const auto& thread = of_thread(live.thread);
+    // Whatever the thread did last, the timer was called afterwards.
+    if (thread.has_waited) start.called_after = std::max(thread.last_activity, thread.wakeup);
+    const bool is_busy =
+        !thread.open.empty() || (thread.last_activity && follows(*thread.last_activity));
+    if (is_busy) start.busy_since = thread.busy_since;
+  }
+  // Its last instance began no later than this one's release.
+  const auto& ended = callback.recent;
+  if (ended.size() > 0 && follows(ended.newest(0).end.time)) start.busy_since = Timestamp{};
+  if (const auto release = grid->on_start(start)) {
+    live.expiry = release->expiry;
+    live.missed = release->missed;
+  }
+  facts.grid.unresolved = grid->unresolved();
+  facts.grid.is_steady = grid->is_steady();
+  facts.grid.error = grid->error();
+  if (grid->is_refuted()) measurer_.forget_releases(live.callback);
+}
+
+}  // namespace cie::analysis

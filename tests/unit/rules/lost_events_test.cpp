@@ -1,0 +1,220 @@
+// What is taken away moves a verdict towards INCONCLUSIVE, never from FAIL to PASS and never to a false
+// FAIL (law L2): events that no number tells of are judged by where the tracer lost any.
+#include "support/verdicts.hpp"
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace cie::test {
+namespace {
+
+using namespace analysis;
+using ::testing::HasSubstr;
+
+template <typename Body>
+TextTrace without_first(TextTrace trace) {
+  bool is_gone = false;
+  trace.erase<Body>(
+      [&is_gone](const Body&, const EventHead&) { return !std::exchange(is_gone, true); });
+  return trace;
+}
+
+TEST(LostEvent, OfAnAttachedQueueMayHaveToldOfALostSample) {
+  const std::string trace = R"(
+    process app attached crash
+    callback fusion subscription topic=/a next=7
+    5 release fusion
+    10 start fusion
+    12 end fusion
+    20 release fusion
+    22 start fusion
+    24 end fusion)";
+  EXPECT_EQ(Verified(trace)["Q1"], Verdict::pass);
+  EXPECT_EQ(Verified(trace + "\n14 lost fusion count=2")["Q1"], Verdict::fail);
+  EXPECT_EQ(Verified(trace + "\n14 discard user until=15 count=1")["Q1"], Verdict::inconclusive);
+}
+
+TEST(LostEvent, RunEndHidesNoInstanceThatTheTotalsSayNeverEnded) {
+  auto trace = trace_of(R"(
+    callback plan timer period=100
+    10 start plan release=10
+    20 end plan
+    110 start plan release=110
+    900 fini plan)");
+  constexpr const char* kDeadline = "callback_groups:\n  - id: plan\n    response_deadline: 50\n";
+  ASSERT_EQ(Verified(trace, kDeadline)["R3"], Verdict::fail);
+  trace.erase<RunEnd>();
+  EXPECT_EQ(Verified(trace, kDeadline)["R3"], Verdict::fail);
+}
+
+TEST(LostEvent, OfAThreadsEndLeavesOpenWhereItsCallbacksRanAfterwards) {
+  auto trace = trace_of(R"(
+    callback fusion
+    10 start fusion
+    12 end fusion
+    20 finish fusion
+    30 start fusion
+    32 end fusion)");
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+  trace.erase<ThreadFini>();
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive);
+}
+
+constexpr const char* kReplacedThread = R"(
+    process app
+    callback fusion pooled
+    thread former callback of=fusion tid=101
+    thread latter callback of=fusion tid=102
+    -90 begin former
+    10 start fusion on=former
+    12 end fusion on=former
+    14 finish former
+    16 init fusion
+    18 begin latter
+    20 start fusion on=latter
+    22 end fusion on=latter)";
+
+TEST(LostEvent, MayHaveRegisteredACallbackAgainThatMovedOn) {
+  auto trace = trace_of(kReplacedThread);
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::pass);
+  const auto is_second = [](const CallbackInit&, const EventHead& head) {
+    return head.time.ns == 16;
+  };
+  trace.erase<CallbackInit>(is_second);
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::fail) << "nothing was lost";
+  auto lossy = trace_of(std::string(kReplacedThread) + "\n15 discard user until=17 count=1");
+  lossy.erase<CallbackInit>(is_second);
+  EXPECT_EQ(Verified(lossy)["M4"], Verdict::inconclusive);
+  auto elsewhere = trace_of(std::string(kReplacedThread) + "\n30 discard user until=31 count=1");
+  elsewhere.erase<CallbackInit>(is_second);
+  EXPECT_EQ(Verified(elsewhere)["M4"], Verdict::fail);
+}
+
+TEST(LostEvent, EndOfACallbackHidesNoLifetimeOfItsId) {
+  auto trace = trace_of(R"(
+    callback former id=/n@Timer timer period=10
+    callback latter id=/n@Timer timer period=10
+    1 initial former
+    2 applied former policy=fifo priority=50
+    10 start former
+    12 end former
+    14 finish former
+    15 fini former
+    20 init latter
+    21 begin latter
+    22 initial latter
+    23 applied latter policy=other
+    30 start latter
+    32 end latter)");
+  trace.erase<CallbackInit>([](const CallbackInit& e, const EventHead& head) {
+    return head.time.ns < 0 && to_number(e.callback) == 1;
+  });
+  ASSERT_EQ(Verified(trace)["M5"], Verdict::fail);
+  trace.erase<CallbackFini>(
+      [](const CallbackFini&, const EventHead& head) { return head.time.ns == 15; });
+  EXPECT_EQ(Verified(trace)["M5"], Verdict::inconclusive);
+}
+
+TEST(LostEvent, OfTheFirstAuditLeavesOpenWhatAnAttachedThreadRanAs) {
+  constexpr const char* kSpec =
+      "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 10}\n";
+  const std::string trace = R"(
+    process app attached
+    callback fusion next=3
+    -5 begin fusion
+    1 audit fusion policy=fifo priority=10 n=4
+    10 start fusion
+    12 end fusion
+    20 audit fusion policy=fifo priority=12 n=5
+    30 audit fusion policy=fifo priority=12 n=6)";
+  const auto without_audit = [&](const char* loss) {
+    auto lossy = trace_of(trace + loss);
+    lossy.erase<ThreadSched>([](const ThreadSched& e, const EventHead&) { return e.n == 4; });
+    return Verified(lossy, kSpec);
+  };
+  const Verified whole(trace, kSpec);
+  ASSERT_EQ(whole["S1"], Verdict::pass);
+  ASSERT_EQ(whole["S3"], Verdict::fail);
+  const auto lossy = without_audit("\n0 discard user until=2 count=1");
+  EXPECT_EQ(lossy["S1"], Verdict::inconclusive);
+  EXPECT_EQ(lossy["S3"], Verdict::inconclusive);
+}
+
+// Its end tells where it ran.
+TEST(LostEvent, OfAStartHidesNoThread) {
+  constexpr const char* kStray = R"(
+    callback fusion
+    callback plan
+    thread stranger worker silent tid=190
+    10 start fusion
+    12 end fusion
+    20 start plan
+    22 end plan
+    30 start fusion on=)";
+  for (const auto* where : {"plan", "stranger"}) {
+    const auto trace = trace_of(std::string(kStray) + where + "\n34 end fusion on=" + where +
+                                "\n40 start fusion\n44 end fusion");
+    auto lossy = trace;
+    lossy.erase<CallbackStart>(
+        [](const CallbackStart&, const EventHead& head) { return head.time.ns == 30; });
+    const Verified whole(trace);
+    const Verified judged(lossy);
+    const std::string thread = where == std::string_view("plan") ? "thread 102" : "thread 190";
+    for (const auto* rule : {"M2", "M6", "M9"}) {
+      if (whole.of(rule, thread) != Verdict::fail) continue;
+      EXPECT_NE(judged.of(rule, thread), Verdict::pass) << rule << ' ' << where;
+      EXPECT_NE(judged.of(rule, thread), Verdict::not_applicable) << rule << ' ' << where;
+    }
+    EXPECT_EQ(whole["M3"], Verdict::fail);
+    EXPECT_EQ(judged["M3"], Verdict::fail) << where;
+  }
+  const auto moved = trace_of(std::string(kStray) + "plan\n34 end fusion on=plan");
+  EXPECT_THAT(Verified(without_first<CallbackStart>(moved)).evidence("M2", "thread 102"),
+              HasSubstr("fusion"));
+}
+
+TEST(LostEvent, AtTheStartHidesNoGroupOfSeveralCallbacks) {
+  auto trace = trace_of(R"(
+    group both
+    callback fusion group=both
+    callback plan group=both pooled
+    10 start fusion
+    12 end fusion
+    20 start plan on=fusion
+    22 end plan on=fusion)");
+  ASSERT_EQ(Verified(trace)["M8"], Verdict::fail);
+  trace.erase<GroupInit>();
+  trace.erase<CallbackInit>();
+  trace.erase<ThreadInit>();
+  EXPECT_EQ(Verified(trace)["M8"], Verdict::inconclusive);
+}
+
+// However many losses there are, none of them is forgotten.
+TEST(LostEvent, BeyondAHundredThousandIsStillALoss) {
+  auto trace = trace_of("process app crash\ncallback fusion\n10 start fusion\n12 end fusion");
+  ASSERT_EQ(Verified(trace)["M3"], Verdict::pass);
+  const auto end = std::ranges::find_if(trace.events, [](const Event& event) {
+    return std::holds_alternative<PacketEnd>(event.body);
+  });
+  ASSERT_NE(end, trace.events.end());
+  const auto last = end->head;
+  std::vector<Event> losses;
+  for (std::int64_t i = 0; i < 100'010; ++i) {
+    auto head = last;
+    head.time = Timestamp{i < 100'005 ? -1'000 : 20};
+    losses.push_back(
+        {.head = head,
+         .body = Discarded{.begin = {head.time.ns - 1}, .end = head.time, .count = 1}});
+  }
+  trace.events.insert(end, losses.begin(), losses.end());
+  EXPECT_EQ(Verified(trace)["M3"], Verdict::inconclusive);
+}
+
+}  // namespace
+}  // namespace cie::test
