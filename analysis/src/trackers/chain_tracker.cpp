@@ -435,22 +435,26 @@ void ChainTracker::finish() {
   fill_model([](auto& facts) { return std::move(facts); });
 }
 
+std::optional<ProcessIndex> ChainTracker::process_of(const Chain& chain) const {
+  if (chain.hops.empty()) return std::nullopt;
+  const auto of = [this](CallbackIndex hop) { return model_.callbacks[at(hop)].process; };
+  const auto process = of(chain.hops.front());
+  const auto is_within = [&](const std::vector<CallbackIndex>& hops) {
+    return std::ranges::all_of(hops, [&](CallbackIndex hop) { return of(hop) == process; });
+  };
+  const bool is_only =
+      is_within(chain.hops) &&
+      std::ranges::all_of(chain.others, [&](const auto& other) { return is_within(other.first); });
+  return is_only ? std::optional(process) : std::nullopt;
+}
+
 template <typename Take>
 void ChainTracker::fill_model(Take take) {
   model_.chains.clear();
   model_.edges.clear();
   const auto add = [this](const Chain& chain, ChainFacts facts) {
-    facts.process.reset();
+    facts.process = process_of(chain);
     facts.last_callbacks = chain.hops;
-    for (std::size_t i = 0; i < chain.hops.size(); ++i) {
-      const auto process = model_.callbacks[at(chain.hops[i])].process;
-      if (i == 0) {
-        facts.process = process;
-      } else if (facts.process != process) {
-        facts.process.reset();
-        break;
-      }
-    }
     model_.chains.push_back(std::move(facts));
   };
   model_.edges.reserve(edges_.size());

@@ -147,6 +147,8 @@ class ChainTracker {
   bool has_hole(const Nodes& nodes, const Progress& progress);
   // An instance of other callbacks than the last one's follows: of another process, or a later one.
   static void change_callbacks(Chain& chain, const Nodes& nodes);
+  // That all its instances ran in; empty: there are several, or no instance.
+  std::optional<ProcessIndex> process_of(const Chain& chain) const;
   // `take` gives the facts of a chain or of an edge, which are copied or left behind.
   template <typename Take>
   void fill_model(Take take);

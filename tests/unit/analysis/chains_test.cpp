@@ -224,6 +224,41 @@ TEST(ReactionTime, CountsReadsThatBeganBeforeTheFirstPublication) {
   EXPECT_EQ(chain.reaction_time->sum, (30 - 1) + (30 - 3));
 }
 
+// The same chain of a spec in one process, or in two.
+std::optional<ProcessIndex> process_of_chain(bool is_in_two) {
+  const std::string node = R"(
+    publisher OUT topic=/points
+    callback PLAN timer period=30 id=/plan
+    callback LAST subscription topic=/points id=/last
+    11 start PLAN release=10
+    13 publish OUT on=PLAN
+    15 end PLAN
+    18 start LAST release=16 from=OUT:0
+    22 end LAST)";
+  const auto named = [&](const std::string& suffix) {
+    auto text = node;
+    for (const std::string name : {"OUT", "PLAN", "LAST"}) {
+      for (auto at = text.find(name); at != std::string::npos; at = text.find(name))
+        text.replace(at, name.size(), "x" + name.substr(0, 1) + suffix);
+    }
+    return text;
+  };
+  auto text = "process first pid=100" + named("a");
+  if (is_in_two) text += "\nprocess second pid=200" + named("b");
+  const auto spec = SchedulingSpec::parse("chains: [{name: c, callbacks: [/plan, /last]}]", "s");
+  const auto report = analyze(trace_of(text), {.spec = &spec}).report;
+  for (const auto& chain : report.chains) {
+    if (chain.name == "c") return chain.process;
+  }
+  ADD_FAILURE() << "no chain of the spec";
+  return {};
+}
+
+TEST(Chains, OfASpecThatRunInTwoProcessesAreOfNeither) {
+  EXPECT_TRUE(process_of_chain(false).has_value());
+  EXPECT_FALSE(process_of_chain(true).has_value());
+}
+
 TEST(Chains, BeginInTheWindow) {
   auto trace = trace_of(kOvertaken);
   for (auto& event : trace.events) {
