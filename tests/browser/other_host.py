@@ -5,8 +5,8 @@ import shutil
 import uuid
 
 
-def on_host(trace, host: str, folder) -> pathlib.Path:
-    """A copy of `trace` as `folder`, with the host's name, boot and trace ids."""
+def on_host(trace, host: str, folder, later_ns: int = 0) -> pathlib.Path:
+    """A copy of `trace` as `folder`, with the host's name, boot and trace ids; it was booted and recorded so much later."""
     folder = pathlib.Path(folder)
     shutil.copytree(trace, folder, copy_function=shutil.copyfile)
     for metadata in folder.rglob("metadata"):
@@ -14,5 +14,8 @@ def on_host(trace, host: str, folder) -> pathlib.Path:
         new = uuid.uuid5(old, host)
         for path in [file for file in metadata.parent.iterdir() if file.is_file()]:
             content = path.read_bytes().replace(old.bytes, new.bytes).replace(str(old).encode(), str(new).encode())
-            path.write_bytes(re.sub(rb'hostname = "[^"]*"', b'hostname = "' + host.encode() + b'"', content))
+            content = re.sub(rb'hostname = "[^"]*"', b'hostname = "' + host.encode() + b'"', content)
+            if path.name == "metadata":
+                content = re.sub(rb"(\boffset = )(\d+)", lambda found: found[1] + str(int(found[2]) + later_ns).encode(), content)
+            path.write_bytes(content)
     return folder

@@ -234,6 +234,17 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
 }
 
 // Each pair once, in the order of its names.
+std::vector<HostReport> hosts_of(const Model& model) {
+  std::vector<HostReport> hosts;
+  hosts.reserve(model.hosts.size());
+  for (const auto& host : model.hosts) {
+    hosts.push_back({.name = host.name,
+                     .clock_offset_ns = host.clock_offset_ns,
+                     .shift = clock_shift(host, *reference_host(model))});
+  }
+  return hosts;
+}
+
 std::vector<HostClockReport> clocks_of(const Model& model) {
   std::map<std::pair<std::string, std::string>, HostClockReport> pairs;
   for (const auto& [from_to, facts] : model.host_clocks) {
@@ -412,6 +423,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
     report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));
+  report.hosts = hosts_of(model);
   report.clocks = clocks_of(model);
   report.recordings = recording_reports(model);
   report.edges.reserve(model.edges.size());

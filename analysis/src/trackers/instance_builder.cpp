@@ -432,7 +432,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Pub
       .seq = event.seq,
       .writer_gid = facts.writer_gid,
       .source_timestamp_realtime_ns = std::max<std::int64_t>(event.source_timestamp_realtime_ns, 0),
-      .host = who.host});
+      .host = who.host,
+      .process = *who.process});
 }
 
 std::optional<Duration> InstanceBuilder::inside_execution(ThreadIndex thread, HostIndex host,

@@ -199,6 +199,22 @@ class TraceProcessor(Files):
             self.assertEqual(sorted((tid, dur) for of, tid, dur in answer["running"] if of == machine),
                              sorted((tid, dur) for _, tid, dur in truth.running))
 
+    def test_hosts_are_drawn_on_one_clock(self):
+        later = 5_000_000_000
+        traces = [str(on_host(example("isolated_ok"), "left", os.path.join(self.folder.name, "now"))),
+                  str(on_host(example("isolated_ok"), "right", os.path.join(self.folder.name, "later"), later))]
+        path = os.path.join(self.folder.name, "clocks.pftrace")
+        output_of(CIE, "export", *traces, "--to", "perfetto", "-o", path)
+        answer = trace_processor.query(path, {
+            "alarms": self.ALARMS,
+            "slices": "select p.machine_id, min(s.ts), max(s.ts) from slice s join thread_track tt on s.track_id = tt.id"
+                      " join thread t using(utid) join process p using(upid) where s.category = 'callback' group by 1",
+            "running": "select t.machine_id, min(ts), max(ts) from sched join thread t using(utid) where tid != 0 group by 1"})
+        self.assertEqual(answer["alarms"], [])
+        for rows in (answer["slices"], answer["running"]):
+            (_, first, last), (_, first_later, last_later) = sorted(rows, key=lambda row: row[1])
+            self.assertEqual((first_later - first, last_later - last), (later, later))
+
     def check_quantiles(self, figure, values):
         """Nearest rank of what is drawn; the report's own come from a histogram with bins of 1/128."""
         values.sort()

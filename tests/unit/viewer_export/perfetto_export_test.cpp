@@ -151,6 +151,20 @@ TEST(Perfetto, SlicesOfOneTrackNest) {
   }
 }
 
+TEST(Perfetto, EndsWhatADeadProcessLeftOpenWhereTheNextBegins) {
+  PerfettoExport perfetto({});
+  perfetto.on_instance(test::instance(test::kTimer, 11, 0, -1, 100, -1));
+  auto next = test::instance(test::kTimer, 11, 0, -1, 500, 600);
+  next.process = analysis::ProcessIndex{1};
+  perfetto.on_instance(next);
+  std::ostringstream out;
+  perfetto.write(out, {});
+  std::string told;
+  for (const auto& event : decode(out.str()).events)
+    told += (event.type == 1 ? "begin " : "end ") + std::to_string(event.time) + " ";
+  EXPECT_EQ(told, "begin 100 end 500 begin 500 end 600 ");
+}
+
 TEST(Perfetto, KernelSlicesBecomeSwitchesWithoutGaps) {
   // idle > 11 at 1 050, 11 > 12 at 1 500, 12 > idle at 2 000, idle > 11 at 2 050, 11 > idle at 2
   // 300.

@@ -27,11 +27,12 @@ class Recorder final : public analysis::Observer {
 };
 
 // "time what", an instance by its thread and seq, a publication with the start of its receivers.
-std::vector<std::string> replayed(RecordedRun& run) {
+std::vector<std::string> replayed(RecordedRun& run, const CommonClock& clock = {}) {
   std::vector<std::string> told;
   std::vector<std::int64_t> starts(64);
   std::vector<std::pair<std::size_t, std::vector<std::uint64_t>>> receivers;
   run.replay(
+      clock,
       [&](const RecordedInstance& r) {
         starts.at(r.index) = r.instance.start.ns;
         told.push_back(std::to_string(r.instance.start.ns) + " " + std::to_string(r.instance.tid) +
@@ -59,7 +60,7 @@ TEST(RecordedRun, TellsEverythingInOrderOfTimeWithMessagesJoined) {
                             "1600 13#0 from a message", "2100 11#1", "2100 /points to 2600",
                             "2600 12#1 from a message", "3000 14#1", "3100 12#2", "3200 14#2",
                             "3350 12#3", "5000 /points", "6000 11#3"));
-    EXPECT_EQ(run.first_time(), 1'000) << "the first release";
+    EXPECT_EQ(run.first_time({}), 1'000) << "the first release";
     EXPECT_EQ(run.deliveries(), 3U);
     EXPECT_EQ(run.backward_deliveries(), 1U);
     EXPECT_EQ(run.skipped(), 1U);
@@ -69,10 +70,11 @@ TEST(RecordedRun, TellsEverythingInOrderOfTimeWithMessagesJoined) {
 // Which of the publications at 1, 2, 3, … some instance took, by `run`.
 std::vector<std::int64_t> taken_publications(RecordedRun& run) {
   std::vector<std::int64_t> taken;
-  run.replay([](const RecordedInstance&) {},
-             [&](const RecordedPublication& r) {
-               if (!r.receivers.empty()) taken.push_back(r.publication.time.ns);
-             });
+  run.replay(
+      {}, [](const RecordedInstance&) {},
+      [&](const RecordedPublication& r) {
+        if (!r.receivers.empty()) taken.push_back(r.publication.time.ns);
+      });
   return taken;
 }
 
@@ -119,6 +121,68 @@ TEST(RecordedRun, GivesTheReceiversOfAMessagePublishedTwiceToTheFirst) {
   }
 }
 
+// A host that was booted `later` than the first one, whose clock shows so much less.
+analysis::Report two_hosts_booted_apart(std::int64_t later) {
+  analysis::Report report;
+  report.hosts = {{.name = "desk", .clock_offset_ns = 50'000, .shift = {0}},
+                  {.name = "robot", .clock_offset_ns = 50'000 + later, .shift = {later}}};
+  return report;
+}
+
+// Two messages, there and back, 5 each way by one clock; the robot's shows 1 000 less.
+void feed_there_and_back(RecordedRun& run) {
+  const auto on_robot = [](auto told) {
+    told.host = analysis::HostIndex{1};
+    return told;
+  };
+  run.add(test::publication(2'010, 11, 0, 1));
+  run.add(on_robot(test::taking(test::instance(test::kTrack, 12, 0, -1, 1'015, 1'018), 1)));
+  run.add(on_robot(test::publication(1'017, 12, 1, 2)));
+  run.add(test::taking(test::instance(test::kDrive, 13, 0, -1, 2'022, 2'025), 2));
+}
+
+TEST(RecordedRun, ComparesTimesOfTwoHostsByOneClock) {
+  for (const std::size_t in_memory : {1U, 1000U}) {
+    RecordedRun run(in_memory, {});
+    feed_there_and_back(run);
+    const CommonClock clock(two_hosts_booted_apart(1'000));
+    // Each time is its own host's; the order is that of one clock.
+    EXPECT_THAT(replayed(run, clock),
+                ElementsAre("2010 /points to 1015", "1015 12#0 from a message",
+                            "1017 /points to 2022", "2022 13#0 from a message"));
+    EXPECT_EQ(run.deliveries(), 2U);
+    EXPECT_EQ(run.backward_deliveries(), 0U);
+    EXPECT_EQ(run.first_time(clock), 2'010);
+  }
+}
+
+TEST(RecordedRun, JoinsLateMessagesOfTwoHostsByOneClock) {
+  RecordedRun run(1, {});
+  auto take = test::taking(test::instance(test::kTrack, 12, 0, -1, 1'015, 1'018), 1);
+  take.host = analysis::HostIndex{1};
+  run.add(take);  // its publication is told after it
+  run.add(test::publication(2'010, 11, 0, 1));
+  replayed(run, CommonClock(two_hosts_booted_apart(1'000)));
+  EXPECT_EQ(run.deliveries(), 1U);
+  EXPECT_EQ(run.backward_deliveries(), 0U);
+}
+
+TEST(CommonClock, IsThatOfTheHostThatHasBeenUpTheLongest) {
+  using analysis::HostIndex;
+  // The desk's is the clock of the report; the robot was up 300 before it.
+  auto report = two_hosts_booted_apart(-300);
+  const CommonClock clock(report);
+  EXPECT_EQ(clock.of(HostIndex{1}, 100), 100) << "below zero on the desk's clock";
+  EXPECT_EQ(clock.of(HostIndex{0}, 100), 100 + 300);
+  EXPECT_EQ(clock.of_summary({100}), 100 + 300);
+  EXPECT_EQ(clock.realtime_or_own(HostIndex{0}, 100), 100U + 50'000);
+  EXPECT_EQ(clock.realtime_or_own(HostIndex{1}, 100), 100U + 50'000 - 300);
+  report.hosts[0].clock_offset_ns.reset();
+  report.hosts[1].shift = {};  // nothing relates the two
+  EXPECT_FALSE(CommonClock(report).is_shifted());
+  EXPECT_FALSE(CommonClock(report).realtime_offset());
+}
+
 TEST(ThreadTable, KnowsThreadsByNumber) {
   ThreadTable table;
   // Equal but for the host, and tids that fall together.
@@ -137,7 +201,7 @@ TEST(ThreadTable, KnowsThreadsByNumber) {
 TEST(RecordedRun, IsEmptyWithoutAnything) {
   RecordedRun run(1, {});
   EXPECT_TRUE(replayed(run).empty());
-  EXPECT_FALSE(run.first_time().has_value());
+  EXPECT_FALSE(run.first_time({}).has_value());
 }
 
 TEST(Nesting, KnowsWhatIsAroundAMoment) {
@@ -152,6 +216,18 @@ TEST(Nesting, KnowsWhatIsAroundAMoment) {
   EXPECT_TRUE(nesting.enter(55, {}, 'd')) << "never ends";
   EXPECT_TRUE(nesting.enter(56, {}, 'e'));
   EXPECT_EQ(*nesting.around(1'000'000), 'e');
+}
+
+TEST(Nesting, EndsWhatAnotherProcessOfTheSameIdsLeftOpen) {
+  Nesting<char> nesting;
+  nesting.change_process(analysis::ProcessIndex{1});
+  nesting.enter(10, 20, 'a');
+  nesting.enter(30, {}, 'b');
+  nesting.enter(40, {}, 'c');
+  EXPECT_EQ(nesting.change_process(analysis::ProcessIndex{1}), 0U) << "the same one goes on";
+  EXPECT_EQ(*nesting.around(50), 'c');
+  EXPECT_EQ(nesting.change_process(analysis::ProcessIndex{2}), 2U);
+  EXPECT_EQ(nesting.around(50), nullptr);
 }
 
 }  // namespace

@@ -124,5 +124,99 @@ TEST(ViewerExports, ChromeKeepsHostsWithTheSamePidsApart) {
   EXPECT_EQ(processes.rbegin()->second, "demo (pid 4001 on right)");
 }
 
+// A process dies inside a callback, and the next one has its pid and tid.
+std::string exported_restart(std::string_view format) {
+  const auto viewer = make_viewer_export(format, {});
+  viewer->on_instance(test::instance(test::kTimer, 11, 0, -1, 100, -1));
+  auto next = test::instance(test::kTimer, 11, 0, -1, 500, 600);
+  next.process = analysis::ProcessIndex{1};
+  auto outside = test::publication(400, 11, 0, 1);
+  outside.process = analysis::ProcessIndex{1};
+  viewer->on_publication(outside);
+  viewer->on_instance(next);
+  analysis::AnalysisResult result;
+  result.report.trace.end = analysis::Timestamp{1'000};
+  std::ostringstream out;
+  viewer->write(out, result);
+  return out.str();
+}
+
+TEST(ViewerExports, ChromeEndsWhatADeadProcessLeftOpenWhereTheNextBegins) {
+  const auto document = nlohmann::json::parse(exported_restart("chrome"));
+  std::map<std::string, double> at;
+  for (const auto& event : document.at("traceEvents"))
+    at[event.at("ph")] = event.value("ts", 0.0);
+  // Microseconds since the first start.
+  EXPECT_EQ(at.at("B"), 0.0);
+  EXPECT_EQ(at.at("E"), 0.3) << "the publication of the next process";
+  EXPECT_EQ(at.at("X"), 0.4);
+}
+
+TEST(ViewerExports, SpeedscopeEndsWhatADeadProcessLeftOpenWhereTheNextBegins) {
+  const auto document = nlohmann::json::parse(exported_restart("speedscope"));
+  std::string told;
+  for (const auto& event : document.at("profiles").at(0).at("events"))
+    told += event.at("type").get<std::string>() + std::to_string(event.at("at").get<int>()) + " ";
+  EXPECT_EQ(told, "O0 C400 O400 C500 ");
+}
+
+TEST(ViewerExports, OtlpPutsNothingOfAProcessIntoTheSpanOfOneBeforeIt) {
+  const auto line = nlohmann::json::parse(exported_restart("otlp"));
+  for (const auto& span : line.at("resourceSpans").at(0).at("scopeSpans").at(0).at("spans"))
+    EXPECT_FALSE(span.contains("parentSpanId")) << span;
+}
+
+// A message of 5 from the desk to the robot, whose clock shows 1 000 less.
+std::string exported_message(std::string_view format) {
+  const auto viewer = make_viewer_export(format, {});
+  auto sent = test::instance(test::kTimer, 11, 0, -1, 2'000, 2'020);
+  auto taken = test::taking(test::instance(test::kTrack, 12, 0, -1, 1'015, 1'018), 1);
+  taken.host = analysis::HostIndex{1};
+  viewer->on_publication(test::publication(2'010, 11, 0, 1));
+  viewer->on_instance(taken);
+  viewer->on_instance(sent);
+  analysis::AnalysisResult result;
+  result.report.hosts = {{.name = "desk", .clock_offset_ns = 50'000, .shift = {0}},
+                         {.name = "robot", .clock_offset_ns = 51'000, .shift = {1'000}}};
+  std::ostringstream out;
+  const auto counts = viewer->write(out, result);
+  EXPECT_EQ(counts.flows, format == "speedscope" ? 0U : 1U);
+  EXPECT_EQ(counts.backward_flows, 0U);
+  return out.str();
+}
+
+TEST(ViewerExports, ChromeDrawsMessagesBetweenHostsAsLongAsTheyTook) {
+  const auto document = nlohmann::json::parse(exported_message("chrome"));
+  std::map<std::string, double> at;
+  for (const auto& event : document.at("traceEvents"))
+    at[event.at("ph")] = event.value("ts", 0.0);
+  EXPECT_EQ(at.at("s"), 0.010);
+  EXPECT_EQ(at.at("f"), 0.015);
+}
+
+TEST(ViewerExports, SpeedscopeHasTheProfilesOfAllHostsOnOneClock) {
+  const auto document = nlohmann::json::parse(exported_message("speedscope"));
+  std::map<std::string, std::int64_t> opened;
+  for (const auto& profile : document.at("profiles")) {
+    EXPECT_EQ(profile.at("endValue"), 20);
+    opened[profile.at("name")] = profile.at("events").at(0).at("at");
+  }
+  EXPECT_EQ(opened.at("pid 4001 tid 11"), 0);
+  EXPECT_EQ(opened.at("pid 4001 tid 12"), 15);
+}
+
+TEST(ViewerExports, OtlpHasWallClockTimesOfEachHost) {
+  std::istringstream lines(exported_message("otlp"));
+  std::set<std::string> starts;
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_NE(line.find(R"({"key":"cie.clock","value":{"stringValue":"realtime"}})"),
+              std::string::npos);
+    const auto spans = nlohmann::json::parse(line).at("resourceSpans").at(0).at("scopeSpans");
+    for (const auto& span : spans.at(0).at("spans"))
+      starts.insert(span.at("startTimeUnixNano"));
+  }
+  EXPECT_EQ(starts, (std::set<std::string>{"52000", "52010", "52015"}));
+}
+
 }  // namespace
 }  // namespace cie::viewer_export

@@ -47,7 +47,7 @@ Annotations notes_of(const analysis::RuleVerdict& rule, std::string_view demand,
 }  // namespace
 
 std::uint64_t draw_violations(PacketBuffer& packets, Tracks& tracks,
-                              const analysis::AnalysisResult& result, std::int64_t begin) {
+                              const analysis::AnalysisResult& result, const FileBegin& begin) {
   const analysis::ReportRows rows(result.report);
   std::map<analysis::HostIndex, std::uint64_t> track_of;  // times are of a host's clock
   std::uint64_t count = 0;
@@ -65,7 +65,7 @@ std::uint64_t draw_violations(PacketBuffer& packets, Tracks& tracks,
           track = tracks.new_uuid();
           packets.track(track, 0, "Enforcement");
         }
-        const auto time = evidence.time.ns > 0 ? evidence.time.ns : begin;
+        const auto time = evidence.time.ns > 0 ? evidence.time.ns : begin.on(host);
         packets.named_instant(time, track, Category::enforcement, name,
                               notes_of(rule, demand, subject, evidence));
         ++count;

@@ -12,8 +12,8 @@ namespace cie::viewer_export::perfetto {
 
 // An instant for every piece of evidence of every violated rule and subject, suppressed ones
 // included and marked so: named by the rule, with what it demands and what was found. One without a
-// time is at `begin`. The number of instants.
+// time is where the file begins. The number of instants.
 std::uint64_t draw_violations(PacketBuffer& packets, Tracks& tracks,
-                              const analysis::AnalysisResult& result, std::int64_t begin);
+                              const analysis::AnalysisResult& result, const FileBegin& begin);
 
 }  // namespace cie::viewer_export::perfetto

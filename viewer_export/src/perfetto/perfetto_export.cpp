@@ -13,7 +13,7 @@
 #include "words/callback_names.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -28,6 +28,12 @@ using perfetto::Annotations;
 using perfetto::Category;
 using perfetto::PacketBuffer;
 
+// CLOCK_REALTIME - CLOCK_MONOTONIC of a host.
+std::optional<std::int64_t> offset_of(const analysis::Report& report, analysis::HostIndex host) {
+  const bool is_known = at(host) < report.hosts.size() && report.hosts[at(host)].clock_offset_ns;
+  return is_known ? report.hosts[at(host)].clock_offset_ns : report.trace.clock_offset_ns;
+}
+
 constexpr std::size_t kBlock = 1U << 18U;  // bytes encoded before they are written
 
 }  // namespace
@@ -41,8 +47,9 @@ struct PerfettoExport::State {
 
   bool gzip = false;
   RecordedRun run;
+  CommonClock clock;
   std::set<analysis::HostIndex> hosts{analysis::HostIndex{}};
-  std::int64_t first_sched = std::numeric_limits<std::int64_t>::max();
+  std::map<analysis::HostIndex, std::int64_t> first_sched;
   perfetto::Tracks tracks;
   perfetto::Counters counters;
   perfetto::SchedRecorder sched;
@@ -81,10 +88,14 @@ const Annotations& PerfettoExport::State::notes_of(const T& told) {
 }
 
 std::int64_t PerfettoExport::State::begin_of(const analysis::Report& report) const {
-  auto begin = std::min(run.first_time().value_or(first_sched), first_sched);
-  if (report.trace.begin)
-    begin = std::min(begin, std::max<std::int64_t>(report.trace.begin->ns, 0));
-  return begin == std::numeric_limits<std::int64_t>::max() ? 0 : begin;
+  auto begin = run.first_time(clock);
+  const auto include = [&begin](std::int64_t time) {
+    begin = std::min(begin.value_or(time), time);
+  };
+  for (const auto& [host, time] : first_sched)
+    include(clock.of(host, time));
+  if (report.trace.begin) include(std::max<std::int64_t>(clock.of_summary(*report.trace.begin), 0));
+  return begin.value_or(0);
 }
 
 void PerfettoExport::State::write_preamble(const analysis::Report& report, std::int64_t begin) {
@@ -105,12 +116,15 @@ void PerfettoExport::State::write_preamble(const analysis::Report& report, std::
   }
   for (const auto host : hosts) {
     packets.set_machine(host);
-    packets.preamble(begin, report.trace.clock_offset_ns);
+    packets.preamble(clock.own(host, begin), offset_of(report, host));
+    if (clock.is_shifted() && host != analysis::HostIndex{}) {
+      packets.clock_of_machine(clock.shift_of(host) - clock.shift_of({}));
+    }
   }
-  tracks.describe(packets, report, run.threads(), begin);
+  tracks.describe(packets, report, run.threads(), {.clock = clock, .begin = begin});
   for (const auto host : hosts) {
     packets.set_machine(host);
-    packets.interned(begin, event_names, logical_ids);
+    packets.interned(clock.own(host, begin), event_names, logical_ids);
   }
 }
 
@@ -122,6 +136,7 @@ void PerfettoExport::State::draw(const RecordedPublication& record) {
   for (auto& arrow : arrows)
     ++arrow;  // 0 means none
   packets.set_machine(p.host);
+  tracks.change_process(packets, record.thread, p.process, p.time.ns);
   packets.instant(p.time.ns,
                   {.track = tracks.thread_track(record.thread),
                    .category = Category::publish,
@@ -135,6 +150,7 @@ void PerfettoExport::State::draw(const RecordedInstance& record) {
   const auto end = i.end ? std::optional(i.end->ns) : std::nullopt;
   counters.draw_queue(drawing(), record);
   packets.set_machine(i.host);
+  tracks.change_process(packets, record.thread, i.process, i.start.ns);
   const auto track = tracks.instance_track(packets, record.thread, i.start.ns, end);
   if (!track) {
     ++counts.skipped;
@@ -193,8 +209,9 @@ void PerfettoExport::on_sched_slice(const analysis::SchedSlice& slice) {
     return;  // switched in and out within one tick of the clock: nothing to draw
   }
   if (s.sched.add(slice)) {
-    s.first_sched = std::min(s.first_sched, slice.begin.ns);
-    s.hosts.insert(slice.host);
+    const auto [first, is_new] = s.first_sched.try_emplace(slice.host, slice.begin.ns);
+    if (is_new) s.hosts.insert(slice.host);
+    first->second = std::min(first->second, slice.begin.ns);
     ++s.counts.sched_slices;
   } else {
     ++s.counts.skipped;
@@ -210,15 +227,17 @@ void PerfettoExport::on_waking(const analysis::Waking& waking) {
 
 void PerfettoExport::State::write_packets(std::ostream& out,
                                           const analysis::AnalysisResult& result) {
+  clock = CommonClock(result.report);
   const auto begin = begin_of(result.report);
   const auto flush_full = [&] {
     if (packets.bytes().size() >= kBlock) flush(out);
   };
   write_preamble(result.report, begin);
-  counts.violations = draw_violations(packets, tracks, result, begin);
+  counts.violations = draw_violations(packets, tracks, result, {.clock = clock, .begin = begin});
   // Of two events at the same time Perfetto takes the first in the file first, and a publication
   // lies inside the callback that starts with it: replay() tells the instance first.
   run.replay(
+      clock,
       [&](const RecordedInstance& record) {
         draw(record);
         flush_full();

@@ -21,8 +21,11 @@ enum class TracePacket : pbf_tag_type {
   system_info = 45,
   track_descriptor = 60,
   first_packet_on_sequence = 87,
-  machine_id = 98
+  machine_id = 98,
+  remote_clock_sync = 107
 };
+enum class RemoteClockSync : pbf_tag_type { synced_clocks = 1 };
+enum class SyncedClocks : pbf_tag_type { client_clocks = 2, host_clocks = 3 };
 enum class ClockSnapshot : pbf_tag_type { clocks = 1, primary_trace_clock = 2 };
 enum class Clock : pbf_tag_type { clock_id = 1, timestamp = 2 };
 enum class SystemInfo : pbf_tag_type { utsname = 1 };

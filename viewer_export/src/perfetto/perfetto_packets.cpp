@@ -124,6 +124,24 @@ void PacketBuffer::preamble(std::int64_t time, std::optional<std::int64_t> clock
   });
 }
 
+// Perfetto takes the mean of what several exchanges between two machines show, so there are two.
+void PacketBuffer::clock_of_machine(analysis::Duration shift) {
+  constexpr std::int64_t kAboveZero = 1'000'000'000;
+  const auto own = kAboveZero + std::max<std::int64_t>((analysis::Duration{} - shift).ns, 0);
+  packet([&](pbf_builder<TracePacket>& packet) {
+    pbf_builder<RemoteClockSync> sync{packet, TracePacket::remote_clock_sync};
+    for (int exchange = 0; exchange < 2; ++exchange) {
+      pbf_builder<SyncedClocks> clocks{sync, RemoteClockSync::synced_clocks};
+      const auto add = [&clocks](SyncedClocks which, std::int64_t time) {
+        pbf_builder<ClockSnapshot> snapshot{clocks, which};
+        add_clock(snapshot, ClockId::boottime, time);
+      };
+      add(SyncedClocks::client_clocks, own);
+      add(SyncedClocks::host_clocks, (analysis::Timestamp{own} + shift).ns);
+    }
+  });
+}
+
 void PacketBuffer::interned(std::int64_t time, std::span<const std::string> names,
                             std::span<const std::string> logical_ids) {
   packet_at(time, [&](pbf_builder<TracePacket>& packet) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cie/analysis/identity.hpp>
+#include <cie/analysis/time.hpp>
 
 #include "output/field_writer.hpp"
 #include "perfetto_annotations.hpp"
@@ -62,6 +63,8 @@ class PacketBuffer {
 
   // The clocks at one moment and the kernel whose task states are used. First in a file.
   void preamble(std::int64_t time, std::optional<std::int64_t> clock_offset_ns);
+  // What to add to the machine's times for those of the default one.
+  void clock_of_machine(analysis::Duration shift);
   // What later slices of this machine name by number: names[i] is name_iid i + 1, and
   // logical_ids[i] is Annotations::add_logical_id(i). After the preamble, before slices.
   void interned(std::int64_t time, std::span<const std::string> names,

@@ -21,7 +21,7 @@ bool is_kernel_id(std::int64_t id) {
 }  // namespace
 
 void Tracks::describe(PacketBuffer& packets, const analysis::Report& report,
-                      const ThreadTable& threads, std::int64_t time) {
+                      const ThreadTable& threads, const FileBegin& begin) {
   for (const auto& thread : threads.all())
     by_number_.push_back(&threads_[thread]);
   std::map<ThreadKey, std::string> names;
@@ -36,14 +36,14 @@ void Tracks::describe(PacketBuffer& packets, const analysis::Report& report,
       auto& uuid = processes_[{process.host_index, process.pid}];
       uuid = new_uuid();
       packets.set_machine(process.host_index);
-      packets.process(time, uuid, process.pid, valid_utf8(process.name));
+      packets.process(begin.on(process.host_index), uuid, process.pid, valid_utf8(process.name));
     }
   }
   for (auto& [thread, tracks] : threads_) {
     tracks.uuid = new_uuid();
     packets.set_machine(thread.host);
     if (is_kernel_id(thread.pid) && is_kernel_id(thread.tid)) {
-      packets.thread(time, tracks.uuid, thread.pid, thread.tid, names[thread]);
+      packets.thread(begin.on(thread.host), tracks.uuid, thread.pid, thread.tid, names[thread]);
     } else {
       packets.track(tracks.uuid, 0,
                     fmt::format("pid {} tid {} {}", thread.pid, thread.tid, names[thread]));
@@ -54,6 +54,13 @@ void Tracks::describe(PacketBuffer& packets, const analysis::Report& report,
 std::uint64_t Tracks::process_track(analysis::HostIndex host, std::int64_t pid) const {
   const auto found = processes_.find({host, pid});
   return found == processes_.end() ? 0 : found->second;
+}
+
+void Tracks::change_process(PacketBuffer& packets, std::uint32_t thread,
+                            analysis::ProcessIndex process, std::int64_t time) {
+  auto& tracks = of(thread);
+  for (auto left = tracks.open.change_process(process); left > 0; --left)
+    packets.slice_end(time, tracks.uuid);
 }
 
 std::optional<std::uint64_t> Tracks::instance_track(PacketBuffer& packets, std::uint32_t thread,

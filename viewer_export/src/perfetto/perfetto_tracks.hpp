@@ -6,6 +6,7 @@
 
 #include "output/nesting.hpp"
 #include "perfetto_packets.hpp"
+#include "timelines/common_clock.hpp"
 #include "timelines/thread_table.hpp"
 
 #include <cstdint>
@@ -17,17 +18,28 @@
 
 namespace cie::viewer_export::perfetto {
 
+// When the file begins, for what has no time of its own. Borrowed.
+struct FileBegin {
+  const CommonClock& clock;
+  std::int64_t begin = 0;  // by it
+  std::int64_t on(analysis::HostIndex host) const noexcept { return clock.own(host, begin); }
+};
+
 class Tracks {
  public:
   // Describes all processes and threads, those of the table and of the report, with the report's
   // names, in order of host, pid, tid. Below, a thread is its number in that table.
   void describe(PacketBuffer& packets, const analysis::Report& report, const ThreadTable& threads,
-                std::int64_t time);
+                const FileBegin& begin);
 
   std::uint64_t thread_track(std::uint32_t thread) const { return of(thread).uuid; }
   // 0: the process has none.
   std::uint64_t process_track(analysis::HostIndex host, std::int64_t pid) const;
   std::uint64_t new_uuid() noexcept { return ++last_uuid_; }
+  // What follows on the thread at `time` is of that process: what another one, whose ids it has,
+  // left open ends.
+  void change_process(PacketBuffer& packets, std::uint32_t thread, analysis::ProcessIndex process,
+                      std::int64_t time);
   // The track for an instance. Ask in order of start, outer before inner; `end` empty: open.
   std::optional<std::uint64_t> instance_track(PacketBuffer& packets, std::uint32_t thread,
                                               std::int64_t start, std::optional<std::int64_t> end);

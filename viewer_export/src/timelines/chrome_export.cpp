@@ -38,12 +38,14 @@ class ChromeExport final : public RecordingExport {
 
   ViewerCounts write(std::ostream& out, const analysis::AnalysisResult& result) override {
     out_ = &out;
-    begin_ = run().first_time().value_or(0);
+    clock_ = CommonClock(result.report);
+    begin_ = run().first_time(clock_).value_or(0);
     *out_ << R"({"displayTimeUnit":"ns","otherData":{"producer":"cie )" << tool_version()
           << fmt::format(R"(","begin_monotonic_ns":"{}"}},"traceEvents":[)", begin_);
     name_threads(result.report);
-    run().replay([this](const RecordedInstance& record) { draw(record); },
-                 [this](const RecordedPublication& record) { draw(record); });
+    run().replay(
+        clock_, [this](const RecordedInstance& record) { draw(record); },
+        [this](const RecordedPublication& record) { draw(record); });
     *out_ << "\n]}\n";
     add_to(counts_);
     return counts_;
@@ -62,7 +64,7 @@ class ChromeExport final : public RecordingExport {
   void event_at(char phase, const ThreadKey& thread, std::string_view category,
                 std::string_view name, std::int64_t time) {
     event(phase, thread, category, name);
-    *out_ << R"(,"ts":)" << microseconds(time - begin_);
+    *out_ << R"(,"ts":)" << microseconds(clock_.of(thread.host, time) - begin_);
   }
   static std::string microseconds(std::int64_t ns) {
     return fmt::format("{}.{:03}", ns / 1000, ns % 1000);
@@ -101,6 +103,7 @@ class ChromeExport final : public RecordingExport {
     const auto& i = record.instance;
     const auto thread = thread_of(i);
     const auto& name = run().callbacks().name(record.name);
+    end_process(thread, i.process, i.start.ns);
     draw_wait(record, thread, name);
     ++counts_.instances;
     const auto end = i.end ? std::optional(i.end->ns) : std::nullopt;
@@ -115,6 +118,14 @@ class ChromeExport final : public RecordingExport {
     if (record.takes_seen_message) {
       event_at('f', thread, "message", "message", i.start.ns);
       *out_ << fmt::format(R"(,"id":{},"bp":"e"}})", record.index + 1);
+    }
+  }
+
+  // Another process has the thread's ids from here on: what the one before left open ends.
+  void end_process(const ThreadKey& thread, analysis::ProcessIndex next, std::int64_t time) {
+    for (auto left = nesting_[thread].change_process(next); left > 0; --left) {
+      event_at('E', thread, "callback", "", time);
+      *out_ << "}";
     }
   }
 
@@ -143,6 +154,7 @@ class ChromeExport final : public RecordingExport {
   void draw(const RecordedPublication& record) {
     const auto& p = record.publication;
     const auto thread = thread_of(p);
+    end_process(thread, p.process, p.time.ns);
     event_at('X', thread, "publish", "publish " + run().topics().name(record.topic), p.time.ns);
     *out_ << R"(,"dur":0,"args":{)" << json_of(p) << "}}";
     ++counts_.publications;
@@ -153,6 +165,7 @@ class ChromeExport final : public RecordingExport {
   }
 
   std::ostream* out_ = nullptr;
+  CommonClock clock_;
   std::int64_t begin_ = 0;
   bool is_first_ = true;
   std::set<ThreadKey> threads_;

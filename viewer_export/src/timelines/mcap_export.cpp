@@ -39,7 +39,7 @@ class McapExport final : public RecordingExport {
   using RecordingExport::RecordingExport;
 
   ViewerCounts write(std::ostream& out, const analysis::AnalysisResult& result) override {
-    offset_ = result.report.trace.clock_offset_ns.value_or(0);
+    clock_ = CommonClock(result.report);
     const ReportNames names(result.report);
     names_ = &names;
     McapWriter writer(out, fmt::format("cie {}", tool_version()));
@@ -48,8 +48,9 @@ class McapExport final : public RecordingExport {
     publication_schema_ = writer.add_schema("cie.Publication", "jsonschema", kPublicationSchema);
     callback_channels_.resize(run().callbacks().size());
     topic_channels_.resize(run().topics().size());
-    run().replay([this](const RecordedInstance& record) { draw(record); },
-                 [this](const RecordedPublication& record) { draw(record); });
+    run().replay(
+        clock_, [this](const RecordedInstance& record) { draw(record); },
+        [this](const RecordedPublication& record) { draw(record); });
     writer.finish();
     add_to(counts_);
     return counts_;
@@ -81,13 +82,6 @@ class McapExport final : public RecordingExport {
     return R"(,"host":)" + json_string(names_->host(thread.host, thread.pid));
   }
 
-  // Wall-clock time where the recording says how.
-  std::uint64_t log_time(std::int64_t time) const {
-    std::int64_t moved = 0;
-    if (__builtin_add_overflow(time, offset_, &moved) || moved < 0) moved = time;
-    return static_cast<std::uint64_t>(std::max<std::int64_t>(moved, 0));
-  }
-
   void draw(const RecordedInstance& record) {
     const auto& i = record.instance;
     const auto& name = run().callbacks().name(record.name);
@@ -101,8 +95,9 @@ class McapExport final : public RecordingExport {
     }
     text += "," + json_of(i) + "}";
     const auto to = channel(callback_channels_, record.name, instance_schema_, "/callbacks", name);
-    writer_->add_message(to, static_cast<std::uint32_t>(i.seq), log_time(i.start.ns),
-                         log_time(i.release ? i.release->ns : i.start.ns), text);
+    writer_->add_message(
+        to, static_cast<std::uint32_t>(i.seq), clock_.realtime_or_own(i.host, i.start.ns),
+        clock_.realtime_or_own(i.host, i.release ? i.release->ns : i.start.ns), text);
     ++counts_.instances;
   }
 
@@ -114,14 +109,14 @@ class McapExport final : public RecordingExport {
         host_member(thread_of(p)), p.pid, p.tid, p.time.ns, json_of(p), record.receivers.size());
     const auto to =
         channel(topic_channels_, record.topic, publication_schema_, "/publications", topic);
-    writer_->add_message(to, static_cast<std::uint32_t>(p.seq), log_time(p.time.ns),
-                         log_time(p.time.ns), text);
+    const auto time = clock_.realtime_or_own(p.host, p.time.ns);
+    writer_->add_message(to, static_cast<std::uint32_t>(p.seq), time, time, text);
     ++counts_.publications;
   }
 
   McapWriter* writer_ = nullptr;
   const ReportNames* names_ = nullptr;  // while write() runs
-  std::int64_t offset_ = 0;
+  CommonClock clock_;
   std::uint16_t instance_schema_ = 0;
   std::uint16_t publication_schema_ = 0;
   Channels callback_channels_;

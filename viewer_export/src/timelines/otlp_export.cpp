@@ -79,9 +79,10 @@ class OtlpExport final : public RecordingExport {
     out_ = &out;
     const ReportNames names(result.report);
     names_ = &names;
-    offset_ = result.report.trace.clock_offset_ns;
-    run().replay([this](const RecordedInstance& record) { draw(record); },
-                 [this](const RecordedPublication& record) { draw(record); });
+    clock_ = CommonClock(result.report);
+    run().replay(
+        clock_, [this](const RecordedInstance& record) { draw(record); },
+        [this](const RecordedPublication& record) { draw(record); });
     for (auto& [process, batch] : batches_)
       flush(process, batch);
     add_to(counts_);
@@ -108,7 +109,9 @@ class OtlpExport final : public RecordingExport {
                                       i.start.ns, names_->host(i.host, i.pid));
     const Context own{.trace = taken ? taken->publication.trace : id_of("trace\n" + identity, 32),
                       .span = id_of(identity, 16)};
-    nesting_[thread_of(i)].enter(i.start.ns, i.end ? std::optional(i.end->ns) : std::nullopt, own);
+    auto& nesting = nesting_[thread_of(i)];
+    nesting.change_process(i.process);
+    nesting.enter(i.start.ns, i.end ? std::optional(i.end->ns) : std::nullopt, own);
     if (!i.end) {
       ++counts_.unfinished;  // the format demands an end, and we make none up
       return;
@@ -143,7 +146,9 @@ class OtlpExport final : public RecordingExport {
     const auto identity =
         fmt::format("publication\n{}\n{}\n{}\n{}\n{}\n{}\n{}", topic, p.pid, p.tid, p.publisher_id,
                     p.seq, p.time.ns, names_->host(p.host, p.pid));
-    const auto* around = nesting_[thread].around(p.time.ns);
+    auto& nesting = nesting_[thread];
+    nesting.change_process(p.process);
+    const auto* around = nesting.around(p.time.ns);
     const Context own{.trace = around != nullptr ? around->trace : id_of("trace\n" + identity, 32),
                       .span = id_of(identity, 16)};
     Attributes attributes;
@@ -165,13 +170,6 @@ class OtlpExport final : public RecordingExport {
       attributes.add("thread.name", std::string_view(name));
   }
 
-  // Of CLOCK_REALTIME where the recording says how; else of CLOCK_MONOTONIC.
-  std::uint64_t unix_time(std::int64_t time) const {
-    std::int64_t moved = 0;
-    if (__builtin_add_overflow(time, offset_.value_or(0), &moved) || moved < 0) moved = time;
-    return static_cast<std::uint64_t>(moved);
-  }
-
   void add_span(const Process& process, const Context& own, const std::string& parent,
                 const std::string& name, SpanKind kind, std::int64_t start, std::int64_t end,
                 const Attributes& attributes, const std::string& rest) {
@@ -181,7 +179,8 @@ class OtlpExport final : public RecordingExport {
         R"({}{{"traceId":"{}","spanId":"{}"{},"name":{},"kind":{},"startTimeUnixNano":"{}","endTimeUnixNano":"{}","attributes":[{}]{}}})",
         batch.count == 0 ? "" : ",", own.trace, own.span,
         parent.empty() ? "" : fmt::format(R"(,"parentSpanId":"{}")", parent), json_string(name),
-        static_cast<int>(kind), unix_time(start), unix_time(end), attributes.text(), rest);
+        static_cast<int>(kind), clock_.realtime_or_own(process.first, start),
+        clock_.realtime_or_own(process.first, end), attributes.text(), rest);
     if (++batch.count >= kSpansPerLine) flush(process, batch);
   }
 
@@ -193,7 +192,8 @@ class OtlpExport final : public RecordingExport {
     resource.add("service.name", name.empty() ? fmt::format("pid {}", pid) : name);
     resource.add("process.pid", pid);
     resource.add("host.name", names_->host(host, pid));
-    resource.add("cie.clock", std::string_view(offset_ ? "realtime" : "monotonic"));
+    resource.add("cie.clock",
+                 std::string_view(clock_.realtime_offset() ? "realtime" : "monotonic"));
     *out_ << R"({"resourceSpans":[{"resource":{"attributes":[)" << resource.text()
           << R"(]},"scopeSpans":[{"scope":{"name":"cie","version":")" << tool_version()
           << R"("},"spans":[)" << batch.spans << "]}]}]}\n";
@@ -202,7 +202,7 @@ class OtlpExport final : public RecordingExport {
 
   std::ostream* out_ = nullptr;
   const ReportNames* names_ = nullptr;
-  std::optional<std::int64_t> offset_;
+  CommonClock clock_;
   std::map<Process, Batch> batches_;
   std::map<ThreadKey, Nesting<Context>> nesting_;
   std::unordered_map<std::uint64_t, Delivery> in_flight_;  // by index of the instance to come

@@ -41,6 +41,7 @@ RecordedInstance restored(const KeptInstance& kept, const ThreadTable& threads) 
 KeptPublication KeptPublication::of(const analysis::Publication& p) {
   return {.time = p.time.ns,
           .publisher_id = p.publisher_id,
+          .process = p.process,
           .seq = p.seq,
           .writer_gid = p.writer_gid,
           .source_timestamp = p.source_timestamp_realtime_ns};
@@ -57,7 +58,8 @@ RecordedPublication KeptPublication::restored(const ThreadTable& threads) const 
                           .seq = seq,
                           .writer_gid = writer_gid,
                           .source_timestamp_realtime_ns = source_timestamp,
-                          .host = of.host},
+                          .host = of.host,
+                          .process = process},
           .topic = topic,
           .thread = thread,
           .receivers = {}};

@@ -37,6 +37,7 @@ struct KeptPublication {
   std::uint32_t thread = 0;
   std::uint32_t topic = 0;
   std::uint32_t publisher_id = 0;
+  analysis::ProcessIndex process{};
   std::uint64_t seq = 0;
   std::uint64_t writer_gid = 0;
   std::int64_t source_timestamp = 0;

@@ -2,6 +2,7 @@
 // and close like functions. For flame graphs of threads that nest callbacks, and for the sums.
 #include <cie/viewer_export/version.hpp>
 
+#include "common_clock.hpp"
 #include "json/json.hpp"
 #include "output/external_sorter.hpp"
 #include "output/name_table.hpp"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <tuple>
@@ -26,6 +28,12 @@ struct Span {
   std::int64_t start = 0;
   std::int64_t end = 0;  // kStillOpen: open
   std::uint32_t frame = 0;
+  analysis::ProcessIndex process{};
+};
+
+struct Extent {
+  std::int64_t first = kStillOpen;
+  std::int64_t last = 0;
 };
 
 // Thread by thread; outer spans before those they contain.
@@ -51,9 +59,11 @@ class SpeedscopeExport final : public ViewerExport {
     spans_.add({.thread = thread_of(instance),
                 .start = instance.start.ns,
                 .end = instance.end ? instance.end->ns : kStillOpen,
-                .frame = frames_.number(name)});
-    first_ = std::min(first_, instance.start.ns);
-    last_ = std::max(last_, instance.end ? instance.end->ns : instance.start.ns);
+                .frame = frames_.number(name),
+                .process = instance.process});
+    auto& [first, last] = extents_[instance.host];
+    first = std::min(first, instance.start.ns);
+    last = std::max(last, instance.end ? instance.end->ns : instance.start.ns);
   }
 
   void show_progress(analysis::Progress* progress) override { progress_ = progress; }
@@ -61,7 +71,13 @@ class SpeedscopeExport final : public ViewerExport {
   ViewerCounts write(std::ostream& out, const analysis::AnalysisResult& result) override {
     out_ = &out;
     const ReportNames names(result.report);
-    if (result.report.trace.end) last_ = std::max(last_, result.report.trace.end->ns);
+    clock_ = CommonClock(result.report);
+    for (const auto& [host, extent] : extents_) {
+      first_ = std::min(first_, clock_.of(host, extent.first));
+      last_ = std::max(last_, clock_.of(host, extent.last));
+    }
+    const auto end = result.report.trace.end;
+    if (end) last_ = std::max(last_, clock_.of_summary(*end));
     first_ = std::min(first_, last_);
     out << R"({"$schema":"https://www.speedscope.app/file-format-schema.json","exporter":"cie )"
         << tool_version() << R"(","activeProfileIndex":0,"shared":{"frames":[)";
@@ -106,14 +122,22 @@ class SpeedscopeExport final : public ViewerExport {
 
   // Closes what ends at `time` or before. What never ends is closed with the recording.
   void close_until(std::int64_t time) {
-    while (!open_.empty() && open_.back().end <= time) {
-      event('C', open_.back().frame, std::min(open_.back().end, last_));
-      open_.pop_back();
-    }
+    while (!open_.empty() && open_.back().end <= time)
+      close(open_.back().end);
+  }
+  // Another process has the thread's ids from here on: what the one before left open ends.
+  void close_others(const Span& next) {
+    while (!open_.empty() && open_.back().process != next.process)
+      close(next.start);
+  }
+  void close(std::int64_t time) {
+    event('C', open_.back().frame, time);
+    open_.pop_back();
   }
 
   void draw(const Span& span) {
     close_until(span.start);
+    close_others(span);
     if (!open_.empty() && open_.back().end < span.end) {
       ++counts_.skipped;  // overlaps without nesting: the format has no place for it
       return;
@@ -124,17 +148,20 @@ class SpeedscopeExport final : public ViewerExport {
   }
 
   void event(char type, std::uint32_t frame, std::int64_t time) {
+    const auto at = time == kStillOpen ? last_ : clock_.of(thread_->host, time);
     *out_ << fmt::format(
         "{}\n"
         R"({{"type":"{}","frame":{},"at":{}}})",
-        is_first_event_ ? "" : ",", type, frame, time - first_);
+        is_first_event_ ? "" : ",", type, frame, at - first_);
     is_first_event_ = false;
   }
 
   analysis::Progress* progress_ = nullptr;
   NameTable frames_;
   ExternalSorter<Span, ByThread> spans_;
-  std::int64_t first_ = kStillOpen;
+  std::map<analysis::HostIndex, Extent> extents_;  // by each host's own clock
+  CommonClock clock_;
+  std::int64_t first_ = kStillOpen;  // by that one
   std::int64_t last_ = 0;
   std::ostream* out_ = nullptr;
   std::optional<ThreadKey> thread_;

@@ -66,6 +66,7 @@ struct Publication {
   std::uint64_t writer_gid = 0;  // 0 when the publisher was never announced
   std::int64_t source_timestamp_realtime_ns = 0;
   HostIndex host{};
+  ProcessIndex process{};  // as Instance::process
 };
 
 // A thread of a traced process stopped or began to run (kernel events only).

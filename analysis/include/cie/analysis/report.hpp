@@ -110,6 +110,15 @@ struct TraceSummary {
   bool complete = false;
 };
 
+// The clock of a host; not part of the JSON.
+struct HostReport {
+  std::string name;
+  std::optional<std::int64_t> clock_offset_ns{};  // CLOCK_REALTIME - CLOCK_MONOTONIC
+  // To a time of its CLOCK_MONOTONIC for one of the clock of TraceSummary::begin, as far as their
+  // wall clocks agree.
+  Duration shift{};
+};
+
 // The one place of a process's host and pid: other rows name it by its number.
 struct ProcessReport {
   ProcessIndex index{};
@@ -305,6 +314,7 @@ struct Report {
   std::vector<CallbackReport> callbacks;  // by host, pid, then creation order
   std::vector<ThreadReport> threads;      // by host, pid, then tid
   std::vector<ChainReport> chains;
+  std::vector<HostReport> hosts{};      // by HostIndex
   std::vector<HostClockReport> clocks;  // by first, then second: pairs that exchanged messages
   // The callback graph: by logical id, then pid of `to`, then of `from`.
   std::vector<GraphEdge> edges;
