@@ -2,6 +2,24 @@
 // Unknown is NaN. Times are relative to lanes.base_ns.
 import {lanes, name, report} from "./recording.js";
 
+// Of runs whose end is not recorded: by when they had ended at the latest, because a later run of the callback began on
+// their thread. NaN: nothing shows that it ended.
+export const findLimits = lane => {
+  const limits = new Map();
+  const next = new Map(); // by thread
+  lane.hasLostEnd = false;
+  for (let i = lane.count - 1; i >= 0; --i) {
+    const tid = lane.tid(i);
+    if (Number.isNaN(lane.duration[i])) {
+      limits.set(i, next.get(tid) ?? Number.NaN);
+      lane.hasLostEnd ||= next.has(tid);
+    }
+    next.set(tid, lane.start[i]);
+  }
+  lane.notAfter = i => limits.get(i) ?? Number.NaN;
+  lane.isOpen = i => Number.isNaN(lane.duration[i]) && Number.isNaN(lane.notAfter(i));
+};
+
 export const decode = async () => {
   const packed = Uint8Array.from(atob(lanes.columns), c => c.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
@@ -52,6 +70,7 @@ export const decode = async () => {
     lane.callbackReport = report.callbacks[lane.callback];
     lane.title = name(lane.callbackReport);
     lane.deadline = lane.callbackReport.response_deadline_ns;
+    findLimits(lane);
     lane.isLate = i => lane.deadline !== null && lane.response(i) > lane.deadline;
   }
 };

@@ -4,7 +4,7 @@ import {defects} from "./defects.js";
 // The page of a report.
 import {el} from "./dom.js";
 import {head, inShort, rules, worstIndex} from "./findings.js";
-import {decode, laneOf, waitedFor, worstRun} from "./instances.js";
+import {decode, findLimits, laneOf, waitedFor, worstRun} from "./instances.js";
 import {matrix} from "./matrix.js";
 import {fullName, lanes, page, report} from "./recording.js";
 import {threads} from "./threads.js";
@@ -44,4 +44,4 @@ decode()
   });
 
 // For the browser's console, and for tests.
-export {fullName, lanes, timeline, waitedFor};
+export {findLimits, fullName, lanes, timeline, waitedFor};

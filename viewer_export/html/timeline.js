@@ -62,7 +62,10 @@ export const timeline = {
         colour("wait", "released, not started"),
         colour("run", "runs"),
         colour("preempted", "preempted meanwhile (its share)"),
-        colour("fail", "tall: beyond its deadline, or never ended"),
+        colour("fail", "tall: beyond its deadline, or nothing shows that it ended"),
+        lanes.lanes.some(l => l.hasLostEnd)
+          ? colour("lost", "tall outline: its end is not recorded; it ended before the outline does")
+          : null,
       ),
       kept < of
         ? el(
@@ -202,7 +205,12 @@ export const timeline = {
     ];
     if (!Number.isNaN(lane.response(i))) parts.push(`response ${time(lane.response(i))}`);
     for (const [what, , ns] of partsOf(lane, i)) parts.push(`${what} ${time(ns)}`);
-    if (Number.isNaN(lane.duration[i])) parts.push("never ended");
+    if (Number.isNaN(lane.duration[i]))
+      parts.push(
+        Number.isNaN(lane.notAfter(i))
+          ? "nothing shows that it ended"
+          : `its end is not recorded; it took at most ${time(lane.notAfter(i) - lane.start[i])}`,
+      );
     if (lane.isLate(i)) parts.push(`beyond its deadline of ${time(lane.deadline)}`);
     this.tip.textContent = parts.join("; ");
   },
@@ -298,6 +306,7 @@ export const timeline = {
       fail: colour("fail"),
       ink: colour("ink"),
       line: colour("line"),
+      soft: colour("soft"),
     };
     this.lanes.slice(this.top, this.top + this.rows).forEach((lane, k) => {
       const y = 20 + k * this.row;
@@ -330,6 +339,11 @@ export const timeline = {
       g.fillStyle = c[kind];
       g.fillRect(x, top, Math.max(Math.min(X(to), this.width) - x, 0.7), h);
     };
+    const outline = (from, to, top, h) => {
+      const x = X(from);
+      g.strokeStyle = c.soft;
+      g.strokeRect(x + 0.5, top + 0.5, Math.max(X(to) - x - 1, 1), h - 1);
+    };
     if (perPixel > 4) {
       // one column for all runs of a pixel: how much of it is busy, and whether one is late
       const columns = Math.ceil(this.width - this.label);
@@ -340,7 +354,7 @@ export const timeline = {
         const at = Math.floor((lane.start[i] - this.from) / width);
         if (at < 0 || at >= columns) continue;
         busy[at] += (lane.duration[i] || 0) / width;
-        if (lane.isLate(i) || Number.isNaN(lane.duration[i])) late[at] = 1;
+        if (lane.isLate(i) || lane.isOpen(i)) late[at] = 1;
       }
       for (let p = 0; p < columns; ++p) {
         if (busy[p] === 0 && !late[p]) continue;
@@ -352,10 +366,12 @@ export const timeline = {
     }
     for (let i = first; i < last; ++i) {
       const start = lane.start[i];
-      const open = Number.isNaN(lane.duration[i]);
-      const end = open ? this.end : start + lane.duration[i];
+      const isOpen = lane.isOpen(i);
+      const isLost = !isOpen && Number.isNaN(lane.duration[i]);
+      const end = isOpen ? this.end : isLost ? lane.notAfter(i) : start + lane.duration[i];
       if (lane.wait[i] > 0) bar(start - lane.wait[i], start, "wait", y + 3 + height * 0.3, height * 0.4);
-      if (open || lane.isLate(i)) bar(start, end, "fail", y + 1, this.row - 2);
+      if (isLost) outline(start, end, y + 1, this.row - 2);
+      else if (isOpen || lane.isLate(i)) bar(start, end, "fail", y + 1, this.row - 2);
       else bar(start, end, "run", y + 3, height);
       if (lane.preempted[i] > 0) bar(end - lane.preempted[i], end, "preempted", y + 3 + height * 0.7, height * 0.3);
       if (this.marked && this.marked.lane === lane && this.marked.i === i) {

@@ -141,14 +141,14 @@ class Page(unittest.TestCase):
     def do(self, script):
         return self.browser.evaluate(f"void ({script})")
 
-    def shown(self, change):
-        """The page of an example whose data `change` changed."""
+    def shown(self, change, of="report"):
+        """The page of an example whose data `change` changed: its report, or the whole document."""
         path = self.folder / "changed.html"
         cie("report", EXAMPLES / "isolated_ok" / "trace", "--format", "html", "-o", path)
         html = path.read_text(encoding="utf-8")
         document = document_of(html)
         self.names = document["names"]["callbacks"]
-        change(document["report"])
+        change(document[of] if of else document)
         text = json.dumps(document).replace("<", "\\u003c")
         path.write_text(DOCUMENT.sub(lambda found: found[1] + text + found[3], html), encoding="utf-8")
         self.browser.events.clear()
@@ -206,6 +206,30 @@ class Contents(Page):
                 signs = {"PASS": "\u2713", "FAIL": "\u2717", "INCONCLUSIVE": "?", "NOT_APPLICABLE": "\u2013"}
                 self.assertEqual(sorted(self.see(".chips li")),
                                  sorted(f"{signs[r['verdict']]} {r['id']} {r['name']}" for r in verdicts["rules"]))
+
+    def test_bars_of_the_histogram_end_with_the_longest_run(self):
+        def change(document):
+            for i, callback in enumerate(document["report"]["callbacks"]):
+                callback["response_time_ns"].update({key: 5_001_000 for key in ("min", "max", "p50", "p99")}, count=90)
+                document["histograms"][i] = [[5_013_504, 90]]  # the middle of its bucket, beyond them all
+        self.shown(change, of=None)
+        self.assertEqual(self.see(".detail svg rect.f-run > title")[:1], ["5.001\u202fms: 90 runs"])
+
+    def test_a_lost_end_is_no_run_that_never_ended(self):
+        self.page(EXAMPLES / "isolated_ok" / "trace")
+        told = self.browser.evaluate("""(() => {
+            const lane = cie.lanes.lanes.find(l => l.count > 4);
+            return [1, lane.count - 1].map(i => {
+                const duration = lane.duration[i];
+                lane.duration[i] = Number.NaN;
+                cie.findLimits(lane);
+                cie.timeline.tell(lane, i);
+                lane.duration[i] = duration;
+                return [document.querySelector(".tip").textContent, lane.start[i + 1] - lane.start[i]];
+            });
+        })()""")
+        self.assertIn("; its end is not recorded; it took at most", told[0][0])
+        self.assertIn("; nothing shows that it ended", told[1][0])
 
     def test_what_is_drawn_is_every_instance(self):
         for name in NAMES:
@@ -441,6 +465,25 @@ class Isolation(Page):
         report = self.shown(change)
         self.assertIn(f"\u27171 of {len(report['callbacks']) - 1} callbacks that ran did not have a thread of their own: "
                       f"{self.names[1]}; 1 never ran.", self.see("#short li"))
+
+    def test_what_is_undecided_is_said_of_what_was_recorded(self):
+        def change(document):
+            next(rule for rule in document["verdicts"]["rules"] if rule["id"] == "M2").update(verdict="INCONCLUSIVE")
+        report = self.shown(change, of=None)
+        self.assertIn(f"?As far as recorded, each of the {len(report['callbacks'])} callbacks had a thread of its own, "
+                      "and each of their threads one callback.", self.see("#short li"))
+
+    def test_timing_is_not_enforcement(self):
+        def change(document):
+            rules = document["verdicts"]["rules"]
+            for rule in rules:
+                rule["verdict"] = "FAIL" if rule["id"] == "R1" else "PASS"
+            document["head"].update(claimed=True, accused=["R1"])
+            self.others = sum(not rule["id"].startswith("R") for rule in rules)
+        self.shown(change, of=None)
+        short = self.see("#short li")
+        self.assertTrue(short[0].startswith("\u2717Timing does not hold: 1 rule is violated: R1 "), short)
+        self.assertIn(f"\u2713Enforcement holds: {self.others} rules about it passed, none is violated or undecided.", short)
 
     def test_bounds_stand_where_no_response_time_is_exact(self):
         bounds = {"count": 7, "min": 1_000_000, "max": 2_500_000, "sum": 9, "mean": 1.0, "p50": 1_200_000, "p90": 2, "p99": 2_400_000,

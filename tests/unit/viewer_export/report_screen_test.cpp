@@ -159,6 +159,20 @@ TEST(ReportScreen, SaysWhetherIsolationHoldsBesideWhatIsGraver) {
                          "  1 of 1 callback that ran had a thread of its own\n"));
 }
 
+TEST(ReportScreen, SaysNoMoreOfIsolationThanItsRulesDecide) {
+  auto report = test::sample_report();
+  report.callbacks.erase(report.callbacks.begin() + 1);
+  const analysis::VerdictReport verdicts{
+      .verdict = Verdict::inconclusive,
+      .rules = {{.id = "M2", .name = "m", .verdict = Verdict::inconclusive, .subjects = {}},
+                {.id = "M3", .name = "m", .verdict = Verdict::pass, .subjects = {}}}};
+  EXPECT_THAT(
+      screen_of(report, verdicts),
+      StartsWith("INCONCLUSIVE  run 1: whether callbacks share threads is undecided, with "
+                 "1 rule\n"
+                 "  as far as recorded, 1 of 1 callback that ran had a thread of its own\n"));
+}
+
 // As of ROS 2: no release is known.
 TEST(ReportScreen, OfDurationsAloneSaysHowOftenAndHowMuchOfTheTime) {
   auto report = unclaimed_report();

@@ -24,7 +24,7 @@ ReportHead report_head(const Judged& judged, const ReportContext& context) {
   const auto& report = judged.report;
   ReportHead head{.is_isolation_claimed = is_isolation_claimed(report, context),
                   .findings = findings_of(judged),
-                  .isolation = isolation_fact(report)};
+                  .isolation = isolation_seen(judged)};
   if (head.is_isolation_claimed) return head;
   // A deadline is claimed by whoever declares it.
   std::erase_if(head.findings,

@@ -393,6 +393,17 @@ std::string isolation_fact(const analysis::Report& report) {
                      isolated < ran ? "; of the others it is not known" : "");
 }
 
+std::string isolation_seen(const Judged& judged) {
+  const auto& report = judged.report;
+  const auto fact = isolation_fact(report);
+  const bool is_undecided = std::ranges::any_of(judged.verdicts.rules, [](const auto& rule) {
+    return (rule.id == "M2" || rule.id == "M3") && rule.verdict == Verdict::inconclusive;
+  });
+  const bool is_proof_needed = callbacks_with(report, Isolation::not_isolated) == 0 &&
+                               callbacks_with(report, Isolation::isolated) > 0;
+  return is_undecided && is_proof_needed ? "as far as recorded, " + fact : fact;
+}
+
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings) {
   const auto& gravest = findings.front();
   const auto& id = gravest.rule->id;

@@ -66,6 +66,8 @@ std::vector<Doubt> doubts_of(const Judged& judged);
 std::string gravest_fact(const Judged& judged, const std::vector<Finding>& findings);
 // "8 of 8 callbacks that ran had a thread of their own", or what was seen instead.
 std::string isolation_fact(const analysis::Report& report);
+// The same where rules M2 and M3 may not decide it: "as far as recorded, 28 of 28 callbacks …".
+std::string isolation_seen(const Judged& judged);
 // What to do about a violated rule; empty where its page says nothing.
 std::string remedy_of(const Judged& judged, const Finding& finding);
 
