@@ -30,16 +30,17 @@ std::string callback_table(const Snapshot& snapshot, SortKey key, std::string_vi
   const auto chosen = choose(snapshot, key, filter);
   if (chosen.empty()) return {};
   const bool has_hosts = !snapshot.hosts.empty();
-  TextTable table({{"callback", "", TextTable::Align::left},
-                   {has_hosts ? "host" : "pid", "", {}},
-                   {"runs/s", "", {}},
-                   {"p50", "", {}},
-                   {"p99", "", {}},
-                   {"max", "", {}},
-                   {"last", "", {}},
-                   {"late", "", {}},
-                   {"missed", "", {}}});
   const auto seconds = static_cast<double>(std::max(snapshot.window_ns, kSecond / 10)) / kSecond;
+  const auto window = fmt::format("last {:.0f} s", std::max(seconds, 1.0));
+  TextTable table({{"", "callback", TextTable::Align::left},
+                   {"", has_hosts ? "host" : "pid"},
+                   {"", "runs/s"},
+                   {"response", "p50"},
+                   {"time,", "p99"},
+                   {window, "max"},
+                   {"", "last"},
+                   {"since", "late"},
+                   {"start", "missed"}});
   for (const auto* c : chosen) {
     table.add(
         {{names.of(*c), c->has_ended ? Look::faint : Look::plain},
@@ -166,13 +167,12 @@ std::string batch_text(const Snapshot& snapshot, SortKey key, std::string_view f
     if (is_first) text += '\n';
     is_first = false;
     const auto look = change.to == Verdict::fail ? Look::bad : Look::good;
-    text +=
-        viewer_export::paint(
-            fmt::format("{} {}",
-                        change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
-                        change.rule),
-            look, style) +
-        fmt::format(" {}, {}\n", change.name, names.in_words(change.subject + ": " + change.note));
+    text += viewer_export::paint(
+                fmt::format("{} {}",
+                            change.to == Verdict::fail ? "VIOLATED" : analysis::label(change.to),
+                            change.rule),
+                look, style) +
+            fmt::format(" {}, {}\n", change.name, names.in_words(sentence_of(change)));
   }
   return text + '\n';
 }

@@ -28,4 +28,10 @@ std::vector<std::string> host_lines(const Snapshot& snapshot);
 // "20:15:07", of the local time zone.
 std::string clock_time(std::int64_t realtime_ns);
 
+// Which subject, and why; of either kind.
+template <typename Told>
+std::string sentence_of(const Told& told) {
+  return told.says.empty() ? told.subject + ": " + told.note : told.says;
+}
+
 }  // namespace cie::live

@@ -2,8 +2,10 @@
 
 #include <cie/analysis/deadline.hpp>
 #include <cie/analysis/report_rows.hpp>
+#include <cie/analysis/rule_pages.hpp>
 
 #include "names.hpp"
+#include "text/verify_findings.hpp"
 
 #include <algorithm>
 #include <string>
@@ -204,7 +206,13 @@ Snapshot Monitor::describe(const analysis::AnalysisResult& result, steady_clock:
     // CLOCK_MONOTONIC is std::chrono::steady_clock on Linux.
     snapshot.delay_ns = duration_cast<nanoseconds>(now.time_since_epoch()).count() - latest.ns;
   }
-  auto noted = verdicts_.note(result.verdicts, latest);
+  const viewer_export::VerifyContext nothing_else{};
+  const viewer_export::TextStyle style{.unicode = true};
+  const viewer_export::Judged judged(result.verdicts, report, nothing_else, style);
+  auto noted = verdicts_.note(result.verdicts, latest, [&judged](const auto& rule, const auto& of) {
+    // Of a deadline the evidence says by how much it was missed.
+    return rule.id == analysis::kDeadlineRule ? std::string() : told_of_violation(judged, rule, of);
+  });
   snapshot.verdict = result.verdicts.verdict;
   snapshot.verdicts = std::move(noted.current);
   snapshot.verdicts_left_out = noted.left_out;

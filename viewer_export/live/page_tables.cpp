@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <utility>
 
 #include <fmt/format.h>
@@ -17,6 +18,7 @@ using viewer_export::format_duration;
 using viewer_export::Look;
 
 constexpr std::size_t kMinName = 12;
+constexpr std::size_t kRoomyName = 24;
 constexpr double kNanosecondsPerSecond = 1e9;
 
 std::string right(std::string_view text, std::size_t width) {
@@ -45,55 +47,111 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kHelp{{
     {"h, ?", "this page"},
     {"q", "quit; a command that was started is ended"},
     {"", ""},
-    {"runs/s to max", "of the last ten seconds; late and missed since the start"},
+    {"p50, p99, max", "of the response time; what there is room for"},
     {">1.2 ms", "a lower bound: when the callback was released is not known"},
     {"late", "response time beyond the deadline; -: it has none"},
 }};
 
 }  // namespace
 
+// The numbers of a callback, from left to right; where there is no room for all, those of the
+// highest rank go first.
+std::vector<NumberColumn> Pages::number_columns(std::size_t columns) const {
+  const auto of_window = [](std::int64_t Summary::*field) {
+    return [field](const CallbackView& c) { return Span{duration(c.response, field, c.is_exact)}; };
+  };
+  const auto last = [](const CallbackView& c) {
+    return Span{c.last_response_ns ? format_duration(*c.last_response_ns) : "-"};
+  };
+  const auto seconds =
+      std::max(static_cast<double>(shown().latest().window_ns) / kNanosecondsPerSecond, 0.1);
+  const auto rate = [seconds](const CallbackView& c) {
+    return Span{fmt::format("{:.1f}", static_cast<double>(c.instances) / seconds)};
+  };
+  const auto look_of_count = [](std::uint64_t lately, std::uint64_t total) {
+    return lately > 0 ? Look::bad : total > 0 ? Look::doubtful : Look::plain;
+  };
+  const auto late = [look_of_count](const CallbackView& c) {
+    return Span{c.deadline_ns ? std::to_string(c.total_late) : "-",
+                look_of_count(c.late, c.total_late)};
+  };
+  const auto missed = [look_of_count](const CallbackView& c) {
+    return Span{std::to_string(c.total_missed), look_of_count(c.missed, c.total_missed)};
+  };
+  const auto pid = [](const CallbackView& c) { return Span{std::to_string(c.pid), Look::faint}; };
+  using Group = NumberColumn::Group;
+  std::vector<NumberColumn> all{
+      {"pid", {}, 8, 8, Group::none, pid},
+      {"runs/s", SortKey::rate, 8, 5, Group::window, rate},
+      {"p50", SortKey::p50, 10, 6, Group::window, of_window(&Summary::p50)},
+      {"p99", SortKey::response, 10, 1, Group::window, of_window(&Summary::p99)},
+      {"max", SortKey::max, 10, 2, Group::window, of_window(&Summary::max)},
+      {"last", {}, 10, 7, Group::window, last},
+      {"late", SortKey::late, 7, 3, Group::total, late},
+      {"missed", SortKey::missed, 7, 4, Group::total, missed}};
+  const auto width = [&all] {
+    std::size_t sum = 0;
+    for (const auto& column : all)
+      sum += column.width;
+    return sum;
+  };
+  const auto drop_last_of_rank = [&all] {
+    all.erase(std::ranges::max_element(all, {}, &NumberColumn::rank));
+  };
+  if (columns < width() + kRoomyName) {
+    drop_last_of_rank();
+    drop_last_of_rank();
+  }
+  while (!all.empty() && columns < width() + kMinName)
+    drop_last_of_rank();
+  return all;
+}
+
 Pages::Table Pages::callbacks(std::size_t columns) {
   const auto& latest = shown().latest();
-  const auto chosen = choose(latest, sort_, filter_);
   const auto short_names = names();
-  constexpr std::size_t kNumbers = 8 + 4 * 10 + 7 + 7;
-  const bool is_wide = columns >= kNumbers + 8 + 24;
-  const auto numbers = kNumbers + (is_wide ? 8 : 0) - (is_wide ? 0 : 10);
-  const auto name = std::max(kMinName, columns - std::min(columns, numbers));
-  const auto mark = [this](SortKey key, std::string_view title) {
+  const auto numbers = number_columns(columns);
+  const auto width_of = [&numbers](NumberColumn::Group group) {
+    std::size_t width = 0;
+    for (const auto& column : numbers)
+      width += column.group == group ? column.width : 0;
+    return width;
+  };
+  using Group = NumberColumn::Group;
+  const auto all = width_of(Group::none) + width_of(Group::window) + width_of(Group::total);
+  const auto name = std::max(kMinName, columns - std::min(columns, all));
+  const auto mark = [this](std::optional<SortKey> key, std::string_view title) {
     return sort_ == key ? '*' + std::string(title) : std::string(title);
   };
+  // The first of these words that there is room for.
+  const auto over = [&width_of](Group group, std::initializer_list<std::string> words) {
+    const auto width = width_of(group);
+    const auto fitting = std::ranges::find_if(
+        words, [width](const std::string& text) { return text.size() < width; });
+    return right(fitting == words.end() ? std::string() : *fitting, width);
+  };
+  const auto seconds = static_cast<double>(latest.window_ns) / kNanosecondsPerSecond;
+  const auto window = fmt::format("last {:.0f} s", std::max(seconds, 1.0));
   Table table;
-  table.title =
-      text_line(left(mark(SortKey::name, "callback"), name) + (is_wide ? right("pid", 8) : "") +
-                right(mark(SortKey::rate, "runs/s"), 8) + right(mark(SortKey::p50, "p50"), 10) +
-                right(mark(SortKey::response, "p99"), 10) + right(mark(SortKey::max, "max"), 10) +
-                (is_wide ? right("last", 10) : "") + right(mark(SortKey::late, "late"), 7) +
-                right(mark(SortKey::missed, "missed"), 7));
-  const auto seconds = std::max(static_cast<double>(latest.window_ns) / kNanosecondsPerSecond, 0.1);
+  table.group =
+      text_line(std::string(name + width_of(Group::none), ' ') +
+                over(Group::window, {window + ": response time", "response, " + window, window}) +
+                over(Group::total, {"since start", "total"}));
+  auto title = left(mark(SortKey::name, "callback"), name);
+  for (const auto& column : numbers)
+    title += right(mark(column.key, column.title), column.width);
+  table.title = text_line(std::move(title));
   order_.clear();
-  for (const auto* c : chosen) {
+  for (const auto* c : choose(latest, sort_, filter_)) {
     order_.push_back(c->index);
     Line line;
-    const auto add = [&line](std::string text, Look look = Look::plain) {
-      line.spans.push_back({std::move(text), look});
-    };
-    add(left(short_names.of(*c), name), c->has_ended ? Look::faint : Look::plain);
-    if (is_wide) add(right(std::to_string(c->pid), 8), Look::faint);
-    add(right(fmt::format("{:.1f}", static_cast<double>(c->instances) / seconds), 8));
-    add(right(duration(c->response, &Summary::p50, c->is_exact), 10));
-    add(right(duration(c->response, &Summary::p99, c->is_exact), 10));
-    add(right(duration(c->response, &Summary::max, c->is_exact), 10));
-    if (is_wide) {
-      add(right(c->last_response_ns ? format_duration(*c->last_response_ns) : "-", 10));
+    line.spans.push_back(
+        {left(short_names.of(*c), name), c->has_ended ? Look::faint : Look::plain});
+    for (const auto& column : numbers) {
+      auto cell = column.cell(*c);
+      cell.text = right(cell.text, column.width);
+      line.spans.push_back(std::move(cell));
     }
-    add(right(c->deadline_ns ? std::to_string(c->total_late) : "-", 7), c->late > 0 ? Look::bad
-                                                                        : c->total_late > 0
-                                                                            ? Look::doubtful
-                                                                            : Look::plain);
-    add(right(std::to_string(c->total_missed), 7), c->missed > 0         ? Look::bad
-                                                   : c->total_missed > 0 ? Look::doubtful
-                                                                         : Look::plain);
     table.rows.push_back(std::move(line));
   }
   return table;
@@ -169,8 +227,7 @@ Pages::Table Pages::verdicts(std::size_t columns) const {
   constexpr std::size_t kBefore = 18;
   const auto width = columns > kBefore + kMinName ? columns - kBefore : kMinName;
   for (const auto& verdict : latest.verdicts) {
-    const auto text =
-        short_names.in_words(verdict.name + ", " + verdict.subject + ": " + verdict.note);
+    const auto text = short_names.in_words(verdict.name + ", " + sentence_of(verdict));
     std::string head = fmt::format("{:<5}", verdict.rule);
     Line line{.spans = {{fmt::format("{:<13}", analysis::label(verdict.verdict)),
                          look_of(verdict.verdict)}}};

@@ -237,10 +237,14 @@ Frame Pages::draw(Size size) {
   frame.push_back(status());
   auto table = page(size.columns);
   table.title.is_title = true;
+  // Not where it would take the room of the only row.
+  const bool is_grouped = table.group && size.rows > kRowsAround + 1;
+  if (is_grouped) frame.push_back(std::move(*table.group));
   frame.push_back(std::move(table.title));
   rows_ = table.rows.size();
   move(0);
-  visible_ = size.rows > kRowsAround ? size.rows - kRowsAround : 1;
+  const auto around = kRowsAround + (is_grouped ? 1 : 0);
+  visible_ = size.rows > around ? size.rows - around : 1;
   // The window of rows that holds the selected one.
   const auto first = selected_ < visible_ ? 0 : selected_ - visible_ + 1;
   for (auto i = first; i < std::min(rows_, first + visible_); ++i) {

@@ -8,8 +8,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 namespace cie::live {
 
@@ -32,6 +35,17 @@ struct Size {
   friend bool operator==(const Size&, const Size&) = default;
 };
 
+// A column of the callbacks' table.
+struct NumberColumn {
+  enum class Group : std::uint8_t { none, window, total };
+  std::string_view title;
+  std::optional<SortKey> key;  // empty: nobody sorts by it
+  std::size_t width = 0;
+  int rank = 0;  // 1 is needed most
+  Group group{};
+  std::function<Span(const CallbackView&)> cell;
+};
+
 class Pages {
  public:
   // `history` is borrowed.
@@ -52,6 +66,7 @@ class Pages {
   enum class Page : std::uint8_t { callbacks, instances, threads, verdicts, help };
   // A table: the titles and as many rows of it as fit around the selected one.
   struct Table {
+    std::optional<Line> group{};  // above the titles
     Line title;
     std::vector<Line> rows;
   };
@@ -67,6 +82,7 @@ class Pages {
   Line status() const;
   Line keys() const;
   Line selected_name() const;
+  std::vector<NumberColumn> number_columns(std::size_t columns) const;
   Table callbacks(std::size_t columns);
   Table instances(std::size_t columns) const;
   Table threads(std::size_t columns) const;

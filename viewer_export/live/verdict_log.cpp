@@ -17,8 +17,12 @@ std::string note_of(const SubjectVerdict& verdict) {
   return first.event + ": " + first.note;
 }
 
-std::string sentence_of(const std::string& rule, const SubjectVerdict& verdict) {
-  const auto at = viewer_export::first_telling(rule);
+std::string sentence_of(const analysis::RuleVerdict& rule, const SubjectVerdict& verdict,
+                        const VerdictLog::Telling& tell) {
+  if (tell && verdict.verdict == Verdict::fail) {
+    if (const auto told = tell(rule, verdict); !told.empty()) return verdict.subject + ": " + told;
+  }
+  const auto at = viewer_export::first_telling(rule.id);
   const auto& all = verdict.evidence;
   if (all.empty()) return verdict.subject;
   return verdict.subject + ": " + (at < all.size() ? all[at] : all.front()).note;
@@ -31,8 +35,8 @@ VerdictKey verdict_key(const std::string& rule, const analysis::Subject& about,
   return {rule, about.kind, about.index, about.index ? std::string() : subject};
 }
 
-VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
-                                   analysis::Timestamp now) {
+VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts, analysis::Timestamp now,
+                                   const Telling& tell) {
   Noted noted;
   ++round_;
   for (const auto& rule : verdicts.rules) {
@@ -53,7 +57,7 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
                                  .from = before,
                                  .to = subject.verdict,
                                  .note = note_of(subject),
-                                 .says = sentence_of(rule.id, subject)});
+                                 .says = sentence_of(rule, subject, tell)});
       }
       if (subject.verdict < Verdict::inconclusive) continue;
       noted.current.push_back({.rule = rule.id,
@@ -63,7 +67,7 @@ VerdictLog::Noted VerdictLog::note(const analysis::VerdictReport& verdicts,
                                .verdict = subject.verdict,
                                .since_ns = known.since_ns,
                                .note = note_of(subject),
-                               .says = sentence_of(rule.id, subject)});
+                               .says = sentence_of(rule, subject, tell)});
     }
   }
   // Subjects that are no longer judged need not be remembered.

@@ -7,6 +7,7 @@
 #include "snapshot.hpp"
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -34,7 +35,12 @@ class VerdictLog {
   };
   static constexpr std::size_t kMaxListed = 200;
 
-  Noted note(const analysis::VerdictReport& verdicts, analysis::Timestamp now);
+  // What is said of a violating subject beside its name; empty: what its evidence says.
+  using Telling = std::function<std::string(const analysis::RuleVerdict& rule,
+                                            const analysis::SubjectVerdict& subject)>;
+
+  Noted note(const analysis::VerdictReport& verdicts, analysis::Timestamp now,
+             const Telling& tell = {});
 
  private:
   struct Known {

@@ -139,6 +139,26 @@ TEST(Monitor, AViolationIsToldWhenItHappensAndOnlyThen) {
   EXPECT_EQ(later.verdicts.front().verdict, Verdict::fail);
 }
 
+TEST(Monitor, SaysOfAViolationWhichCallbacksAndThreadsItIsAbout) {
+  Watched watched(R"(
+    callback plan timer period=100
+    callback show subscription topic=/a
+    10 start plan release=10
+    20 end plan
+    30 start show on=plan
+    40 end show on=plan
+    110 start plan on=show release=110
+    120 end plan on=show seq=1)");
+  std::string said;
+  for (const auto& verdict : watched.until(150).verdicts) {
+    if (verdict.rule == "M2" || verdict.rule == "M3")
+      said += verdict.rule + ' ' + verdict.says + '\n';
+  }
+  EXPECT_NE(said.find(": 2 callbacks: plan, show\n"), std::string::npos) << said;
+  EXPECT_NE(said.find("M3 callback plan: 2 threads: 1 run on plan, 1 on show\n"), std::string::npos)
+      << said;
+}
+
 TEST(Monitor, SaysHowTheSourceDoes) {
   Watched watched(kTwoCallbacks);
   Monitor fresh;

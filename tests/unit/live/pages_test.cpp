@@ -2,7 +2,11 @@
 
 #include "words/text_layout.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <sstream>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -97,6 +101,46 @@ TEST_F(PagesTest, FitEveryScreenAndHoldNoEscapeSequence) {
       }
     }
   }
+}
+
+// The lines of the table: what stands above the titles, the titles, the first row.
+std::vector<std::string> table_lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);)
+    lines.push_back(line);
+  const auto titles = std::ranges::find_if(
+      lines, [](const std::string& line) { return line.starts_with("callback"); });
+  if (titles == lines.begin() || std::distance(titles, lines.end()) < 2) return {};
+  return {*std::prev(titles), *titles, *std::next(titles)};
+}
+
+TEST_F(PagesTest, SayOfWhatAndOfWhenTheNumbersAre) {
+  const auto lines = table_lines(draw());
+  ASSERT_EQ(lines.size(), 3U);
+  EXPECT_EQ(lines[0].substr(0, 28), std::string(28, ' '));
+  EXPECT_EQ(lines[0].substr(28), "               last 5 s: response time   since start");
+  EXPECT_EQ(lines[1].substr(28), "  runs/s       p50      *p99       max   late missed");
+  EXPECT_EQ(lines[2].substr(28), "     1.0  9.000 ms  9.000 ms  9.000 ms      0      0");
+}
+
+TEST_F(PagesTest, ANarrowTableHasFewerNumbersBelowTheirTitles) {
+  const auto lines = table_lines(draw(Size{12, 50}));
+  ASSERT_EQ(lines.size(), 3U);
+  // 50 - 12 of the name: p99 and max, then late and missed have room; runs/s and p50 have not.
+  EXPECT_EQ(lines[0].substr(16), "  response, last 5 s   since start");
+  EXPECT_EQ(lines[1].substr(16), "      *p99       max   late missed");
+  EXPECT_EQ(lines[2].substr(16), "  9.000 ms  9.000 ms      0      0");
+}
+
+TEST_F(PagesTest, AVerdictSaysWhyByWhatIsSaidOfIt) {
+  auto told = first_snapshot();
+  told.verdicts[0].says = "thread 5: 2 callbacks: plan, drive";
+  history_.add(told);
+  type("v");
+  EXPECT_NE(draw().find("one-callback-per-thread, thread 5: 2 callbacks: plan, drive"),
+            std::string::npos)
+      << draw();
 }
 
 TEST_F(PagesTest, SortBySlowestAndByTheNextColumns) {

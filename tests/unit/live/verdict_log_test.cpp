@@ -68,5 +68,14 @@ TEST(VerdictLog, SaysWhyByTheEventThatKnows) {
   EXPECT_EQ(noted.current.at(0).says, "callback plan: ends 3 ms after its release");
 }
 
+TEST(VerdictLog, SaysWhatIsToldOfAViolation) {
+  const auto verdicts = violated("thread 5", 3);
+  const auto tell = [](const auto& rule, const auto& /*subject*/) {
+    return rule.id == "R2" ? std::string("2 callbacks: plan, drive") : std::string();
+  };
+  EXPECT_EQ(VerdictLog().note(verdicts, {10}, tell).changes.at(0).says,
+            "thread 5: 2 callbacks: plan, drive");
+}
+
 }  // namespace
 }  // namespace cie::live

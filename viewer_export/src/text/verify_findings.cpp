@@ -294,6 +294,13 @@ std::string remedy_on_page(std::string_view id) {
 
 }  // namespace
 
+std::string told_of_violation(const Judged& judged, const RuleVerdict& rule,
+                              const SubjectVerdict& subject) {
+  constexpr std::size_t kMost = 240;  // a thread may have run thousands of callbacks
+  const auto told = told_of(judged, rule, subject);
+  return cut(told.detail + told.of_one, kMost, "...");
+}
+
 const WorstRun* worst_run_of(const Judged& judged, const CallbackReport& callback) {
   const auto& all = judged.context.worst_runs;
   const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);

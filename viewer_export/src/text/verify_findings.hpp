@@ -57,6 +57,9 @@ const WorstRun* worst_run_of(const Judged& judged, const analysis::CallbackRepor
 // "run 140 at +1.466 s: 376.0 us waiting to start (of 423.0 us)"; empty where nothing of it was.
 std::string where_time_went(const Judged& judged, const WorstRun& worst);
 
+// What is told of one violating subject: "2 callbacks: plan timer 1 ns, drive <- /pose".
+std::string told_of_violation(const Judged& judged, const analysis::RuleVerdict& rule,
+                              const analysis::SubjectVerdict& subject);
 // The gravest first: the mapping, deadlines, then as the contract has them.
 std::vector<Finding> findings_of(const Judged& judged);
 // The most frequent first.
