@@ -12,6 +12,7 @@ import {
   report,
   responseTime,
   section,
+  severalHosts,
   spec,
   verdicts,
 } from "./recording.js";
@@ -258,7 +259,10 @@ export const rules = () => {
   const where = e =>
     [
       e.event,
-      report.trace.begin_ns === null ? null : `${time(e.time_ns - report.trace.begin_ns)} into the trace`,
+      // An event is of its host's clock, the trace of one of several.
+      report.trace.begin_ns === null || severalHosts
+        ? null
+        : `${time(e.time_ns - report.trace.begin_ns)} into the trace`,
       e.cpu === null || e.cpu === undefined ? null : `CPU ${e.cpu}`,
       e.tid === null || e.tid === undefined ? null : `thread ${e.tid}`,
     ]

@@ -1,5 +1,5 @@
 // What the timeline knows: columns of numbers per lane.
-// Unknown is NaN. Times are relative to lanes.base_ns.
+// Unknown is NaN. Times are relative to lanes.base_ns, those of several hosts on one clock.
 import {lanes, name, report} from "./recording.js";
 
 // Of runs whose end is not recorded: by when they had ended at the latest, because a later run of the callback began on

@@ -169,10 +169,12 @@ Pages::Table Pages::instances(std::size_t columns) const {
       callback->deadline_ns ? format_duration(*callback->deadline_ns) : "-",
       isolation_of(*callback), viewer_export::counted(callback->total_instances, "instance"),
       duration(callback->total_response, &Summary::max, callback->is_exact))));
-  table.rows.push_back(
-      text_line(fmt::format("{:>12}{:>9}{:>5}{:>12}{:>12}{:>12}{:>8}", "seq", "tid", "CPU",
-                            "before", "response", "execution", "missed"),
-                Look::strong));
+  // In pieces as the rows are, which are cut where there is no room for all.
+  auto titles =
+      text_line(fmt::format("{:>12}{:>9}{:>5}{:>12}", "seq", "tid", "CPU", "before"), Look::strong);
+  for (const auto& title : {right("response", 12), right("execution", 12), right("missed", 8)})
+    titles.spans.push_back({title, Look::strong});
+  table.rows.push_back(std::move(titles));
   const auto& instances = shown().instances(callback->index);
   // Of several machines' clocks only the callback's own is comparable.
   const auto now_ns = latest.hosts.empty() ? latest.time_ns : callback->last_end_ns.value_or(0);

@@ -416,6 +416,21 @@ class TwoHosts(Page):
             self.assertEqual(cells["isolated"][0].endswith("yes"), callback["isolated"], name)
             self.assertEqual(lanes.get(name, 0), callback["instances"] + callback["incomplete"], name)
 
+    def test_lanes_of_both_are_on_one_clock(self):
+        later = 5_000_000_000
+        trace = EXAMPLES / "isolated_ok" / "trace"
+        path = self.folder / "later.html"
+        cie("report", on_host(trace, "now", self.folder / "now"), on_host(trace, "later", self.folder / "later", later),
+            "--format", "html", "-o", path)
+        self.browser.open(path.as_uri())
+        starts = {}
+        for name, start in self.browser.evaluate("cie.lanes.lanes.map(l => [cie.fullName(l.callbackReport), l.start[0]])"):
+            name, host = name.rstrip(")").rsplit(" on ", 1)
+            starts.setdefault(name, {})[host] = start
+        self.assertGreater(len(starts), 4)
+        for name, start in starts.items():
+            self.assertEqual(start["later"] - start["now"], later, name)
+
     def test_marks_of_the_matrix_are_of_their_threads(self):
         alone = self.pages()
         for host, report in alone.items():

@@ -1,3 +1,4 @@
+#include <cie/analysis/report_rows.hpp>
 #include <cie/viewer_export/html_report.hpp>
 
 #include "html_files.hpp"
@@ -8,10 +9,11 @@
 #include "page_names.hpp"
 #include "text/headline.hpp"
 #include "text/report_head.hpp"
+#include "timelines/common_clock.hpp"
 #include "timelines/timeline_choice.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -45,6 +47,7 @@ void put_column(std::string& out, const std::vector<KeptInstance>& instances, Ge
     put_optional(out, get(instance));
 }
 
+// `base`: what starts are relative to, by the lane's own clock.
 void put_lane(std::string& out, const std::vector<KeptInstance>& instances, std::int64_t base,
               const std::vector<std::int64_t>& tids) {
   std::int64_t before = base;
@@ -140,10 +143,19 @@ void HtmlReport::on_instance(const analysis::Instance& instance) {
 Json HtmlReport::State::lanes_json(const analysis::Report& report,
                                    const std::vector<TimelineChoice::Kept>& kept,
                                    std::string& columns) {
-  std::int64_t base = std::numeric_limits<std::int64_t>::max();
-  for (const auto& lane : kept)
-    if (!lane.instances.empty()) base = std::min(base, lane.instances.front().start);
-  if (base == std::numeric_limits<std::int64_t>::max()) base = 0;
+  const CommonClock clock(report);
+  const analysis::ReportRows rows(report);
+  const auto host_of = [&rows](const TimelineChoice::Kept& lane) {
+    const auto* process = rows.find(lane.instances.front().process);
+    return process == nullptr ? analysis::HostIndex{} : process->host_index;
+  };
+  std::optional<std::int64_t> first;
+  for (const auto& lane : kept) {
+    if (lane.instances.empty()) continue;
+    const auto start = clock.of(host_of(lane), lane.instances.front().start);
+    first = std::min(first.value_or(start), start);
+  }
+  const auto base = first.value_or(0);
   Json lanes = Json::array();
   for (std::size_t number = 0; number < kept.size(); ++number) {
     const auto& lane = kept[number];
@@ -157,7 +169,7 @@ Json HtmlReport::State::lanes_json(const analysis::Report& report,
       tids.push_back(instance.tid);
     std::ranges::sort(tids);
     tids.erase(std::unique(tids.begin(), tids.end()), tids.end());
-    put_lane(columns, lane.instances, base, tids);
+    put_lane(columns, lane.instances, clock.own(host_of(lane), base), tids);
     lanes.push_back({{"callback", row - report.callbacks.begin()},
                      {"count", lane.instances.size()},
                      {"of", lane.of},

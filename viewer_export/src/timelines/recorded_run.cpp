@@ -1,6 +1,7 @@
 #include "recorded_run.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace cie::viewer_export {
