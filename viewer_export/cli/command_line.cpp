@@ -100,6 +100,9 @@ bool CommandLine::parse(const Arguments& arguments) {
   }
   const auto unknown = app_->remaining();
   if (!unknown.empty()) {
+    if (!unknown.front().starts_with('-')) {
+      throw UsageError(fmt::format("one argument too many: \"{}\"", unknown.front()));
+    }
     const auto name = unknown.front().substr(0, unknown.front().find('='));
     throw UsageError(
         fmt::format("unknown option \"{}\"{}", name, did_you_mean(name, option_names(*app_))));

@@ -8,7 +8,6 @@
 #include "output.hpp"
 #include "report_file.hpp"
 
-#include <algorithm>
 #include <charconv>
 #include <filesystem>
 #include <optional>
@@ -20,7 +19,8 @@ namespace {
 constexpr const char* kDiffDescription =
     "Compares two recordings, or reports written by `cie report --format json`: which callbacks\n"
     "became slower by more than a tolerance, and more than chance explains? Callbacks are matched\n"
-    "by logical id. Reports keep few quantiles, so comparing recordings decides more.";
+    "by logical id. Reports keep few quantiles, so comparing recordings decides more.\n"
+    "What is gone, or never runs any more, is a regression where the recording after is complete.";
 
 constexpr const char* kDiffFooter =
     R"(Examples:
@@ -29,9 +29,10 @@ constexpr const char* kDiffFooter =
   cie diff before after --tolerance 2                more than 2 % counts
   cie diff before.json after -f json -o diff.json    for programs
 
-Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, 2 wrong usage,
-4 input unreadable or result not writable. More late runs alone are no regression: `cie verify`
-judges deadlines.
+Exit codes: 0 no regression, 1 a callback is worse, gone or no longer isolated, or never runs or
+never ends, 2 wrong usage, 3 undecided: a recording lacks runs, does not prove that a callback is
+gone, or has none in common with the other, 4 input unreadable or result not writable. More late
+runs alone are no regression: `cie verify` judges deadlines.
 )";
 
 double tolerance_of(const std::string& text) {
@@ -44,22 +45,36 @@ double tolerance_of(const std::string& text) {
   return percent / 100;
 }
 
-std::vector<analysis::CallbackSample> samples_of(const std::filesystem::path& input,
-                                                 const ReaderOption& reader,
-                                                 const std::optional<SchedulingSpec>& spec) {
+analysis::ComparedSide side_of(const std::filesystem::path& input, const ReaderOption& reader,
+                               const std::optional<SchedulingSpec>& spec) {
   if (!std::filesystem::is_directory(input)) {
-    if (spec) {
+    if (spec && std::filesystem::exists(input)) {
       throw UsageError("--spec is for recordings: \"" + printable(input.string()) +
                        "\" has the deadlines that it was made with; name the recording");
     }
-    return samples_in_report(input);
+    return side_in_report(input);
   }
   analysis::SampleCollector collector;
   ProgressBar bar(reader.is_progress_wanted());
   const auto result = analyze_with_progress(
       {input}, {.spec = spec ? &*spec : nullptr, .metadata_from = reader.metadata()}, bar,
       &collector);
-  return collector.samples(result.report);
+  const auto& report = result.report;
+  return {.record = analysis::ComparedRecord::of(report.trace, report.defects),
+          .callbacks = collector.samples(report)};
+}
+
+int exit_code_of(analysis::Outcome outcome) {
+  switch (outcome) {
+    case analysis::Outcome::no_regression:
+      return ok;
+    case analysis::Outcome::regression:
+      return violation;
+    case analysis::Outcome::undecided:
+    case analysis::Outcome::nothing_compared:
+      break;
+  }
+  return inconclusive;
 }
 
 }  // namespace
@@ -95,25 +110,24 @@ int diff_command(const Arguments& arguments) {
       .before = before, .after = after, .tolerance = tolerance_of(tolerance)};
   const auto spec = load_spec(spec_file);
   auto output = open_output(target);
-  const auto samples_before = samples_of(before, reader, spec);
-  const auto samples_after = samples_of(after, reader, spec);
-  const auto changes = analysis::compare(samples_before, samples_after, context.tolerance);
+  const auto side_before = side_of(before, reader, spec);
+  const auto side_after = side_of(after, reader, spec);
+  const auto comparison = analysis::compare(side_before, side_after, context.tolerance);
   if (format == "text") {
-    context.isolation_before = viewer_export::isolation_count(samples_before);
-    context.isolation_after = viewer_export::isolation_count(samples_after);
+    context.isolation_before = viewer_export::isolation_count(side_before.callbacks);
+    context.isolation_after = viewer_export::isolation_count(side_after.callbacks);
     context.is_all = is_all;
     context.arguments = printable(input_arguments({before, after}, reader, spec_file));
     auto style = screen_style(output);
     style.ids = has_ids;
-    viewer_export::write_diff_text(output.stream(), changes, context, style);
+    viewer_export::write_diff_text(output.stream(), comparison, context, style);
     output.commit();
   } else {
-    write_data(output,
-               [&](std::ostream& out) { viewer_export::write_diff_json(out, changes, context); });
+    write_data(output, [&](std::ostream& out) {
+      viewer_export::write_diff_json(out, comparison, context);
+    });
   }
-  const bool is_regression = std::ranges::any_of(
-      changes, [](const analysis::CallbackChange& change) { return change.is_regression(); });
-  return is_regression ? violation : ok;
+  return exit_code_of(comparison.outcome());
 }
 
 }  // namespace cie::cli

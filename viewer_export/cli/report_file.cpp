@@ -6,10 +6,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <exception>
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <system_error>
+#include <vector>
 
 namespace cie::cli {
 namespace {
@@ -25,10 +28,16 @@ analysis::OrderStatistics order_statistics(const std::optional<analysis::Summary
   return summary ? analysis::OrderStatistics::of(*summary) : analysis::OrderStatistics{};
 }
 
-CallbackReport callback_in(const Json& json) {
-  CallbackReport callback;
+template <typename Row>
+Row row_in(const Json& json) {
+  Row row;
   viewer_export::RowReader reader(json);
-  fields(reader, callback);
+  fields(reader, row);
+  return row;
+}
+
+CallbackReport callback_in(const Json& json) {
+  auto callback = row_in<CallbackReport>(json);
   if (!json.contains("isolation")) {  // a report of before there was such a key
     callback.isolation = json.at("isolated").get<bool>() ? Isolation::isolated
                          : callback.threads.empty()      ? Isolation::never_ran
@@ -37,9 +46,18 @@ CallbackReport callback_in(const Json& json) {
   return callback;
 }
 
+analysis::ComparedRecord record_in(const Json& report) {
+  std::vector<analysis::TraceDefect> defects;
+  for (const auto& defect : report.at("defects"))
+    defects.push_back(row_in<analysis::TraceDefect>(defect));
+  return analysis::ComparedRecord::of(row_in<analysis::TraceSummary>(report.at("trace")), defects);
+}
+
 analysis::CallbackSample sample_of(const CallbackReport& callback) {
   return {.logical_id = callback.logical_id,
           .instances = callback.instances,
+          .incomplete = callback.incomplete,
+          .exceptions = callback.exceptions,
           .missed_releases = callback.missed_releases,
           .isolation = callback.isolation,
           .response_time = order_statistics(callback.response_time),
@@ -50,27 +68,28 @@ analysis::CallbackSample sample_of(const CallbackReport& callback) {
 
 }  // namespace
 
-std::vector<analysis::CallbackSample> samples_in_report(const std::filesystem::path& file) {
+analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
   const auto fail = [&file](const std::string& why) -> analysis::UnreadableTrace {
     return analysis::UnreadableTrace("\"" + file.string() +
                                      "\" is neither a recording nor a report: " + why +
                                      "; reports are written by cie report --format json");
   };
   std::ifstream stream(file);
-  if (!stream) throw fail("it cannot be opened");
-  std::vector<analysis::CallbackSample> samples;
+  if (!stream) throw fail("it cannot be opened (" + std::generic_category().message(errno) + ')');
+  analysis::ComparedSide side;
   try {
     const auto report = Json::parse(stream);
     const auto& schema = report.at("schema").get_ref<const std::string&>();
     if (std::ranges::find(kSchemas, schema) == kSchemas.end()) {
       throw std::runtime_error("its schema is neither cie.report/1 nor cie.report/2");
     }
+    side.record = record_in(report);
     for (const auto& callback : report.at("callbacks"))
-      samples.push_back(sample_of(callback_in(callback)));
+      add_sample(side.callbacks, sample_of(callback_in(callback)));
   } catch (const std::exception& error) {
     throw fail(error.what());
   }
-  return samples;
+  return side;
 }
 
 }  // namespace cie::cli

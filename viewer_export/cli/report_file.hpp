@@ -4,12 +4,11 @@
 #include <cie/analysis/comparison.hpp>
 
 #include <filesystem>
-#include <vector>
 
 namespace cie::cli {
 
-// The callbacks of a `cie.report/2`, or of its version 1. Throws analysis::UnreadableTrace, naming
+// What a `cie.report/2`, or its version 1, tells of a recording. Throws analysis::UnreadableTrace, naming
 // the file and what is wrong with it.
-std::vector<analysis::CallbackSample> samples_in_report(const std::filesystem::path& file);
+analysis::ComparedSide side_in_report(const std::filesystem::path& file);
 
 }  // namespace cie::cli

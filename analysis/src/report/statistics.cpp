@@ -51,6 +51,17 @@ std::int64_t value_at(const LogLinearHistogram& histogram, std::uint64_t rank) {
 
 }  // namespace
 
+ValueRange values_like(std::int64_t value) noexcept {
+  const auto bucket = bucket_of(magnitude(value));
+  if (bucket < kExact) return {.least = value, .greatest = value};
+  const auto shift = (bucket - kExact) / 64 + 7 - kSubBucketBits;
+  const auto width = Int128{1} << shift;
+  const auto least = (Int128{magnitude(value)} >> shift) << shift;
+  const auto greatest = least + width - 1;
+  return value < 0 ? ValueRange{.least = clamped(-greatest), .greatest = clamped(-least)}
+                   : ValueRange{.least = clamped(least), .greatest = clamped(greatest)};
+}
+
 // Apart from what it grows, so that counting needs no register saved.
 [[gnu::noinline]] void LogLinearHistogram::Counters::add_block(std::size_t block) {
   if (block >= places_.size()) {
@@ -198,6 +209,12 @@ std::int64_t Statistics::at_rank(std::uint64_t rank) const {
   if (!values_) return 0;
   values_->settle();
   return std::clamp(value_at(values_->histogram, rank), values_->min, values_->max);
+}
+
+ValueRange Statistics::range_at_rank(std::uint64_t rank) const {
+  if (!values_) return {};
+  const auto [least, greatest] = values_like(at_rank(rank));
+  return {.least = std::max(least, values_->min), .greatest = std::min(greatest, values_->max)};
 }
 
 std::optional<Summary> Statistics::summary(bool with_buckets) const {

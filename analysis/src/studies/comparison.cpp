@@ -10,44 +10,32 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<unsigned, 2> kQuantiles{500, 990};
-constexpr double kPerMille = 1000;
-
-std::uint64_t nearest_rank(std::uint64_t count, unsigned per_mille) {
-  const auto product = static_cast<Int128>(count) * per_mille;
-  return std::max<std::uint64_t>(1, static_cast<std::uint64_t>((product + 999) / 1000));
-}
-
-// The quantile is at least the value of the first rank and at most that of the second, each but for
-// half the error. 0, or more than there are: no such rank.
-std::pair<std::uint64_t, std::uint64_t> bounding_ranks(std::uint64_t count, unsigned per_mille) {
-  const double p = per_mille / kPerMille;
-  const auto lower = binomial_quantile(count, p, kComparisonError / 2);
-  const auto upper = binomial_quantile(count, p, 1 - kComparisonError / 2) + 1;
-  return {static_cast<std::uint64_t>(lower), static_cast<std::uint64_t>(upper)};
-}
-
-std::optional<std::int64_t> largest_at_most(const OrderStatistics& sample, std::uint64_t rank) {
-  const auto after = sample.by_rank.upper_bound(rank);
-  if (after == sample.by_rank.begin()) return std::nullopt;
-  return std::prev(after)->second;
-}
-
-std::optional<std::int64_t> smallest_at_least(const OrderStatistics& sample, std::uint64_t rank) {
-  const auto found = sample.by_rank.lower_bound(rank);
-  if (found == sample.by_rank.end()) return std::nullopt;
-  return found->second;
-}
-
 double with(std::int64_t value, double tolerance) {
   return static_cast<double>(value) * (1 + tolerance);
 }
+
+// How long the record after is, in terms of the one before; 1 where that is not known.
+struct LengthRatio {
+  double after_per_before = 1;
+
+  static LengthRatio of(const ComparedRecord& before, const ComparedRecord& after) {
+    if (!before.length || !after.length || before.length->ns <= 0 || after.length->ns <= 0)
+      return {};
+    return {static_cast<double>(after.length->ns) / static_cast<double>(before.length->ns)};
+  }
+};
+
+// What callbacks are judged by besides their samples.
+struct Records {
+  bool is_after_complete = false;
+  LengthRatio ratio;
+};
 
 std::vector<QuantityChange> quantities(const CallbackSample& before, const CallbackSample& after,
                                        double tolerance) {
   std::vector<QuantityChange> changes;
   const auto add = [&](const char* name, OrderStatistics CallbackSample::*quantity) {
-    for (const unsigned per_mille : kQuantiles) {
+    for (const unsigned per_mille : kComparedQuantiles) {
       QuantityChange change{.quantity = name,
                             .per_mille = per_mille,
                             .before = quantile_interval(before.*quantity, per_mille),
@@ -65,89 +53,104 @@ std::vector<QuantityChange> quantities(const CallbackSample& before, const Callb
   return changes;
 }
 
+// Whether the callback runs less than `share` times as often as before, beyond chance: the test of
+// two rates again.
+bool runs_less(const CallbackSample& before, const CallbackSample& after, const LengthRatio& ratio,
+               double share) {
+  const auto runs_before = before.instances + before.incomplete;
+  const auto runs_after = after.instances + after.incomplete;
+  if (runs_before == 0) return false;
+  const double weight = ratio.after_per_before * share;
+  return binomial_cdf(runs_before + runs_after, weight / (1 + weight),
+                      static_cast<std::int64_t>(runs_after)) < kComparisonError;
+}
+
+Absence absence_of(const CallbackSample& before, const CallbackSample& after,
+                   const LengthRatio& ratio) {
+  if (!after.has_run() && runs_less(before, after, ratio, 1)) return Absence::never_runs;
+  if (after.processes >= before.processes) return Absence::none;
+  // Those of a program that was started again are one at a time.
+  const bool is_known = before.processes_at_once && after.processes_at_once;
+  return is_known && *after.processes_at_once >= *before.processes_at_once
+             ? Absence::none
+             : Absence::gone_from_process;
+}
+
+Change change_of(const std::optional<std::uint64_t>& before, std::uint64_t runs_before,
+                 const std::optional<std::uint64_t>& after, std::uint64_t runs_after,
+                 double tolerance) {
+  if (!before || !after) return Change::undecided;
+  return compare(Rate{*before, runs_before}, Rate{*after, runs_after}, tolerance);
+}
+
 CallbackChange change_of(const CallbackSample& before, const CallbackSample& after,
-                         double tolerance) {
-  CallbackChange change{.logical_id = before.logical_id,
-                        .is_before = true,
-                        .is_after = true,
-                        .instances_before = before.instances,
-                        .instances_after = after.instances,
-                        .quantities = quantities(before, after, tolerance),
-                        .missed_before = before.missed_releases,
-                        .missed_after = after.missed_releases,
-                        .missed = Change::undecided,
-                        .lost_isolation = before.isolation == Isolation::isolated &&
-                                          after.isolation == Isolation::not_isolated,
-                        .lateness_before = before.lateness,
-                        .lateness_after = after.lateness};
-  if (before.missed_releases && after.missed_releases) {
-    change.missed =
-        compare(Rate{*before.missed_releases, before.instances + *before.missed_releases},
-                Rate{*after.missed_releases, after.instances + *after.missed_releases}, tolerance);
+                         const Records& records, double tolerance) {
+  constexpr double kHalf = 0.5;
+  const auto absence = absence_of(before, after, records.ratio);
+  const bool is_known = absence != Absence::gone_from_process || after.processes_at_once;
+  return {.logical_id = before.logical_id,
+          .is_before = true,
+          .is_after = true,
+          .processes_before = before.processes,
+          .processes_after = after.processes,
+          .instances_before = before.instances,
+          .instances_after = after.instances,
+          .incomplete_before = before.incomplete,
+          .incomplete_after = after.incomplete,
+          .absence = absence,
+          .is_absence_proved = absence != Absence::none && is_known && records.is_after_complete,
+          .never_ends = records.is_after_complete && before.incomplete == 0 && after.incomplete > 0,
+          .runs_less = after.has_run() && runs_less(before, after, records.ratio, kHalf),
+          .quantities = quantities(before, after, tolerance),
+          .exceptions_before = before.exceptions,
+          .exceptions_after = after.exceptions,
+          .exceptions = change_of(before.exceptions, before.instances, after.exceptions,
+                                  after.instances, tolerance),
+          .missed_before = before.missed_releases,
+          .missed_after = after.missed_releases,
+          .missed = change_of(before.missed_releases,
+                              before.instances + before.missed_releases.value_or(0),
+                              after.missed_releases,
+                              after.instances + after.missed_releases.value_or(0), tolerance),
+          .lost_isolation =
+              before.isolation == Isolation::isolated && after.isolation == Isolation::not_isolated,
+          .lateness_before = before.lateness,
+          .lateness_after = after.lateness};
+}
+
+CallbackChange one_sided(const CallbackSample& sample, bool is_before, const Records& records) {
+  CallbackChange change;
+  change.logical_id = sample.logical_id;
+  (is_before ? change.is_before : change.is_after) = true;
+  (is_before ? change.processes_before : change.processes_after) = sample.processes;
+  (is_before ? change.instances_before : change.instances_after) = sample.instances;
+  (is_before ? change.incomplete_before : change.incomplete_after) = sample.incomplete;
+  (is_before ? change.exceptions_before : change.exceptions_after) = sample.exceptions;
+  if (is_before) {
+    change.absence = Absence::gone;
+    change.is_absence_proved = records.is_after_complete;
   }
   return change;
 }
 
-// Of callbacks of one id in several processes: what is worst of those that ran.
-std::optional<Isolation> both(std::optional<Isolation> a, std::optional<Isolation> b) {
-  if (a == Isolation::never_ran) return b;
-  if (b == Isolation::never_ran) return a;
-  if (a == Isolation::not_isolated || b == Isolation::not_isolated) return Isolation::not_isolated;
-  return a && b ? a : std::nullopt;
-}
-
-void merge(CallbackSample& into, const CallbackSample& other) {
-  into.instances += other.instances;
-  into.isolation = both(into.isolation, other.isolation);
-  if (other.missed_releases)
-    into.missed_releases = into.missed_releases.value_or(0) + *other.missed_releases;
-  if (!into.lateness || !other.lateness) {
-    if (other.lateness) into.lateness = other.lateness;
-    return;
+// What the trace's kernel events, chains and read-backs lack leaves every run in the record.
+bool may_cost_runs(const TraceDefect& defect) {
+  switch (defect.kind) {
+    case DefectKind::unseen_kernel:
+    case DefectKind::sched_switch_gaps:
+    case DefectKind::cpus_not_recorded:
+    case DefectKind::publish_gaps:
+    case DefectKind::read_back_gaps:
+    case DefectKind::incomplete_chains:
+    case DefectKind::clocks_drifted:
+    case DefectKind::identity_failures:
+      return false;
+    default:
+      return defect.severity != Severity::info;
   }
-  into.lateness->deadline = std::min(into.lateness->deadline, other.lateness->deadline);
-  into.lateness->late += other.lateness->late;
-  into.lateness->instances += other.lateness->instances;
-  into.lateness->max = std::max(into.lateness->max, other.lateness->max);
 }
 
 }  // namespace
-
-OrderStatistics OrderStatistics::of(const Statistics& statistics) {
-  OrderStatistics sample{.count = statistics.count(), .by_rank = {}};
-  if (sample.count == 0) return sample;
-  for (const unsigned per_mille : kQuantiles) {
-    const auto [lower, upper] = bounding_ranks(sample.count, per_mille);
-    for (const std::uint64_t rank : {lower, nearest_rank(sample.count, per_mille), upper}) {
-      if (rank >= 1 && rank <= sample.count) sample.by_rank[rank] = statistics.at_rank(rank);
-    }
-  }
-  return sample;
-}
-
-OrderStatistics OrderStatistics::of(const Summary& summary) {
-  OrderStatistics sample{.count = summary.count, .by_rank = {}};
-  if (summary.count == 0) return sample;
-  sample.by_rank = {{1, summary.min}, {summary.count, summary.max}};
-  for (const auto& [per_mille, value] : {std::pair{500U, summary.p50},
-                                         {900U, summary.p90},
-                                         {990U, summary.p99},
-                                         {999U, summary.p99_9}}) {
-    sample.by_rank.emplace(nearest_rank(summary.count, per_mille), value);
-  }
-  return sample;
-}
-
-std::optional<QuantileInterval> quantile_interval(const OrderStatistics& sample,
-                                                  unsigned per_mille) {
-  if (sample.count == 0) return std::nullopt;
-  const auto estimate = sample.by_rank.find(nearest_rank(sample.count, per_mille));
-  if (estimate == sample.by_rank.end()) return std::nullopt;
-  const auto [lower, upper] = bounding_ranks(sample.count, per_mille);
-  return QuantileInterval{.lower = largest_at_most(sample, lower),
-                          .estimate = estimate->second,
-                          .upper = smallest_at_least(sample, upper)};
-}
 
 std::string_view label(Change change) noexcept {
   constexpr std::array<std::string_view, 4> kLabels{"within", "better", "undecided", "worse"};
@@ -197,87 +200,71 @@ Change compare(const Rate& before, const Rate& after, double tolerance) {
   return Change::undecided;
 }
 
-void SampleCollector::on_instance(const Instance& instance) {
-  if (instance.state != InstanceState::complete || !instance.end || instance.logical_id.empty()) {
-    return;
-  }
-  const auto number = at(instance.callback);
-  if (number >= measured_.size()) measured_.resize(number + 1);
-  auto& measured = measured_[number];
-  if (measured.logical_id.empty()) measured.logical_id = instance.logical_id;
-  measured.duration.add(*instance.end - instance.start);
-  if (is_known(instance.release_source) && instance.release) {
-    measured.response_time.add(*response_time(instance));
-    measured.start_latency.add(*start_latency(instance));
-  }
+std::string_view label(Absence absence) noexcept {
+  constexpr std::array<std::string_view, 4> kLabels{"none", "gone", "gone_from_process",
+                                                    "never_runs"};
+  return kLabels.at(static_cast<std::size_t>(absence));
 }
 
-std::vector<CallbackSample> SampleCollector::samples(const Report& report) const {
-  // A timer's calculated releases may have been taken back.
-  std::vector<bool> has_releases(measured_.size());
-  for (const auto& callback : report.callbacks) {
-    if (at(callback.index) < has_releases.size())
-      has_releases[at(callback.index)] = callback.response_time.has_value();
-  }
-  std::map<std::string_view, Measured> by_id;
-  for (std::size_t i = 0; i < measured_.size(); ++i) {
-    const auto& measured = measured_[i];
-    auto& sum = by_id[measured.logical_id];
-    if (has_releases[i]) {
-      sum.response_time.merge(measured.response_time);
-      sum.start_latency.merge(measured.start_latency);
-    }
-    sum.duration.merge(measured.duration);
-  }
-  std::vector<CallbackSample> samples;
-  for (const auto& callback : report.callbacks) {
-    const auto& measured = by_id[callback.logical_id];
-    CallbackSample sample{.logical_id = callback.logical_id,
-                          .instances = callback.instances,
-                          .missed_releases = callback.missed_releases,
-                          .isolation = callback.isolation,
-                          .response_time = OrderStatistics::of(measured.response_time),
-                          .start_latency = OrderStatistics::of(measured.start_latency),
-                          .duration = OrderStatistics::of(measured.duration),
-                          .lateness = Lateness::of(callback)};
-    const auto same = std::ranges::find(samples, sample.logical_id, &CallbackSample::logical_id);
-    if (same != samples.end()) {
-      merge(*same, sample);
-    } else {
-      samples.push_back(std::move(sample));
+std::string_view label(Outcome outcome) noexcept {
+  constexpr std::array<std::string_view, 4> kLabels{"no_regression", "regression", "undecided",
+                                                    "nothing_compared"};
+  return kLabels.at(static_cast<std::size_t>(outcome));
+}
+
+ComparedRecord ComparedRecord::of(const TraceSummary& trace,
+                                  const std::vector<TraceDefect>& defects) {
+  ComparedRecord record;
+  record.is_complete = trace.complete;
+  // A record is complete although events were discarded that no run needs.
+  if (!record.is_complete) {
+    for (const auto& defect : defects) {
+      if (may_cost_runs(defect)) record.losses.push_back({defect.kind, defect.count});
     }
   }
-  return samples;
+  if (trace.begin && trace.end && trace.hosts.size() <= 1)
+    record.length = *trace.end - *trace.begin;
+  return record;
 }
 
 bool CallbackChange::is_regression() const {
   const auto is_worse = [](const auto& each) { return each.change == Change::worse; };
-  return (is_before && !is_after) || lost_isolation || missed == Change::worse ||
-         std::ranges::any_of(quantities, is_worse);
+  return is_absence_proved || never_ends || lost_isolation || missed == Change::worse ||
+         exceptions == Change::worse || std::ranges::any_of(quantities, is_worse);
 }
 
-std::vector<CallbackChange> compare(const std::vector<CallbackSample>& before,
-                                    const std::vector<CallbackSample>& after, double tolerance) {
+Outcome Comparison::outcome() const {
+  const auto any = [this](const auto& is_so) { return std::ranges::any_of(callbacks, is_so); };
+  if (any([](const CallbackChange& change) { return change.is_regression(); }))
+    return Outcome::regression;
+  const bool has_absence =
+      any([](const CallbackChange& change) { return change.absence != Absence::none; });
+  const bool has_compared = any([](const CallbackChange& change) {
+    return change.instances_before > 0 && change.instances_after > 0;
+  });
+  if (!has_compared && !has_absence) return Outcome::nothing_compared;
+  return has_absence || !before.losses.empty() || !after.losses.empty() ? Outcome::undecided
+                                                                        : Outcome::no_regression;
+}
+
+Comparison compare(const ComparedSide& before, const ComparedSide& after, double tolerance) {
   std::map<std::string_view, std::pair<const CallbackSample*, const CallbackSample*>> by_id;
-  for (const auto& sample : before)
+  for (const auto& sample : before.callbacks)
     by_id[sample.logical_id].first = &sample;
-  for (const auto& sample : after)
+  for (const auto& sample : after.callbacks)
     by_id[sample.logical_id].second = &sample;
-  std::vector<CallbackChange> changes;
+  const Records records{.is_after_complete = after.record.is_complete,
+                        .ratio = LengthRatio::of(before.record, after.record)};
+  Comparison comparison{.before = before.record, .after = after.record, .callbacks = {}};
   for (const auto& [id, sides] : by_id) {
-    if (sides.first != nullptr && sides.second != nullptr) {
-      changes.push_back(change_of(*sides.first, *sides.second, tolerance));
-      continue;
-    }
-    CallbackChange change;
-    change.logical_id = id;
-    change.is_before = sides.first != nullptr;
-    change.is_after = sides.second != nullptr;
-    change.instances_before = change.is_before ? sides.first->instances : 0;
-    change.instances_after = change.is_after ? sides.second->instances : 0;
-    changes.push_back(std::move(change));
+    const auto* was = sides.first;
+    const auto* is = sides.second;
+    comparison.callbacks.push_back(
+        was != nullptr && is != nullptr
+            ? change_of(*was, *is, records, tolerance)
+            : one_sided(was != nullptr ? *was : *is, was != nullptr, records));
   }
-  return changes;
+  return comparison;
 }
 
 }  // namespace cie::analysis

@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -26,6 +29,17 @@ CallbackSample sample(std::int64_t first, std::int64_t count) {
   result.isolation = Isolation::isolated;
   result.response_time = OrderStatistics::of(ramp(first, count));
   return result;
+}
+
+// Two complete recordings of one length.
+Comparison compared(CallbackSample before, CallbackSample after, double tolerance = 0.05) {
+  const ComparedRecord record{.is_complete = true, .losses = {}, .length = Duration{1'000'000'000}};
+  return compare(ComparedSide{.record = record, .callbacks = {std::move(before)}},
+                 ComparedSide{.record = record, .callbacks = {std::move(after)}}, tolerance);
+}
+
+CallbackChange change(CallbackSample before, CallbackSample after) {
+  return compared(std::move(before), std::move(after)).callbacks.at(0);
 }
 
 // 0.5^4 times 1, 4, 6, 4, 1.
@@ -101,27 +115,26 @@ TEST(Compare, CountsRatesBeyondChance) {
 }
 
 TEST(Compare, FindsTheCallbackThatBecameSlower) {
-  const auto changes = compare({sample(1'000'000, 2'000)}, {sample(2'000'000, 2'000)}, 0.05);
-  ASSERT_EQ(changes.size(), 1U);
-  EXPECT_TRUE(changes.front().is_regression());
-  EXPECT_EQ(changes.front().quantities.front().change, Change::worse);
-  EXPECT_FALSE(compare({sample(1'000'000, 2'000)}, {sample(1'000'000, 2'000)}, 0.05)
-                   .front()
-                   .is_regression());
-  EXPECT_FALSE(
-      compare({sample(1'000'000, 3)}, {sample(2'000'000, 3)}, 0.05).front().is_regression());
+  const auto slower = compared(sample(1'000'000, 2'000), sample(2'000'000, 2'000));
+  ASSERT_EQ(slower.callbacks.size(), 1U);
+  EXPECT_TRUE(slower.callbacks.front().is_regression());
+  EXPECT_EQ(slower.callbacks.front().quantities.front().change, Change::worse);
+  EXPECT_EQ(slower.outcome(), Outcome::regression);
+  EXPECT_EQ(compared(sample(1'000'000, 2'000), sample(1'000'000, 2'000)).outcome(),
+            Outcome::no_regression);
+  EXPECT_EQ(compared(sample(1'000'000, 3), sample(2'000'000, 3)).outcome(), Outcome::no_regression);
 }
 
 TEST(Compare, MissesWhatIsGoneAndNoticesLostIsolation) {
   auto other = sample(0, 10);
   other.logical_id = "/b";
-  const auto changes = compare({sample(0, 10)}, {other}, 0.05);
+  const auto changes = compared(sample(0, 10), other).callbacks;
   ASSERT_EQ(changes.size(), 2U);
   EXPECT_TRUE(changes[0].is_regression()) << "/a is gone";
   EXPECT_FALSE(changes[1].is_regression()) << "/b is new";
   auto shared = sample(0, 10);
   shared.isolation = Isolation::not_isolated;
-  EXPECT_TRUE(compare({sample(0, 10)}, {shared}, 0.05).front().lost_isolation);
+  EXPECT_TRUE(change(sample(0, 10), shared).lost_isolation);
 }
 
 TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
@@ -135,17 +148,155 @@ TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
   EXPECT_EQ(Lateness::of(report), expected);
   auto before = sample(1, 10);
   before.lateness = expected;
-  const auto changes = compare({before}, {sample(1, 10)}, 0.05);
-  ASSERT_EQ(changes.size(), 1U);
-  EXPECT_EQ(changes[0].lateness_before, expected);
-  EXPECT_EQ(changes[0].lateness_after, std::nullopt);
+  const auto found = change(before, sample(1, 10));
+  EXPECT_EQ(found.lateness_before, expected);
+  EXPECT_EQ(found.lateness_after, std::nullopt);
+}
+
+// Of a rate that stayed, 0 of n + 0 runs fall on the time after with probability 0.5^n: below 0.001
+// from n = 10.
+TEST(Compare, MissesWhatNeverRunsAnyMoreBeyondChance) {
+  EXPECT_EQ(change(sample(0, 10), sample(0, 0)).absence, Absence::never_runs);
+  EXPECT_TRUE(change(sample(0, 10), sample(0, 0)).is_regression());
+  EXPECT_EQ(change(sample(0, 9), sample(0, 0)).absence, Absence::none);
+  auto open = sample(0, 0);
+  open.incomplete = 1;
+  EXPECT_EQ(change(sample(0, 10), open).absence, Absence::none) << "it runs";
+}
+
+// A record a ninth as long has 0 of 10 runs with probability 0.9^10.
+TEST(Compare, ExpectsFewerRunsOfAShorterRecord) {
+  ComparedSide before{.record = {.is_complete = true, .losses = {}, .length = Duration{9'000}},
+                      .callbacks = {sample(0, 10)}};
+  ComparedSide after{.record = {.is_complete = true, .losses = {}, .length = Duration{1'000}},
+                     .callbacks = {sample(0, 0)}};
+  EXPECT_EQ(compare(before, after, 0.05).callbacks.at(0).absence, Absence::none);
+  EXPECT_EQ(compare(after, before, 0.05).outcome(), Outcome::nothing_compared);
+}
+
+TEST(Compare, OfAnIncompleteRecordIsUndecidedWhatIsGone) {
+  ComparedSide before{.record = {.is_complete = true, .losses = {}, .length = {}},
+                      .callbacks = {sample(0, 10)}};
+  ComparedSide after{.record = {}, .callbacks = {sample(0, 0)}};
+  for (const auto absence : {Absence::never_runs, Absence::gone}) {
+    const auto comparison = compare(before, after, 0.05);
+    EXPECT_EQ(comparison.callbacks.at(0).absence, absence);
+    EXPECT_FALSE(comparison.callbacks.at(0).is_regression());
+    EXPECT_EQ(comparison.outcome(), Outcome::undecided);
+    after.callbacks.clear();
+  }
+}
+
+TEST(Compare, MissesAProcessAndNotARestart) {
+  const auto in_processes = [](std::uint64_t all, std::optional<std::uint64_t> at_once) {
+    auto result = sample(0, 100);
+    result.processes = all;
+    result.processes_at_once = at_once;
+    return result;
+  };
+  EXPECT_EQ(change(in_processes(2, 2), in_processes(1, 1)).absence, Absence::gone_from_process);
+  EXPECT_TRUE(change(in_processes(2, 2), in_processes(1, 1)).is_regression());
+  EXPECT_EQ(change(in_processes(2, 1), in_processes(1, 1)).absence, Absence::none) << "restarted";
+  const auto of_reports = change(in_processes(2, std::nullopt), in_processes(1, std::nullopt));
+  EXPECT_EQ(of_reports.absence, Absence::gone_from_process);
+  EXPECT_FALSE(of_reports.is_regression()) << "a report does not say whether they ran at once";
+}
+
+TEST(Compare, NoticesWhatNeverEndsAndExceptions) {
+  auto hanging = sample(0, 900);
+  hanging.incomplete = 1;
+  EXPECT_TRUE(change(sample(0, 1'000), hanging).never_ends);
+  EXPECT_FALSE(change(hanging, hanging).never_ends) << "as before";
+  auto ended = sample(0, 1'000);
+  ended.exceptions = 0;
+  auto thrown = ended;
+  thrown.exceptions = 60;
+  EXPECT_EQ(change(ended, thrown).exceptions, Change::worse);
+  EXPECT_EQ(change(thrown, ended).exceptions, Change::better);
+  EXPECT_FALSE(change(ended, ended).is_regression());
+}
+
+// Half as many runs as before is 500 and not less; 300 are, beyond chance.
+TEST(Compare, NoticesFarFewerRuns) {
+  EXPECT_TRUE(change(sample(0, 1'000), sample(0, 300)).runs_less);
+  EXPECT_FALSE(change(sample(0, 1'000), sample(0, 500)).runs_less);
+  EXPECT_FALSE(change(sample(0, 1'000), sample(0, 300)).is_regression());
+}
+
+TEST(Compare, OfRecordsThatLackRunsIsUndecided) {
+  TraceSummary trace;
+  trace.complete = false;
+  const auto record = ComparedRecord::of(
+      trace, {{.kind = DefectKind::seq_gaps, .severity = Severity::loss, .count = 5, .advice = {}},
+              {.kind = DefectKind::sched_switch_gaps,
+               .severity = Severity::loss,
+               .count = 7,
+               .advice = {}},
+              {.kind = DefectKind::open_instances, .count = 9, .advice = {}}});
+  EXPECT_EQ(record.losses, (std::vector{RecordLoss{DefectKind::seq_gaps, 5}}));
+  const ComparedSide whole{.record = {.is_complete = true, .losses = {}, .length = {}},
+                           .callbacks = {sample(0, 10)}};
+  const ComparedSide lossy{.record = record, .callbacks = {sample(0, 10)}};
+  EXPECT_EQ(compare(whole, lossy, 0.05).outcome(), Outcome::undecided);
+  EXPECT_EQ(compare(lossy, whole, 0.05).outcome(), Outcome::undecided);
+  EXPECT_EQ(compare(whole, whole, 0.05).outcome(), Outcome::no_regression);
+}
+
+// 8'317 and 8'321 are 0.05 % apart, on two sides of 8'320, the edge of a bucket of 128.
+TEST(Compare, TrustsNoMoreThanTheEdgesOfBuckets) {
+  const auto around = [](std::int64_t median) {
+    Statistics statistics;
+    for (std::int64_t i = 0; i < 1'000; ++i)
+      statistics.add(Duration{i < 10 ? 8'000 : i < 990 ? median : 9'000});
+    auto result = sample(0, 1'000);
+    result.response_time = OrderStatistics::of(statistics);
+    return result;
+  };
+  const auto median = [&](std::int64_t before, std::int64_t after, double tolerance) {
+    return compared(around(before), around(after), tolerance).callbacks.at(0).quantities.at(0);
+  };
+  EXPECT_EQ(median(8'317, 8'321, 0.01).change, Change::undecided);
+  EXPECT_EQ(median(8'317, 8'321, 0.05).change, Change::within);
+  EXPECT_EQ(median(8'317, 8'800, 0.03).change, Change::worse);
+  const auto interval = median(8'317, 8'321, 0.01).after;
+  ASSERT_TRUE(interval);
+  EXPECT_EQ(interval->lower, 8'320);
+  EXPECT_EQ(interval->upper, 8'320 + 127);
+}
+
+// Values below 128 have buckets of their own; 200 lies in 200 .. 201, -200 in -201 .. -200.
+TEST(ValuesLike, HaveTheEdgesOfABucket) {
+  const auto edges = [](std::int64_t value) {
+    const auto range = values_like(value);
+    return std::pair(range.least, range.greatest);
+  };
+  using Edges = std::pair<std::int64_t, std::int64_t>;
+  EXPECT_EQ(edges(127), Edges(127, 127));
+  EXPECT_EQ(edges(201), Edges(200, 201));
+  EXPECT_EQ(edges(-200), Edges(-201, -200));
+  constexpr auto kMost = std::numeric_limits<std::int64_t>::max();
+  EXPECT_EQ(edges(kMost).second, kMost);
+  EXPECT_EQ(edges(-kMost - 1).first, -kMost - 1);
+}
+
+// 1 … 100 and 201 … 300: of all 200 the 100 greatest are above 200, and 100 are at most 100.
+TEST(OrderStatistics, OfTwoReportsBoundThoseOfBoth) {
+  const auto of = [](std::int64_t first) {
+    return OrderStatistics::of(*ramp(first, 100).summary());
+  };
+  const auto both = merged(of(1), of(201));
+  EXPECT_EQ(both.count, 200U);
+  EXPECT_EQ(both.at_most.at(100), 100);
+  EXPECT_EQ(both.at_least.at(101), 201);
+  EXPECT_EQ(both.at_least.at(200), 300);
+  EXPECT_EQ(merged(of(1), OrderStatistics{}).at_most, of(1).at_most);
 }
 
 TEST(Compare, DoesNotAccuseWhatNeverRanOfSharing) {
   auto idle = sample(0, 0);
   for (const auto isolation : {std::optional(Isolation::never_ran), std::optional<Isolation>()}) {
     idle.isolation = isolation;
-    EXPECT_FALSE(compare({sample(0, 10)}, {idle}, 0.05).front().lost_isolation);
+    EXPECT_FALSE(change(sample(0, 10), idle).lost_isolation);
   }
 }
 

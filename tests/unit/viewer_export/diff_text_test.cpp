@@ -18,9 +18,12 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextStyle& style = {}) {
+using analysis::Absence;
+using analysis::Comparison;
+
+std::string diff_text_of(const Comparison& comparison, const TextStyle& style = {}) {
   std::ostringstream out;
-  write_diff_text(out, changes,
+  write_diff_text(out, comparison,
                   {.before = "old",
                    .after = "new",
                    .tolerance = 0.05,
@@ -29,6 +32,19 @@ std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextS
                    .arguments = "old new"},
                   style);
   return out.str();
+}
+
+// Of complete records.
+Comparison comparison_of(const std::vector<CallbackChange>& changes) {
+  Comparison comparison;
+  comparison.before.is_complete = true;
+  comparison.after.is_complete = true;
+  comparison.callbacks = changes;
+  return comparison;
+}
+
+std::string diff_text_of(const std::vector<CallbackChange>& changes, const TextStyle& style = {}) {
+  return diff_text_of(comparison_of(changes), style);
 }
 
 CallbackChange change_of(const std::string& id, const std::string& quantity, unsigned per_mille,
@@ -41,6 +57,8 @@ CallbackChange change_of(const std::string& id, const std::string& quantity, uns
   change.logical_id = id;
   change.is_before = true;
   change.is_after = true;
+  change.instances_before = 100;
+  change.instances_after = 100;
   change.quantities = {{.quantity = quantity,
                         .per_mille = per_mille,
                         .before = around(before),
@@ -136,11 +154,92 @@ TEST(DiffText, OfNoRegressionSaysWhatIsBetter) {
 TEST(DiffText, NamesWhatIsGoneAndNew) {
   auto gone = kSame;
   gone.is_after = false;
+  gone.absence = Absence::gone;
+  gone.is_absence_proved = true;
   auto added = kBetter;
   added.is_before = false;
   const auto text = diff_text_of({gone, added}, {.ids = true});
   EXPECT_THAT(text, HasSubstr("  is gone: /a/map@Timer(1000)\n"));
   EXPECT_THAT(text, HasSubstr("  is new: /a/lidar@Subscription(/points)\n"));
+}
+
+TEST(DiffText, NamesWhatRunsOtherwise) {
+  auto silent = kSame;
+  silent.absence = Absence::never_runs;
+  silent.is_absence_proved = true;
+  auto fewer = kWorse;
+  fewer.absence = Absence::gone_from_process;
+  fewer.is_absence_proved = true;
+  fewer.processes_before = 2;
+  fewer.processes_after = 1;
+  auto hanging = kBetter;
+  hanging.never_ends = true;
+  hanging.exceptions = Change::worse;
+  hanging.exceptions_before = 0;
+  hanging.exceptions_after = 90;
+  hanging.runs_less = true;
+  hanging.instances_after = 3;
+  const auto text = diff_text_of({silent, fewer, hanging});
+  EXPECT_THAT(text, StartsWith("Worse: 3 of 3 callbacks, beyond a tolerance of 5 %\n"));
+  EXPECT_THAT(text,
+              HasSubstr("\n  is gone from processes: plan timer 20 ms (2 -> 1 processes)\n"
+                        "  never runs any more: map timer 1 us (100 runs before)\n"
+                        "  has a run that never ends: lidar <- /points\n"
+                        "  more runs end by an exception: lidar <- /points (0 -> 90)\n"
+                        "  runs less than half as often: lidar <- /points (100 -> 3 runs)\n"));
+}
+
+TEST(DiffText, OfWhatARecordDoesNotProveSaysThatItMayBe) {
+  auto gone = kSame;
+  gone.is_after = false;
+  gone.absence = Absence::gone;
+  auto comparison = comparison_of({gone, kBetter});
+  comparison.after.is_complete = false;
+  const auto text = diff_text_of(comparison);
+  EXPECT_THAT(text, StartsWith("Undecided: no regression in what was recorded; better: 1 of 2 "
+                               "callbacks, beyond a tolerance of 5 %\n"
+                               "  record     nothing proves that all is there after\n"
+                               "  isolation "));
+  EXPECT_THAT(text, HasSubstr("\n  may be gone: map timer 1 us\n"));
+}
+
+TEST(DiffText, SaysWhatTheRecordsLack) {
+  using analysis::DefectKind;
+  auto comparison = comparison_of({kSame});
+  comparison.before.is_complete = false;
+  comparison.after.is_complete = false;
+  EXPECT_THAT(diff_text_of(comparison),
+              StartsWith("No regression in what was recorded, beyond a tolerance of 5 %\n"
+                         "  record     nothing proves that all is there before and after\n"));
+  comparison.after.losses = {{DefectKind::damaged_packets, 2}, {DefectKind::seq_gaps, 325}};
+  EXPECT_THAT(
+      diff_text_of(comparison),
+      StartsWith("Undecided: no regression in what was recorded, beyond a tolerance of 5 %\n"
+                 "  record     after lacks runs: damaged-packets x 2, seq-gaps x 325\n"
+                 "  record     nothing proves that all is there before\n"));
+}
+
+TEST(DiffText, SaysThatThereIsNothingToCompare) {
+  auto added = kSame;
+  added.is_before = false;
+  added.instances_before = 0;
+  EXPECT_THAT(diff_text_of({added}),
+              StartsWith("Nothing to compare: no callback ran before and after\n"));
+  EXPECT_THAT(diff_text_of(std::vector<CallbackChange>{}),
+              StartsWith("Nothing to compare: no callback ran before and after\n"));
+}
+
+TEST(DiffText, TellsUndecidedCountsAndWhatIsMeasuredOnOneSide) {
+  auto change = kSame;
+  change.missed_before = 0;
+  change.missed_after = 8;
+  change.quantities.push_back(change.quantities.front());
+  change.quantities.back().after.reset();
+  change.quantities.back().change = Change::undecided;
+  const auto text = diff_text_of({change});
+  EXPECT_THAT(text, testing::ContainsRegex("map timer 1 us +missed releases +0 +8 .*undecided\n"));
+  EXPECT_THAT(text, HasSubstr("1 quantile within the tolerance; 1 undecided: too few instances to "
+                              "tell it from chance;\n1 measured on one side only.\n"));
 }
 
 TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {

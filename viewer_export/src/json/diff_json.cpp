@@ -37,8 +37,19 @@ Json json_of(const CallbackChange& change) {
   return {{"logical_id", change.logical_id},
           {"before", change.is_before},
           {"after", change.is_after},
+          {"processes_before", change.processes_before},
+          {"processes_after", change.processes_after},
           {"instances_before", change.instances_before},
           {"instances_after", change.instances_after},
+          {"incomplete_before", change.incomplete_before},
+          {"incomplete_after", change.incomplete_after},
+          {"absence", analysis::label(change.absence)},
+          {"absence_proved", change.is_absence_proved},
+          {"never_ends", change.never_ends},
+          {"runs_less", change.runs_less},
+          {"exceptions_before", optional_json(change.exceptions_before)},
+          {"exceptions_after", optional_json(change.exceptions_after)},
+          {"exceptions", analysis::label(change.exceptions)},
           {"missed_releases_before", optional_json(change.missed_before)},
           {"missed_releases_after", optional_json(change.missed_after)},
           {"missed_releases", analysis::label(change.missed)},
@@ -49,22 +60,30 @@ Json json_of(const CallbackChange& change) {
           {"quantities", std::move(quantities)}};
 }
 
+Json json_of(const analysis::ComparedRecord& record) {
+  Json losses = Json::array();
+  for (const auto& loss : record.losses)
+    losses.push_back({{"kind", analysis::label(loss.kind)}, {"count", loss.count}});
+  return {{"complete", record.is_complete}, {"losses", std::move(losses)}};
+}
+
 }  // namespace
 
-void write_diff_json(std::ostream& out, const std::vector<CallbackChange>& changes,
+void write_diff_json(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context) {
   Json callbacks = Json::array();
-  bool is_regression = false;
-  for (const auto& change : changes) {
+  for (const auto& change : comparison.callbacks)
     callbacks.push_back(json_of(change));
-    is_regression = is_regression || change.is_regression();
-  }
+  const auto outcome = comparison.outcome();
   write_json(out, {{"schema", "cie.diff/1"},
                    {"before", context.before},
                    {"after", context.after},
                    {"tolerance", context.tolerance},
                    {"confidence", 1 - analysis::kComparisonError},
-                   {"regression", is_regression},
+                   {"regression", outcome == analysis::Outcome::regression},
+                   {"outcome", analysis::label(outcome)},
+                   {"record_before", json_of(comparison.before)},
+                   {"record_after", json_of(comparison.after)},
                    {"callbacks", std::move(callbacks)}});
 }
 

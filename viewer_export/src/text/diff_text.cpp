@@ -1,5 +1,6 @@
 #include <cie/viewer_export/diff_writers.hpp>
 
+#include "diff_lists.hpp"
 #include "screen.hpp"
 #include "words/callback_names.hpp"
 #include "words/text_layout.hpp"
@@ -82,7 +83,8 @@ const QuantityChange* largest(const CallbackChange& callback, Change kind) {
 
 bool is_better(const CallbackChange& change) {
   return !change.is_regression() &&
-         (change.missed == Change::better || largest(change, Change::better) != nullptr);
+         (change.missed == Change::better || change.exceptions == Change::better ||
+          largest(change, Change::better) != nullptr);
 }
 
 // The worst first, the best last.
@@ -108,6 +110,12 @@ std::string extreme(std::string_view label, const CallbackChange& callback, Chan
   return fmt::format("  {:<11}", label) + cut(text, room, gap(style)) + '\n';
 }
 
+// Counts that differ, by no more than chance explains.
+bool is_open(const std::optional<std::uint64_t>& before, const std::optional<std::uint64_t>& after,
+             Change change) {
+  return before && after && *before != *after && change == Change::undecided;
+}
+
 // The callback's name stands on its first line.
 void add_quantities(TextTable& table, const CallbackChange& change, const CallbackNames& names,
                     bool has_range) {
@@ -122,15 +130,19 @@ void add_quantities(TextTable& table, const CallbackChange& change, const Callba
                {has_range ? range(*quantity.after) : std::string(kNotMeasured)},
                {std::string(analysis::label(quantity.change)), look_of(quantity.change)}});
   }
-  if (is_certain(change.missed)) {
+  const auto add_count = [&](const char* what, const std::optional<std::uint64_t>& before,
+                             const std::optional<std::uint64_t>& after, Change kind) {
+    if (!is_certain(kind) && !is_open(before, after, kind)) return;
     table.add({{std::exchange(name, {})},
-               {"missed releases"},
-               {std::to_string(change.missed_before.value_or(0))},
-               {std::to_string(change.missed_after.value_or(0))},
+               {what},
+               {std::to_string(*before)},
+               {std::to_string(*after)},
                {std::string(kNotMeasured)},
                {std::string(kNotMeasured)},
-               {std::string(analysis::label(change.missed)), look_of(change.missed)}});
-  }
+               {std::string(analysis::label(kind)), look_of(kind)}});
+  };
+  add_count("missed releases", change.missed_before, change.missed_after, change.missed);
+  add_count("exceptions", change.exceptions_before, change.exceptions_after, change.exceptions);
 }
 
 TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNames& names,
@@ -291,33 +303,76 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
                             are_late ? "" : ", never late");
 }
 
-std::string structural_changes(const std::vector<CallbackChange>& changes,
-                               const CallbackNames& names, const TextStyle& style) {
-  std::string text;
-  const auto say = [&](std::string_view what, Look look, const auto& is_so) {
-    std::string all;
-    for (const auto& change : changes) {
-      if (is_so(change)) all += (all.empty() ? "" : ", ") + names.of_id(change.logical_id);
+// How many comparisons came to what.
+struct Tally {
+  std::uint64_t within = 0;     // quantiles
+  std::uint64_t undecided = 0;  // quantiles and counts
+  std::uint64_t one_sided = 0;  // measured on one side only
+};
+
+Tally tally_of(const std::vector<CallbackChange>& changes) {
+  Tally tally;
+  const auto add = [&tally](bool is_before, bool is_after, Change change, bool is_open) {
+    if (is_before != is_after) {
+      ++tally.one_sided;
+    } else if (is_open) {
+      ++tally.undecided;
+    } else if (change == Change::within) {
+      ++tally.within;
     }
-    if (all.empty()) return;
-    constexpr std::size_t kMost = 3;
-    for (const auto& line : paragraph(fmt::format("  {}: ", what), all, kMost, style))
-      text += paint(line, look, style) + '\n';
   };
-  say("is gone", Look::bad, [](const auto& c) { return c.is_before && !c.is_after; });
-  say("is new", Look::plain, [](const auto& c) { return !c.is_before; });
-  say("no longer has a thread of its own", Look::bad,
-      [](const auto& c) { return c.lost_isolation; });
-  return text;
+  for (const auto& change : changes) {
+    for (const auto& each : change.quantities) {
+      add(each.before.has_value(), each.after.has_value(), each.change,
+          each.change == Change::undecided);
+    }
+    tally.undecided +=
+        std::uint64_t{is_open(change.missed_before, change.missed_after, change.missed)} +
+        std::uint64_t{
+            is_open(change.exceptions_before, change.exceptions_after, change.exceptions)};
+  }
+  return tally;
 }
 
-std::size_t count_of(const std::vector<CallbackChange>& changes, Change wanted) {
-  std::size_t count = 0;
-  for (const auto& change : changes) {
-    for (const auto& quantity : change.quantities)
-      count += quantity.change == wanted ? 1U : 0U;
+std::string tally_words(const std::vector<CallbackChange>& changes) {
+  const auto tally = tally_of(changes);
+  auto text =
+      fmt::format("{} within the tolerance; {} undecided: too few instances to tell it from chance",
+                  counted(tally.within, "quantile"), tally.undecided);
+  if (tally.one_sided > 0) text += fmt::format(";\n{} measured on one side only", tally.one_sided);
+  return text + ".\n";
+}
+
+// "Worse: 1 of 3 callbacks; better: 1, beyond a tolerance of 5 %".
+std::string outcome_words(const analysis::Comparison& comparison, double tolerance,
+                          const TextStyle& style) {
+  const auto& changes = comparison.callbacks;
+  const auto regressions =
+      std::ranges::count_if(changes, [](const auto& change) { return change.is_regression(); });
+  const auto better = static_cast<std::uint64_t>(std::ranges::count_if(changes, is_better));
+  const auto all = counted(changes.size(), "callback");
+  const bool is_whole = comparison.before.is_complete && comparison.after.is_complete;
+  std::string text;
+  switch (comparison.outcome()) {
+    case analysis::Outcome::regression:
+      text = paint(fmt::format("Worse: {} of {}", regressions, all), Look::bad, style);
+      break;
+    case analysis::Outcome::undecided:
+      text = paint("Undecided: no regression in what was recorded", Look::doubtful, style);
+      break;
+    case analysis::Outcome::nothing_compared:
+      return paint("Nothing to compare: no callback ran before and after", Look::doubtful, style);
+    case analysis::Outcome::no_regression:
+      text = is_whole ? paint("No regression", Look::good, style)
+                      : paint("No regression in what was recorded", Look::good, style);
+      break;
   }
-  return count;
+  if (better > 0) {
+    const auto of =
+        regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
+    text += "; " + paint("better: " + of, Look::good, style);
+  }
+  return text + fmt::format(", beyond a tolerance of {:g} %", 100 * tolerance);
 }
 
 }  // namespace
@@ -332,8 +387,9 @@ IsolationCount isolation_count(const std::vector<analysis::CallbackSample>& samp
   return count;
 }
 
-void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& changes,
+void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context, const TextStyle& style) {
+  const auto& changes = comparison.callbacks;
   std::vector<std::string> ids;
   ids.reserve(changes.size());
   for (const auto& change : changes)
@@ -341,22 +397,15 @@ void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& chang
   const CallbackNames names(ids, style);
   auto by_rank = changes;
   std::ranges::stable_sort(by_rank, {}, rank);
-  const auto regressions = static_cast<std::uint64_t>(
-      std::ranges::count_if(changes, [](const auto& change) { return change.is_regression(); }));
-  const auto better = static_cast<std::uint64_t>(std::ranges::count_if(changes, is_better));
+  const auto print = [&out](const Lines& lines) {
+    for (const auto& line : lines)
+      out << line << '\n';
+  };
   const auto urgent = with_deadline(changes);
-  const auto all = counted(changes.size(), "callback");
-  auto outcome = regressions > 0
-                     ? paint(fmt::format("Worse: {} of {}", regressions, all), Look::bad, style)
-                     : paint("No regression", Look::good, style);
-  if (better > 0) {
-    const auto of =
-        regressions > 0 ? fmt::format("{}", better) : fmt::format("{} of {}", better, all);
-    outcome += "; " + paint("better: " + of, Look::good, style);
-  }
   if (!urgent.empty()) out << lateness_words(urgent, style);
-  out << fmt::format("{}, beyond a tolerance of {:g} %\n", outcome, 100 * context.tolerance)
-      << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context))
+  out << outcome_words(comparison, context.tolerance, style) << '\n';
+  print(record_lines(comparison, style));
+  out << fmt::format("  {:<11}{}\n", "isolation", isolation_words(context))
       << other_deadlines(changes);
   if (!by_rank.empty()) out << extreme("worst", by_rank.front(), Change::worse, names, style);
   const auto is_brief = !urgent.empty() && !context.is_all;
@@ -367,23 +416,21 @@ void write_diff_text(std::ostream& out, const std::vector<CallbackChange>& chang
   }
   out << '\n';
   const auto structure = structural_changes(changes, names, style);
-  if (!structure.empty()) out << structure << '\n';
+  print(structure);
+  if (!structure.empty()) out << '\n';
   if (!urgent.empty()) out << deadline_table(urgent, context, names, style);
   if (is_brief) {
-    for (const auto& line :
-         commands_to_paste({{"every change", "cie diff " + context.arguments + " --all"}}, style))
-      out << line << '\n';
+    print(commands_to_paste({{"every change", "cie diff " + context.arguments + " --all"}}, style));
     return;
   }
   if (!urgent.empty()) out << '\n';
   auto table = table_of(by_rank, names, true);
   if (table.natural_width() > style.columns) table = table_of(by_rank, names, false);
   if (!table.is_empty()) out << table.render(style) << '\n';
-  out << fmt::format(
-      "{} within the tolerance; {} undecided: too few instances to tell it from chance.\n"
-      "Each statement is certain to {:g} % if instances are independent of each other.\n",
-      counted(count_of(changes, Change::within), "quantile"), count_of(changes, Change::undecided),
-      100 * (1 - analysis::kComparisonError));
+  out << tally_words(changes)
+      << fmt::format(
+             "Each statement is certain to {:g} % if instances are independent of each other.\n",
+             100 * (1 - analysis::kComparisonError));
 }
 
 }  // namespace cie::viewer_export

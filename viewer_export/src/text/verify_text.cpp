@@ -160,7 +160,7 @@ std::string also(const std::vector<std::string>& same, const TextStyle& style) {
 
 // "2 instances ended by an exception: 2 of /car/lidar@Timer(100000000)".
 std::string exceptions(const analysis::Report& report) {
-  constexpr std::size_t kNamed = 3;
+  constexpr std::size_t kMostNodes = 3;
   std::uint64_t all = 0;
   std::size_t callbacks = 0;
   std::string names;
@@ -168,12 +168,12 @@ std::string exceptions(const analysis::Report& report) {
     const auto count = callback.exceptions.value_or(0);
     if (count == 0) continue;
     all += count;
-    if (++callbacks > kNamed) continue;
+    if (++callbacks > kMostNodes) continue;
     names += fmt::format("{}{} of {}", names.empty() ? "" : ", ", count,
                          callback_title(report, callback));
   }
   if (all == 0) return {};
-  if (callbacks > kNamed) names += fmt::format(" and of {} more", callbacks - kNamed);
+  if (callbacks > kMostNodes) names += fmt::format(" and of {} more", callbacks - kMostNodes);
   return fmt::format("{} ended by an exception: {}\n", counted(all, "instance"), names);
 }
 

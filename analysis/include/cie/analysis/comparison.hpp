@@ -5,10 +5,12 @@
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/statistics.hpp>
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace cie::analysis {
@@ -17,16 +19,24 @@ namespace cie::analysis {
 // instances are independent: 0.1 %, small because there is a statement for every callback.
 inline constexpr double kComparisonError = 0.001;
 
-// Some of the ordered values of a sample: value by rank, 1 for the smallest.
+// The quantiles that are compared, in per mille.
+inline constexpr std::array<unsigned, 2> kComparedQuantiles{500, 990};
+
+// What is certain of the ordered values of a sample, by rank, 1 for the smallest: histograms know
+// between which values the one of a rank lies, and no verdict rests on what stands for it.
 struct OrderStatistics {
   std::uint64_t count = 0;
-  std::map<std::uint64_t, std::int64_t> by_rank;
+  std::map<std::uint64_t, std::int64_t> at_least;  // ascending, as the ranks
+  std::map<std::uint64_t, std::int64_t> at_most;
+  std::map<unsigned, std::int64_t> estimates;  // by per mille: what is printed of a quantile
 
-  // The ranks that comparisons look at, known within the histogram's bound (0.8 %).
+  // The ranks that comparisons look at.
   static OrderStatistics of(const Statistics& statistics);
   // What a report keeps: extremes and four quantiles. Leaves most comparisons undecided.
   static OrderStatistics of(const Summary& summary);
 };
+// What is certain of the values of both together.
+OrderStatistics merged(const OrderStatistics& a, const OrderStatistics& b);
 
 // A quantile's confidence interval by order statistics, which assumes no distribution: the ranks
 // between which the quantile lies are binomial (H. A. David, H. N. Nagaraja: Order Statistics, 3rd
@@ -43,7 +53,7 @@ std::optional<QuantileInterval> quantile_interval(const OrderStatistics& sample,
 enum class Change : std::uint8_t {
   within,     // no more than the tolerance, for certain
   better,     // for certain
-  undecided,  // the samples are too small to tell
+  undecided,  // the samples are too small to tell, or one of them is not there
   worse       // by more than the tolerance, for certain
 };
 std::string_view label(Change change) noexcept;  // "within", "better", "undecided", "worse"
@@ -71,16 +81,48 @@ struct Lateness {
   static std::optional<Lateness> of(const CallbackReport& callback);
 };
 
-// What a comparison knows of one callback of one side.
+// What a comparison knows of one callback of one side, in all of its processes.
 struct CallbackSample {
   std::string logical_id;
+  std::uint64_t processes = 1;  // that had it
+  // Most of those that ran it at one time; empty: not known, a report does not say.
+  std::optional<std::uint64_t> processes_at_once{};
   std::uint64_t instances = 0;
+  std::uint64_t incomplete = 0;               // open or cut by an edge
+  std::optional<std::uint64_t> exceptions{};  // empty: not told
   std::optional<std::uint64_t> missed_releases;
   std::optional<Isolation> isolation;  // empty: unknown
   OrderStatistics response_time;
   OrderStatistics start_latency;
   OrderStatistics duration;
   std::optional<Lateness> lateness{};
+
+  bool has_run() const noexcept { return instances + incomplete > 0; }
+};
+
+// Adds the sample to that of the same logical id, if there is one.
+void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample);
+
+// Runs may be missing from the record for this reason.
+struct RecordLoss {
+  DefectKind kind{};
+  std::uint64_t count = 0;
+  friend bool operator==(const RecordLoss&, const RecordLoss&) = default;
+};
+
+// What a side's record says of itself.
+struct ComparedRecord {
+  bool is_complete = false;        // it proves that nothing is missing
+  std::vector<RecordLoss> losses;  // none is no such proof
+  std::optional<Duration> length;  // empty: not known, or of several hosts' clocks
+
+  static ComparedRecord of(const TraceSummary& trace, const std::vector<TraceDefect>& defects);
+};
+
+// A recording, or a report of one.
+struct ComparedSide {
+  ComparedRecord record;
+  std::vector<CallbackSample> callbacks;
 };
 
 // Collects samples while a recording is analysed, with the rules of the report: complete instances,
@@ -95,6 +137,9 @@ class SampleCollector final : public Observer {
  private:
   struct Measured {
     std::string logical_id;
+    HostIndex host{};
+    Timestamp first_start{};
+    Timestamp last_end{};
     Statistics response_time;
     Statistics start_latency;
     Statistics duration;
@@ -110,13 +155,33 @@ struct QuantityChange {
   Change change = Change::undecided;
 };
 
+// What is not there after that was before.
+enum class Absence : std::uint8_t {
+  none,
+  gone,               // it is registered nowhere
+  gone_from_process,  // fewer processes have it at a time
+  never_runs          // more often not than chance explains, by how often it ran before
+};
+std::string_view label(Absence absence) noexcept;  // "none", "gone", "gone_from_process", …
+
 struct CallbackChange {
   std::string logical_id;
   bool is_before = false;
   bool is_after = false;
+  std::uint64_t processes_before = 0;
+  std::uint64_t processes_after = 0;
   std::uint64_t instances_before = 0;
   std::uint64_t instances_after = 0;
+  std::uint64_t incomplete_before = 0;
+  std::uint64_t incomplete_after = 0;
+  Absence absence = Absence::none;
+  bool is_absence_proved = false;          // the record after it is complete
+  bool never_ends = false;                 // proved of a run after, and that there was none before
+  bool runs_less = false;                  // less than half as often as before, beyond chance
   std::vector<QuantityChange> quantities;  // empty unless it is on both sides
+  std::optional<std::uint64_t> exceptions_before;
+  std::optional<std::uint64_t> exceptions_after;
+  Change exceptions = Change::undecided;
   std::optional<std::uint64_t> missed_before;
   std::optional<std::uint64_t> missed_after;
   Change missed = Change::undecided;
@@ -124,12 +189,26 @@ struct CallbackChange {
   std::optional<Lateness> lateness_before{};
   std::optional<Lateness> lateness_after{};
 
-  // Gone, slower, missing more releases, or no longer isolated.
+  // Of what is certain: gone, never running or never ending, slower, missing more releases, ending
+  // by exceptions more often, or no longer isolated.
   bool is_regression() const;
 };
 
-// Callbacks of either side, matched and sorted by logical id.
-std::vector<CallbackChange> compare(const std::vector<CallbackSample>& before,
-                                    const std::vector<CallbackSample>& after, double tolerance);
+enum class Outcome : std::uint8_t {
+  no_regression,
+  regression,       // for certain
+  undecided,        // none is, but a record lacks runs, or does not prove that a callback is gone
+  nothing_compared  // no callback ran on both sides
+};
+std::string_view label(Outcome outcome) noexcept;  // "no_regression", "regression", …
+
+struct Comparison {
+  ComparedRecord before;
+  ComparedRecord after;
+  std::vector<CallbackChange> callbacks;  // of either side, matched and sorted by logical id
+
+  Outcome outcome() const;
+};
+Comparison compare(const ComparedSide& before, const ComparedSide& after, double tolerance);
 
 }  // namespace cie::analysis

@@ -23,6 +23,14 @@ struct HistogramBucket {
   friend auto operator<=>(const HistogramBucket&, const HistogramBucket&) = default;
 };
 
+// The least and the greatest value.
+struct ValueRange {
+  std::int64_t least = 0;
+  std::int64_t greatest = 0;
+};
+// Of the values that a histogram does not tell apart from this one.
+ValueRange values_like(std::int64_t value) noexcept;
+
 // The numbers printed for a quantity (`S` of the report): integers in nanoseconds.
 struct Summary {
   std::uint64_t count = 0;
@@ -137,6 +145,8 @@ class Statistics {
   }
   // The rank-th smallest value, 1 <= rank <= count(), within the histogram's bound.
   std::int64_t at_rank(std::uint64_t rank) const;
+  // Between which values that one lies, for certain.
+  ValueRange range_at_rank(std::uint64_t rank) const;
   // Empty when nothing was added: "not measured" is never 0.
   std::optional<Summary> summary(bool with_buckets = false) const;
 

@@ -31,15 +31,15 @@ struct DiffContext {
 };
 
 // For people: first how many callbacks became worse and better, how isolation and the number of late
-// instances changed, and the worst and the best change; where callbacks have deadlines, their slowest
-// instances side by side; then every change that is certain, in that order, and how many comparisons
-// were undecided for want of instances.
-void write_diff_text(std::ostream& out, const std::vector<analysis::CallbackChange>& changes,
+// instances changed, what runs the records lack, and the worst and the best change; what is gone, new
+// or runs otherwise; where callbacks have deadlines, their slowest instances side by side; then every
+// change that is certain, in that order, and how many comparisons were undecided, and why.
+void write_diff_text(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context, const TextStyle& style);
 
 // `cie.diff/1`: every callback and quantity, with the confidence intervals. Times in nanoseconds,
 // null for what is not known.
-void write_diff_json(std::ostream& out, const std::vector<analysis::CallbackChange>& changes,
+void write_diff_json(std::ostream& out, const analysis::Comparison& comparison,
                      const DiffContext& context);
 
 }  // namespace cie::viewer_export

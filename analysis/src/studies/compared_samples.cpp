@@ -1,0 +1,147 @@
+#include <cie/analysis/comparison.hpp>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace cie::analysis {
+namespace {
+
+// Of callbacks of one id in several processes: what is worst of those that ran.
+std::optional<Isolation> worst_of(std::optional<Isolation> a, std::optional<Isolation> b) {
+  if (a == Isolation::never_ran) return b;
+  if (b == Isolation::never_ran) return a;
+  if (a == Isolation::not_isolated || b == Isolation::not_isolated) return Isolation::not_isolated;
+  return a && b ? a : std::nullopt;
+}
+
+void merge(CallbackSample& into, const CallbackSample& other) {
+  into.processes += other.processes;
+  if (!other.processes_at_once) into.processes_at_once.reset();
+  into.instances += other.instances;
+  into.incomplete += other.incomplete;
+  into.response_time = merged(into.response_time, other.response_time);
+  into.start_latency = merged(into.start_latency, other.start_latency);
+  into.duration = merged(into.duration, other.duration);
+  if (other.exceptions) into.exceptions = into.exceptions.value_or(0) + *other.exceptions;
+  into.isolation = worst_of(into.isolation, other.isolation);
+  if (other.missed_releases)
+    into.missed_releases = into.missed_releases.value_or(0) + *other.missed_releases;
+  if (!into.lateness || !other.lateness) {
+    if (other.lateness) into.lateness = other.lateness;
+    return;
+  }
+  into.lateness->deadline = std::min(into.lateness->deadline, other.lateness->deadline);
+  into.lateness->late += other.lateness->late;
+  into.lateness->instances += other.lateness->instances;
+  into.lateness->max = std::max(into.lateness->max, other.lateness->max);
+}
+
+// From a process's first run of a callback to the end of its last one, by its host's clock.
+struct Life {
+  HostIndex host{};
+  Timestamp begin;
+  Timestamp end;
+};
+
+std::uint64_t most_at_once(const std::vector<Life>& lives) {
+  std::map<HostIndex, std::vector<std::pair<Timestamp, int>>> changes;
+  for (const auto& life : lives) {
+    changes[life.host].emplace_back(life.begin, 1);
+    changes[life.host].emplace_back(life.end, -1);
+  }
+  std::uint64_t all = 0;
+  for (auto& [host, times] : changes) {
+    std::ranges::sort(times);
+    int running = 0;
+    int most = 0;
+    for (const auto& [time, change] : times) {
+      running += change;
+      most = std::max(most, running);
+    }
+    all += static_cast<std::uint64_t>(most);
+  }
+  return all;
+}
+
+}  // namespace
+
+void add_sample(std::vector<CallbackSample>& samples, CallbackSample sample) {
+  const auto same = std::ranges::find(samples, sample.logical_id, &CallbackSample::logical_id);
+  if (same != samples.end()) {
+    merge(*same, sample);
+  } else {
+    samples.push_back(std::move(sample));
+  }
+}
+
+void SampleCollector::on_instance(const Instance& instance) {
+  if (instance.state != InstanceState::complete || !instance.end || instance.logical_id.empty()) {
+    return;
+  }
+  const auto number = at(instance.callback);
+  if (number >= measured_.size()) measured_.resize(number + 1);
+  auto& measured = measured_[number];
+  if (measured.logical_id.empty()) {
+    measured.logical_id = instance.logical_id;
+    measured.host = instance.host;
+    measured.first_start = instance.start;
+    measured.last_end = *instance.end;
+  }
+  measured.first_start = std::min(measured.first_start, instance.start);
+  measured.last_end = std::max(measured.last_end, *instance.end);
+  measured.duration.add(*instance.end - instance.start);
+  if (is_known(instance.release_source) && instance.release) {
+    measured.response_time.add(*response_time(instance));
+    measured.start_latency.add(*start_latency(instance));
+  }
+}
+
+std::vector<CallbackSample> SampleCollector::samples(const Report& report) const {
+  // A timer's calculated releases may have been taken back.
+  std::vector<bool> has_releases(measured_.size());
+  for (const auto& callback : report.callbacks) {
+    if (at(callback.index) < has_releases.size())
+      has_releases[at(callback.index)] = callback.response_time.has_value();
+  }
+  std::map<std::string_view, Measured> by_id;
+  std::map<std::string_view, std::vector<Life>> lives;
+  for (std::size_t i = 0; i < measured_.size(); ++i) {
+    const auto& measured = measured_[i];
+    auto& sum = by_id[measured.logical_id];
+    lives[measured.logical_id].push_back(
+        {.host = measured.host, .begin = measured.first_start, .end = measured.last_end});
+    if (has_releases[i]) {
+      sum.response_time.merge(measured.response_time);
+      sum.start_latency.merge(measured.start_latency);
+    }
+    sum.duration.merge(measured.duration);
+  }
+  std::vector<CallbackSample> samples;
+  for (const auto& callback : report.callbacks) {
+    CallbackSample sample{.logical_id = callback.logical_id,
+                          .processes_at_once = most_at_once(lives[callback.logical_id]),
+                          .instances = callback.instances,
+                          .incomplete = callback.incomplete,
+                          .exceptions = callback.exceptions,
+                          .missed_releases = callback.missed_releases,
+                          .isolation = callback.isolation,
+                          .response_time = {},
+                          .start_latency = {},
+                          .duration = {},
+                          .lateness = Lateness::of(callback)};
+    // The first one of an id has what all of them measured.
+    if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {
+      const auto& measured = found->second;
+      sample.response_time = OrderStatistics::of(measured.response_time);
+      sample.start_latency = OrderStatistics::of(measured.start_latency);
+      sample.duration = OrderStatistics::of(measured.duration);
+      by_id.erase(found);
+    }
+    add_sample(samples, std::move(sample));
+  }
+  return samples;
+}
+
+}  // namespace cie::analysis

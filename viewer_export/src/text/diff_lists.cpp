@@ -1,0 +1,128 @@
+#include "diff_lists.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string_view>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Absence;
+using analysis::CallbackChange;
+
+std::string losses_in_words(const std::vector<analysis::RecordLoss>& losses) {
+  std::string text;
+  for (const auto& loss : losses)
+    text +=
+        fmt::format("{}{} x {}", text.empty() ? "" : ", ", analysis::label(loss.kind), loss.count);
+  return text;
+}
+
+std::string before_to_after(std::uint64_t before, std::uint64_t after, const TextStyle& style) {
+  return fmt::format("{} {} {}", before, style.unicode ? "→" : "->", after);
+}
+
+// Lines of names: those of changes that something is so of.
+class NameLists {
+ public:
+  NameLists(const std::vector<CallbackChange>& changes, const CallbackNames& names,
+            const TextStyle& style)
+      : changes_(changes), names_(names), style_(style) {}
+
+  // `more` tells something of a change, for behind its name.
+  template <typename IsSo, typename More>
+  void say(std::string_view what, Look look, const IsSo& is_so, const More& more) {
+    std::string all;
+    for (const auto& change : changes_) {
+      if (!is_so(change)) continue;
+      all += (all.empty() ? "" : ", ") + names_.of_id(change.logical_id) + more(change);
+    }
+    if (all.empty()) return;
+    constexpr std::size_t kMost = 3;
+    for (const auto& line : paragraph(fmt::format("  {}: ", what), all, kMost, style_))
+      lines_.push_back(paint(line, look, style_));
+  }
+  template <typename IsSo>
+  void say(std::string_view what, Look look, const IsSo& is_so) {
+    say(what, look, is_so, [](const CallbackChange& /*change*/) { return std::string(); });
+  }
+  Lines take() { return std::move(lines_); }
+
+ private:
+  const std::vector<CallbackChange>& changes_;
+  const CallbackNames& names_;
+  const TextStyle& style_;
+  Lines lines_;
+};
+
+void add_absences(NameLists& lists, const TextStyle& style) {
+  const auto has = [](Absence absence, bool is_proved) {
+    return [absence, is_proved](const CallbackChange& change) {
+      return change.absence == absence && change.is_absence_proved == is_proved;
+    };
+  };
+  const auto processes = [&style](const CallbackChange& change) {
+    return fmt::format(" ({} processes)",
+                       before_to_after(change.processes_before, change.processes_after, style));
+  };
+  const auto runs = [](const CallbackChange& change) {
+    return fmt::format(" ({} before)",
+                       counted(change.instances_before + change.incomplete_before, "run"));
+  };
+  lists.say("is gone", Look::bad, has(Absence::gone, true));
+  lists.say("is gone from processes", Look::bad, has(Absence::gone_from_process, true), processes);
+  lists.say("never runs any more", Look::bad, has(Absence::never_runs, true), runs);
+  lists.say("may be gone", Look::doubtful, has(Absence::gone, false));
+  lists.say("may be gone from processes", Look::doubtful, has(Absence::gone_from_process, false),
+            processes);
+  lists.say("may never run any more", Look::doubtful, has(Absence::never_runs, false), runs);
+}
+
+}  // namespace
+
+Lines record_lines(const analysis::Comparison& comparison, const TextStyle& style) {
+  const auto say = [&style](const std::string& what) {
+    return paint(cut("  record     " + what, style.columns, gap(style)), Look::doubtful, style);
+  };
+  Lines lines;
+  std::string incomplete;
+  const auto add = [&](const analysis::ComparedRecord& record, const char* side) {
+    if (!record.losses.empty()) {
+      lines.push_back(say(fmt::format("{} lacks runs: {}", side, losses_in_words(record.losses))));
+    } else if (!record.is_complete) {
+      incomplete += (incomplete.empty() ? "" : " and ") + std::string(side);
+    }
+  };
+  add(comparison.before, "before");
+  add(comparison.after, "after");
+  if (!incomplete.empty()) lines.push_back(say("nothing proves that all is there " + incomplete));
+  return lines;
+}
+
+Lines structural_changes(const std::vector<CallbackChange>& changes, const CallbackNames& names,
+                         const TextStyle& style) {
+  NameLists lists(changes, names, style);
+  add_absences(lists, style);
+  lists.say("is new", Look::plain, [](const auto& c) { return !c.is_before; });
+  lists.say("no longer has a thread of its own", Look::bad,
+            [](const auto& c) { return c.lost_isolation; });
+  lists.say("has a run that never ends", Look::bad, [](const auto& c) { return c.never_ends; });
+  lists.say(
+      "more runs end by an exception", Look::bad,
+      [](const auto& c) { return c.exceptions == analysis::Change::worse; },
+      [&style](const CallbackChange& c) {
+        return fmt::format(" ({})", before_to_after(c.exceptions_before.value_or(0),
+                                                    c.exceptions_after.value_or(0), style));
+      });
+  lists.say(
+      "runs less than half as often", Look::doubtful, [](const auto& c) { return c.runs_less; },
+      [&style](const CallbackChange& c) {
+        return fmt::format(" ({} runs)",
+                           before_to_after(c.instances_before, c.instances_after, style));
+      });
+  return lists.take();
+}
+
+}  // namespace cie::viewer_export
