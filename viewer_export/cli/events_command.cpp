@@ -121,17 +121,23 @@ int events_command(const Arguments& arguments) {
       .progress = bar.begin("reading", ProgressUnit::bytes)};
   analysis::MissingEvents missing;
   write_data(output, [&](std::ostream& out) {
+    bool has_event = false;
+    const auto read_into = [&](const auto& use) {
+      missing = analysis::read_recorded_events(traces, options, [&](const auto& event) {
+        has_event = true;
+        use(event);
+      });
+      bar.end();
+      if (!has_event) window.check_empty(traces, part);
+    };
     if (is_count) {
       viewer_export::EventCounter counter;
-      missing = analysis::read_recorded_events(
-          traces, options, [&counter](const auto& event) { counter.add(event); });
+      read_into([&counter](const auto& event) { counter.add(event); });
       counter.write(out, event_format);
     } else {
       viewer_export::RecordedEventWriter writer(out, event_format);
-      missing = analysis::read_recorded_events(
-          traces, options, [&writer](const auto& event) { writer.write(event); });
+      read_into([&writer](const auto& event) { writer.write(event); });
     }
-    bar.end();
   });
   complain(names.complaint());
   if (!reader.is_quiet()) complain(told(missing));

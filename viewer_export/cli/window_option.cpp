@@ -2,6 +2,8 @@
 
 #include <cie/tracepoints/duration_text.hpp>
 
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -10,6 +12,7 @@
 namespace cie::cli {
 namespace {
 
+using analysis::Duration;
 using analysis::Timestamp;
 using analysis::TimeWindow;
 
@@ -20,6 +23,14 @@ using analysis::TimeWindow;
       text));
 }
 
+// The last or the first time there is in place of what lies beyond it.
+Timestamp moved(Timestamp from, Duration by) {
+  Timestamp to;
+  if (!__builtin_add_overflow(from.ns, by.ns, &to.ns)) return to;
+  using Limits = std::numeric_limits<std::int64_t>;
+  return {by.ns > 0 ? Limits::max() : Limits::min()};
+}
+
 Timestamp resolved(const WindowBound& bound, Timestamp fallback, const TimeWindow& recorded) {
   switch (bound.origin) {
     case WindowBound::Origin::recording:
@@ -27,11 +38,11 @@ Timestamp resolved(const WindowBound& bound, Timestamp fallback, const TimeWindo
     case WindowBound::Origin::clock:
       return Timestamp{} + bound.offset;
     case WindowBound::Origin::begin:
-      return recorded.from + bound.offset;
+      return moved(recorded.from, bound.offset);
     case WindowBound::Origin::end:
       break;
   }
-  return recorded.to + bound.offset;
+  return moved(recorded.to, bound.offset);
 }
 
 bool is_relative(const WindowBound& bound) {
@@ -85,6 +96,18 @@ void WindowOption::resolve(const std::vector<std::filesystem::path>& traces,
 void WindowOption::check(const analysis::Report& report) const {
   const auto& trace = report.trace;
   if (text_.empty() || !trace.begin || !trace.end || *trace.begin <= *trace.end) return;
+  refuse_outside();
+}
+
+void WindowOption::check_empty(const std::vector<std::filesystem::path>& traces,
+                               analysis::AnalysisOptions options) const {
+  if (text_.empty() || !options.window) return;
+  const auto window = *std::exchange(options.window, std::nullopt);
+  const auto recorded = analysis::recorded_window(traces, options);
+  if (recorded && (window.to < recorded->from || window.from > recorded->to)) refuse_outside();
+}
+
+void WindowOption::refuse_outside() const {
   throw UsageError(fmt::format("--window {} lies outside the recording", text_));
 }
 

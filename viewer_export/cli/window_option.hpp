@@ -39,8 +39,13 @@ class WindowOption {
   const std::string& text() const noexcept { return text_; }
   // Throws UsageError if the window has nothing in common with what was read.
   void check(const analysis::Report& report) const;
+  // The same of a reading that found no event in it; `options` as it was resolved.
+  void check_empty(const std::vector<std::filesystem::path>& traces,
+                   analysis::AnalysisOptions options) const;
 
  private:
+  [[noreturn]] void refuse_outside() const;
+
   std::string text_;
 };
 

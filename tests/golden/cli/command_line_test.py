@@ -135,6 +135,16 @@ class Usage(Folder):
             self.assertEqual((trace["begin_ns"], trace["end_ns"]), window)
         for form in ("text", "junit", "sarif", "tap"):
             self.assertIn(str(middle).encode(), cie("verify", TRACE, "--window", f"{middle}..", "-f", form).stdout)
+        for command in (("verify", "-q"), ("report",), ("report", "--all"), ("report", "-f", "html")):
+            self.assertIn(str(middle).encode(), cie(command[0], TRACE, "--window", f"{middle}..", *command[1:]).stdout)
+
+    def test_a_window_outside_the_recording(self):
+        for window in ("1..2", "+100s..", "+9223372036854775807ns..", "..1"):
+            for command in (("report",), ("verify",), ("events",), ("events", "--count")):
+                with self.subTest(window=window, command=command):
+                    result = cie(command[0], TRACE, f"--window={window}", *command[1:])
+                    self.assertEqual((result.returncode, result.stdout), (2, b""))
+                    self.assertIn(f"--window {window} lies outside the recording".encode(), result.stderr)
 
     def test_a_bad_window(self):
         for text, message in (("5", '--window does not understand "5"; write FROM..TO, each of them nanoseconds as outputs '

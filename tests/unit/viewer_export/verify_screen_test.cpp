@@ -189,6 +189,13 @@ TEST(VerifyScreen, ToldInOneLine) {
             "FAIL  run 1: 1 of 2 callbacks share threads; violated M2; undecided T4\n");
 }
 
+TEST(VerifyScreen, ToldInOneLineNamesTheWindowAndCountsWhatIsSuppressed) {
+  auto verdicts = test::suppressed_verdicts(false);
+  verdicts.window = analysis::TimeWindow{.from = {7}, .to = {9}};
+  EXPECT_THAT(line_of(verdicts, report_of_shared_threads()),
+              testing::EndsWith("; 1 verdict suppressed; window 7..9 ns alone\n"));
+}
+
 TEST(VerifyScreen, CountsWhatIsSuppressedAndNamesWhatIsNoLonger) {
   EXPECT_THAT(screen_of(test::suppressed_verdicts(false), report_of_shared_threads()),
               HasSubstr("1 verdict suppressed"));

@@ -51,6 +51,15 @@ std::vector<std::string> Headline::rules_with(Verdict verdict) const {
   return ids;
 }
 
+std::size_t Headline::suppressed() const {
+  std::size_t count = 0;
+  for (const auto& rule : judged_.verdicts.rules) {
+    for (const auto& subject : rule.subjects)
+      count += subject.is_suppressed() ? 1U : 0U;
+  }
+  return count;
+}
+
 std::string Headline::fact() const {
   if (!findings_.empty()) return gravest_fact(judged_, findings_);
   const auto kept = rules_with(Verdict::pass);
@@ -90,6 +99,10 @@ std::string Headline::line() const {
     for (const auto& id : ids)
       text += " " + id;
   }
+  if (const auto known = suppressed(); known > 0)
+    text += "; " + counted(known, "verdict") + " suppressed";
+  if (const auto& window = judged_.verdicts.window)
+    text += fmt::format("; window {}..{} ns alone", window->from.ns, window->to.ns);
   return paint(word(), look(), style_) + text;
 }
 

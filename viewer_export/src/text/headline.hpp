@@ -5,6 +5,7 @@
 #include "verify_findings.hpp"
 #include "words/text_layout.hpp"
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -20,6 +21,8 @@ class Headline {
   analysis::Verdict verdict() const;
   // Rules with it, without those that would have another verdict if nothing were suppressed.
   std::vector<std::string> rules_with(analysis::Verdict verdict) const;
+  // How many verdicts are.
+  std::size_t suppressed() const;
   // "26 of 26 callbacks share threads".
   std::string fact() const;
   // "FAIL  run1: 26 of 26 callbacks share threads".

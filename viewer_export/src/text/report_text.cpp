@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,10 +47,13 @@ std::string left_out(std::size_t all) {
   return fmt::format("and {} more; --format json has all", all - kNamed);
 }
 
-std::string window_text(const Report& report) {
+// `window`: what was asked for.
+std::string window_text(const Report& report, const std::optional<analysis::TimeWindow>& window) {
   const auto& trace = report.trace;
-  std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
-                                              : std::string("unknown length");
+  auto text =
+      window ? fmt::format("{}..{} ns alone, ", window->from.ns, window->to.ns) : std::string();
+  text += trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
+                                   : std::string("unknown length");
   text +=
       fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
   if (const auto all = trace.hosts.size(); all > 0) {
@@ -102,9 +106,10 @@ std::string said_of_itself(const Report& report, const TextStyle& style) {
   return text;
 }
 
-std::string recording(const Report& report, const TextStyle& style) {
+std::string recording(const Report& report, const std::optional<analysis::TimeWindow>& window,
+                      const TextStyle& style) {
   return listed("Trace", report.trace.paths, style, printable) +
-         labelled("Window", window_text(report), style) +
+         labelled("Window", window_text(report, window), style) +
          listed("Processes", report.processes, style, process_title) +
          said_of_itself(report, style) + "\n";
 }
@@ -294,7 +299,9 @@ void write_report_text(std::ostream& out, const Report& report,
   if (verdicts != nullptr && !verdicts->rules.empty()) {
     out << verdict_line(*verdicts, input, style) << '\n';
   }
-  out << worst_offenders(report, style) << recording(report, style) << defects(report, style);
+  const auto window = verdicts != nullptr ? verdicts->window : std::nullopt;
+  out << worst_offenders(report, style) << recording(report, window, style)
+      << defects(report, style);
   if (report.callbacks.empty()) {
     out << "No callback was seen: the trace holds no callback_init or callback_start event.\n"
            "Were the tracepoints of cie, or those of ros2_tracing, enabled when it was recorded?\n";

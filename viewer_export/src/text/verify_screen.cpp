@@ -44,15 +44,6 @@ class VerifyScreen {
   std::string line() const { return head_.line(); }
 
  private:
-  std::size_t suppressed() const {
-    std::size_t count = 0;
-    for (const auto& rule : judged_.verdicts.rules) {
-      for (const auto& subject : rule.subjects)
-        count += subject.is_suppressed() ? 1U : 0U;
-    }
-    return count;
-  }
-
   // "7 callbacks each"; what has several parts is told of each anyway.
   static std::string detail_of(const FindingRow& row) {
     const bool is_count = std::ranges::count(row.detail, ' ') == 1;
@@ -207,7 +198,7 @@ class VerifyScreen {
       parts.push_back(fmt::format("{} {} not apply{}", without, without == 1 ? "does" : "do",
                                   judged_.context.spec_name.empty() ? " (no --spec)" : ""));
     }
-    if (const auto known = suppressed(); known > 0)
+    if (const auto known = head_.suppressed(); known > 0)
       parts.push_back(counted(known, "verdict") + " suppressed");
     std::string text;
     for (const auto& part : parts)
