@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -192,7 +193,7 @@ int command_line(int argc, char** argv) {
       app.add_option("--control", order, "Give an order to a running container")->expected(1, -1);
   control->excludes(application);
   app.add_option("--pid", pid, "With --control: the container's process id, if several run")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1, std::numeric_limits<int>::max()))
       ->needs(control);
   app.add_option("--executor", arguments.executor, "Instead of the file's")
       ->check(CLI::IsMember(
@@ -207,9 +208,13 @@ int command_line(int argc, char** argv) {
       ->allow_extra_args(false);
   try {
     app.parse(argc, argv);
-    if (arguments.file.empty() && order.empty()) throw CLI::RequiredError{"APP"};
+    if (arguments.file.empty() && order.empty())
+      throw CLI::ParseError("nothing to run: name an application file",
+                            CLI::ExitCodes::RequiredError);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : unusable_input;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    std::fprintf(stderr, "cie run: %s (see cie run --help)\n", error.what());
+    return unusable_input;
   }
   if (!order.empty()) return give_order(pid, order);
   return run(arguments);

@@ -6,7 +6,9 @@
 #include "system/error.hpp"
 #include "system/text.hpp"
 
+#include <array>
 #include <cerrno>
+#include <climits>
 #include <csignal>
 #include <cstdint>
 #include <cstdio>
@@ -54,6 +56,21 @@ std::string summary_of(const fs::path& session) {
   return text;
 }
 
+// "on each machine: cie record --to desk:5342 ...", where others reach this address.
+std::string how_to_send(NetworkAddress address) {
+  if (address.host == "localhost" || address.host == "::1" || address.host.starts_with("127.")) {
+    return fmt::format(
+        "on this machine alone: cie record --to {} ...\n"
+        "(for others: cie collect --listen with an address of this machine that they reach)",
+        address.text());
+  }
+  if (address.host == "0.0.0.0" || address.host == "::") {
+    std::array<char, HOST_NAME_MAX + 1> name{};
+    if (gethostname(name.data(), name.size() - 1) == 0) address.host = name.data();
+  }
+  return fmt::format("on each machine: cie record --to {} ...", address.text());
+}
+
 }  // namespace
 
 Collection::Collection(const CollectOptions& options) : options_(options) {
@@ -85,9 +102,9 @@ void Collection::tell_of_new_sessions() {
 
 void Collection::run() {
   std::fprintf(stderr,
-               "collecting in %s; on each machine: cie record --to %s ...\n"
+               "collecting in %s; %s\n"
                "watch: cie live %s\n",
-               options_.directory.c_str(), relay_->control().text().c_str(),
+               options_.directory.c_str(), how_to_send(relay_->control()).c_str(),
                relay_->live_url().c_str());
   while (relay_->is_alive()) {
     const auto signal = signals_.wait(kSignalWait);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <optional>
@@ -67,6 +68,11 @@ Finding session_daemon(const Machine& machine) {
   }
   if (is_roots) return fine(kId, "root's runs");
   if (!homes.empty()) return fine(kId, fmt::format("runs, in {}", fmt::join(homes, ", ")));
+  if (std::getenv("LTTNG_SESSIOND_PATH") == nullptr && !machine.has_program("lttng-sessiond")) {
+    return problem(kId, "none runs, and cie record finds no lttng-sessiond in PATH to start one",
+                   "install LTTng's tools (Debian: lttng-tools), or name the program in "
+                   "LTTNG_SESSIOND_PATH");
+  }
   return fine(kId, "none runs; cie record starts one when it needs it");
 }
 

@@ -1,9 +1,16 @@
 #include "inputs.hpp"
 
+#include <cie/tracepoints/recording_manifest.hpp>
+#include <cie/tracepoints/utf8.hpp>
+
 #include "words/text_layout.hpp"
 
+#include <cstdio>
 #include <memory>
+#include <system_error>
 #include <utility>
+
+#include <fmt/format.h>
 
 namespace cie::cli {
 namespace {
@@ -15,9 +22,23 @@ T& keep_until_exit(T object) {
   return *kept.emplace_back(std::make_unique<T>(std::move(object)));
 }
 
+// What is said of such recordings ("interrupted", "not complete") is so only as yet.
+void tell_of_recorders(const std::vector<std::filesystem::path>& traces) {
+  for (const auto& trace : traces) {
+    std::error_code ignored;
+    if (std::filesystem::exists(trace / kRecordingClaimName, ignored)) {
+      fmt::print(stderr,
+                 "cie: {} is still being recorded, or its recorder was killed: what follows is of "
+                 "what was written so far\n",
+                 printable(trace.string()));
+    }
+  }
+}
+
 analysis::AnalysisResult analyze(analysis::Analyzer& analyzer,
                                  const std::vector<std::filesystem::path>& traces,
                                  analysis::AnalysisOptions options, ProgressBar& bar) {
+  tell_of_recorders(traces);
   options.progress = bar.begin("reading", ProgressUnit::bytes);
   auto result = analysis::analyze(analyzer, traces, options);
   bar.end();

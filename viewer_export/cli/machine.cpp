@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -124,6 +125,14 @@ std::vector<unsigned> Machine::online_cpus() const {
       cpus.push_back(cpu);
   }
   return cpus;
+}
+
+bool Machine::has_program(const std::string& name) const {
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (has(folder + '/' + name)) return true;
+  return false;
 }
 
 std::vector<std::string> Machine::listening_sockets() const {

@@ -19,6 +19,8 @@ class Machine {
   std::optional<std::string> text(const std::string& path) const;
   std::optional<std::int64_t> number(const std::string& path) const;
   bool has(const std::string& path) const;
+  // Whether a program of that name is in one of the folders that PATH of this process names.
+  bool has_program(const std::string& name) const;
   // Names in a folder, sorted; none if there is no such folder.
   std::vector<std::string> names(const std::string& folder) const;
 

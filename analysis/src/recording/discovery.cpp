@@ -1,10 +1,12 @@
 #include "discovery.hpp"
 
 #include <cie/analysis/analyzer.hpp>
+#include <cie/tracepoints/recording_manifest.hpp>
 
 #include "ctf/salvage/metadata_rebuild.hpp"
 
 #include <algorithm>
+#include <exception>
 #include <string>
 #include <system_error>
 
@@ -12,6 +14,22 @@ namespace cie::analysis {
 namespace {
 
 constexpr std::size_t kMaxTraces = 100'000;
+
+// Of a recording that another machine received, this one has the manifest.
+std::string why_there_is_none(const std::filesystem::path& directory) {
+  try {
+    const auto manifest = load_recording_manifest(directory);
+    if (manifest && manifest->relay) {
+      const auto& sessions = manifest->relay->sessions;
+      return "it was streamed to " + manifest->relay->address +
+             ": read it there, in the directory of cie collect" +
+             (sessions.empty() ? "" : ", as " + sessions.front().path);
+    }
+  } catch (const std::exception&) {
+    // A damaged manifest says nothing more than none.
+  }
+  return "no CTF trace in it (no file named \"metadata\"); was anything recorded?";
+}
 
 }  // namespace
 
@@ -48,9 +66,7 @@ std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path
   }
   if (error) throw UnreadableTrace("cannot read trace " + shown + ": " + error.message());
   if (found.empty()) {
-    throw UnreadableTrace(
-        "cannot read trace " + shown +
-        ": no CTF trace in it (no file named \"metadata\"); was anything recorded?");
+    throw UnreadableTrace("cannot read trace " + shown + ": " + why_there_is_none(path));
   }
   std::sort(found.begin(), found.end());
   return found;

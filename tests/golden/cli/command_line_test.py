@@ -56,6 +56,28 @@ class Usage(Folder):
         self.assertRegex(lines[1], r"^Try: cie .*--help$")
         self.assertEqual(len(lines), 2)
 
+    def test_a_directory_without_a_name(self):
+        self.assert_usage_error(("export", TRACE, "--to", "clickhouse", "-o", ""),
+                                "the name of the directory is empty: name one with -o")
+
+    def test_a_recording_that_is_elsewhere(self):
+        """Of one that was streamed this machine has the manifest."""
+        streamed = {"schema": "cie.recording/1", "relay": {"address": "desk:5342", "sessions": [{"path": "robot/run-1"}]}}
+        os.mkdir(self.path("streamed"))
+        directory = os.path.dirname(self.write("streamed/manifest.json", json.dumps(streamed).encode()))
+        for command in ("report", "verify", "events"):
+            result = cie(command, directory)
+            self.assertEqual((result.returncode, result.stdout), (4, b""))
+            self.assertIn(b"it was streamed to desk:5342: read it there, in the directory of cie collect, as robot/run-1",
+                          result.stderr)
+
+    def test_a_recording_that_is_being_made(self):
+        copy = os.path.join(self.folder, "running")
+        shutil.copytree(TRACE, copy, copy_function=shutil.copyfile)
+        self.assertEqual(cie("report", copy).stderr, b"")
+        self.write("running/.cie-record", b"")
+        self.assertIn(b"running is still being recorded, or its recorder was killed", cie("report", copy).stderr)
+
     def test_misspelt(self):
         self.assert_usage_error(("verfy", TRACE), 'there is no command "verfy"; did you mean "verify"?')
         self.assert_usage_error(("verify", TRACE, "--sepc", "x"), 'unknown option "--sepc"; did you mean "--spec"?')

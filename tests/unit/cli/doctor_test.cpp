@@ -37,6 +37,7 @@ class Doctor : public testing::Test {
           "Limit                     Soft Limit   Hard Limit   Units\n"
           "Max realtime priority     0            0            \n");
     write("/proc/self/cgroup", "0::/\n");
+    write("/usr/bin/lttng-sessiond", "");
     write("/proc/net/unix", "Num       RefCount Protocol Flags    Type St Inode Path\n");
     write("/etc/group", "root:x:0:\ntracing:x:107:ann\n");
     write(kRuntime, "-1\n");
@@ -102,6 +103,13 @@ TEST_F(Doctor, TellsWhoseSessionDaemonRuns) {
   expect("session-daemon", Health::ok, "in /home/ann");
   listen_on("/run/lttng/client-lttng-sessiond /home/ann/.lttng/client-lttng-sessiond");
   expect("session-daemon", Health::warning, "several run: root's, and in /home/ann");
+}
+
+TEST_F(Doctor, LooksForTheSessionDaemonThatARecorderWouldStart) {
+  remove("/usr/bin/lttng-sessiond");
+  expect("session-daemon", Health::problem, "no lttng-sessiond in PATH");
+  listen_on("/run/lttng/client-lttng-sessiond");
+  expect("session-daemon", Health::ok, "root's runs");
 }
 
 TEST_F(Doctor, RootsDaemonIsForTheTracingGroup) {

@@ -89,6 +89,9 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
       {"--attach", "--", "a"},
       {"--duration", "1", "--", "a"},
       {"--attach", "--duration", "0"},
+      {"--attach", "--duration", "1e300"},
+      {"--attach", "--duration", "nan"},
+      {"--attach", "--duration", "1s"},
       {"--subbuf-size", "5000", "--", "a"},
       {"--subbuf-size", std::to_string(sysconf(_SC_PAGESIZE) / 2), "--", "a"},
       {"--num-subbuf", "1", "--", "a"},
@@ -117,6 +120,18 @@ TEST(RecorderOptions, RefusesWhatMakesNoSense) {
   };
   for (const auto& arguments : cases) {
     EXPECT_THROW(parse(arguments), UsageError) << ::testing::PrintToString(arguments);
+  }
+}
+
+TEST(RecorderOptions, NamesTheTimeThatIsNone) {
+  try {
+    parse({"--attach", "--duration", "0"});
+    FAIL() << "0 seconds were taken";
+  } catch (const UsageError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "--duration: takes seconds, above 0 and at most 1000000000, and not \"0\" (see cie "
+        "record --help)");
   }
 }
 

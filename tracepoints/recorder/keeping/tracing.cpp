@@ -132,9 +132,8 @@ void Tracing::look_for_applications(Target& target) {
     has_noted_first_ = true;
     target.note_registered();
     note_running(target);
-  }
-  if (target.is_command()) {
-    registration_.warn_of_others(target);
+    // Not later: the command's own children may lose their parents.
+    if (target.is_command()) registration_.warn_of_others(target);
   }
 }
 

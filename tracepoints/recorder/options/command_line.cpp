@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <charconv>
 #include <ctime>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -52,6 +54,16 @@ void size_buffers(Options& options) {
   options.num_subbuf = kSnapshotSubbufs;
   options.subbuf_size = std::max(
       {kLeastSnapshotSubbuf, page_size(), std::bit_ceil(static_cast<std::uint64_t>(subbuf))});
+}
+
+// For CLI11: what is wrong with the text of a time; empty if nothing is.
+std::string seconds_complaint(const std::string& text) {
+  constexpr double kMost = 1e9;
+  double seconds = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seconds);
+  const bool is_number = error == std::errc{} && end == text.data() + text.size();
+  if (is_number && seconds > 0 && seconds <= kMost) return {};
+  return fmt::format("takes seconds, above 0 and at most {:.0f}, and not \"{}\"", kMost, text);
 }
 
 std::chrono::milliseconds milliseconds_of(double seconds) {
@@ -238,7 +250,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       app.add_flag("--attach", is_attach, "Record applications that run already, until Ctrl-C");
   auto* duration = app.add_option("--duration", duration_s, "With --attach: stop after this time")
                        ->type_name("SECONDS")
-                       ->check(CLI::PositiveNumber)
+                       ->check(seconds_complaint)
                        ->needs(attach);
   app.add_option(
          "--kernel", kernel,
@@ -276,7 +288,7 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
   app.add_option("--registration-timeout", registration_s,
                  "When to say that no traced application has registered yet")
       ->type_name("SECONDS")
-      ->check(CLI::PositiveNumber);
+      ->check(seconds_complaint);
   snapshot.add_to(app);
   rotate.add_to(app);
   auto* to =

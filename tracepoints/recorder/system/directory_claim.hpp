@@ -1,6 +1,8 @@
 // The directory that one recorder, and no other, writes a recording into.
 #pragma once
 
+#include <cie/tracepoints/recording_manifest.hpp>
+
 #include <filesystem>
 
 namespace cie::record {
@@ -8,7 +10,7 @@ namespace cie::record {
 class DirectoryClaim {
  public:
   // In the directory while it is held; no part of the recording.
-  static constexpr const char* kFileName = ".cie-record";
+  static constexpr const char* kFileName = kRecordingClaimName;
 
   // Creates the directory, or takes one that is there and empty. Of several recorders that want it
   // at once exactly one gets it. Throws UsageError for the others and where something is in it,

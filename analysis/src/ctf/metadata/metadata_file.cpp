@@ -75,7 +75,9 @@ std::string read_metadata(const std::filesystem::path& path) {
   const File file(path.string());
   if (!file.is_readable()) throw MetadataError("it cannot be read: " + file.error());
   if (file.size() == 0) {
-    throw MetadataError("it is empty: the tracer ended before it wrote what the trace holds");
+    throw MetadataError(
+        "it is empty: the recording has just begun (read it again later), or the tracer ended "
+        "before it wrote what the trace holds");
   }
   if (file.size() > kMaxBytes) throw MetadataError("it is larger than 64 MiB");
   std::string bytes(file.size(), '\0');

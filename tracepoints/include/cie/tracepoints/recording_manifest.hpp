@@ -13,6 +13,8 @@
 namespace cie {
 
 inline constexpr const char* kManifestName = "manifest.json";
+// In the directory of a recording while it is being made, and after a recorder that was killed.
+inline constexpr const char* kRecordingClaimName = ".cie-record";
 // Where, below a recording or chunk, its kernel events are.
 inline constexpr const char* kKernelDirectory = "kernel";
 
