@@ -131,7 +131,7 @@ bool Machine::has_program(const std::string& name) const {
   const char* const path = std::getenv("PATH");
   std::istringstream folders(path != nullptr ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');)
-    if (has(folder + '/' + name)) return true;
+    if (has(folder.append(1, '/').append(name))) return true;
   return false;
 }
 

@@ -1,4 +1,5 @@
 #include <cie/analysis/comparison.hpp>
+#include <cie/analysis/deadline.hpp>
 
 #include <algorithm>
 #include <map>

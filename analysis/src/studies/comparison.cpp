@@ -1,10 +1,11 @@
 #include <cie/analysis/comparison.hpp>
-#include <cie/analysis/deadline.hpp>
 
 #include "binomial.hpp"
 
 #include <algorithm>
 #include <array>
+#include <map>
+#include <string_view>
 #include <utility>
 
 namespace cie::analysis {

@@ -198,7 +198,7 @@ TEST(DiffText, OfWhatARecordDoesNotProveSaysThatItMayBe) {
   const auto text = diff_text_of(comparison);
   EXPECT_THAT(text, StartsWith("Undecided: no regression in what was recorded; better: 1 of 2 "
                                "callbacks, beyond a tolerance of 5 %\n"
-                               "  record     nothing proves that all is there after\n"
+                               "  record     not known to be complete: after\n"
                                "  isolation "));
   EXPECT_THAT(text, HasSubstr("\n  may be gone: map timer 1 us\n"));
 }
@@ -210,13 +210,13 @@ TEST(DiffText, SaysWhatTheRecordsLack) {
   comparison.after.is_complete = false;
   EXPECT_THAT(diff_text_of(comparison),
               StartsWith("No regression in what was recorded, beyond a tolerance of 5 %\n"
-                         "  record     nothing proves that all is there before and after\n"));
+                         "  record     not known to be complete: before and after\n"));
   comparison.after.losses = {{DefectKind::damaged_packets, 2}, {DefectKind::seq_gaps, 325}};
   EXPECT_THAT(
       diff_text_of(comparison),
       StartsWith("Undecided: no regression in what was recorded, beyond a tolerance of 5 %\n"
                  "  record     after lacks runs: damaged-packets x 2, seq-gaps x 325\n"
-                 "  record     nothing proves that all is there before\n"));
+                 "  record     not known to be complete: before\n"));
 }
 
 TEST(DiffText, SaysThatThereIsNothingToCompare) {

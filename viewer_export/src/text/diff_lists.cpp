@@ -14,9 +14,10 @@ using analysis::CallbackChange;
 
 std::string losses_in_words(const std::vector<analysis::RecordLoss>& losses) {
   std::string text;
-  for (const auto& loss : losses)
+  for (const auto& loss : losses) {
     text +=
         fmt::format("{}{} x {}", text.empty() ? "" : ", ", analysis::label(loss.kind), loss.count);
+  }
   return text;
 }
 
@@ -97,7 +98,7 @@ Lines record_lines(const analysis::Comparison& comparison, const TextStyle& styl
   };
   add(comparison.before, "before");
   add(comparison.after, "after");
-  if (!incomplete.empty()) lines.push_back(say("nothing proves that all is there " + incomplete));
+  if (!incomplete.empty()) lines.push_back(say("not known to be complete: " + incomplete));
   return lines;
 }
 
