@@ -3,12 +3,14 @@
 #include "trace_text.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -193,6 +195,26 @@ TEST_P(Record, KeepsEverythingBeforeTheApplicationWasKilled) {
   const std::vector<std::int64_t> starts = starts_of(trace, 0);
   EXPECT_GE(starts.size(), 10U);
   EXPECT_EQ(starts, sequence(0, starts.size()));
+}
+
+// A shell of the command starts the application, and is killed while the command goes on.
+TEST_P(Record, TakesAnOrphanOfTheCommandForNobodyElses) {
+  constexpr const char* kScript = R"(
+    sh -c 'echo $$ >shell; "$0" --until-signal --ready pid & wait' "$0" &
+    until [ -e over ]; do sleep 0.05; done)";
+  Running recorder =
+      sandbox_.start({CIE_RECORD, "-o", "rec", "--", "sh", "-c", kScript, CIE_TRACED_APP});
+  const pid_t application = wait_until_ready("pid");
+  const auto look = std::chrono::seconds(1);  // the recorder asks five times a second
+  std::this_thread::sleep_for(look);
+  kill(std::stoi(read_file(path("shell"))), SIGKILL);
+  std::this_thread::sleep_for(look);
+  kill(application, SIGTERM);
+  EXPECT_TRUE(eventually([application] { return kill(application, 0) != 0; }));
+  std::ofstream(path("over")) << "now";
+  const Finished result = recorder.wait();
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, ::testing::Not(HasSubstr("other traced processes")));
 }
 
 void Record::expect_exact_counts_of_a_burst(const std::vector<std::string>& before) {
