@@ -60,7 +60,8 @@ analysis::ComparedSide side_of(const std::filesystem::path& input, const ReaderO
       {input}, {.spec = spec ? &*spec : nullptr, .metadata_from = reader.metadata()}, bar,
       &collector);
   const auto& report = result.report;
-  return {.record = analysis::ComparedRecord::of(report.trace, report.defects),
+  return {.record =
+              analysis::ComparedRecord::of(report.trace, report.defects, !report.callbacks.empty()),
           .callbacks = collector.samples(report)};
 }
 

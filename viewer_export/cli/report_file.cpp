@@ -50,7 +50,8 @@ analysis::ComparedRecord record_in(const Json& report) {
   std::vector<analysis::TraceDefect> defects;
   for (const auto& defect : report.at("defects"))
     defects.push_back(row_in<analysis::TraceDefect>(defect));
-  return analysis::ComparedRecord::of(row_in<analysis::TraceSummary>(report.at("trace")), defects);
+  return analysis::ComparedRecord::of(row_in<analysis::TraceSummary>(report.at("trace")), defects,
+                                      !report.at("callbacks").empty());
 }
 
 analysis::CallbackSample sample_of(const CallbackReport& callback) {

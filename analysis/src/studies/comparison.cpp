@@ -214,9 +214,9 @@ std::string_view label(Outcome outcome) noexcept {
 }
 
 ComparedRecord ComparedRecord::of(const TraceSummary& trace,
-                                  const std::vector<TraceDefect>& defects) {
+                                  const std::vector<TraceDefect>& defects, bool has_callbacks) {
   ComparedRecord record;
-  record.is_complete = trace.complete;
+  record.is_complete = trace.complete && has_callbacks;
   // A record is complete although events were discarded that no run needs.
   if (!record.is_complete) {
     for (const auto& defect : defects) {

@@ -499,6 +499,9 @@ class Diff(Folder):
         done = cie("diff", self.report("empty.json", lambda report: report.update(callbacks=[])), TRACE)
         self.assertEqual(done.returncode, 3, done.stderr)
         self.assertTrue(done.stdout.startswith(b"Nothing to compare: "), done.stdout)
+        done = cie("diff", TRACE, self.report("empty.json", lambda report: report.update(callbacks=[])))
+        self.assertEqual(done.returncode, 3, done.stderr)
+        self.assertIn(b"may be gone: ", done.stdout)
 
     def test_what_is_named_and_is_not_there(self):
         with open(os.path.join(self.folder, "spec.yaml"), "w", encoding="utf-8") as spec:

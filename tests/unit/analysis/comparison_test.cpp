@@ -227,12 +227,14 @@ TEST(Compare, OfRecordsThatLackRunsIsUndecided) {
   TraceSummary trace;
   trace.complete = false;
   const auto record = ComparedRecord::of(
-      trace, {{.kind = DefectKind::seq_gaps, .severity = Severity::loss, .count = 5, .advice = {}},
-              {.kind = DefectKind::sched_switch_gaps,
-               .severity = Severity::loss,
-               .count = 7,
-               .advice = {}},
-              {.kind = DefectKind::open_instances, .count = 9, .advice = {}}});
+      trace,
+      {{.kind = DefectKind::seq_gaps, .severity = Severity::loss, .count = 5, .advice = {}},
+       {.kind = DefectKind::sched_switch_gaps,
+        .severity = Severity::loss,
+        .count = 7,
+        .advice = {}},
+       {.kind = DefectKind::open_instances, .count = 9, .advice = {}}},
+      true);
   EXPECT_EQ(record.losses, (std::vector{RecordLoss{DefectKind::seq_gaps, 5}}));
   const ComparedSide whole{.record = {.is_complete = true, .losses = {}, .length = {}},
                            .callbacks = {sample(0, 10)}};
@@ -240,6 +242,13 @@ TEST(Compare, OfRecordsThatLackRunsIsUndecided) {
   EXPECT_EQ(compare(whole, lossy, 0.05).outcome(), Outcome::undecided);
   EXPECT_EQ(compare(lossy, whole, 0.05).outcome(), Outcome::undecided);
   EXPECT_EQ(compare(whole, whole, 0.05).outcome(), Outcome::no_regression);
+}
+
+TEST(Compare, TakesARecordWithoutCallbacksForNoProof) {
+  TraceSummary trace;
+  trace.complete = true;
+  EXPECT_TRUE(ComparedRecord::of(trace, {}, true).is_complete);
+  EXPECT_FALSE(ComparedRecord::of(trace, {}, false).is_complete);
 }
 
 // 8'317 and 8'321 are 0.05 % apart, on two sides of 8'320, the edge of a bucket of 128.

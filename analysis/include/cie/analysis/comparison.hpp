@@ -116,7 +116,9 @@ struct ComparedRecord {
   std::vector<RecordLoss> losses;  // none is no such proof
   std::optional<Duration> length;  // empty: not known, or of several hosts' clocks
 
-  static ComparedRecord of(const TraceSummary& trace, const std::vector<TraceDefect>& defects);
+  // One without callbacks is complete only because nothing in it could be missing: no proof.
+  static ComparedRecord of(const TraceSummary& trace, const std::vector<TraceDefect>& defects,
+                           bool has_callbacks);
 };
 
 // A recording, or a report of one.
