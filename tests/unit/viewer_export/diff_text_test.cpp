@@ -242,6 +242,19 @@ TEST(DiffText, TellsUndecidedCountsAndWhatIsMeasuredOnOneSide) {
                               "tell it from chance;\n1 measured on one side only.\n"));
 }
 
+// Intervals of one bucket, 8192 to 8319 and 8320 to 8447.
+TEST(DiffText, SaysWhatIsTooCloseToTell) {
+  auto change = kSame;
+  auto& quantity = change.quantities.front();
+  quantity.before = {.lower = 8'192, .estimate = 8'256, .upper = 8'319};
+  quantity.after = {.lower = 8'320, .estimate = 8'384, .upper = 8'447};
+  quantity.change = Change::undecided;
+  EXPECT_THAT(
+      diff_text_of({change}),
+      HasSubstr("0 quantiles within the tolerance; 0 undecided: too few instances to tell it "
+                "from chance;\n1 too close to tell: values are known within 1.6 %.\n"));
+}
+
 TEST(DiffText, CountsThoseThatRanAndHadAThreadOfTheirOwn) {
   using analysis::Isolation;
   std::vector<analysis::CallbackSample> samples(4);

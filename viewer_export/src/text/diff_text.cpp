@@ -307,29 +307,38 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
 struct Tally {
   std::uint64_t within = 0;     // quantiles
   std::uint64_t undecided = 0;  // quantiles and counts
+  std::uint64_t too_close = 0;  // which no number of instances would decide
   std::uint64_t one_sided = 0;  // measured on one side only
 };
 
+// Whether the interval is as narrow as histograms know values: a bucket is 1/64 of its least value.
+bool is_a_bucket(const analysis::QuantileInterval& interval) {
+  constexpr std::int64_t kPerBucket = 64;
+  return interval.lower && interval.upper &&
+         *interval.upper - *interval.lower <= *interval.lower / kPerBucket;
+}
+
+void add_to(Tally& tally, const QuantityChange& change) {
+  if (change.before.has_value() != change.after.has_value()) {
+    ++tally.one_sided;
+  } else if (change.change == Change::within) {
+    ++tally.within;
+  } else if (change.change == Change::undecided) {
+    const bool is_narrow = is_a_bucket(*change.before) && is_a_bucket(*change.after);
+    ++(is_narrow ? tally.too_close : tally.undecided);
+  }
+}
+
 Tally tally_of(const std::vector<CallbackChange>& changes) {
   Tally tally;
-  const auto add = [&tally](bool is_before, bool is_after, Change change, bool is_open) {
-    if (is_before != is_after) {
-      ++tally.one_sided;
-    } else if (is_open) {
-      ++tally.undecided;
-    } else if (change == Change::within) {
-      ++tally.within;
-    }
-  };
   for (const auto& change : changes) {
-    for (const auto& each : change.quantities) {
-      add(each.before.has_value(), each.after.has_value(), each.change,
-          each.change == Change::undecided);
+    for (const auto& each : change.quantities)
+      add_to(tally, each);
+    for (const bool is_undecided :
+         {is_open(change.missed_before, change.missed_after, change.missed),
+          is_open(change.exceptions_before, change.exceptions_after, change.exceptions)}) {
+      tally.undecided += is_undecided ? 1U : 0U;
     }
-    tally.undecided +=
-        std::uint64_t{is_open(change.missed_before, change.missed_after, change.missed)} +
-        std::uint64_t{
-            is_open(change.exceptions_before, change.exceptions_after, change.exceptions)};
   }
   return tally;
 }
@@ -339,6 +348,8 @@ std::string tally_words(const std::vector<CallbackChange>& changes) {
   auto text =
       fmt::format("{} within the tolerance; {} undecided: too few instances to tell it from chance",
                   counted(tally.within, "quantile"), tally.undecided);
+  if (tally.too_close > 0)
+    text += fmt::format(";\n{} too close to tell: values are known within 1.6 %", tally.too_close);
   if (tally.one_sided > 0) text += fmt::format(";\n{} measured on one side only", tally.one_sided);
   return text + ".\n";
 }
