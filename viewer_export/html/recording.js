@@ -38,12 +38,13 @@ export const isCalled = (c, wanted) => {
 export const wordsIn = text => text.toLowerCase().split(/\s+/).filter(Boolean);
 // A logical id, or a subject or note of a verdict, by short names.
 export const inWords = text => words.get(text) ?? text;
-// A response time that people read: exact where it is known, else what it is at least (isBound).
+// A response time that people read: exact where it is known, else what it is at least (isBound). Runs whose release is
+// not known may have taken longer than those of which it is.
 export const responseTime = (c, which) => {
   const exact = c.response_time_ns;
   const lower = c.response_time_lower_ns;
   if (exact === null && lower === null) return null;
-  const isBound = exact === null;
-  return {ns: (isBound ? lower : exact)[which], isBound};
+  const isLonger = lower !== null && (exact === null || (which !== "p50" && lower[which] > exact[which]));
+  return {ns: (exact === null || (isLonger && which === "max") ? lower : exact)[which], isBound: isLonger};
 };
 export const atLeast = r => (r.isBound ? "\u2265\u202f" : "") + time(r.ns);

@@ -46,4 +46,13 @@ const ProcessReport& ReportRows::process(ProcessIndex index) const noexcept {
   return row != nullptr ? *row : none;
 }
 
+std::optional<LongestResponse> longest_response(const CallbackReport& callback) noexcept {
+  const auto& exact = callback.response_time;
+  const auto& lower = callback.response_time_lower;
+  if (lower && (!exact || lower->max > exact->max))
+    return LongestResponse{.ns = lower->max, .is_bound = true};
+  if (!exact) return std::nullopt;
+  return LongestResponse{.ns = exact->max, .is_bound = false};
+}
+
 }  // namespace cie::analysis

@@ -36,7 +36,10 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   into.lateness->deadline = std::min(into.lateness->deadline, other.lateness->deadline);
   into.lateness->late += other.lateness->late;
   into.lateness->instances += other.lateness->instances;
-  into.lateness->max = std::max(into.lateness->max, other.lateness->max);
+  if (other.lateness->max > into.lateness->max) {
+    into.lateness->max = other.lateness->max;
+    into.lateness->is_max_bound = other.lateness->is_max_bound;
+  }
 }
 
 // From a process's first run of a callback to the end of its last one, by its host's clock.

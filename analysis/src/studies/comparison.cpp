@@ -1,4 +1,5 @@
 #include <cie/analysis/comparison.hpp>
+#include <cie/analysis/report_rows.hpp>
 
 #include "binomial.hpp"
 
@@ -160,11 +161,12 @@ std::string_view label(Change change) noexcept {
 
 std::optional<Lateness> Lateness::of(const CallbackReport& callback) {
   if (!callback.response_deadline || !callback.late) return std::nullopt;
-  const auto& times = callback.response_time;
+  const auto longest = longest_response(callback);
   return Lateness{.deadline = *callback.response_deadline,
                   .late = *callback.late,
                   .instances = callback.instances,
-                  .max = times ? std::optional(times->max) : std::nullopt};
+                  .max = longest ? std::optional(longest->ns) : std::nullopt,
+                  .is_max_bound = longest && longest->is_bound};
 }
 
 Change compare(const QuantileInterval& before, const QuantileInterval& after, double tolerance) {

@@ -146,6 +146,12 @@ TEST(Compare, HoldsBothSidesAgainstTheDeadline) {
   report.response_time = Summary{.count = 8, .max = 170};
   const Lateness expected{.deadline = {100}, .late = 3, .instances = 8, .max = 170};
   EXPECT_EQ(Lateness::of(report), expected);
+  report.response_time_lower = Summary{.count = 1, .max = 169};
+  EXPECT_EQ(Lateness::of(report), expected) << "which is no longer than the longest";
+  report.response_time_lower->max = 300;
+  EXPECT_EQ(
+      Lateness::of(report),
+      (Lateness{.deadline = {100}, .late = 3, .instances = 8, .max = 300, .is_max_bound = true}));
   auto before = sample(1, 10);
   before.lateness = expected;
   const auto found = change(before, sample(1, 10));

@@ -126,6 +126,12 @@ TEST(DiffText, ComparesDeadlinesFirstWhereThereAreSome) {
             "  every change: cie diff old new --all\n");
 }
 
+TEST(DiffText, MarksALongestRunOfWhichOnlyABoundIsKnown) {
+  auto change = with_deadline(2'000'000, 7, 1);
+  change.lateness_after->is_max_bound = true;  // 1.5 ms at least
+  EXPECT_THAT(diff_text_of({change}), HasSubstr("4.000ms  >1.500ms\n"));
+}
+
 TEST(DiffText, HasAColumnOfDeadlinesThatDiffer) {
   const auto text = diff_text_of({with_deadline(2'000'000, 3, 0), with_deadline(500'000, 7, 1)});
   EXPECT_THAT(text, HasSubstr("  n7_1 timer 20 ms   500.0us     7    1"));

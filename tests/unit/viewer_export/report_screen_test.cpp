@@ -188,6 +188,32 @@ TEST(ReportScreen, OfDurationsAloneSaysHowOftenAndHowMuchOfTheTime) {
               HasSubstr("   7+1  20.00ms  1.650ms   2.400ms  2.400ms  8.9%\n"));
 }
 
+// Seven runs of at most 289.4 us whose release is known, and one that took 50 ms or longer.
+analysis::Report with_one_release_unknown() {
+  auto report = unclaimed_report();
+  auto& timer = report.callbacks[0];
+  timer.response_time_lower = test::summary(50'000'000, 50'000'000, 1);
+  timer.release_source = analysis::ReleaseSource::mixed;
+  timer.instances = 8;
+  return report;
+}
+
+TEST(ReportScreen, ARunWhoseReleaseIsNotKnownMayBeTheLongest) {
+  auto report = with_one_release_unknown();
+  const auto text = screen_of(report, {});
+  EXPECT_THAT(text, HasSubstr("    8   187.3us  >289.4us  >50.00ms       3     yes\n"));
+  EXPECT_LT(text.find("plan timer 20 ms  "), text.find("lidar <-")) << "50 ms against 2.5 ms";
+  report.callbacks[0].response_time_upper = test::summary(60'000'000, 60'000'000, 1);
+  EXPECT_THAT(screen_of(report, {}), HasSubstr(">289.4us  >50.00ms  <60.00ms       3"));
+}
+
+TEST(ReportScreen, AShorterRunWhoseReleaseIsNotKnownMarksNothing) {
+  auto report = with_one_release_unknown();
+  report.callbacks[0].response_time_lower = test::summary(50'000, 50'000, 1);
+  report.callbacks[0].response_time_upper = test::summary(60'000, 60'000, 1);
+  EXPECT_THAT(screen_of(report, {}), HasSubstr("    8   187.3us   289.4us   289.4us       3"));
+}
+
 TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {
   auto report = unclaimed_report();
   report.callbacks[1].instances = 1;

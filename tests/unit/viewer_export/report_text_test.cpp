@@ -62,7 +62,13 @@ TEST(ReportText, SaysThatARecordingIsIncompleteOnlyWhereSomethingIsMissing) {
 
 TEST(ReportText, NamesTheWorstOffenders) {
   const auto text = report_text_of(test::sample_report());
-  EXPECT_THAT(text, HasSubstr("longest response time    289.4 us  /a/plan@Timer(20000000)\n"));
+  // At least 2.5 ms, where the longest one that is known exactly took 289.4 us.
+  EXPECT_THAT(text, HasSubstr("longest response time   >2.500 ms  " +
+                              test::sample_report().callbacks[1].logical_id + "\n"));
+  auto exact = test::sample_report();
+  exact.callbacks.erase(exact.callbacks.begin() + 1);
+  EXPECT_THAT(report_text_of(exact),
+              HasSubstr("longest response time    289.4 us  /a/plan@Timer(20000000)\n"));
   EXPECT_THAT(text, HasSubstr("most missed releases            3  /a/plan@Timer(20000000)\n"));
   EXPECT_THAT(
       text,
@@ -100,6 +106,14 @@ TEST(ReportText, NeverPrintsZeroForWhatWasNotMeasured) {
       text, HasSubstr("7+1  >1.750 ms  >2.500 ms  >2.500 ms         -         -       -     NO\n"));
   EXPECT_THAT(text, HasSubstr("\"-\" means not measured, never zero."));
   EXPECT_THAT(text, HasSubstr("cie record --kernel=yes"));
+}
+
+TEST(ReportText, ARunWhoseReleaseIsNotKnownMayBeTheLongest) {
+  auto report = test::sample_report();
+  report.callbacks[0].response_time_lower = test::summary(50'000'000, 50'000'000, 1);
+  const auto text = report_text_of(report);
+  EXPECT_THAT(text, HasSubstr("   187.3 us  >289.4 us  >50.00 ms  14.88 us"));
+  EXPECT_THAT(text, HasSubstr("longest response time   >50.00 ms  /a/plan@Timer(20000000)\n"));
 }
 
 // As of ROS 2: no release is known, nor who the threads are.

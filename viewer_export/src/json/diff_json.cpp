@@ -27,7 +27,8 @@ Json json_of(const std::optional<analysis::Lateness>& lateness) {
   return {{"deadline_ns", lateness->deadline.ns},
           {"late", lateness->late},
           {"instances", lateness->instances},
-          {"max_ns", optional_json(lateness->max)}};
+          {"max_ns", optional_json(lateness->max)},
+          {"max_is_lower_bound", lateness->is_max_bound}};
 }
 
 Json json_of(const CallbackChange& change) {

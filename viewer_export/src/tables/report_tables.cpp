@@ -33,20 +33,6 @@ TextCell duration_cell(const std::optional<Summary>& summary, std::int64_t Summa
   return summary ? TextCell{format_duration((*summary).*part)} : not_measured();
 }
 
-// The exact response time, else its lower bound marked as such.
-TextCell response_cell(const CallbackReport& c, std::int64_t Summary::*part) {
-  if (c.response_time || !c.response_time_lower) {
-    return duration_cell(c.response_time, part);
-  }
-  return {">" + format_duration((*c.response_time_lower).*part), Look::doubtful};
-}
-
-// Where only bounds are known, the upper one.
-TextCell at_most_cell(const CallbackReport& c) {
-  if (c.response_time || !c.response_time_upper) return not_measured();
-  return {"<" + format_duration(c.response_time_upper->max), Look::doubtful};
-}
-
 // Where no response time is known exactly, what else says how long and how often it runs.
 std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alone) {
   const auto late =
@@ -65,10 +51,10 @@ std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alon
       {printable(c.logical_id)},
       {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
       has_bounds_alone ? duration_cell(c.inter_arrival, &Summary::p50) : not_measured(),
-      response_cell(c, &Summary::p50),
-      response_cell(c, &Summary::p99),
-      response_cell(c, &Summary::max),
-      at_most_cell(c),
+      response_cell(c, &Summary::p50, format_duration),
+      response_cell(c, &Summary::p99, format_duration),
+      response_cell(c, &Summary::max, format_duration),
+      at_most_cell(c, format_duration),
       c.response_deadline ? TextCell{format_duration(c.response_deadline->ns)} : not_measured(),
       late,
       has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
@@ -326,6 +312,31 @@ std::string process_title(const analysis::ProcessReport& process) {
 
 std::string callback_title(const Report& report, const CallbackReport& callback) {
   return printable(callback.logical_id) + place_of(report, callback);
+}
+
+TextCell response_cell(const CallbackReport& callback, std::int64_t Summary::*part,
+                       std::string (*format)(std::int64_t ns)) {
+  const auto& exact = callback.response_time;
+  const auto& lower = callback.response_time_lower;
+  if (!exact && !lower) return not_measured();
+  // Of instances whose release is not known some may be among the slowest hundredth.
+  const bool is_longer =
+      !exact || (lower && part != &Summary::p50 && (*lower).*part > (*exact).*part);
+  const auto& told = !exact || (is_longer && part == &Summary::max) ? lower : exact;
+  const auto text = format((*told).*part);
+  return is_longer ? TextCell{">" + text, Look::doubtful} : TextCell{text};
+}
+
+std::optional<std::int64_t> longest_at_most(const CallbackReport& callback) {
+  const auto longest = analysis::longest_response(callback);
+  const auto& upper = callback.response_time_upper;
+  if (!upper || (longest && !longest->is_bound)) return std::nullopt;
+  return upper->max;
+}
+
+TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std::int64_t ns)) {
+  const auto most = longest_at_most(callback);
+  return most ? TextCell{"<" + format(*most), Look::doubtful} : not_measured();
 }
 
 bool has_run(const CallbackReport& callback) noexcept {

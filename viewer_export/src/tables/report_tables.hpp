@@ -4,7 +4,11 @@
 #include <cie/analysis/report.hpp>
 #include <cie/viewer_export/text_style.hpp>
 
+#include "words/text_layout.hpp"
+
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <string>
 
 namespace cie::viewer_export {
@@ -15,9 +19,19 @@ std::string process_title(const analysis::ProcessReport& process);
 std::string callback_title(const analysis::Report& report,
                            const analysis::CallbackReport& callback);
 
-// How many callbacks are isolated, not isolated, or never ran.
+// A quantile or the max of its response times; marked as a bound where instances whose release is
+// not known took longer.
+TextCell response_cell(const analysis::CallbackReport& callback,
+                       std::int64_t analysis::Summary::*part,
+                       std::string (*format)(std::int64_t ns));
+// Where its longest response time is a bound, what it is at most.
+std::optional<std::int64_t> longest_at_most(const analysis::CallbackReport& callback);
+TextCell at_most_cell(const analysis::CallbackReport& callback,
+                      std::string (*format)(std::int64_t ns));
+
 // Whether any instance of it began.
 bool has_run(const analysis::CallbackReport& callback) noexcept;
+// How many callbacks are isolated, not isolated, or never ran.
 std::ptrdiff_t callbacks_with(const analysis::Report& report, analysis::Isolation isolation);
 
 // Each with its title and a blank line at the end; empty when there is nothing to show.

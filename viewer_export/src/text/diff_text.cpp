@@ -266,8 +266,11 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
        {"max", name_before},
        {"", name_after}});
   const auto shown = std::min(most, changes.size());
-  const auto time = [](const std::optional<std::int64_t>& ns) {
-    return TextCell{ns ? compact_duration(*ns) : "-"};
+  const auto time = [](const std::optional<std::int64_t>& ns, std::string_view mark = {}) {
+    return ns ? TextCell{std::string(mark) + compact_duration(*ns)} : not_measured();
+  };
+  const auto longest = [&time](const analysis::Lateness& all) {
+    return time(all.max, all.is_max_bound ? ">" : "");
   };
   const auto late = [](std::uint64_t count) {
     return TextCell{std::to_string(count), count > 0 ? Look::bad : Look::plain};
@@ -288,8 +291,8 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
                late(after.late),
                time(p99_before),
                time(p99_after),
-               time(before.max),
-               time(after.max)});
+               longest(before),
+               longest(after)});
   }
   table.drop_columns_of(kNotMeasured);
   table.keep_rows_on_one_line();

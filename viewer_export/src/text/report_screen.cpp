@@ -38,17 +38,6 @@ TextCell time_cell(const std::optional<Summary>& times, std::int64_t Summary::*p
           mark.empty() ? Look::plain : Look::doubtful};
 }
 
-// Response times, as bounds where none is known exactly.
-const std::optional<Summary>& times_of(const CallbackReport& callback) {
-  if (callback.response_time) return callback.response_time;
-  return callback.response_time_lower ? callback.response_time_lower : callback.duration;
-}
-
-// Whether what is not known exactly has a bound on the other side, too.
-bool at_most(const CallbackReport& callback) {
-  return !callback.response_time && callback.response_time_upper;
-}
-
 // What loads the components of a container is done when the application runs.
 bool is_start_up(const CallbackReport& callback) {
   return callback.kind == CallbackKind::service &&
@@ -57,9 +46,9 @@ bool is_start_up(const CallbackReport& callback) {
 
 // Late ones, then the slowest; what ran but once or to start others up stands behind.
 auto badness(const CallbackReport& callback) {
-  const auto& times = times_of(callback);
+  const auto longest = analysis::longest_response(callback).value_or(analysis::LongestResponse{});
   return std::tuple(callback.late.value_or(0), !is_start_up(callback) && callback.instances > 1,
-                    times ? times->max : 0);
+                    longest.ns);
 }
 
 // What a chain's row tells, and what the spec allows of it.
@@ -234,8 +223,7 @@ class ReportScreen {
     const auto missed = callback.missed_releases;
     switch (extra) {
       case Extra::at_most:
-        return at_most(callback) ? time_cell(callback.response_time_upper, &Summary::max, "<")
-                                 : not_measured();
+        return at_most_cell(callback, compact_duration);
       case Extra::missed:
         return missed ? TextCell{fmt::format("{}", *missed), *missed > 0 ? Look::bad : Look::plain}
                       : not_measured();
@@ -253,9 +241,10 @@ class ReportScreen {
 
   std::vector<TextCell> row_of(const CallbackReport& callback,
                                const std::vector<Extra>& extras) const {
-    const auto& times = has_durations_alone_ ? callback.duration : times_of(callback);
-    const bool is_bound = !has_durations_alone_ && !callback.response_time;
-    const std::string_view mark = is_bound ? ">" : "";
+    const auto time = [&](std::int64_t Summary::*part) {
+      return has_durations_alone_ ? time_cell(callback.duration, part)
+                                  : response_cell(callback, part, compact_duration);
+    };
     const auto& cut_off = callback.incomplete;
     const auto late = callback.late.value_or(0);
     std::vector<TextCell> cells{
@@ -263,9 +252,9 @@ class ReportScreen {
         {fmt::format("{}{}", callback.instances,
                      cut_off > 0 ? fmt::format("+{}", cut_off) : std::string())},
         has_durations_alone_ ? time_cell(callback.inter_arrival, &Summary::p50) : not_measured(),
-        time_cell(times, &Summary::p50, mark),
-        time_cell(times, &Summary::p99, mark),
-        time_cell(times, &Summary::max, mark),
+        time(&Summary::p50),
+        time(&Summary::p99),
+        time(&Summary::max),
         callback.response_deadline ? TextCell{compact_duration(callback.response_deadline->ns)}
                                    : not_measured(),
         callback.late ? TextCell{fmt::format("{}", late), late > 0 ? Look::bad : Look::plain}
@@ -308,7 +297,9 @@ class ReportScreen {
   // The columns that there may be room for, the most useful first.
   std::vector<Extra> extras() const {
     std::vector<Extra> extras;
-    if (std::ranges::any_of(callbacks_, [](const auto* callback) { return at_most(*callback); }))
+    if (std::ranges::any_of(callbacks_, [](const auto* callback) {
+          return longest_at_most(*callback).has_value();
+        }))
       extras.push_back(Extra::at_most);
     if (missed_releases() > 0) extras.push_back(Extra::missed);
     if (callbacks_with(report_, Isolation::not_isolated) > 0 &&

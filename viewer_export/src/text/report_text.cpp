@@ -1,3 +1,4 @@
+#include <cie/analysis/report_rows.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 
 #include "tables/report_tables.hpp"
@@ -176,11 +177,12 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
     const std::string start = fmt::format("  {:<22}{:>11}  ", question, value);
     text += start + elide(callback_title(report, c), style.columns - start.size()) + "\n";
   };
-  if (const auto* c = worst(report, [](const auto& x) { return max_of(x.response_time); })) {
-    add("longest response time", format_duration(c->response_time->max), *c);
-  } else if (const auto* lower =
-                 worst(report, [](const auto& x) { return max_of(x.response_time_lower); })) {
-    add("longest response time", ">" + format_duration(lower->response_time_lower->max), *lower);
+  const auto response = [](const auto& x) {
+    return analysis::longest_response(x).value_or(analysis::LongestResponse{});
+  };
+  if (const auto* c = worst(report, [&response](const auto& x) { return response(x).ns; })) {
+    const auto longest = response(*c);
+    add("longest response time", (longest.is_bound ? ">" : "") + format_duration(longest.ns), *c);
   }
   if (const auto* c = worst(report, [](const auto& x) { return max_of(x.start_latency); })) {
     add("longest start latency", format_duration(c->start_latency->max), *c);
@@ -258,18 +260,20 @@ std::string notes(const Report& report, const TextStyle& style) {
   std::vector<std::string> lines{
       "response time = end - release (with waiting behind the previous instance); start latency = "
       "start - release; execution = time on a CPU between start and end. p50 and p99 are within "
-      "0.8 %; max is exact."};
+      "0.8 %; max is exact where no \">\" marks it."};
   lines.emplace_back("\"-\" means not measured, never zero.");
   if (any_callback(report, [](const auto& c) { return !c.execution_time; })) {
     lines.emplace_back(
         "Execution times need the kernel's scheduler events in the trace (cie record "
         "--kernel=yes).");
   }
-  if (any_callback(report, [](const auto& c) { return !c.response_time; })) {
+  if (any_callback(report,
+                   [](const auto& c) { return !c.response_time || c.response_time_lower; })) {
     lines.emplace_back(
         "A response time is \"-\" when no release is known exactly; \">\" marks a lower bound, the "
         "time from the first sign of the instance to its end; the upper one, at most, begins with "
-        "the source timestamp of its message.");
+        "the source timestamp of its message. Where some releases are known, p50 and p99 are those "
+        "of their instances.");
   }
   if (any_callback(report, [](const auto& c) { return c.has_calculated_releases; })) {
     lines.emplace_back(

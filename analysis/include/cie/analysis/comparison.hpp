@@ -76,6 +76,7 @@ struct Lateness {
   std::uint64_t late = 0;
   std::uint64_t instances = 0;
   std::optional<std::int64_t> max;  // of its response times
+  bool is_max_bound = false;        // of an instance whose release is not known: at least that
   friend bool operator==(const Lateness&, const Lateness&) = default;
   // Empty without a deadline.
   static std::optional<Lateness> of(const CallbackReport& callback);

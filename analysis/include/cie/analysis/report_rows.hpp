@@ -5,6 +5,8 @@
 #include <cie/analysis/report.hpp>
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 namespace cie::analysis {
@@ -40,5 +42,14 @@ class ReportRows {
   Places threads_;
   Places callbacks_;
 };
+
+// The longest of a callback's response times. A bound: it is that of an instance whose release is
+// not known, which took at least that long.
+struct LongestResponse {
+  std::int64_t ns = 0;
+  bool is_bound = false;
+};
+// Empty: none of its instances has a response time or a lower bound of it.
+std::optional<LongestResponse> longest_response(const CallbackReport& callback) noexcept;
 
 }  // namespace cie::analysis
