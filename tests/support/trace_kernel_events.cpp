@@ -79,7 +79,8 @@ bool Writer::recording_event(std::int64_t time, const Line& line) {
     if (line.gives("count")) event.count = line.number<std::uint64_t>("count", 0);
     add(event.end.ns, head, event);
   } else if (verb == "damage") {
-    add(time, head, DamagedPacket{.reason = "cut short"});
+    add(time, head,
+        DamagedPacket{.reason = "cut short", .end = Timestamp{line.number("until", time)}});
   } else if (verb == "regress") {
     add(time, head, TimeRegression{.previous = {line.number("previous", time + 1)}});
   } else {

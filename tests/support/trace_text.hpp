@@ -36,7 +36,7 @@
 //       `idle` is the idle thread; states are the kernel's (0 runnable, 1 blocked)
 //   preempt T by=T · block T · resume T       switches on T's CPU
 //   boost T prio=N [old=N]             sched_pi_setprio
-//   discard user|kernel until=T [count=N] [packets] · damage user|kernel · regress previous=T
+//   discard user|kernel until=T [count=N] [packets] · damage user|kernel [until=T] · regress previous=T
 #pragma once
 
 #include <cie/analysis/analyzer.hpp>

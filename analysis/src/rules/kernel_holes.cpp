@@ -3,6 +3,8 @@
 #include "judgement.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -29,7 +31,9 @@ std::string_view name_of(LossKind kind) {
 
 std::string describe_loss(const Loss& loss) {
   std::string text = loss.count ? std::to_string(*loss.count) + " lost" : "an unknown number lost";
-  text += " until " + std::to_string(loss.end.ns);
+  constexpr auto kUnknown = std::numeric_limits<std::int64_t>::max();
+  text += loss.end.ns == kUnknown ? ", until when is not known"
+                                  : " until " + std::to_string(loss.end.ns);
   text += loss.domain == Domain::kernel ? ", kernel" : ", user space";
   return loss.note.empty() ? text : text + ", " + loss.note;
 }

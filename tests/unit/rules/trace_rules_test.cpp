@@ -27,6 +27,13 @@ TEST(TraceReadable, IsInconclusiveWhenAPacketWasSkipped) {
   EXPECT_THAT(damaged.evidence("T1", "trace"), HasSubstr("cut short"));
 }
 
+TEST(TraceReadable, PrintsNoTimeThatIsNotKnown) {
+  EXPECT_THAT(Verified(with("25 damage user until=30")).evidence("T1", "trace"),
+              HasSubstr("an unknown number lost until 30, user space"));
+  EXPECT_THAT(Verified(with("25 damage user until=9223372036854775807")).evidence("T1", "trace"),
+              HasSubstr("an unknown number lost, until when is not known, user space"));
+}
+
 TEST(NoLoss, PassesAndNamesALossThatCostNobodyHisProof) {
   const Verified verified(with("22 discard user until=28 count=7"));
   EXPECT_EQ(verified.of("T2", "trace"), Verdict::pass);

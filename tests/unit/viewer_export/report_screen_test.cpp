@@ -214,6 +214,28 @@ TEST(ReportScreen, AShorterRunWhoseReleaseIsNotKnownMarksNothing) {
   EXPECT_THAT(screen_of(report, {}), HasSubstr("    8   187.3us   289.4us   289.4us       3"));
 }
 
+TEST(ReportScreen, SaysNotThatNothingIsLostWhereSomethingIsMissing) {
+  using analysis::DefectKind;
+  using analysis::Severity;
+  auto report = unclaimed_report();  // of which the tracer counted no loss
+  const auto counts = [&report] { return screen_of(report, {}, {.columns = 200}); };
+  EXPECT_THAT(counts(), HasSubstr("14 runs, nothing lost, 1 cut"));
+  report.defects.push_back(
+      {.kind = DefectKind::damaged_packets, .severity = Severity::error, .count = 1, .advice = {}});
+  EXPECT_THAT(counts(), HasSubstr("14 runs, 1 packet damaged, 1 cut"));
+  report.defects.push_back(
+      {.kind = DefectKind::seq_gaps, .severity = Severity::loss, .count = 5, .advice = {}});
+  EXPECT_THAT(counts(), HasSubstr("14 runs, 5 missing, 1 packet damaged, 1 cut"));
+  report.trace.lost_events = 7;
+  EXPECT_THAT(counts(), HasSubstr("14 runs, 5 missing, 1 packet damaged, 7 events lost, 1 cut"));
+  report.defects = {{.kind = DefectKind::sched_switch_gaps,
+                     .severity = Severity::loss,
+                     .count = 15,
+                     .advice = {}}};
+  EXPECT_THAT(counts(),
+              HasSubstr("14 runs, 15 gaps in the kernel's switches, 7 events lost, 1 cut"));
+}
+
 TEST(ReportScreen, StartUpWorkAndWhatRanOnceDoNotLead) {
   auto report = unclaimed_report();
   report.callbacks[1].instances = 1;

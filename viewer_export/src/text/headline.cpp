@@ -4,6 +4,7 @@
 #include "words/verify_words.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <filesystem>
 
@@ -113,6 +114,45 @@ Lines Headline::lines_of(const std::string& fact) const {
   return lines;
 }
 
+namespace {
+
+// What the trace itself shows to be missing, whatever the tracer counted: "5 missing, 1 packet
+// damaged"; the first of it where there is more.
+Lines missing_of(const analysis::Report& report) {
+  using analysis::DefectKind;
+  struct Words {
+    DefectKind kind{};
+    std::string_view noun;
+    std::string_view what;
+  };
+  constexpr std::array<Words, 12> kMissing{
+      {{DefectKind::seq_gaps, "", "missing"},
+       {DefectKind::damaged_packets, "packet", "damaged"},
+       {DefectKind::missing_files, "file", "missing or changed"},
+       {DefectKind::streams_left_out, "stream", "left out"},
+       {DefectKind::unseen_process, "process", "not recorded"},
+       {DefectKind::unseen_chunk, "chunk", "missing"},
+       {DefectKind::unseen_kernel, "kernel record", "missing"},
+       {DefectKind::sched_switch_gaps, "gap", "in the kernel's switches"},
+       {DefectKind::cpus_not_recorded, "CPU", "not recorded"},
+       {DefectKind::publish_gaps, "publication", "missing"},
+       {DefectKind::ends_without_start, "start", "missing"},
+       {DefectKind::read_back_gaps, "read-back", "missing"}}};
+  constexpr std::size_t kMost = 2;
+  Lines lines;
+  for (const auto& [kind, noun, what] : kMissing) {
+    std::uint64_t count = 0;
+    for (const auto& defect : report.defects)
+      count += defect.kind == kind ? defect.count : 0;
+    if (count == 0 || lines.size() == kMost) continue;
+    lines.push_back(noun.empty() ? fmt::format("{} {}", count, what)
+                                 : fmt::format("{} {}", counted(count, noun), what));
+  }
+  return lines;
+}
+
+}  // namespace
+
 std::string counts_of_runs(const analysis::Report& report) {
   std::uint64_t runs = 0;
   std::uint64_t incomplete = 0;
@@ -123,10 +163,13 @@ std::string counts_of_runs(const analysis::Report& report) {
     thrown += callback.exceptions.value_or(0);
   }
   const auto& lost = report.trace.lost_events;
-  auto text = counted(runs, "run") + ", " +
-              (!lost       ? "whole packets lost"
-               : *lost > 0 ? counted(*lost, "event") + " lost"
-                           : "nothing lost");
+  auto missing = missing_of(report);
+  if (!lost) missing.emplace_back("whole packets lost");
+  if (lost.value_or(0) > 0) missing.push_back(counted(*lost, "event") + " lost");
+  if (missing.empty()) missing.emplace_back("nothing lost");
+  auto text = counted(runs, "run");
+  for (const auto& part : missing)
+    text += ", " + part;
   if (incomplete > 0) text += fmt::format(", {} cut or never ended", incomplete);
   if (thrown > 0) text += fmt::format("; {} ended by an exception", counted(thrown, "run"));
   return text;
