@@ -48,13 +48,18 @@ void WorstRuns::note(const Instance& instance) {
                    .seq = instance.seq,
                    .start = instance.start,
                    .response_time = *response,
+                   .execution = instance.execution,
                    .blocked = instance.blocked,
+                   .wake_delay = instance.wake_delay,
                    .preempted = instance.preempted};
   if (is_known(instance.release_source)) {
     worst->start_latency = analysis::start_latency(instance);
     worst->behind = behind(instance);
   }
-  if (!instance.preempted_by.empty()) worst->preempted_by = instance.preempted_by.front().name;
+  if (instance.preempted_by.empty()) return;
+  const auto& most = instance.preempted_by.front();
+  worst->preempted_by = most.name;
+  worst->preempted_by_time = most.time;
 }
 
 std::vector<WorstRun> WorstRuns::take() && {

@@ -73,7 +73,8 @@ export const head = () => {
 const why = (lane, i, [, kind, ns]) => {
   if (kind === "preempted") {
     const by = lane.callbackReport.preempted_by[0];
-    return by ? `; over all its runs mostly ${by.name || `thread ${by.tid}`} ran instead` : "";
+    const all = lane.callbackReport.preempted_ns.sum;
+    return by ? `; ${by.name || `thread ${by.tid}`} ran instead for ${time(by.ns)} of ${time(all)} in all its runs` : "";
   }
   if (kind !== "wait") return "";
   const others = waitedFor(lane, i);

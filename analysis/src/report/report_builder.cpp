@@ -91,6 +91,27 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   return trace;
 }
 
+Duration shift_of(const Model& model, HostIndex host) {
+  const auto* reference = reference_host(model);
+  return reference == nullptr ? Duration{} : clock_shift(model.hosts[at(host)], *reference);
+}
+
+// From the first begin to the last end of what user space told there, else the kernel.
+std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
+  for (const auto domain : {Domain::user, Domain::kernel}) {
+    std::optional<Timestamp> begin;
+    std::optional<Timestamp> end;
+    for (const auto& [number, channel] : model.channels) {
+      if (channel.host != host || channel.domain != domain || !channel.begin || !channel.end)
+        continue;
+      begin = std::min(begin.value_or(*channel.begin), *channel.begin);
+      end = std::max(end.value_or(*channel.end), *channel.end);
+    }
+    if (begin && *begin < *end) return *end - *begin;
+  }
+  return std::nullopt;
+}
+
 std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
   std::optional<ReleaseSource> source;
   for (std::size_t i = 0; i < facts.by_release_source.size(); ++i) {
@@ -391,7 +412,9 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .name = process.name,
                         .executor = std::nullopt,
                         .complete = is_complete(context, runs, index),
-                        .host_index = process.host};
+                        .host_index = process.host,
+                        .clock_shift = shift_of(model, process.host),
+                        .recorded = recorded_of(model, process.host)};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_told_by_ros2_alone(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;

@@ -219,6 +219,17 @@ TEST(HostClocks, TheRecordingLastsAsLongAsByOneClock) {
   EXPECT_EQ(trace.begin->ns, alone.begin->ns + kDesk.monotonic);
 }
 
+TEST(HostClocks, EveryProcessHasTheLengthOfItsHostAndTheWayToTheRecordingsClock) {
+  const auto alone = analyze(trace_of(kThereAndBack)).report.trace;
+  const auto processes = analyze(on_two_hosts(kThereAndBack)).report.processes;
+  ASSERT_EQ(processes.size(), 2U);
+  ASSERT_EQ(processes[0].host, "desk");
+  EXPECT_EQ(processes[0].clock_shift, Duration{0});
+  EXPECT_EQ(processes[1].clock_shift, Duration{kDesk.monotonic - 300});
+  for (const auto& process : processes)
+    EXPECT_EQ(process.recorded, *alone.end - *alone.begin) << process.host;
+}
+
 TEST(HostClocks, MachinesOfOneNameAreToldApartByTheirBoots) {
   auto trace = on_two_hosts(kThereAndBack);
   for (auto& event : trace.events) {

@@ -54,6 +54,25 @@ TEST(WorstRuns, LessThanHalfOfItIsNoReason) {
   EXPECT_FALSE(urgent_is_behind({run_of(kLogger, 0, 2, 50), run_of(kUrgent, 10, 110, 111)}));
 }
 
+TEST(WorstRuns, HaveThePartsOfTheRun) {
+  auto run = run_of(kUrgent, 10, 110, 210);
+  run.execution = analysis::Duration{20};
+  run.preempted = analysis::Duration{50};
+  run.blocked = analysis::Duration{5};
+  run.wake_delay = analysis::Duration{25};
+  const std::vector<analysis::Preemptor> others{{.tid = 8, .name = "hog", .time = {30}},
+                                                {.tid = 9, .name = "sow", .time = {20}}};
+  run.preempted_by = others;
+  WorstRuns worst;
+  worst.on_instance(run);
+  const auto runs = std::move(worst).take();
+  ASSERT_EQ(runs.size(), 1U);
+  EXPECT_EQ(runs[0].execution, analysis::Duration{20});
+  EXPECT_EQ(runs[0].wake_delay, analysis::Duration{25});
+  EXPECT_EQ(runs[0].preempted_by, "hog");
+  EXPECT_EQ(runs[0].preempted_by_time, analysis::Duration{30}) << "of 50";
+}
+
 TEST(WorstRuns, WithoutThreadsNothingIsKnown) {
   EXPECT_FALSE(
       urgent_is_behind({run_of(kLogger, 0, 2, 100, -1), run_of(kUrgent, 10, 110, 111, -1)}));

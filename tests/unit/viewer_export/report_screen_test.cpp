@@ -27,7 +27,8 @@ ReportContext usual_context() {
                                      .start = {983'001'500'000},
                                      .response_time = {2'500'000},
                                      .preempted = analysis::Duration{200'000},
-                                     .preempted_by = "cc1plus"}},
+                                     .preempted_by = "cc1plus",
+                                     .preempted_by_time = {200'000}}},
                      .verify_arguments = "'recordings/run 1' --window=+1s..",
                      .view_arguments = "'recordings/run 1'"}};
 }
@@ -271,10 +272,71 @@ TEST(ReportScreen, SaysWhereTheTimeOfTheWorstRunWent) {
   worst.preempted.reset();
   worst.start_latency = analysis::Duration{100'000};
   worst.blocked = analysis::Duration{50'000};
+  worst.execution = analysis::Duration{2'350'000};
   EXPECT_THAT(
       screen_of(shared_report(), {}, {.columns = 200}, blocked),
       HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 50.00 us blocked, 2.350 ms in "
                 "the callback itself (of 2.500 ms)\n"));
+}
+
+TEST(ReportScreen, WaitingForACpuIsNotTheCallbacksOwnWork) {
+  auto woken = usual_context();
+  auto& worst = woken.verify.worst_runs[0];  // of 2.5 ms, 0.1 ms of it executing
+  worst.preempted = analysis::Duration{};
+  worst.start_latency = analysis::Duration{100'000};
+  worst.wake_delay = analysis::Duration{2'300'000};
+  worst.execution = analysis::Duration{100'000};
+  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, woken),
+              HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 2.300 ms waiting for a CPU "
+                        "after it was woken (of 2.500 ms)\n"));
+}
+
+TEST(ReportScreen, WithoutTheKernelsEventsNobodyKnowsWhatTheRunDid) {
+  auto alone = usual_context();
+  auto& worst = alone.verify.worst_runs[0];  // of 2.5 ms
+  worst.preempted.reset();
+  worst.start_latency = analysis::Duration{100'000};
+  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, alone),
+              HasSubstr("run 3 at +1.500 ms: 100.0 us waiting to start, 2.400 ms from start to end "
+                        "(of 2.500 ms)\n"));
+}
+
+TEST(ReportScreen, SaysHowMuchOfThePreemptionTheNamedOneTook) {
+  auto preempted = usual_context();
+  preempted.verify.worst_runs[0].preempted_by_time = {80'000};  // of 200 us
+  EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 200}, preempted),
+              HasSubstr("200.0 us preempted, 80.00 us of it by cc1plus (of 2.500 ms)\n"));
+}
+
+// The second host booted 8 s after the first one, whose clock the recording's begin is of.
+TEST(ReportScreen, OfSeveralHostsTellsTimesByOneClock) {
+  auto report = shared_report();
+  report.trace.hosts = {"desk", "robot"};
+  report.processes[0].clock_shift = {8'000'000'000};
+  auto later = usual_context();
+  later.verify.worst_runs[0].start = {983'001'500'000 - 8'000'000'000};
+  EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later), HasSubstr("run 3 at +1.500 ms: "));
+  later.verify.worst_runs[0].start.ns -= 2'000'000;
+  EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later), HasSubstr("run 3 at -500.0 us: "))
+      << "before the other one's record began";
+}
+
+TEST(ReportScreen, OfSeveralHostsHasTheLengthOfEach) {
+  auto report = unclaimed_report();  // of 130 ms
+  auto& callback = report.callbacks[1];
+  callback.release_source = analysis::ReleaseSource::start;
+  callback.duration->sum = 450'000'000;
+  report.callbacks = {callback};
+  report.chains.clear();
+  report.trace.hosts = {"desk", "robot"};
+  EXPECT_THAT(screen_of(report, {}), HasSubstr("  130.0 ms on desk, robot: "));
+  report.processes.push_back(report.processes[0]);
+  report.processes[1].index = analysis::ProcessIndex{1};
+  report.processes[1].host = "desk";
+  report.processes[0].recorded = analysis::Duration{1'000'000'000};
+  const auto text = screen_of(report, {});
+  EXPECT_THAT(text, HasSubstr("  130.0 ms on desk, 1.000 s on robot: 2 processes"));
+  EXPECT_THAT(text, HasSubstr("45.0%")) << "of the host that it ran on";
 }
 
 TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {

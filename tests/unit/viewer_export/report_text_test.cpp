@@ -55,9 +55,10 @@ TEST(ReportText, SaysThatARecordingIsIncompleteOnlyWhereSomethingIsMissing) {
   auto report = test::sample_report();
   report.defects.clear();
   report.trace.complete = false;
-  EXPECT_THAT(report_text_of(report), HasSubstr("complete is not known"));
+  const TextStyle wide{.columns = 200};
+  EXPECT_THAT(report_text_of(report, nullptr, wide), HasSubstr("complete is not known"));
   report.processes.front().complete = false;
-  EXPECT_THAT(report_text_of(report), HasSubstr("NOT complete"));
+  EXPECT_THAT(report_text_of(report, nullptr, wide), HasSubstr("NOT complete"));
 }
 
 TEST(ReportText, NamesTheWorstOffenders) {
@@ -93,10 +94,11 @@ TEST(ReportText, NamesTheLongestQueueAndTheMostExceptions) {
 TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {
   auto report = test::sample_report();
   report.callbacks[0].preempted = test::summary(0, 2'500'000, 7);
+  report.callbacks[0].preempted->sum = 7'000'000;
   report.callbacks[0].preempted_by = {{.tid = 77, .name = "hog\x1b", .time = {2'500'000}}};
   const auto text = report_text_of(report);
-  EXPECT_THAT(text, HasSubstr("  most of it by          2.500 ms  hog"));
-  EXPECT_THAT(text, HasSubstr("(thread 77), in all its instances\n"));
+  EXPECT_THAT(text, HasSubstr("    longest by             2.500 ms  hog"));
+  EXPECT_THAT(text, HasSubstr("(thread 77), of 7.000 ms in all its instances\n"));
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
 }
 

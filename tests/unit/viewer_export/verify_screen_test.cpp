@@ -154,7 +154,8 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
                          .response_time = {289'415},
                          .start_latency = analysis::Duration{14'885},
                          .preempted = analysis::Duration{200'000},
-                         .preempted_by = "cc1plus"}};
+                         .preempted_by = "cc1plus",
+                         .preempted_by_time = {200'000}}};
   auto report = test::sample_report();  // seven instances
   report.callbacks[0].response_deadline = analysis::Duration{100'000};
   report.callbacks[0].late = 5;

@@ -8,6 +8,7 @@
 #include "verify_findings.hpp"
 #include "words/recording_words.hpp"
 #include "words/text_layout.hpp"
+#include "worst_run_words.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -147,14 +148,8 @@ class ReportScreen {
 
   // "3.186 s on vm: 2 processes, isolated executor; 26 callbacks, 1568 runs, nothing lost".
   std::string recorded() const {
-    const auto& trace = report_.trace;
-    std::string text = trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
-                                                : std::string("unknown length");
     constexpr std::size_t kNamed = 3;
-    const auto hosts = trace.hosts.size();
-    for (std::size_t i = 0; i < hosts && hosts <= kNamed; ++i)
-      text += (i == 0 ? " on " : ", ") + printable(trace.hosts[i]);
-    if (hosts > kNamed) text += " on " + counted(hosts, "host");
+    auto text = length_of(report_, kNamed);
     text += ": " + counted(report_.processes.size(), "process");
     std::set<std::string> executors;
     for (const auto& process : report_.processes) {
@@ -210,13 +205,12 @@ class ReportScreen {
     return columns;
   }
 
-  // How much of the window it ran, where that is the most that is known.
+  // How much of what was recorded of its host it ran, where that is the most that is known.
   TextCell busy_cell(const CallbackReport& callback) const {
-    const auto& trace = report_.trace;
-    const auto window = trace.begin && trace.end ? (*trace.end - *trace.begin).ns : 0;
-    if (!has_durations_alone_ || !callback.duration || window <= 0) return not_measured();
+    const auto& recorded = judged_.rows.process_of(callback).recorded;
+    if (!has_durations_alone_ || !callback.duration || !recorded) return not_measured();
     return {fmt::format("{:.1f}%", 100 * static_cast<double>(callback.duration->sum) /
-                                       static_cast<double>(window))};
+                                       static_cast<double>(recorded->ns))};
   }
 
   static TextCell extra_cell(const CallbackReport& callback, Extra extra) {

@@ -53,17 +53,8 @@ std::string window_text(const Report& report, const std::optional<analysis::Time
   const auto& trace = report.trace;
   auto text =
       window ? fmt::format("{}..{} ns alone, ", window->from.ns, window->to.ns) : std::string();
-  text += trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
-                                   : std::string("unknown length");
-  text +=
-      fmt::format(", {} in {}", counted(trace.events, "event"), counted(trace.streams, "stream"));
-  if (const auto all = trace.hosts.size(); all > 0) {
-    const std::vector<std::string> named(
-        trace.hosts.begin(),
-        trace.hosts.begin() + static_cast<std::ptrdiff_t>(std::min(all, kNamed)));
-    text += (all == 1 ? ", host " : fmt::format(", {} hosts: ", all)) + joined(named, " ");
-    if (all > kNamed) text += fmt::format(" ({})", left_out(all));
-  }
+  text += length_of(report, kNamed) + fmt::format(", {} in {}", counted(trace.events, "event"),
+                                                  counted(trace.streams, "stream"));
   text += trace.lost_events
               ? fmt::format(", {} reported lost", counted(*trace.lost_events, "event"))
               : std::string(", whole packets lost (events in them unknown)");
@@ -191,9 +182,10 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
     add("longest preempted", format_duration(c->preempted->max), *c);
     if (!c->preempted_by.empty()) {
       const auto& by = c->preempted_by.front();
-      text += fmt::format("  {:<22}{:>11}  {} (thread {}), in all its instances\n",
-                          "  most of it by", format_duration(by.time.ns),
-                          by.name.empty() ? "?" : printable(by.name), by.tid);
+      text += fmt::format("  {:<22}{:>11}  {} (thread {}), of {} in all its instances\n",
+                          "  longest by", format_duration(by.time.ns),
+                          by.name.empty() ? "?" : printable(by.name), by.tid,
+                          format_duration(c->preempted->sum));
     }
   }
   const auto missed = [](const auto& x) {

@@ -5,6 +5,7 @@
 #include "tables/report_tables.hpp"
 #include "words/text_layout.hpp"
 #include "words/verify_words.hpp"
+#include "worst_run_words.hpp"
 
 #include <algorithm>
 #include <array>
@@ -299,43 +300,6 @@ std::string told_of_violation(const Judged& judged, const RuleVerdict& rule,
   constexpr std::size_t kMost = 240;  // a thread may have run thousands of callbacks
   const auto told = told_of(judged, rule, subject);
   return cut(told.detail + told.of_one, kMost, "...");
-}
-
-const WorstRun* worst_run_of(const Judged& judged, const CallbackReport& callback) {
-  const auto& all = judged.context.worst_runs;
-  const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);
-  return found == all.end() ? nullptr : &*found;
-}
-
-std::string where_time_went(const Judged& judged, const WorstRun& worst) {
-  std::string text = fmt::format("run {}", worst.seq);
-  if (judged.report.trace.begin)
-    text += " at +" + format_duration((worst.start - *judged.report.trace.begin).ns);
-  std::string parts;
-  const auto add = [&parts](analysis::Duration time, const std::string& what) {
-    if (time.ns <= 0) return;
-    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
-  };
-  const auto response = format_duration(worst.response_time.ns);
-  const auto* behind = worst.behind ? judged.rows.find(worst.behind->callback) : nullptr;
-  if (behind != nullptr && 2 * worst.behind->time.ns >= worst.response_time.ns) {
-    return fmt::format("{}: {} of {} behind {}", text, format_duration(worst.behind->time.ns),
-                       response, judged.names.of(*behind));
-  }
-  if (worst.start_latency) add(*worst.start_latency, "waiting to start");
-  if (worst.preempted) {
-    const auto& by = worst.preempted_by;
-    add(*worst.preempted, "preempted" + (by.empty() ? "" : " by " + printable(by)));
-  }
-  if (worst.blocked) add(*worst.blocked, "blocked");
-  // Most of it, where it neither waited, nor was preempted or blocked, for as long.
-  const auto none = analysis::Duration{0};
-  const auto waited = worst.start_latency.value_or(none) + worst.preempted.value_or(none) +
-                      worst.blocked.value_or(none);
-  const auto rest = worst.response_time - waited;
-  if (!parts.empty() && worst.start_latency && rest > waited) add(rest, "in the callback itself");
-  if (parts.empty()) return {};
-  return fmt::format("{}{} (of {})", text, parts, response);
 }
 
 std::vector<Finding> findings_of(const Judged& judged) {

@@ -52,11 +52,6 @@ struct Doubt {
   std::size_t count = 0;           // of subjects
 };
 
-// Null: none of its runs was noted.
-const WorstRun* worst_run_of(const Judged& judged, const analysis::CallbackReport& callback);
-// "run 140 at +1.466 s: 376.0 us waiting to start (of 423.0 us)"; empty where nothing of it was.
-std::string where_time_went(const Judged& judged, const WorstRun& worst);
-
 // What is told of one violating subject: "2 callbacks: plan timer 1 ns, drive <- /pose".
 std::string told_of_violation(const Judged& judged, const analysis::RuleVerdict& rule,
                               const analysis::SubjectVerdict& subject);

@@ -3,6 +3,10 @@
 #include "text_layout.hpp"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -18,6 +22,52 @@ std::vector<std::string> sentences_of(const analysis::RecordingReport& recording
         fmt::format("begins with chunk {}: those before are gone", *recording.first_chunk));
   }
   return sentences;
+}
+
+namespace {
+
+// By host, of those of which it is known.
+std::map<std::string_view, std::int64_t> recorded_by_host(const analysis::Report& report) {
+  std::map<std::string_view, std::int64_t> lengths;
+  for (const auto& process : report.processes) {
+    if (process.recorded) lengths.emplace(process.host, process.recorded->ns);
+  }
+  return lengths;
+}
+
+std::string in_several_lengths(const std::map<std::string_view, std::int64_t>& lengths,
+                               std::size_t named) {
+  std::string text;
+  if (lengths.size() > named) {
+    const auto by_length = [](const auto& a, const auto& b) { return a.second < b.second; };
+    const auto [least, most] = std::minmax_element(lengths.begin(), lengths.end(), by_length);
+    return fmt::format("{} to {} on {}", format_duration(least->second),
+                       format_duration(most->second), counted(lengths.size(), "host"));
+  }
+  for (const auto& [host, length] : lengths) {
+    text += fmt::format("{}{} on {}", text.empty() ? "" : ", ", format_duration(length),
+                        printable(host));
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string length_of(const analysis::Report& report, std::size_t named) {
+  const auto& trace = report.trace;
+  const auto hosts = trace.hosts.size();
+  const auto lengths = recorded_by_host(report);
+  std::set<std::string> different;
+  for (const auto& [host, length] : lengths)
+    different.insert(format_duration(length));
+  if (hosts > 1 && different.size() > 1) return in_several_lengths(lengths, named);
+  std::string text = hosts > 1 && different.size() == 1 ? *different.begin()
+                     : trace.begin && trace.end ? format_duration((*trace.end - *trace.begin).ns)
+                                                : std::string("unknown length");
+  if (hosts > named) return text + " on " + counted(hosts, "host");
+  for (std::size_t i = 0; i < hosts; ++i)
+    text += (i == 0 ? " on " : ", ") + printable(trace.hosts[i]);
+  return text;
 }
 
 std::optional<bool> is_complete(const analysis::Report& report) {

@@ -3,6 +3,7 @@
 
 #include <cie/analysis/report.hpp>
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,10 @@ namespace cie::viewer_export {
 // "cie-demo exited with status 0", "begins with chunk 3: those before are gone": printable,
 // without a line end. Its problems are defects of the trace, and told as those.
 std::vector<std::string> sentences_of(const analysis::RecordingReport& recording);
+
+// "3.186 s on vm"; "1.000 s on alpha, 10.00 s on beta" where hosts were recorded for different
+// times. Of more than `named` hosts none is named: "1.000 s to 10.00 s on 5 hosts".
+std::string length_of(const analysis::Report& report, std::size_t named);
 
 // Whether all that happened was recorded; empty: nothing is missing that anybody knows of.
 std::optional<bool> is_complete(const analysis::Report& report);

@@ -133,7 +133,9 @@ struct ProcessReport {
   // Of one that only ROS 2's tracers tell of; empty: another one, or not known.
   std::optional<std::string> tracetools{};  // their version
   std::optional<bool> tells_messages{};     // whether which one a callback took; none took any
-  HostIndex host_index{};                   // as observers are told it; not part of the JSON
+  HostIndex host_index{};                   // as observers are told it; these not part of the JSON
+  Duration clock_shift{};                   // what its times lack to those of TraceSummary::begin
+  std::optional<Duration> recorded{};       // how long its host was recorded; empty: not known
 };
 
 struct CallbackThread {

@@ -42,9 +42,12 @@ struct WorstRun {
   analysis::Timestamp start;
   analysis::Duration response_time;
   std::optional<analysis::Duration> start_latency{};  // empty: its release is not known exactly
-  std::optional<analysis::Duration> blocked{};        // these three with the kernel's events
+  std::optional<analysis::Duration> execution{};      // these four with the kernel's events
+  std::optional<analysis::Duration> blocked{};
+  std::optional<analysis::Duration> wake_delay{};
   std::optional<analysis::Duration> preempted{};
-  std::string preempted_by{};  // who ran instead for the most of it
+  std::string preempted_by{};  // who ran instead the longest, and for how much of it
+  analysis::Duration preempted_by_time{};
   // What its thread ran for most of the latency, and for how much of it.
   struct Behind {
     analysis::CallbackIndex callback{};

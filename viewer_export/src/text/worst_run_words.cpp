@@ -1,0 +1,74 @@
+#include "worst_run_words.hpp"
+
+#include "words/text_layout.hpp"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+namespace cie::viewer_export {
+namespace {
+
+using analysis::Duration;
+
+// "run 140 at +1.466 s" after the recording's begin, which is a time of one host's clock.
+std::string title_of(const Judged& judged, const WorstRun& worst) {
+  auto text = fmt::format("run {}", worst.seq);
+  const auto* callback = judged.rows.find(worst.callback);
+  const auto& begin = judged.report.trace.begin;
+  if (!begin || callback == nullptr) return text;
+  const auto& process = judged.rows.process_of(*callback);
+  const auto since = worst.start + process.clock_shift - *begin;
+  return text + fmt::format(" at {}{}", since.ns < 0 ? "" : "+", format_duration(since.ns));
+}
+
+// "preempted by cc1plus"; "preempted, 2.000 ms of it by cc1plus" where others ran instead, too.
+std::string preempted_words(const WorstRun& worst) {
+  if (worst.preempted_by.empty()) return "preempted";
+  const auto by = printable(worst.preempted_by);
+  if (worst.preempted_by_time >= *worst.preempted) return "preempted by " + by;
+  return fmt::format("preempted, {} of it by {}", format_duration(worst.preempted_by_time.ns), by);
+}
+
+}  // namespace
+
+const WorstRun* worst_run_of(const Judged& judged, const analysis::CallbackReport& callback) {
+  const auto& all = judged.context.worst_runs;
+  const auto found = std::ranges::find(all, callback.index, &WorstRun::callback);
+  return found == all.end() ? nullptr : &*found;
+}
+
+std::string where_time_went(const Judged& judged, const WorstRun& worst) {
+  const auto text = title_of(judged, worst);
+  const auto response = format_duration(worst.response_time.ns);
+  const auto* behind = worst.behind ? judged.rows.find(worst.behind->callback) : nullptr;
+  if (behind != nullptr && 2 * worst.behind->time.ns >= worst.response_time.ns) {
+    return fmt::format("{}: {} of {} behind {}", text, format_duration(worst.behind->time.ns),
+                       response, judged.names.of(*behind));
+  }
+  std::string parts;
+  Duration waited{};
+  const auto add = [&parts](Duration time, const std::string& what) {
+    if (time.ns <= 0) return;
+    parts += fmt::format("{}{} {}", parts.empty() ? ": " : ", ", format_duration(time.ns), what);
+  };
+  const auto add_wait = [&](const std::optional<Duration>& time, const std::string& what) {
+    if (!time) return;
+    add(*time, what);
+    waited = waited + *time;
+  };
+  add_wait(worst.start_latency, "waiting to start");
+  if (worst.preempted) add_wait(worst.preempted, preempted_words(worst));
+  add_wait(worst.blocked, "blocked");
+  add_wait(worst.wake_delay, "waiting for a CPU after it was woken");
+  if (parts.empty()) return {};
+  // Most of it, where it did not wait for as long. Without the kernel's events that may be anything.
+  if (worst.execution) {
+    if (*worst.execution > waited) add(*worst.execution, "in the callback itself");
+  } else if (worst.start_latency && worst.response_time - waited > waited) {
+    add(worst.response_time - waited, "from start to end");
+  }
+  return fmt::format("{}{} (of {})", text, parts, response);
+}
+
+}  // namespace cie::viewer_export
