@@ -15,12 +15,11 @@ namespace cie::cli {
 namespace {
 
 // Paragraph by paragraph.
-std::string wrapped(std::string_view page) {
-  constexpr std::size_t kColumns = 100;
+std::string wrapped(std::string_view page, std::size_t columns) {
   std::string text;
   while (!page.empty()) {
     const auto end = std::min(page.find('\n'), page.size());
-    const auto lines = viewer_export::wrap(page.substr(0, end), kColumns);
+    const auto lines = viewer_export::wrap(page.substr(0, end), columns);
     for (const auto& line : lines) {
       text += line + '\n';
     }
@@ -52,12 +51,12 @@ std::string known_rule(std::string_view option, const std::string& id) {
       "{}: there is no rule \"{}\"; cie verify --list-rules names them all", option, id));
 }
 
-std::string rule_page(const std::string& id) {
+std::string rule_page(const std::string& id, std::size_t columns) {
   const auto wanted = known_rule("--explain", id);
   const auto pages = analysis::rule_pages();
   const auto rule = std::find_if(pages.begin(), pages.end(),
                                  [&wanted](const auto& page) { return page.id == wanted; });
-  return fmt::format("{} {}\n\n{}", rule->id, rule->name, wrapped(rule->page));
+  return fmt::format("{} {}\n\n{}", rule->id, rule->name, wrapped(rule->page, columns));
 }
 
 }  // namespace cie::cli

@@ -159,9 +159,9 @@ int verify_command(const Arguments& arguments) {
   const auto policy = on_inconclusive(inconclusive_choice);
   const RuleChoice choice(only, skip);
   if (is_listing || !explained.empty()) {
-    const auto text = is_listing ? rule_list() : rule_page(explained);
     auto output = open_output(target);
-    output.stream() << text;
+    output.stream() << (is_listing ? rule_list()
+                                   : rule_page(explained, screen_style(output).columns));
     output.commit();
     return ok;
   }

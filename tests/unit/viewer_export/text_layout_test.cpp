@@ -62,6 +62,16 @@ TEST(Counted, SpeaksEnglish) {
   EXPECT_EQ(counted(2, "process"), "2 processes");
 }
 
+TEST(ShellQuoted, IsOneArgumentThatIsPastedAsItIsPrinted) {
+  EXPECT_EQ(shell_quoted("run-1/a.b"), "run-1/a.b");
+  EXPECT_EQ(shell_quoted(""), "''");
+  EXPECT_EQ(shell_quoted("my run"), "'my run'");
+  EXPECT_EQ(shell_quoted("it's"), "'it'\\''s'");
+  EXPECT_EQ(shell_quoted("Läufe 1"), "'Läufe 1'");
+  EXPECT_EQ(shell_quoted("new\nline\x1b it's \\"), "$'new\\012line\\033 it\\047s \\134'");
+  EXPECT_EQ(shell_quoted("\xff"), "$'\\377'") << "no UTF-8";
+}
+
 TEST(FormatCpus, JoinsRanges) {
   EXPECT_EQ(format_cpus({0, 1, 2, 5, 7, 8}), "0-2,5,7-8");
   EXPECT_EQ(format_cpus({}), "");
@@ -77,6 +87,27 @@ TEST(Table, AlignsAndGivesLongNamesTheirOwnLine) {
             "  a                1\n"
             "  a name t... for it\n"
             "               22222\n");
+}
+
+TEST(Table, LeavesOutColumnsWhereNumbersHaveNoRoom) {
+  using enum TextTable::Align;
+  TextTable table({{"", "name", left}, {"time", "p50", right, 1}, {"", "max"}, {"", "late"}});
+  table.add({{"a"}, {"123.4us"}, {"567.8ms"}, {"9"}});
+  const auto render = [&table](std::size_t columns) {
+    return table.render({.colour = false, .columns = columns});
+  };
+  EXPECT_EQ(render(32),
+            "           time\n"
+            "  name      p50      max  late\n"
+            "  a     123.4us  567.8ms     9\n");
+  EXPECT_EQ(render(25),
+            "           time\n"
+            "  name      max  late\n"
+            "  a     567.8ms     9\n");
+  EXPECT_EQ(render(18),
+            "           time\n"
+            "  name      max\n"
+            "  a     567.8ms\n");
 }
 
 TEST(Table, ColoursOnlyWhenAsked) {

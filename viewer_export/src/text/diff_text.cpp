@@ -149,7 +149,7 @@ TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNam
                    bool has_range) {
   TextTable table({{"callback", "", TextTable::Align::left},
                    {"quantity", "", TextTable::Align::left},
-                   {"before", ""},
+                   {"before", "", TextTable::Align::right, 1},
                    {"after", ""},
                    {"change", ""},
                    {"after lies in", ""},
@@ -261,10 +261,10 @@ std::string deadline_table(const std::vector<const CallbackChange*>& changes,
        {"", "deadline"},
        {"late", name_before},
        {"", name_after},
-       {"p99", name_before},
-       {"", name_after},
-       {"max", name_before},
-       {"", name_after}});
+       {"p99", name_before, Align::right, 2},
+       {"", name_after, Align::right, 2},
+       {"max", name_before, Align::right, 1},
+       {"", name_after, Align::right, 1}});
   const auto shown = std::min(most, changes.size());
   const auto time = [](const std::optional<std::int64_t>& ns, std::string_view mark = {}) {
     return ns ? TextCell{std::string(mark) + compact_duration(*ns)} : not_measured();

@@ -179,6 +179,16 @@ std::string shell_quoted(std::string_view text) {
   if (!text.empty() && text.find_first_not_of(kSafe) == std::string_view::npos) {
     return std::string(text);
   }
+  // What a terminal does not print, and ' with it, by numbers: they are pasted as they are read.
+  if (printable(text) != text) {
+    std::string result = "$'";
+    for (const auto c : text) {
+      const auto byte = static_cast<unsigned char>(c);
+      const bool is_plain = byte >= ' ' && byte < 0x7f && c != '\'' && c != '\\';
+      result += is_plain ? std::string(1, c) : fmt::format("\\{:03o}", byte);
+    }
+    return result + "'";
+  }
   std::string result = "'";
   for (const char c : text) {
     result += c == '\'' ? std::string("'\\''") : std::string(1, c);
@@ -212,10 +222,47 @@ std::string paint(std::string_view text, Look look, const TextStyle& style) {
 void TextTable::drop_columns_of(std::string_view text) {
   for (std::size_t i = columns_.size(); i-- > 1;) {
     if (!std::ranges::all_of(rows_, [&](const auto& row) { return row[i].text == text; })) continue;
-    const auto place = static_cast<std::ptrdiff_t>(i);
-    columns_.erase(columns_.begin() + place);
-    for (auto& row : rows_)
-      row.erase(row.begin() + place);
+    drop_column(i);
+  }
+}
+
+// What stands above several columns goes on to the next one.
+void TextTable::drop_column(std::size_t index) {
+  if (index + 1 < columns_.size()) {
+    const auto& column = columns_[index];
+    auto& next = columns_[index + 1];
+    const bool have_both_lines = !column.subtitle.empty() && !next.subtitle.empty();
+    if (have_both_lines && next.title.empty()) next.title = column.title;
+  }
+  const auto place = static_cast<std::ptrdiff_t>(index);
+  columns_.erase(columns_.begin() + place);
+  for (auto& row : rows_)
+    row.erase(row.begin() + place);
+}
+
+void TextTable::drop_columns_beyond(std::size_t columns) {
+  constexpr std::size_t kFewest = 2;  // the name and one number
+  const auto is_too_wide = [&] {
+    const auto wanted = natural_widths();
+    const auto shown = widths(columns);
+    for (std::size_t i = 1; i < shown.size(); ++i) {
+      if (columns_[i].align == Align::right && shown[i] < wanted[i]) return true;
+    }
+    return false;
+  };
+  while (columns_.size() > kFewest && is_too_wide()) {
+    unsigned rank = 0;
+    for (const auto& column : columns_)
+      rank = std::max(rank, column.rank);
+    bool is_any_dropped = false;
+    for (auto i = columns_.size(); i-- > 1 && columns_.size() > kFewest;) {
+      const bool is_last_of_equals = rank == 0 && is_any_dropped;
+      if (columns_[i].align != Align::right || columns_[i].rank != rank || is_last_of_equals)
+        continue;
+      drop_column(i);
+      is_any_dropped = true;
+    }
+    if (!is_any_dropped) return;
   }
 }
 
@@ -263,6 +310,12 @@ std::vector<std::size_t> TextTable::widths(std::size_t columns) const {
 std::string_view gap(const TextStyle& style) { return style.unicode ? "…" : "..."; }
 
 std::string TextTable::render(const TextStyle& style) const {
+  auto shown = *this;
+  shown.drop_columns_beyond(style.columns);
+  return shown.render_all(style);
+}
+
+std::string TextTable::render_all(const TextStyle& style) const {
   const auto width = widths(style.columns);
   const auto line = [&](const auto& text_of) {
     std::string result = " ";
@@ -275,8 +328,10 @@ std::string TextTable::render(const TextStyle& style) const {
   std::string text;
   const bool has_two_lines = std::any_of(columns_.begin(), columns_.end(),
                                          [](const Column& c) { return !c.subtitle.empty(); });
+  const bool has_upper =
+      std::ranges::any_of(columns_, [](const auto& c) { return !c.title.empty(); });
   for (const auto part : {&Column::title, &Column::subtitle}) {
-    if (part == &Column::title || has_two_lines) {
+    if (part == &Column::title ? has_upper || !has_two_lines : has_two_lines) {
       text += line([&](std::size_t i) {
         return paint(pad(columns_[i].*part, width[i], columns_[i].align), Look::faint, style);
       });

@@ -40,7 +40,7 @@ std::string format_clock_error(const analysis::ClockError& error);
 // "1 instance", "2 instances".
 std::string counted(std::uint64_t count, std::string_view noun);
 
-// One argument for a POSIX shell.
+// One argument for a POSIX shell; with what cannot be printed as $'a\012b' (POSIX.1-2024, bash, zsh).
 std::string shell_quoted(std::string_view text);
 
 // "0-3,5".
@@ -62,7 +62,8 @@ inline TextCell not_measured() { return {std::string(kNotMeasured), Look::faint}
 
 // Columns aligned over all rows; numbers to the right, the first column (names) to the left. A name
 // too wide for what the other columns leave stands on a line of its own; text in a last column that
-// is aligned to the left is cut to what is left.
+// is aligned to the left is cut to what is left. Where there is no room for all numbers, columns of
+// numbers are left out.
 class TextTable {
  public:
   enum class Align : std::uint8_t { left, right };
@@ -70,6 +71,7 @@ class TextTable {
     std::string title;
     std::string subtitle;
     Align align = Align::right;
+    unsigned rank = 0;  // columns of a higher one are left out first, all of them at once
   };
 
   explicit TextTable(std::vector<Column> columns) : columns_(std::move(columns)) {}
@@ -87,6 +89,10 @@ class TextTable {
  private:
   std::vector<std::size_t> natural_widths() const;
   std::vector<std::size_t> widths(std::size_t columns) const;
+  void drop_column(std::size_t index);
+  // Leaves out columns of numbers until the others are whole in so many.
+  void drop_columns_beyond(std::size_t columns);
+  std::string render_all(const TextStyle& style) const;
 
   bool is_row_a_line_ = false;
   std::vector<Column> columns_;
