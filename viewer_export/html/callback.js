@@ -220,7 +220,9 @@ export const details = index => {
               "p",
               {},
               c.isolation === "never_ran"
-                ? "It never ran."
+                ? c.runs_not_seen
+                  ? "No run of it was seen, though it ran."
+                  : "It never ran."
                 : "Its response times are not known exactly: the trace does not say when its runs were released.",
             )
           : histogram(c, bars),

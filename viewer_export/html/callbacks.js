@@ -10,7 +10,10 @@ const ISOLATION = {
   not_isolated: [claims.claimed ? "FAIL" : "NOT_APPLICABLE", "NO"],
   never_ran: ["NOT_APPLICABLE", "never ran"],
 };
-const isolationOf = c => ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
+const isolationOf = c =>
+  c.isolation === "never_ran" && c.runs_not_seen
+    ? ["NOT_APPLICABLE", "no run seen"]
+    : ISOLATION[c.isolation] || ["INCONCLUSIVE", "unknown"];
 const nsOf = r => (r === null ? null : r.ns);
 
 const COLUMNS = [

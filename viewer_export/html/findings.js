@@ -90,11 +90,23 @@ const isolation = () => {
   if (all.length === 0) return [sentence("INCONCLUSIVE", "No callback was seen in this recording.")];
   const ran = all.filter(c => c.isolation !== "never_ran");
   const never = all.length - ran.length;
-  const others = never === 0 ? "." : `; ${count(never)} never ran.`;
+  const unseen = all.filter(c => c.isolation === "never_ran" && c.runs_not_seen).length;
+  const others = [
+    unseen === 0 ? "" : `; of ${count(unseen)} no run was seen`,
+    never === unseen ? "." : `; ${count(never - unseen)} never ran.`,
+  ].join("");
   const shared = ran.filter(c => c.isolation === "not_isolated");
   const unknown = ran.filter(c => c.isolation === null);
   const lines = [];
-  if (ran.length === 0) return [sentence("INCONCLUSIVE", `None of the ${plural(all.length, "callback")} ran.`)];
+  if (ran.length === 0)
+    return [
+      sentence(
+        "INCONCLUSIVE",
+        unseen === 0
+          ? `None of the ${plural(all.length, "callback")} ran.`
+          : `No whole run of the ${plural(all.length, "callback")} was seen.`,
+      ),
+    ];
   // What is not in the recording may have been otherwise.
   const isDecided = !verdicts.rules.some(r => ["M2", "M3"].includes(r.id) && r.verdict === "INCONCLUSIVE");
   const known = text => (isDecided ? text : `As far as recorded, ${text[0].toLowerCase()}${text.slice(1)}`);

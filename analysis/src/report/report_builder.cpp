@@ -2,6 +2,7 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 
+#include "model/callback_questions.hpp"
 #include "model/host_clocks.hpp"
 #include "model/recorded_parts.hpp"
 #include "model/sort_rows.hpp"
@@ -150,6 +151,18 @@ std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proo
   return facts.longest_queue;
 }
 
+std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& facts) {
+  std::optional<OpenRun> longest;
+  for (const auto& open : facts.open) {
+    const auto end = end_of_window(model, open.start.stream);
+    if (!end || *end < open.start.time) continue;
+    const auto until_end = *end - open.start.time;
+    if (!longest || longest->until_end < until_end)
+      longest = OpenRun{.seq = open.seq, .until_end = until_end};
+  }
+  return longest;
+}
+
 CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool keep_buckets) {
   const auto& model = context.model;
   const auto& facts = model.callbacks[at(index)];
@@ -178,7 +191,10 @@ CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool k
                    [](const auto& a, const auto& b) { return a.tid < b.tid; });
   report.isolation = isolation_of(model, context.hidden, facts);
   report.instances = facts.instances;
-  report.incomplete = facts.open_count;
+  report.incomplete = facts.open_count + facts.cut_instances;
+  const auto known = known_instances(model, facts);
+  report.runs_not_seen = known - std::min(known, facts.starts.count);
+  report.longest_open = longest_open(model, facts);
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);
   if (are_periods_known(facts)) report.missed_releases = facts.missed;

@@ -4,6 +4,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "scheduled_parameters.hpp"
 #include "thread_questions.hpp"
 
@@ -82,8 +83,10 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
           is_of_ros2
               ? evidence("sched_process_exit", last,
                          "ROS 2's events do not tell when a process ends; this is its last one")
-              : evidence("run_end", last,
-                         "interrupted: no run_end; this is the last event of the process");
+              : evidence(
+                    "run_end", last,
+                    "no run_end: it was still running when the recording ended, or it crashed; "
+                    "this is its last event");
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {
@@ -95,16 +98,6 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
     conclude(std::move(judgement), verdicts);
   }
   return verdicts;
-}
-
-// Instances of the callback that are known to have run, seen or counted.
-std::uint64_t known_instances(const Model& model, const CallbackFacts& callback) {
-  const bool is_attached =
-      model.processes[at(callback.process)].first_moment == RunMoment::announce;
-  std::uint64_t count = callback.starts.count + callback.starts_outside;
-  if (callback.fini) count = std::max(count, callback.fini->started);
-  if (is_attached && callback.registered) count = std::max(count, callback.first_next_seq);
-  return count;
 }
 
 // What the spec names exactly.
@@ -355,11 +348,12 @@ const Rule kRunComplete{
     "the trace shows.\n"
     "Why it matters: That something did not happen can only be said of a recording that is "
     "known to be whole.\n"
-    "Inconclusive when run_begin or run_end is missing (\"interrupted\": the process crashed, "
-    "or the recording stopped first), or a total differs from what was seen. --allow-crash "
-    "accepts an interrupted process; the other rules judge what was seen.\n"
+    "Inconclusive when run_begin or run_end is missing (the process was still running when the "
+    "recording ended, as in snapshots, chunks and where it was attached to; or it crashed), or a "
+    "total differs from what was seen. --allow-crash accepts a process without a run_end; the other "
+    "rules judge what was seen.\n"
     "Remedy: start the recording before the application and end the application before the "
-    "recording; find out why it crashed.",
+    "recording, or judge with --allow-crash; where it crashed, find out why.",
     judge_run_complete,
     {.is_about_trace = true, .is_of_report = true}};
 

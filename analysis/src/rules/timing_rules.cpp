@@ -5,6 +5,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -153,13 +154,6 @@ std::vector<SubjectVerdict> judge_missed(const RuleContext& context) {
         judgement.doubt(callback.has_grid_releases() ? unresolved_periods(callback)
                                                      : inexact_releases(callback));
       });
-}
-
-// Of the channel that the stream belongs to, by its host's clock.
-std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream) {
-  if (at(stream) >= model.streams.size()) return std::nullopt;
-  const auto channel = model.channels.find(model.streams[at(stream)].channel);
-  return channel != model.channels.end() ? channel->second.end : std::nullopt;
 }
 
 // An instance that never ended, as the totals prove, and ran beyond its deadline all the same.

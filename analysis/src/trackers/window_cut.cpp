@@ -118,6 +118,7 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                      instances_.apply(head, who, e);  // the window's end cuts it
                    } else if (state.open_before > 0) {
                      --state.open_before;
+                     ++state.spanning;
                    }
                  },
                  [&](const CallbackRelease& e) {
@@ -266,6 +267,12 @@ bool WindowCut::has_untold_totals(const CallbackFacts& facts, const OfCallback& 
   return (state.told_overwritten != 0 && !has_releases) || (state.told_lost != 0 && !has_losses);
 }
 
+std::uint64_t WindowCut::cut_by_begin(const CallbackFacts& facts, const OfCallback& state) const {
+  const auto& last = model_.processes[at(facts.process)].last_seen;
+  const bool is_over = last && last->time < window_.from;  // its process ended before
+  return state.spanning + (is_over ? 0 : state.open_before);
+}
+
 void WindowCut::finish() {
   for (auto& publisher : model_.publishers) {
     if (is_snapshot_) conclude_publisher(publisher);
@@ -276,6 +283,7 @@ void WindowCut::finish() {
     auto& state = callbacks_[index];
     if (is_snapshot_) conclude_callback(facts, state);
     facts.are_totals_told = !facts.fini || !has_untold_totals(facts, state);
+    facts.cut_instances += cut_by_begin(facts, state);
     const auto subtract = [](std::uint64_t& total, std::uint64_t before) {
       total -= std::min(total, before);
     };

@@ -67,6 +67,7 @@ class WindowCut {
     std::uint64_t open_before = 0;              // began before it, and were not seen to end
     std::uint64_t told_overwritten = 0;         // by its callback_fini, in all of its life
     std::uint64_t told_lost = 0;
+    std::uint64_t spanning = 0;     // began before it and ended after it
     bool has_lost_inside = false;   // of a snapshot only, these two
     bool is_release_known = false;  // the first release inside was seen
   };
@@ -87,6 +88,8 @@ class WindowCut {
   void conclude_publisher(PublisherFacts& facts) const;
   // Totals that no event in between tells the parts of: what of them lies in the window is unknown.
   bool has_untold_totals(const CallbackFacts& facts, const OfCallback& state) const;
+  // Those that the window's begin cuts, also those that the end cuts, too.
+  std::uint64_t cut_by_begin(const CallbackFacts& facts, const OfCallback& state) const;
   CallbackIndex index_of(const Emitter& who, CallbackId id) {
     return registry_.callback(*who.process, id);
   }

@@ -3,9 +3,11 @@
 
 #include "support/trace_text.hpp"
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include <gtest/gtest.h>
@@ -61,6 +63,24 @@ TEST(Isolation, IsKnownOfWhatOnlyBegan) {
     callback first timer
     20 start first release=20)"));
   EXPECT_EQ(isolation["first"], Isolation::isolated);
+}
+
+// Whoever is attached later sees no run of what ran before.
+TEST(Isolation, OfWhatRanUnseenIsNotThatOfWhatNeverRan) {
+  const auto report = analyze(trace_of(R"(
+    process app attached
+    callback before next=50
+    callback never
+    callback now next=7
+    20 start now
+    22 end now)"))
+                          .report;
+  const auto runs_not_seen = [&report](std::string_view id) {
+    return std::ranges::find(report.callbacks, id, &CallbackReport::logical_id)->runs_not_seen;
+  };
+  EXPECT_EQ(runs_not_seen("before"), 50U);
+  EXPECT_EQ(runs_not_seen("never"), 0U);
+  EXPECT_EQ(runs_not_seen("now"), 7U);
 }
 
 TEST(Isolation, IsNotKnownOfRunsWithoutAThread) {

@@ -170,12 +170,53 @@ TEST(Window, WhatAnEdgeCutsIsNoLoss) {
     70 start a)";
   const auto verified = in_window(kTrace, 15, 55);
   EXPECT_EQ(callback(verified, "a").instances, 1U);
-  EXPECT_EQ(callback(verified, "a").incomplete, 0U);
+  EXPECT_EQ(callback(verified, "a").incomplete, 2U);
+  EXPECT_EQ(callback(verified, "a").runs_not_seen, 2U) << "0, which began before, and 3";
   EXPECT_EQ(verified.of("E1", "callback a"), Verdict::pass)
       << verified.evidence("E1", "callback a");
   EXPECT_EQ(verified["T3"], Verdict::pass);
   EXPECT_EQ(verified["T4"], Verdict::pass) << verified.evidence("T4", "process 100");
   EXPECT_EQ(Verified(kTrace)["E1"], Verdict::fail) << "judged as a whole it is a violation";
+}
+
+TEST(Window, AnInstanceThatLastsLongerIsCutByBothEdges) {
+  constexpr const char* kTrace = R"(
+    callback a
+    10 start a
+    50 end a
+    60 start a
+    90 end a)";
+  const auto inside = callback(in_window(kTrace, 20, 40), "a");
+  EXPECT_EQ(inside.instances, 0U);
+  EXPECT_EQ(inside.incomplete, 1U);
+  EXPECT_EQ(callback(in_window(kTrace, 51, 59), "a").incomplete, 0U) << "between the two";
+  EXPECT_EQ(callback(in_window(kTrace, 20, 70), "a").incomplete, 2U) << "one by each edge";
+}
+
+TEST(Window, TellsHowLongBeforeItsEndWhatIsOpenBegan) {
+  constexpr const char* kTrace = R"(
+    callback a
+    10 start a
+    20 end a
+    30 start a)";
+  const auto open = callback(in_window(kTrace, 0, 35), "a").longest_open;
+  ASSERT_TRUE(open);
+  EXPECT_EQ(open->seq, 1U);
+  EXPECT_EQ(open->until_end, Duration{35 - 30});
+  EXPECT_FALSE(callback(in_window(kTrace, 0, 25), "a").longest_open);
+}
+
+TEST(Window, WhatAProcessLeftOpenBeforeTheWindowIsNotCutByIt) {
+  constexpr const char* kTrace = R"(
+    process short until=20 crash
+    callback a
+    process long pid=200
+    callback b
+    10 start a
+    30 start b
+    60 end b)";
+  EXPECT_EQ(callback(in_window(kTrace, 40, 70), "a").incomplete, 0U);
+  EXPECT_EQ(callback(in_window(kTrace, 40, 70), "b").incomplete, 1U);
 }
 
 TEST(Window, LossOutsideIsNoneInsideIs) {

@@ -92,7 +92,8 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
                       "deadline_ns",
                       "response_deadline_ns",
                       "late",
-                      "preempted_by"};
+                      "preempted_by",
+                      "runs_not_seen"};
   for (const auto& c : report["callbacks"]) {
     EXPECT_EQ(keys(c), callback);
   }

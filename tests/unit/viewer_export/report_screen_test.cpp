@@ -352,6 +352,44 @@ TEST(ReportScreen, NamesWhatTheThreadOfTheWorstRunDidMeanwhile) {
               HasSubstr("run 3 at +1.500 ms: 2.400 ms waiting to start"));
 }
 
+TEST(ReportScreen, SaysHowLongARunThatDidNotEndHasBeenOpen) {
+  auto report = shared_report();
+  auto& callback = report.callbacks[0];  // of at most 289.4 us
+  const auto text = [&report] { return screen_of(report, {}, {.columns = 200}); };
+  callback.incomplete = 1;
+  callback.longest_open = analysis::OpenRun{.seq = 7, .until_end = {200'000}};
+  EXPECT_THAT(text(), Not(HasSubstr("did not end")));
+  callback.response_deadline = analysis::Duration{100'000};
+  EXPECT_THAT(text(), HasSubstr("  did not end: plan timer 20 ms, run 7 began 200.0 us before the "
+                                "end (deadline 100.0 us)\n"));
+  callback.response_deadline.reset();
+  callback.longest_open->until_end = {470'000'000};
+  EXPECT_THAT(text(), HasSubstr("  did not end: plan timer 20 ms, run 7 began 470.0 ms before the "
+                                "end\n"));
+}
+
+TEST(ReportScreen, TellsWhatNeverRanFromWhatRanUnseen) {
+  auto report = shared_report();
+  report.callbacks.push_back(report.callbacks[2]);
+  report.callbacks[3].index = analysis::CallbackIndex{3};
+  report.callbacks[3].logical_id = "/a/plan@Service(/asked)";
+  report.callbacks[3].runs_not_seen = 50;
+  EXPECT_THAT(screen_of(report, {}, {.columns = 200}),
+              HasSubstr("  no run seen: 1 callback: plan <= /asked\n"
+                        "  never ran: 1 callback: plan <= /never called\n"));
+}
+
+TEST(ReportScreen, OfAWindowWithinARunSaysThatNoWholeOneWasSeen) {
+  auto report = shared_report();
+  report.callbacks = {report.callbacks[2]};
+  EXPECT_THAT(screen_of(report, {}), HasSubstr("  no callback ran\n"));
+  report.callbacks[0].runs_not_seen = 1;
+  EXPECT_THAT(screen_of(report, {}), HasSubstr("  no run of a callback was seen\n"));
+  report.callbacks[0].incomplete = 1;
+  EXPECT_THAT(screen_of(report, {}), AllOf(HasSubstr("no whole run of a callback was seen\n"),
+                                           HasSubstr("   0+1"), Not(HasSubstr("never ran"))));
+}
+
 TEST(ReportScreen, HasIdsWhereTheyAreAskedFor) {
   EXPECT_THAT(screen_of(shared_report(), {}, {.columns = 120, .ids = true}),
               AllOf(HasSubstr("\n  /a/plan@Timer(20000000)  "), HasSubstr(" --ids --all")));

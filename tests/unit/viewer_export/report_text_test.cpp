@@ -151,6 +151,18 @@ TEST(ReportText, NamesAFewOfThoseThatNeverRan) {
   EXPECT_THAT(report_text_of(report), HasSubstr("  and 6 more; --format csv has all\n"));
 }
 
+TEST(ReportText, TellsWhatNeverRanFromWhatRanUnseen) {
+  auto report = test::sample_report();
+  report.callbacks.push_back(report.callbacks[2]);
+  report.callbacks[3].logical_id = "/b@Service(/asked before)";
+  report.callbacks[3].runs_not_seen = 50;
+  const auto text = report_text_of(report);
+  EXPECT_THAT(text, HasSubstr("  no run seen                1 of 4  callbacks\n"
+                              "  never ran                  1 of 4  callbacks\n"));
+  EXPECT_THAT(text, HasSubstr("1 callback ran, but in nothing of what was recorded\n"
+                              "  /b@Service(/asked before)\n"));
+}
+
 TEST(ReportText, SaysResponseTimeAndNeverLatencyForIt) {
   const auto text = report_text_of(test::sample_report());
   EXPECT_THAT(text, HasSubstr("response time"));

@@ -169,6 +169,55 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
                  "cc1plus (of 289.4 us)\n"));
 }
 
+// It took up to 289.4 us and was released every 100 us at least, of different instances, unless one
+// was seen to end after the next release.
+TEST(VerifyScreen, OfArrivalsSaysWhatWasFoundOfOneInstanceOrOfSeveral) {
+  const auto text = [](const std::string& event) {
+    auto verdicts = test::sample_verdicts();
+    const analysis::Evidence first{.event = event,
+                                   .time = {983'005'016'596},
+                                   .cpu = 0,
+                                   .pid = 4001,
+                                   .tid = 4008,
+                                   .note = "seq 3"};
+    verdicts.rules = {{.id = "R1",
+                       .name = "arrival-exceeds-turnaround",
+                       .verdict = Verdict::fail,
+                       .subjects = {{.about = {.kind = analysis::SubjectKind::callback, .index = 0},
+                                     .subject = "callback /a/plan@Timer(20000000)",
+                                     .verdict = Verdict::fail,
+                                     .checked = 7,
+                                     .evidence = {first}}}}};
+    auto report = test::sample_report();
+    report.callbacks[0].inter_arrival = test::summary(100'000, 20'000'000, 6);
+    return screen_of(verdicts, report, {.columns = 120});
+  };
+  const std::string of_several =
+      "FAIL  run 1: 1 of 1 callback took longer than the shortest inter-arrival time\n"
+      "  R1 arrival-exceeds-turnaround  1 of 1 callback\n"
+      "     plan timer 20 ms  up to 289.4 us, releases as close as 100.0 us";
+  EXPECT_THAT(text("callback_start"), StartsWith(of_several + "\n"));
+  EXPECT_THAT(text("callback_end"), StartsWith(of_several + "; ended after the next release\n"));
+}
+
+TEST(VerifyScreen, OfWhatIsUndecidedAdvisesWhatHelps) {
+  auto verdicts = test::sample_verdicts();
+  verdicts.verdict = Verdict::inconclusive;
+  std::erase_if(verdicts.rules, [](const auto& rule) { return rule.id == "M2"; });
+  const TextStyle wide{.columns = 200};
+  EXPECT_THAT(screen_of(verdicts, test::sample_report(), wide),
+              HasSubstr("  -> where these rules may stay undecided: --inconclusive=warn"));
+  // T4, of an application that was still running.
+  verdicts.rules[1].subjects[0].evidence[0].event = "run_end";
+  EXPECT_THAT(
+      screen_of(verdicts, test::sample_report(), wide),
+      HasSubstr("  -> of processes that did not end in the recording --allow-crash judges "
+                "what was seen; --inconclusive=warn exits with 0 whatever stays undecided\n"));
+  EXPECT_THAT(
+      screen_of(verdicts, {}, wide),
+      HasSubstr("  -> it holds nothing to judge: record again while the application runs\n"));
+}
+
 TEST(VerifyScreen, BreaksACommandAsAShellReadsOn) {
   auto context = kContext;
   context.verify_arguments = "'a run' --spec " + std::string(30, 's') + " --only M2,M3";

@@ -54,9 +54,10 @@ INCONCLUSIVE  T4 run-complete: process 4001
     The rule: The process was seen from its run_begin to its run_end, and what it counted
     (callbacks, threads, groups, publishers, instances started and ended, messages, read-backs) is
     what the trace shows.
-    Inconclusive when run_begin or run_end is missing ("interrupted": the process crashed, or the
-    recording stopped first), or a total differs from what was seen. --allow-crash accepts an
-    interrupted process; the other rules judge what was seen.
+    Inconclusive when run_begin or run_end is missing (the process was still running when the
+    recording ended, as in snapshots, chunks and where it was attached to; or it crashed), or a
+    total differs from what was seen. --allow-crash accepts a process without a run_end; the other
+    rules judge what was seen.
 
 14 instances of 3 callbacks in 1 process checked; 1 cut by an edge of the trace or never ended
 spec app.yaml sha256 abc123

@@ -287,12 +287,14 @@ std::string clock_line(const analysis::HostClockReport& pair) {
                             format_duration(*pair.ahead_ns), format_duration(*pair.error_ns));
 }
 
-// Their names, a few: what never ran has no numbers.
-std::string never_ran(const std::vector<std::string>& callbacks, const TextStyle& style) {
+// Their names, a few: what did not run has no numbers.
+std::string without_runs(const std::vector<std::string>& callbacks, std::string_view what,
+                         const TextStyle& style) {
   if (callbacks.empty()) return {};
   constexpr std::size_t kNamed = 4;
-  auto text =
-      paint(counted(callbacks.size(), "callback") + " never ran", Look::strong, style) + "\n";
+  auto text = paint(fmt::format("{} {}", counted(callbacks.size(), "callback"), what), Look::strong,
+                    style) +
+              "\n";
   for (std::size_t i = 0; i < std::min(kNamed, callbacks.size()); ++i)
     text += "  " + elide(callbacks[i], style.columns - 2) + "\n";
   if (callbacks.size() > kNamed)
@@ -343,18 +345,23 @@ bool has_run(const CallbackReport& callback) noexcept {
   return callback.instances + callback.incomplete > 0;
 }
 
+bool never_ran(const CallbackReport& callback) noexcept {
+  return !has_run(callback) && callback.runs_not_seen == 0;
+}
+
 std::ptrdiff_t callbacks_with(const Report& report, analysis::Isolation isolation) {
   return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
 }
 
 std::string callback_tables(const Report& report, const TextStyle& style) {
   std::vector<CallbackReport> that_ran;
+  std::vector<std::string> unseen;  // nothing of their runs is in the recording
   std::vector<std::string> others;
   for (const auto& callback : report.callbacks) {
     if (has_run(callback)) {
       that_ran.push_back(callback);
     } else {
-      others.push_back(callback_title(report, callback));
+      (never_ran(callback) ? others : unseen).push_back(callback_title(report, callback));
     }
   }
   const bool has_bounds_alone = std::ranges::none_of(
@@ -380,7 +387,8 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
       [has_bounds_alone](const auto& callback) {
         return callback_row(callback, has_bounds_alone);
       });
-  return text + never_ran(others, style);
+  return text + without_runs(unseen, "ran, but in nothing of what was recorded", style) +
+         without_runs(others, "never ran", style);
 }
 
 std::string thread_tables(const Report& report, const TextStyle& style) {

@@ -186,15 +186,16 @@ class ReportScreen {
 
   std::vector<TextTable::Column> columns(const std::vector<Extra>& extras) const {
     using Align = TextTable::Align;
-    std::vector<TextTable::Column> columns{{"", "callback", Align::left},
-                                           {"", "runs"},
-                                           {"", "every"},
-                                           {has_durations_alone_ ? "" : "response", "p50"},
-                                           {has_durations_alone_ ? "duration" : "time", "p99"},
-                                           {"", "max"},
-                                           {"", "deadline"},
-                                           {"", "late"},
-                                           {"", "busy"}};
+    std::vector<TextTable::Column> columns{
+        {"", "callback", Align::left},
+        {"", "runs", Align::right, 1},
+        {"", "every", Align::right, 4},
+        {has_durations_alone_ ? "" : "response", "p50", Align::right, 3},
+        {has_durations_alone_ ? "duration" : "time", "p99", Align::right, 2},
+        {"", "max"},
+        {"", "deadline", Align::right, 1},
+        {"", "late"},
+        {"", "busy", Align::right, 1}};
     for (const auto extra : extras) {
       columns.push_back(extra == Extra::at_most         ? TextTable::Column{"at", "most"}
                         : extra == Extra::missed        ? TextTable::Column{"", "missed"}
@@ -356,18 +357,49 @@ class ReportScreen {
                              judged_.names.of(*callback));
     }
     if (!missing.empty()) append(lines, paragraph("  releases missed: ", missing, 1, style_));
-    std::string idle;
-    std::size_t never_ran = 0;
-    for (const auto& callback : report_.callbacks) {
-      if (has_run(callback)) continue;
-      idle += (idle.empty() ? "" : ", ") + judged_.names.of(callback);
-      ++never_ran;
-    }
-    if (never_ran > 0) {
-      append(lines, paragraph(fmt::format("  never ran: {}: ", counted(never_ran, "callback")),
-                              idle, 1, style_));
-    }
+    append(lines, open_runs());
+    append(lines, without_runs("no run seen", [](const CallbackReport& callback) {
+             return !has_run(callback) && !never_ran(callback);
+           }));
+    append(lines, without_runs("never ran", never_ran));
     return lines;
+  }
+
+  template <typename Is>
+  Lines without_runs(std::string_view what, const Is& is) const {
+    std::string names;
+    std::size_t count = 0;
+    for (const auto& callback : report_.callbacks) {
+      if (!is(callback)) continue;
+      names += (names.empty() ? "" : ", ") + judged_.names.of(callback);
+      ++count;
+    }
+    if (count == 0) return {};
+    return paragraph(fmt::format("  {}: {}: ", what, counted(count, "callback")), names, 1, style_);
+  }
+
+  // Of those that did not end the one that began first, if no other run of its callback took as
+  // long, or it has a deadline that it missed for certain.
+  Lines open_runs() const {
+    const CallbackReport* longest = nullptr;
+    for (const auto* callback : callbacks_) {
+      const auto& open = callback->longest_open;
+      const auto ended =
+          analysis::longest_response(*callback).value_or(analysis::LongestResponse{});
+      const auto& deadline = callback->response_deadline;
+      const bool is_notable =
+          open && (open->until_end.ns > ended.ns || (deadline && open->until_end > *deadline));
+      const bool is_longer =
+          is_notable && (longest == nullptr || longest->longest_open->until_end < open->until_end);
+      if (is_longer) longest = callback;
+    }
+    if (longest == nullptr) return {};
+    const auto& [seq, until_end] = *longest->longest_open;
+    auto text = fmt::format("{}, run {} began {} before the end", judged_.names.of(*longest), seq,
+                            format_duration(until_end.ns));
+    if (const auto& deadline = longest->response_deadline)
+      text += fmt::format(" (deadline {})", format_duration(deadline->ns));
+    return paragraph("  did not end: ", text, 2, style_);
   }
 
   Lines commands() const {

@@ -205,15 +205,20 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
     add("longest queue", counted(*c->longest_queue, "sample"), *c);
   }
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
-  const auto never_ran = callbacks_with(report, analysis::Isolation::never_ran);
+  const auto unmapped = callbacks_with(report, analysis::Isolation::never_ran);
+  const auto unseen = std::ranges::count_if(report.callbacks, [](const auto& callback) {
+    return !has_run(callback) && !never_ran(callback);
+  });
+  const auto idle = std::ranges::count_if(report.callbacks, never_ran);
   if (const auto shared = callbacks_with(report, analysis::Isolation::not_isolated); shared > 0) {
     text += fmt::format("  {:<22}{:>11}  callbacks{} do not have a thread of their own\n",
-                        "not isolated", fmt::format("{} of {}", shared, all - never_ran),
-                        never_ran > 0 ? " that ran" : "");
+                        "not isolated", fmt::format("{} of {}", shared, all - unmapped),
+                        unmapped > 0 ? " that ran" : "");
   }
-  if (never_ran > 0) {
-    text += fmt::format("  {:<22}{:>11}  callbacks\n", "never ran",
-                        fmt::format("{} of {}", never_ran, all));
+  for (const auto& [count, what] :
+       {std::pair(unseen, "no run seen"), std::pair(idle, "never ran")}) {
+    if (count == 0) continue;
+    text += fmt::format("  {:<22}{:>11}  callbacks\n", what, fmt::format("{} of {}", count, all));
   }
   return text.empty() ? text : paint("Worst", Look::strong, style) + "\n" + text + "\n";
 }

@@ -50,7 +50,7 @@ std::string_view deed(std::string_view rule) {
       {"E1", "had starts without ends"},
       {"E2", "ran twice at once"},
       {"E3", "nested callbacks"},
-      {"R1", "did not end before the next release"},
+      {"R1", "took longer than the shortest inter-arrival time"},
       {"R2", "skipped periods"},
       {"R3", "missed deadlines"},
       {"R4", "exceeded the budget"},
@@ -169,6 +169,13 @@ std::string late_runs(const Judged& judged, const CallbackReport& callback) {
   return text + place_of_deadline(judged, callback);
 }
 
+// Of R1, where one instance was seen to end after the next one was released. Elsewhere the longest
+// response time and the shortest inter-arrival time are of different instances.
+std::string overtaken(const SubjectVerdict& subject) {
+  const bool is_seen = !subject.evidence.empty() && subject.evidence[0].event == "callback_end";
+  return is_seen ? "; ended after the next release" : "";
+}
+
 struct Told {
   std::int64_t weight = 0;  // larger is worse
   std::string detail;       // subjects with the same one are told together
@@ -198,10 +205,10 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
   if (rule.id == "R1" && callback != nullptr && callback->response_time &&
       callback->inter_arrival) {
     return {.weight = callback->response_time->max,
-            .detail = fmt::format("took up to {}, next release after {}",
+            .detail = fmt::format("up to {}, releases as close as {}",
                                   format_duration(callback->response_time->max),
                                   format_duration(callback->inter_arrival->min)),
-            .of_one = {}};
+            .of_one = overtaken(subject)};
   }
   if (rule.id == "R2" && callback != nullptr && callback->missed_releases.value_or(0) > 0) {
     const auto missed = *callback->missed_releases;
@@ -353,7 +360,12 @@ std::vector<Doubt> doubts_of(const Judged& judged) {
 std::string isolation_fact(const analysis::Report& report) {
   const auto ran = static_cast<std::ptrdiff_t>(report.callbacks.size()) -
                    callbacks_with(report, Isolation::never_ran);
-  if (ran == 0) return "no callback ran";
+  if (ran == 0) {
+    if (std::ranges::any_of(report.callbacks, has_run))
+      return "no whole run of a callback was seen";
+    return std::ranges::all_of(report.callbacks, never_ran) ? "no callback ran"
+                                                            : "no run of a callback was seen";
+  }
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0)
     return share_of_callbacks(shared, ran) + " share threads";
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());

@@ -174,15 +174,38 @@ class VerifyScreen {
     return text;
   }
 
+  // A process did not end in the recording: it still ran, or it crashed.
+  bool is_any_without_end() const {
+    const auto& rules = judged_.verdicts.rules;
+    const auto rule =
+        std::ranges::find(rules, analysis::kRunCompleteRule, &analysis::RuleVerdict::id);
+    if (rule == rules.end()) return false;
+    return std::ranges::any_of(rule->subjects, [](const analysis::SubjectVerdict& subject) {
+      return subject.verdict == Verdict::inconclusive && !subject.evidence.empty() &&
+             subject.evidence.front().event == "run_end";
+    });
+  }
+
+  // Of rules that are undecided, when none is violated.
+  std::string_view way_to_a_decision() const {
+    const auto open = head_.rules_with(Verdict::inconclusive);
+    if (std::ranges::find(open, analysis::kReadableRule) != open.end())
+      return "mend the copy or record again: no option passes what cannot be read";
+    if (judged_.report.callbacks.empty())
+      return "it holds nothing to judge: record again while the application runs";
+    if (is_any_without_end()) {
+      return "of processes that did not end in the recording --allow-crash judges what was seen; "
+             "--inconclusive=warn exits with 0 whatever stays undecided";
+    }
+    return "where these rules may stay undecided: --inconclusive=warn exits with 0";
+  }
+
   Lines remedy() const {
     std::string text;
     if (!findings_.empty()) {
       text = remedy_of(judged_, findings_.front());
     } else if (head_.verdict() == Verdict::inconclusive) {
-      const auto open = head_.rules_with(Verdict::inconclusive);
-      const auto is_readable = std::ranges::find(open, analysis::kReadableRule) == open.end();
-      text = is_readable ? "where these rules may stay undecided: --inconclusive=warn exits with 0"
-                         : "mend the copy or record again: no option passes what cannot be read";
+      text = way_to_a_decision();
     }
     if (text.empty()) return {};
     return paragraph(style_.unicode ? "  → " : "  -> ", text, 2, style_);

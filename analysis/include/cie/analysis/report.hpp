@@ -152,6 +152,12 @@ struct Preemptor {
   Duration time;
 };
 
+// An instance that did not end.
+struct OpenRun {
+  std::uint64_t seq = 0;
+  Duration until_end;  // from its start to the end of the recording
+};
+
 struct CallbackReport {
   CallbackIndex index{};  // as Instance::callback
   ProcessIndex process{};
@@ -169,7 +175,10 @@ struct CallbackReport {
   // As observed. Empty: it ran on threads that the trace does not name.
   std::optional<Isolation> isolation = Isolation::never_ran;
   std::uint64_t instances = 0;
-  std::uint64_t incomplete = 0;
+  std::uint64_t incomplete = 0;  // open at the end, or cut by an edge of the window
+  // That the recording proves and does not show: before it began, outside the window, or lost.
+  std::uint64_t runs_not_seen = 0;
+  std::optional<OpenRun> longest_open{};    // of those that are open; not part of the JSON
   std::optional<std::uint64_t> exceptions;  // instances that one ended; empty: not told
   std::optional<std::uint64_t> missed_releases;
   // Of a subscription: the most samples that waited at once, arrived and not overwritten, for their
