@@ -62,6 +62,7 @@ class Comparison {
   struct Figures {
     std::uint64_t complete = 0;
     std::uint64_t open = 0;
+    std::uint64_t cut = 0;
     std::uint64_t missed = 0;
     std::map<std::int64_t, std::uint64_t> by_thread;
     std::map<ReleaseSource, std::uint64_t> sources;

@@ -127,6 +127,7 @@ void Comparison::add(const InstanceTruth& instance, const Shown& shown) {
   auto& figures = figures_[static_cast<std::size_t>(instance.callback)];
   figures.missed += instance.missed;
   if (shown.state == InstanceState::open) ++figures.open;
+  if (shown.state == InstanceState::cut_by_window) ++figures.cut;
   if (shown.state != InstanceState::complete) return;
   ++figures.complete;
   ++figures.by_thread[truth_.threads[instance.thread].tid];

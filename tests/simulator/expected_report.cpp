@@ -52,6 +52,7 @@ void Comparison::compare_callback(std::size_t index) {
   const auto name = callback.id + ' ';
   equal(name + "instances", said.instances, meant.complete);
   equal(name + "open", said.incomplete, meant.open);
+  equal(name + "cut", said.cut, meant.cut);
   const bool is_timer = callback.kind == CallbackKind::timer;
   equal(name + "has missed releases", said.missed_releases.has_value(), is_timer);
   compare_queue(index, said.longest_queue);

@@ -191,7 +191,8 @@ CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool k
                    [](const auto& a, const auto& b) { return a.tid < b.tid; });
   report.isolation = isolation_of(model, context.hidden, facts);
   report.instances = facts.instances;
-  report.incomplete = facts.open_count + facts.cut_instances;
+  report.incomplete = facts.open_count;
+  report.cut = facts.cut_instances;
   const auto known = known_instances(model, facts);
   report.runs_not_seen = known - std::min(known, facts.starts.count);
   report.longest_open = longest_open(model, facts);

@@ -171,7 +171,7 @@ class SameNumbers(unittest.TestCase):
             self.assertIn(f"{recording.verdict['verdict']}: ", text)
             rows = [row for section in re.split(r"\n(?=Callbacks of pid |Threads of pid |Chain )", text)
                     if section.startswith("Callbacks of pid ") for row in self.rows(section)]
-            ran = [callback for callback in recording.report["callbacks"] if callback["instances"] + callback["incomplete"]]
+            ran = [callback for callback in recording.report["callbacks"] if callback["instances"] + callback["incomplete"] + callback["cut"]]
             self.assertEqual(len(rows), len(ran))
             for row, callback in zip(rows, ran):
                 name, runs, p50, p99, longest = (row.get(column, "-") for column in (
@@ -180,7 +180,8 @@ class SameNumbers(unittest.TestCase):
                     "lat. max", "exec. time max", "missed", "lated", "deadline", "late"))
                 head, _, tail = callback["logical_id"].partition("...") if "..." not in name else name.partition("...")
                 self.assertTrue(callback["logical_id"].startswith(head) and callback["logical_id"].endswith(tail), name)
-                incomplete = f"+{callback['incomplete']}" if callback["incomplete"] else ""
+                partly_seen = callback["incomplete"] + callback["cut"]
+                incomplete = f"+{partly_seen}" if partly_seen else ""
                 self.assertEqual(runs, f"{callback['instances']}{incomplete}")
                 exact, lower = callback["response_time_ns"], callback["response_time_lower_ns"]
                 for told, part in ((p50, "p50"), (p99, "p99"), (longest, "max")):

@@ -170,7 +170,8 @@ TEST(Window, WhatAnEdgeCutsIsNoLoss) {
     70 start a)";
   const auto verified = in_window(kTrace, 15, 55);
   EXPECT_EQ(callback(verified, "a").instances, 1U);
-  EXPECT_EQ(callback(verified, "a").incomplete, 2U);
+  EXPECT_EQ(callback(verified, "a").incomplete, 0U);
+  EXPECT_EQ(callback(verified, "a").cut, 2U);
   EXPECT_EQ(callback(verified, "a").runs_not_seen, 2U) << "0, which began before, and 3";
   EXPECT_EQ(verified.of("E1", "callback a"), Verdict::pass)
       << verified.evidence("E1", "callback a");
@@ -188,9 +189,9 @@ TEST(Window, AnInstanceThatLastsLongerIsCutByBothEdges) {
     90 end a)";
   const auto inside = callback(in_window(kTrace, 20, 40), "a");
   EXPECT_EQ(inside.instances, 0U);
-  EXPECT_EQ(inside.incomplete, 1U);
-  EXPECT_EQ(callback(in_window(kTrace, 51, 59), "a").incomplete, 0U) << "between the two";
-  EXPECT_EQ(callback(in_window(kTrace, 20, 70), "a").incomplete, 2U) << "one by each edge";
+  EXPECT_EQ(inside.cut, 1U);
+  EXPECT_EQ(callback(in_window(kTrace, 51, 59), "a").cut, 0U) << "between the two";
+  EXPECT_EQ(callback(in_window(kTrace, 20, 70), "a").cut, 2U) << "one by each edge";
 }
 
 TEST(Window, TellsHowLongBeforeItsEndWhatIsOpenBegan) {
@@ -215,8 +216,8 @@ TEST(Window, WhatAProcessLeftOpenBeforeTheWindowIsNotCutByIt) {
     10 start a
     30 start b
     60 end b)";
-  EXPECT_EQ(callback(in_window(kTrace, 40, 70), "a").incomplete, 0U);
-  EXPECT_EQ(callback(in_window(kTrace, 40, 70), "b").incomplete, 1U);
+  EXPECT_EQ(callback(in_window(kTrace, 40, 70), "a").cut, 0U);
+  EXPECT_EQ(callback(in_window(kTrace, 40, 70), "b").cut, 1U);
 }
 
 TEST(Window, LossOutsideIsNoneInsideIs) {

@@ -93,6 +93,7 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
                       "response_deadline_ns",
                       "late",
                       "preempted_by",
+                      "cut",
                       "runs_not_seen"};
   for (const auto& c : report["callbacks"]) {
     EXPECT_EQ(keys(c), callback);

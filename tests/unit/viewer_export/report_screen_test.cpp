@@ -385,7 +385,7 @@ TEST(ReportScreen, OfAWindowWithinARunSaysThatNoWholeOneWasSeen) {
   EXPECT_THAT(screen_of(report, {}), HasSubstr("  no callback ran\n"));
   report.callbacks[0].runs_not_seen = 1;
   EXPECT_THAT(screen_of(report, {}), HasSubstr("  no run of a callback was seen\n"));
-  report.callbacks[0].incomplete = 1;
+  report.callbacks[0].cut = 1;
   EXPECT_THAT(screen_of(report, {}), AllOf(HasSubstr("no whole run of a callback was seen\n"),
                                            HasSubstr("   0+1"), Not(HasSubstr("never ran"))));
 }

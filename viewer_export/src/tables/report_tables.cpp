@@ -47,21 +47,21 @@ std::vector<TextCell> callback_row(const CallbackReport& c, bool has_bounds_alon
                         : c.isolation == analysis::Isolation::not_isolated
                             ? TextCell{"NO", Look::bad}
                             : not_measured();
-  return {
-      {printable(c.logical_id)},
-      {fmt::format("{}{}", c.instances, c.incomplete > 0 ? fmt::format("+{}", c.incomplete) : "")},
-      has_bounds_alone ? duration_cell(c.inter_arrival, &Summary::p50) : not_measured(),
-      response_cell(c, &Summary::p50, format_duration),
-      response_cell(c, &Summary::p99, format_duration),
-      response_cell(c, &Summary::max, format_duration),
-      at_most_cell(c, format_duration),
-      c.response_deadline ? TextCell{format_duration(c.response_deadline->ns)} : not_measured(),
-      late,
-      has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
-      duration_cell(c.start_latency, &Summary::max),
-      duration_cell(c.execution_time, &Summary::max),
-      missed,
-      isolated};
+  return {{printable(c.logical_id)},
+          {fmt::format("{}{}", c.instances,
+                       c.partly_seen() > 0 ? fmt::format("+{}", c.partly_seen()) : "")},
+          has_bounds_alone ? duration_cell(c.inter_arrival, &Summary::p50) : not_measured(),
+          response_cell(c, &Summary::p50, format_duration),
+          response_cell(c, &Summary::p99, format_duration),
+          response_cell(c, &Summary::max, format_duration),
+          at_most_cell(c, format_duration),
+          c.response_deadline ? TextCell{format_duration(c.response_deadline->ns)} : not_measured(),
+          late,
+          has_bounds_alone ? duration_cell(c.duration, &Summary::max) : not_measured(),
+          duration_cell(c.start_latency, &Summary::max),
+          duration_cell(c.execution_time, &Summary::max),
+          missed,
+          isolated};
 }
 
 // What the scheduler was told: "FIFO 80", "OTHER nice 5", "DEADLINE 2.000 ms/10.00 ms".
@@ -342,7 +342,7 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
 }
 
 bool has_run(const CallbackReport& callback) noexcept {
-  return callback.instances + callback.incomplete > 0;
+  return callback.instances + callback.partly_seen() > 0;
 }
 
 bool never_ran(const CallbackReport& callback) noexcept {

@@ -159,7 +159,7 @@ std::string counts_of_runs(const analysis::Report& report) {
   std::uint64_t thrown = 0;
   for (const auto& callback : report.callbacks) {
     runs += callback.instances;
-    incomplete += callback.incomplete;
+    incomplete += callback.partly_seen();
     thrown += callback.exceptions.value_or(0);
   }
   const auto& lost = report.trace.lost_events;

@@ -240,7 +240,7 @@ class ReportScreen {
       return has_durations_alone_ ? time_cell(callback.duration, part)
                                   : response_cell(callback, part, compact_duration);
     };
-    const auto& cut_off = callback.incomplete;
+    const auto cut_off = callback.partly_seen();
     const auto late = callback.late.value_or(0);
     std::vector<TextCell> cells{
         {judged_.names.of(callback)},

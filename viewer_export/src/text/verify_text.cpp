@@ -183,7 +183,7 @@ std::string summary(const analysis::VerdictReport& verdicts, const analysis::Rep
   std::uint64_t incomplete = 0;
   for (const auto& callback : report.callbacks) {
     instances += callback.instances;
-    incomplete += callback.incomplete;
+    incomplete += callback.partly_seen();
   }
   std::string text =
       fmt::format("{} of {} in {} checked; {} cut by an edge of the trace or never ended\n",

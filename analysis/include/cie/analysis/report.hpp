@@ -175,7 +175,8 @@ struct CallbackReport {
   // As observed. Empty: it ran on threads that the trace does not name.
   std::optional<Isolation> isolation = Isolation::never_ran;
   std::uint64_t instances = 0;
-  std::uint64_t incomplete = 0;  // open at the end, or cut by an edge of the window
+  std::uint64_t incomplete = 0;  // open at the end
+  std::uint64_t cut = 0;         // by an edge of the window
   // That the recording proves and does not show: before it began, outside the window, or lost.
   std::uint64_t runs_not_seen = 0;
   std::optional<OpenRun> longest_open{};    // of those that are open; not part of the JSON
@@ -200,6 +201,8 @@ struct CallbackReport {
   std::optional<Summary> wakeup_latency;
 
   bool is_isolated() const noexcept { return isolation == Isolation::isolated; }
+  // Those of which a part was seen.
+  std::uint64_t partly_seen() const noexcept { return incomplete + cut; }
 };
 
 // Parameters last read back of a thread.

@@ -119,6 +119,7 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.added("response_deadline_ns", c.response_deadline);
   visit.added("late", c.late);
   visit.added("preempted_by", c.preempted_by);
+  visit.added("cut", c.cut);
   visit.added("runs_not_seen", c.runs_not_seen);
 }
 
