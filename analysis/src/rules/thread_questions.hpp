@@ -1,6 +1,7 @@
 // Small questions about threads, callbacks and parameters that several rules ask.
 #pragma once
 
+#include <cie/analysis/verdict.hpp>
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include "model/facts.hpp"
@@ -8,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 namespace cie::analysis {
 
