@@ -23,6 +23,7 @@ const longest = c => {
   const r = responseTime(c, "max");
   return r === null ? -1 : r.ns;
 };
+// The callback that took the longest; if deadlines were missed, the one that took the most of its deadline.
 export const worstIndex = () => {
   const late = report.callbacks
     .map((c, i) => [c.response_deadline_ns ? longest(c) / c.response_deadline_ns : 0, i])
@@ -212,7 +213,7 @@ export const inShort = () => {
     lines.push(
       sentence(
         isLate ? "FAIL" : "NOT_APPLICABLE",
-        "Slowest: ",
+        isLate ? "Worst against its deadline: " : "Slowest: ",
         link(name(c), () => choose(worst, true), fullName(c)),
         took,
         deadline === null || (r.isBound && !isLate)

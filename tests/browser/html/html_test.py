@@ -259,6 +259,18 @@ class Contents(Page):
         self.assertIn("Enforcement does not hold: 2 rules are violated: M2 one-callback-per-thread", short)
         self.assertIn("Slowest: " + worst, short)
 
+    def test_another_one_than_the_slowest_is_told_as_the_worst_against_its_deadline(self):
+        trace = EXAMPLES / "multi_threaded_fails" / "trace"
+        responses = sorted((c["response_time_ns"]["max"], name, c["logical_id"])
+                           for c, name in named(document_of(self.page(trace))) if c["response_time_ns"])
+        _, name, identity = responses[0]  # the fastest is the only one with a deadline, and misses it
+        spec = self.folder / "deadline.yaml"
+        spec.write_text(f"callback_groups:\n  - id: \"{identity}\"\n    response_deadline: 1\n", encoding="utf-8")
+        self.page(trace, "--spec", spec)
+        short = " ".join(self.see("#short li"))
+        self.assertIn("Worst against its deadline: " + name, short)
+        self.assertNotIn("Slowest", short)
+
     def test_nobody_is_accused_of_what_nobody_claimed(self):
         trace = EXAMPLES / "multi_threaded_fails" / "trace"
         self.page(trace)
