@@ -1,5 +1,7 @@
 #include "live_views.hpp"
 
+#include <cie/viewer_export/output_file.hpp>
+
 #include "batch_text.hpp"
 #include "output.hpp"
 #include "snapshot_json.hpp"
@@ -25,6 +27,7 @@ and not encrypted. To keep it to this machine: --listen PORT, and a tunnel (ssh 
 void print(const std::string& text) {
   const bool is_written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
   if (!is_written || std::fflush(stdout) != 0) {
+    if (errno == EPIPE) throw viewer_export::ClosedPipe("nobody reads standard output any more");
     throw std::system_error(errno, std::generic_category(), "cannot write to standard output");
   }
 }
