@@ -57,14 +57,18 @@ std::vector<std::filesystem::path> find_traces(const std::filesystem::path& path
   take(path);
   fs::recursive_directory_iterator entry(path, error);
   if (error) throw UnreadableTrace("cannot read trace " + shown + ": " + error.message());
+  fs::path last;  // which an error on the way to the next one is about
   for (const fs::recursive_directory_iterator end; entry != end; entry.increment(error)) {
-    if (error) break;
+    last = entry->path();
     if (entry.depth() >= kMaxDepth) entry.disable_recursion_pending();
     std::error_code ignored;
     if (entry->is_directory(ignored)) take(entry->path());
     if (found.size() > kMaxTraces) break;
   }
-  if (error) throw UnreadableTrace("cannot read trace " + shown + ": " + error.message());
+  if (error) {
+    throw UnreadableTrace("cannot read trace " + shown + ": cannot list " + last.string() + ": " +
+                          error.message());
+  }
   if (found.empty()) {
     throw UnreadableTrace("cannot read trace " + shown + ": " + why_there_is_none(path));
   }

@@ -11,7 +11,7 @@
 namespace cie::analysis {
 namespace {
 
-std::string counted(std::uint64_t expected, std::uint64_t seen) {
+std::string counted_and_seen(std::uint64_t expected, std::uint64_t seen) {
   return std::to_string(expected) + " counted, " + std::to_string(seen) + " seen";
 }
 
@@ -26,12 +26,13 @@ std::optional<Evidence> gap_of(const SequenceFacts& numbers, const char* event,
   }
   if (numbers.missing != 0) {
     return evidence(event, numbers.last_at,
-                    std::to_string(numbers.missing) + " numbers of " + number + " are missing");
+                    counted(numbers.missing, "number") + " of " + number +
+                        (numbers.missing == 1 ? " is" : " are") + " missing");
   }
   if (numbers.repeated != 0) {
     return evidence(event, numbers.last_at,
-                    std::string(number) + " does not rise: " + std::to_string(numbers.repeated) +
-                        " numbers came twice");
+                    std::string(number) + " does not rise: " + counted(numbers.repeated, "number") +
+                        " came twice");
   }
   return std::nullopt;
 }
@@ -220,7 +221,8 @@ std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTot
                                       const char* what) const {
   const auto& run_end = model_.processes[at(process)].run_end;
   if (!run_end || !has_begun_in_trace(process) || seen >= (*run_end).*total) return std::nullopt;
-  return evidence(event, run_end->at, std::string(what) + counted((*run_end).*total, seen));
+  return evidence(event, run_end->at,
+                  std::string(what) + counted_and_seen((*run_end).*total, seen));
 }
 
 std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
@@ -239,7 +241,7 @@ void Proof::compare(ProcessIndex process, const Evidence& total, std::uint64_t e
   ++proof.compared;
   if (expected == seen) return;
   proof.disagreements.push_back(total);
-  proof.disagreements.back().note += ": " + counted(expected, seen);
+  proof.disagreements.back().note += ": " + counted_and_seen(expected, seen);
 }
 
 std::optional<Evidence> Proof::user_loss_since(ProcessIndex process, Timestamp time) const {
@@ -298,7 +300,7 @@ void Proof::prove(CallbackIndex index) {
     compare(facts.process, total("started"), facts.fini->started, started);
     if (!loss && facts.fini->started != started) {
       loss = total("started: ");
-      loss->note += counted(facts.fini->started, started);
+      loss->note += counted_and_seen(facts.fini->started, started);
     }
     // Instances that never end are told by started - ended; more that are open lost their end.
     const auto open = open_instances(facts);
@@ -308,7 +310,7 @@ void Proof::prove(CallbackIndex index) {
             is_end_lost || is_surplus ? started - open : facts.fini->ended);
     if (!loss && is_end_lost) {
       loss = total("ended: ");
-      loss->note += counted(facts.fini->ended, started - open);
+      loss->note += counted_and_seen(facts.fini->ended, started - open);
     }
     // A recording may leave a class out, and that of another machine not.
     const auto host = model_.processes[at(facts.process)].host;
@@ -318,7 +320,7 @@ void Proof::prove(CallbackIndex index) {
       compare(facts.process, total(what), total_count, seen);
       if (loss || total_count == seen) return;
       loss = total(what);
-      loss->note += ": " + counted(total_count, seen);
+      loss->note += ": " + counted_and_seen(total_count, seen);
     };
     compare_running("released", with_releases_, facts.fini->released, facts.releases);
     compare_running("lost", with_lost_samples_, facts.fini->lost, facts.lost);
@@ -352,8 +354,9 @@ std::optional<Evidence> Proof::loss(const PublisherFacts& publisher) const {
       first_number(publisher.published, publisher.registered, publisher.first_next_seq);
   const auto seen = first + publisher.published.count;
   if (publisher.fini && publisher.fini->second != seen) {
-    return evidence("publisher_fini", publisher.fini->first,
-                    publisher.topic + " published: " + counted(publisher.fini->second, seen));
+    return evidence(
+        "publisher_fini", publisher.fini->first,
+        publisher.topic + " published: " + counted_and_seen(publisher.fini->second, seen));
   }
   if (!publisher.fini && publisher.is_accounted && !is_interrupted(publisher.process)) {
     return evidence("publisher_fini", *publisher.registered,
@@ -398,7 +401,7 @@ void Proof::prove(ThreadIndex index) {
     compare(facts.process, total, facts.fini_read_backs, seen);
     if (!loss && facts.fini_read_backs != seen) {
       loss = total;
-      loss->note += ": " + counted(facts.fini_read_backs, seen);
+      loss->note += ": " + counted_and_seen(facts.fini_read_backs, seen);
     }
   } else if (!is_interrupted(facts.process)) {
     const auto missing = evidence("thread_fini", *facts.announced, name + " has no thread_fini");

@@ -4,6 +4,7 @@
 
 #include "judgement.hpp"
 #include "model/recorded_parts.hpp"
+#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <array>
@@ -186,11 +187,14 @@ std::vector<SubjectVerdict> judge_time_sane(const RuleContext& context) {
   judgement.check(std::max<std::uint64_t>(model.streams.size(), model.events.total > 0 ? 1 : 0));
   const auto& regressions = model.time_regressions;
   if (regressions.first) {
-    judgement.fail(evidence("time_regression", moment(regressions.first_previous),
-                            "the stream had come to this time"));
     judgement.fail(
-        evidence("time_regression", *regressions.first,
-                 "and went back to this one; " + counted(regressions.count, "time") + " in all"));
+        evidence("time_regression", moment(regressions.first_previous),
+                 "the stream had come to " + nanoseconds(regressions.first_previous.ns)));
+    judgement.fail(evidence("time_regression", *regressions.first,
+                            "and went back by " +
+                                nanoseconds(regressions.first_previous - regressions.first->time) +
+                                ", to " + nanoseconds(regressions.first->time.ns) + "; " +
+                                counted(regressions.count, "time") + " in all"));
   }
   if (model.clocks_unrelated) {
     judgement.doubt(evidence("clock", begin_of(model),

@@ -46,6 +46,16 @@ class Unreadable(Folder):
         self.write("garbage/channel_0", bytes(range(256)) * 16)
         self.assert_unreadable(self.path("garbage"))
 
+    def test_a_directory_that_cannot_be_listed_is_named(self):
+        closed = self.path("run", "closed")
+        os.makedirs(closed)
+        os.chmod(self.folder, 0o755)
+        os.chmod(closed, 0)
+        nobody = {"user": 65534} if os.geteuid() == 0 else {}  # whom permissions bind
+        result = cie("report", self.path("run"), **nobody)
+        self.assertEqual((result.returncode, result.stderr.decode()), (4,
+            f"cie: cannot read trace {self.path('run')}: cannot list {closed}: Permission denied\n"))
+
     def test_a_hostile_name(self):
         self.assert_unreadable(self.path("\x1b[31m\n'\"\udcff"))
         self.assert_unreadable("x" * 10_000)

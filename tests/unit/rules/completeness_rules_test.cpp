@@ -79,6 +79,20 @@ TEST(SeqContiguous, NamesTheHoleAmongTheEndsOfAProcessThatCrashed) {
   EXPECT_EQ(Verified(trace).of("T3", "callback fusion"), Verdict::inconclusive);
 }
 
+TEST(SeqContiguous, CountsTheNumbersThatCameTwice) {
+  const auto said = [](const std::string& more) {
+    const Verified verified("    callback fusion\n" + std::string(R"(
+    10 start fusion seq=0
+    14 end fusion seq=0
+    20 start fusion seq=0
+    24 end fusion seq=0)") + more);
+    return verified.evidence("T3", "callback fusion");
+  };
+  EXPECT_THAT(said(""), HasSubstr("does not rise: 1 number came twice"));
+  EXPECT_THAT(said("\n    30 start fusion seq=0\n    34 end fusion seq=0"),
+              HasSubstr("does not rise: 2 numbers came twice"));
+}
+
 TEST(SeqContiguous, MissesNoEndOfAnInstanceThatNeverEnded) {
   // Left by longjmp(): the totals count an end less.
   const Verified verified(R"(

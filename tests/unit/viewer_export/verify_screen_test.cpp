@@ -246,6 +246,16 @@ TEST(VerifyScreen, ToldInOneLineNamesTheWindowAndCountsWhatIsSuppressed) {
               testing::EndsWith("; 1 verdict suppressed; window 7..9 ns alone\n"));
 }
 
+TEST(VerifyScreen, ToldInOneLineSaysOnceWhatIsUndecided) {
+  const auto undecided = [](const char* id) {
+    return analysis::RuleVerdict{
+        .id = id, .name = id, .verdict = Verdict::inconclusive, .subjects = {}};
+  };
+  EXPECT_EQ(line_of({.verdict = Verdict::inconclusive, .rules = {undecided("T4"), undecided("Q1")}},
+                    report_of_shared_threads()),
+            "INCONCLUSIVE  run 1: 2 rules undecided: T4 Q1\n");
+}
+
 TEST(VerifyScreen, CountsWhatIsSuppressedAndNamesWhatIsNoLonger) {
   EXPECT_THAT(screen_of(test::suppressed_verdicts(false), report_of_shared_threads()),
               HasSubstr("1 verdict suppressed"));

@@ -96,7 +96,8 @@ std::string Headline::line() const {
   for (const auto listed : {Verdict::fail, Verdict::inconclusive}) {
     const auto ids = rules_with(listed);
     if (ids.empty()) continue;
-    text += listed == Verdict::fail ? "; violated" : "; undecided";
+    const bool is_said = listed == Verdict::inconclusive && findings_.empty();  // by the fact
+    text += is_said ? ":" : listed == Verdict::fail ? "; violated" : "; undecided";
     for (const auto& id : ids)
       text += " " + id;
   }
