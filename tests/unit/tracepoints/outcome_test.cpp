@@ -61,7 +61,7 @@ TEST(Summary, CountsLossesAndDoesNotFailForThem) {
   const std::string text = summary(kept);
   EXPECT_TRUE(kept.is_success());
   EXPECT_THAT(text, Not(HasSubstr("channel \"state\"")));
-  EXPECT_THAT(text, HasSubstr("LOST: channel \"events\" discarded 7 events and lost 1 packets"));
+  EXPECT_THAT(text, HasSubstr("LOST: channel \"events\" discarded 7 events and lost 1 packet;"));
   EXPECT_THAT(text, HasSubstr("LOST: the kernel's buffers lost 3 events"));
   EXPECT_THAT(text, HasSubstr("LOST: this kernel did not report 2 switches"));
   EXPECT_THAT(text, HasSubstr("recorded /rec"));
@@ -86,6 +86,20 @@ TEST(Summary, OfSnapshotsNamesTheFirstIfThereIsOne) {
   kept.kept = KeptInSnapshots{.saved = 2, .left_out = 0};
   EXPECT_THAT(summary(kept), HasSubstr("saved 2 snapshots in /rec\n"
                                        "next: cie report /rec/snapshot-001\n"));
+}
+
+TEST(Summary, SaysOneOfOne) {
+  Outcome kept = outcome();
+  kept.manifest.losses = {{.name = "events", .discarded_events = 1, .lost_packets = 0}};
+  kept.manifest.kernel = KernelSummary{.route = "bpf", .lost_events = 1, .untold_switches = 1};
+  kept.kept = KeptInChunks{.sealed = 1, .removed = 1};
+  EXPECT_THAT(summary(kept), HasSubstr("discarded 1 event and lost 0 packets;"));
+  EXPECT_THAT(summary(kept), HasSubstr("the kernel's buffers lost 1 event;"));
+  EXPECT_THAT(summary(kept), HasSubstr("did not report 1 switch of threads"));
+  EXPECT_THAT(summary(kept),
+              HasSubstr("recorded 1 chunk in /rec, of which the oldest 1 was removed;"));
+  kept.kept = KeptInSnapshots{.saved = 1, .left_out = 1};
+  EXPECT_THAT(summary(kept), HasSubstr("saved 1 snapshot in /rec; 1 time more there was"));
 }
 
 TEST(Summary, OfWhatWasStreamedNamesItsSessionsThere) {

@@ -57,21 +57,23 @@ std::string result(const Manifest& manifest, const KeptInDirectory& /*kept*/) {
 }
 
 std::string result(const Manifest& manifest, const KeptInChunks& kept) {
-  const std::string removed =
-      kept.removed > 0 ? fmt::format(", of which the oldest {} were removed", kept.removed) : "";
-  return fmt::format("recorded {} chunks in {}{}; each is a recording, too\n{}", kept.sealed,
+  const std::string removed = kept.removed > 0 ? fmt::format(", of which the oldest {} removed",
+                                                             in_number(kept.removed, "was", "were"))
+                                               : "";
+  return fmt::format("recorded {} in {}{}; each is a recording, too\n{}",
+                     in_number(kept.sealed, "chunk", "chunks"),
                      in_shell_quotes(manifest.options.directory), removed,
                      next_commands(manifest.options));
 }
 
 std::string result(const Manifest& manifest, const KeptInSnapshots& kept) {
   const fs::path& directory = manifest.options.directory;
-  std::string text =
-      fmt::format("saved {} snapshots in {}", kept.saved, in_shell_quotes(directory));
+  std::string text = fmt::format("saved {} in {}", in_number(kept.saved, "snapshot", "snapshots"),
+                                 in_shell_quotes(directory));
   if (kept.left_out > 0) {
     text += fmt::format(
-        "; {} times more there was a reason to, but --max-snapshots or --min-interval forbade it",
-        kept.left_out);
+        "; {} more there was a reason to, but --max-snapshots or --min-interval forbade it",
+        in_number(kept.left_out, "time", "times"));
   }
   text += '\n';
   if (kept.saved > 0) {
@@ -96,21 +98,22 @@ std::string losses(const Manifest& manifest) {
   for (const ChannelLoss& loss : manifest.losses) {
     if (loss.discarded_events > 0 || loss.lost_packets > 0) {
       text += fmt::format(
-          "LOST: channel \"{}\" discarded {} events and lost {} packets; record with a larger "
+          "LOST: channel \"{}\" discarded {} and lost {}; record with a larger "
           "--subbuf-size or --num-subbuf\n",
-          loss.name, loss.discarded_events, loss.lost_packets);
+          loss.name, in_number(loss.discarded_events, "event", "events"),
+          in_number(loss.lost_packets, "packet", "packets"));
     }
   }
   if (manifest.kernel && manifest.kernel->lost_events > 0) {
-    text += fmt::format(
-        "LOST: the kernel's buffers lost {} events; record with a larger --kernel-buffer\n",
-        manifest.kernel->lost_events);
+    text +=
+        fmt::format("LOST: the kernel's buffers lost {}; record with a larger --kernel-buffer\n",
+                    in_number(manifest.kernel->lost_events, "event", "events"));
   }
   if (manifest.kernel && manifest.kernel->untold_switches > 0) {
     text += fmt::format(
-        "LOST: this kernel did not report {} switches of threads, though no buffer was full: "
+        "LOST: this kernel did not report {} of threads, though no buffer was full: "
         "execution times around them are not measured\n",
-        manifest.kernel->untold_switches);
+        in_number(manifest.kernel->untold_switches, "switch", "switches"));
   }
   return text;
 }

@@ -23,4 +23,8 @@ std::string in_shell_quotes(const std::filesystem::path& path) {
   return result + '\'';
 }
 
+std::string in_number(std::uint64_t count, std::string_view one, std::string_view many) {
+  return std::to_string(count) + ' ' + std::string(count == 1 ? one : many);
+}
+
 }  // namespace cie::record
