@@ -60,6 +60,20 @@ TEST(RecorderOptions, RecordsTheKernelIfPossible) {
   EXPECT_EQ(parse({"--kernel-buffer=16m", "--", "a"}).kernel_buffer_size, 16U << 20);
 }
 
+TEST(RecorderOptions, TakesTheKernelWithoutAValueForYes) {
+  const std::vector<std::vector<std::string>> cases{{"--kernel", "--", "a"},
+                                                    {"--kernel", "-o", "x", "--", "a"},
+                                                    {"-o", "x", "--kernel", "--attach"}};
+  for (const auto& arguments : cases) {
+    const Options options = parse(arguments);
+    EXPECT_EQ(options.kernel, KernelChoice::yes) << ::testing::PrintToString(arguments);
+    EXPECT_EQ(options.kernel_route, KernelRoute::best);
+  }
+  EXPECT_EQ(parse({"--kernel", "-o", "/x", "--", "a"}).directory, "/x");
+  EXPECT_EQ(parse({"--kernel", "no", "--", "a"}).kernel, KernelChoice::no);
+  EXPECT_THROW(parse({"--kernel", "a", "--", "b"}), UsageError) << "no command stands there";
+}
+
 TEST(RecorderOptions, KeepsTheKernelsEventsInMemoryOnlyIfAskedTo) {
   EXPECT_EQ(parse({"--snapshot", "5", "--", "a"}).kernel, KernelChoice::no);
   EXPECT_EQ(parse({"--snapshot", "5", "--kernel=yes", "--", "a"}).kernel, KernelChoice::yes);

@@ -254,9 +254,10 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
                        ->needs(attach);
   app.add_option(
          "--kernel", kernel,
-         "Scheduler events of the kernel (root); auto: if possible; bpf, tracefs: yes, by that "
-         "route (otherwise the better one)")
-      ->check(CLI::IsMember({"auto", "yes", "no", "bpf", "tracefs"}));
+         "Scheduler events of the kernel (root); auto: if possible; yes, or no value: it fails "
+         "without; bpf, tracefs: yes, by that route (otherwise the better one)")
+      ->check(CLI::IsMember({"auto", "yes", "no", "bpf", "tracefs"}))
+      ->expected(0, 1);  // without a value it is empty
   app.add_option("--kernel-buffer", options.kernel_buffer_size,
                  "Size of the kernel's buffer of each CPU")
       ->transform(CLI::AsSizeValue(false))
