@@ -338,6 +338,7 @@ TEST_P(Record, AttachesToASessionDaemonThatSomebodyElseStartsMeanwhile) {
   kill(daemon, SIGTERM);
   EXPECT_TRUE(eventually([&] { return kill(daemon, 0) != 0; }));
   EXPECT_THAT(result.err, HasSubstr("nothing was recorded")) << "nobody was there";
+  EXPECT_THAT(result.err, HasSubstr("wait longer (--registration-timeout 15)"));
 }
 
 TEST_P(Record, AttachesForTheTimeItIsGiven) {

@@ -220,13 +220,18 @@ void Tracing::note_nothing_recorded() {
   const std::string events = options().ros2 == Ros2Events::applications
                                  ? "ros2:* or " + options().events[0]
                                  : options().events[0];
+  const std::string why =
+      options().is_attach()
+          ? ". One that runs already may take some 5 s to find a session daemon that was just "
+            "started: wait longer (--registration-timeout 15)"
+          : "";
   manifest.problems.push_back(
       registration_.is_anybody()
           ? "nothing was recorded: an application registered with the session daemon, and emitted "
             "no event of " +
                 events
           : "nothing was recorded: no application with events of " + events +
-                " registered with the session daemon");
+                " registered with the session daemon" + why);
 }
 
 void Tracing::close() {

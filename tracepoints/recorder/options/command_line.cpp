@@ -248,7 +248,9 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->type_name("DIR");
   auto* attach =
       app.add_flag("--attach", is_attach, "Record applications that run already, until Ctrl-C");
-  auto* duration = app.add_option("--duration", duration_s, "With --attach: stop after this time")
+  auto* duration = app.add_option("--duration", duration_s,
+                                  "With --attach: stop so long after the first application "
+                                  "registered, or after --registration-timeout if none has")
                        ->type_name("SECONDS")
                        ->check(seconds_complaint)
                        ->needs(attach);
@@ -287,7 +289,8 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
       ->type_name("MS")
       ->check(CLI::Range(10, 3'600'000));
   app.add_option("--registration-timeout", registration_s,
-                 "When to say that no traced application has registered yet")
+                 "When to say that no traced application has registered yet; --duration begins "
+                 "then at the latest")
       ->type_name("SECONDS")
       ->check(seconds_complaint);
   snapshot.add_to(app);

@@ -26,7 +26,9 @@ void Registration::look(const TracingSession& session, const Target& target) {
   if (!is_anybody() && !has_warned_of_nobody_ && target.age() > patience_) {
     has_warned_of_nobody_ = true;
     console_.warn(
-        !target.is_command() ? "no traced application is running: waiting for one"
+        !target.is_command()
+            ? "no traced application has registered yet: waiting for one. One that runs already "
+              "may take some 5 s to find a session daemon that was just started"
         : is_ros2_
             ? "no application of ROS 2 has registered yet: does the command start nodes, and were "
               "their tracetools built with LTTng (ros2 run tracetools status)?"
