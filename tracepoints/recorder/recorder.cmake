@@ -54,6 +54,7 @@ add_library(cie_recorder STATIC
   recorder/system/signals.cpp
   recorder/system/temporary_directory.cpp
   recorder/system/text.cpp
+  recorder/target/escalation.cpp
   recorder/target/registration.cpp
   recorder/target/target.cpp)
 target_link_libraries(cie_recorder

@@ -217,6 +217,28 @@ TEST_P(Record, TakesAnOrphanOfTheCommandForNobodyElses) {
   EXPECT_THAT(result.err, ::testing::Not(HasSubstr("other traced processes")));
 }
 
+// The shell that becomes the application ignores the signals, and so does what it becomes.
+TEST_P(Record, EndsAnApplicationThatIgnoresSignalsAndKeepsWhatWasRecorded) {
+  constexpr auto kAgain = std::chrono::milliseconds(1100);
+  Running recorder =
+      sandbox_.start({CIE_RECORD, "-o", "rec", "--flush-interval", "100", "--", "sh", "-c",
+                      "trap '' INT TERM; exec \"$@\"", "sh", CIE_TRACED_APP, "--instances",
+                      "100000000", "--period-us", "1000", "--ready", path("pid").string()});
+  wait_until_ready("pid");
+  wait_until_recorded("rec");
+  recorder.signal(SIGINT);
+  std::this_thread::sleep_for(kAgain);
+  recorder.signal(SIGINT);
+  std::this_thread::sleep_for(kAgain);
+  recorder.signal(SIGTERM);
+  const Finished result = recorder.wait();
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("sent SIGTERM to"));
+  EXPECT_THAT(result.err, HasSubstr("was killed by signal 9"));
+  EXPECT_EQ(manifest("rec")["exit"]["signal"], SIGKILL);
+  EXPECT_GE(starts_of(read_trace(path("rec")), 0).size(), 20U);
+}
+
 void Record::expect_exact_counts_of_a_burst(const std::vector<std::string>& before) {
   constexpr std::int64_t kBurst = 20'000;
   constexpr std::int64_t kEventsPerInstance = 6;  // two starts, two ends, publish, release

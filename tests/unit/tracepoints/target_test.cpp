@@ -44,6 +44,67 @@ TEST(Target, PassesACommandTheSignalsThatEndPrograms) {
   EXPECT_EQ(target.exit()->signal, SIGTERM);
 }
 
+// Ctrl-C and SIGTERM mean nothing to it, nor to this test: what is blocked is received all the same.
+TEST(Target, EndsACommandThatIgnoresSignals) {
+  Target target(shell("exec sleep 60"));
+  std::signal(SIGTERM, SIG_IGN);  // which a program inherits
+  target.start();
+  std::signal(SIGTERM, SIG_DFL);
+  std::string news;
+  for (int times = 1; times <= 3; ++times) {
+    EXPECT_FALSE(target.exit()) << times;
+    std::raise(SIGTERM);
+    const auto end = std::chrono::steady_clock::now() + Escalation::kSame + milliseconds(50);
+    while (std::chrono::steady_clock::now() < end && target.next())
+      news += target.take_news().value_or("");
+  }
+  EXPECT_EQ(target.exit()->signal, SIGKILL);
+  EXPECT_NE(news.find("sent SIGTERM to \"sh\" (pid " + std::to_string(target.pid()) + ")"),
+            std::string::npos)
+      << news;
+  EXPECT_NE(news.find("killed \"sh\""), std::string::npos) << news;
+}
+
+class Asked : public ::testing::Test {
+ protected:
+  using Step = Escalation::Step;
+  // Milliseconds from a start.
+  static Escalation::Clock::time_point at(int time) {
+    return Escalation::Clock::time_point() + std::chrono::hours(1) + milliseconds(time);
+  }
+  Escalation escalation_;
+};
+
+TEST_F(Asked, OnceACommandIsWaitedForWithoutLimit) {
+  EXPECT_EQ(escalation_.pass(at(0)), Step::none);
+  EXPECT_EQ(escalation_.ask(at(0)), Step::none);
+  EXPECT_EQ(escalation_.pass(at(1999)), Step::none);
+  EXPECT_EQ(escalation_.pass(at(2000)), Step::say_so);
+  EXPECT_EQ(escalation_.pass(at(9'000'000)), Step::none) << "said once";
+}
+
+TEST_F(Asked, AgainACommandIsTerminatedAndThenKilled) {
+  escalation_.ask(at(0));
+  EXPECT_EQ(escalation_.ask(at(3000)), Step::terminate);
+  EXPECT_EQ(escalation_.pass(at(7999)), Step::none);
+  EXPECT_EQ(escalation_.pass(at(8000)), Step::kill);
+  EXPECT_EQ(escalation_.pass(at(20'000)), Step::none);
+}
+
+TEST_F(Asked, AThirdTimeACommandIsKilledAtOnce) {
+  escalation_.ask(at(0));
+  escalation_.ask(at(1000));
+  EXPECT_EQ(escalation_.ask(at(2000)), Step::kill);
+  EXPECT_EQ(escalation_.ask(at(4000)), Step::none);
+}
+
+TEST_F(Asked, WithinASecondIsTheSame) {
+  escalation_.ask(at(0));
+  EXPECT_EQ(escalation_.ask(at(999)), Step::none);
+  EXPECT_EQ(escalation_.ask(at(1001)), Step::terminate) << "a second after the first";
+  EXPECT_EQ(escalation_.ask(at(1500)), Step::none);
+}
+
 TEST(Target, OfWhatIsAttachedToIsOverWithASignal) {
   Target target{Options()};
   target.start();

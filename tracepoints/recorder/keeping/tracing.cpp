@@ -172,6 +172,7 @@ void Tracing::check_space() {
 }
 
 void Tracing::end_tick(Target& target) {
+  if (const auto news = target.take_news()) console.warn(*news);
   console.show_progress(target.age(), std::max(registration_.count(), manifest.processes.size()),
                         target.is_command());
   if (is_daemon_lost_ && !target.is_command()) {

@@ -223,10 +223,11 @@ ParsedCommandLine parse_command_line(const std::vector<std::string>& arguments, 
 
   CLI::App app{"Records a run of callback-isolated executors with LTTng.", "cie record"};
   app.footer(
-      "CMD runs with its output untouched; Ctrl-C and SIGTERM reach it, and the recording ends "
-      "with\n"
-      "it. Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed\n"
-      "and stands in DIR/manifest.json.\n\n"
+      "CMD runs with its output untouched; Ctrl-C, SIGTERM and SIGHUP reach it, and the recording\n"
+      "ends with it. If CMD goes on, a second Ctrl-C sends it SIGTERM, and SIGKILL 5 s later or with\n"
+      "a third. What was recorded is kept.\n\n"
+      "Exit status: 0 recorded, 2 usage, 4 the recording failed. The status of CMD is printed and\n"
+      "stands in DIR/manifest.json.\n\n"
       "CMD gets a session daemon of its own, so that nothing else is recorded (as root in a mount\n"
       "namespace with a /run/lttng of its own, where the kernel allows that). --daemon=shared "
       "uses\n"

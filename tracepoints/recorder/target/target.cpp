@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <csignal>
 
+#include <fmt/format.h>
+
 namespace cie::record {
 namespace {
 
@@ -44,16 +46,49 @@ std::optional<Target::Event> Target::next() {
     }
   }
   const auto signal = signals_.wait(patience);
+  if (is_command()) escalate(escalation_.pass(Escalation::Clock::now()));
   if (!signal || signal->number == SIGCHLD) {
     return Event::tick;
   }
   if (signal->number == SIGUSR1) {
     return Event::request;
   }
-  if (!is_command() || !signal->is_from_terminal) {
-    interrupt(signal->number);
-  }
+  pass_on(*signal);
   return is_interrupted_ ? std::nullopt : std::optional(Event::tick);
+}
+
+void Target::pass_on(const ReceivedSignal& signal) {
+  if (!is_command() || !signal.is_from_terminal) {
+    interrupt(signal.number);
+  }
+  // Programs may read a configuration anew on SIGHUP.
+  if (is_command() && signal.number != SIGHUP) {
+    escalate(escalation_.ask(Escalation::Clock::now()));
+  }
+}
+
+void Target::escalate(Escalation::Step step) {
+  switch (step) {
+    case Escalation::Step::none:
+      return;
+    case Escalation::Step::say_so:
+      news_ = fmt::format(
+          "\"{}\" (pid {}) was asked to end and goes on: the recording ends with it. Ctrl-C again "
+          "ends it (SIGTERM, {} s later SIGKILL)",
+          options_.command.front(), pid(), Escalation::kUntilKilled.count());
+      return;
+    case Escalation::Step::terminate:
+      news_ = fmt::format(
+          "sent SIGTERM to \"{}\" (pid {}); SIGKILL follows in {} s, or with one more Ctrl-C",
+          options_.command.front(), pid(), Escalation::kUntilKilled.count());
+      interrupt(SIGTERM);
+      return;
+    case Escalation::Step::kill:
+      news_ = fmt::format("killed \"{}\" (pid {}), which did not end; what was recorded is kept",
+                          options_.command.front(), pid());
+      interrupt(SIGKILL);
+      return;
+  }
 }
 
 void Target::note_registered() noexcept {

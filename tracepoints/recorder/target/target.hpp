@@ -4,9 +4,12 @@
 #include "options/options.hpp"
 #include "system/child_process.hpp"
 #include "system/signals.hpp"
+#include "target/escalation.hpp"
 
 #include <chrono>
 #include <optional>
+#include <string>
+#include <utility>
 
 #include <sys/types.h>
 
@@ -22,9 +25,12 @@ class Target {
   // Starts the command, if it is one. Throws RecordError if it cannot be executed.
   void start();
   // Waits for a signal, a tenth of a second at most. A command is passed the signals that end
-  // programs, unless the terminal sent it one too; to what is attached to they mean that it is
-  // over. Empty when it is: the command ended, a signal came, or the time is up.
+  // programs, unless the terminal sent it one too; one that goes on is made to end when it is asked
+  // again (Escalation). To what is attached to they mean that it is over. Empty when it is: the
+  // command ended, a signal came, or the time is up.
   std::optional<Event> next();
+  // Of a command that goes on though it was asked to end: what happens to it, once.
+  std::optional<std::string> take_news() noexcept { return std::exchange(news_, std::nullopt); }
   // Passes a command the signal; what is attached to is over.
   void interrupt(int signal) noexcept;
 
@@ -42,9 +48,14 @@ class Target {
   }
 
  private:
+  void pass_on(const ReceivedSignal& signal);
+  void escalate(Escalation::Step step);
+
   Options options_;
   Signals signals_;
   std::optional<ChildProcess> command_;
+  Escalation escalation_;  // of the command
+  std::optional<std::string> news_;
   bool is_interrupted_ = false;  // what is attached to
   std::chrono::steady_clock::time_point began_{};
   std::optional<std::chrono::steady_clock::time_point> counted_from_{};
