@@ -67,6 +67,13 @@ analysis::CallbackSample sample_of(const CallbackReport& callback) {
           .lateness = analysis::Lateness::of(callback)};
 }
 
+// Messages of the JSON library begin with a number of their own: "[json.exception.parse_error.101] ".
+std::string without_number(std::string_view message) {
+  const auto end = message.find("] ");
+  const bool has_number = message.starts_with("[json.exception.") && end != std::string_view::npos;
+  return std::string(has_number ? message.substr(end + 2) : message);
+}
+
 }  // namespace
 
 analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
@@ -88,7 +95,7 @@ analysis::ComparedSide side_in_report(const std::filesystem::path& file) {
     for (const auto& callback : report.at("callbacks"))
       add_sample(side.callbacks, sample_of(callback_in(callback)));
   } catch (const std::exception& error) {
-    throw fail(error.what());
+    throw fail(without_number(error.what()));
   }
   return side;
 }

@@ -405,6 +405,13 @@ class Diff(Folder):
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertIn(b"No regression", done.stdout)
 
+    def test_a_file_that_is_no_report_is_refused_in_words(self):
+        for content, why in ((b"no json", b"is neither a recording nor a report: parse error at line 1"),
+                             (b"{}", b"is neither a recording nor a report: key 'schema' not found")):
+            done = cie("diff", self.write("other", content), TRACE)
+            self.assertEqual((done.returncode, done.stdout), (4, b""))
+            self.assertIn(why, done.stderr)
+
     def test_a_callback_that_is_gone_or_shares_its_thread_is_a_regression(self):
         def drop(report):
             del report["callbacks"][0]
