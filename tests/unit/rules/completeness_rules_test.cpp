@@ -170,7 +170,8 @@ TEST(RunComplete, AsksForTheEndOfTheLastRun) {
   trace.events.insert(std::next(end), again);
   const Verified verified(trace);
   EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
-  EXPECT_THAT(verified.evidence("T4", "process 100"), HasSubstr("run_end no run_end: it was still running when the recording ended"));
+  EXPECT_THAT(verified.evidence("T4", "process 100"),
+              HasSubstr("run_end no run_end: it was still running when the recording ended"));
 }
 
 TEST(RunComplete, ComparesReleases) {

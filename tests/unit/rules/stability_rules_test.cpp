@@ -428,7 +428,8 @@ TEST(NoParameterLeak, AppliesOnlyWithRealTimeThreads) {
 
 // Of two fields that change one after the other, the one that the spec asks for.
 TEST(ParametersUnchanged, ComparesEachFieldThatIsAskedFor) {
-  constexpr const char* kClamp = "callback_groups:\n  - {id: fusion, policy: SCHED_OTHER, uclamp_min: 512}\n";
+  constexpr const char* kClamp =
+      "callback_groups:\n  - {id: fusion, policy: SCHED_OTHER, uclamp_min: 512}\n";
   const std::string both = R"(
     callback fusion
     1 initial fusion
