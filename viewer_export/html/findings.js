@@ -75,7 +75,9 @@ const why = (lane, i, [, kind, ns]) => {
   if (kind === "preempted") {
     const by = lane.callbackReport.preempted_by[0];
     const all = lane.callbackReport.preempted_ns.sum;
-    return by ? `; ${by.name || `thread ${by.tid}`} ran instead for ${time(by.ns)} of ${time(all)} in all its runs` : "";
+    return by
+      ? `; ${by.name || `thread ${by.tid}`} ran instead for ${time(by.ns)} of ${time(all)} in all its runs`
+      : "";
   }
   if (kind !== "wait") return "";
   const others = waitedFor(lane, i);
