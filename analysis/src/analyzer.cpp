@@ -111,15 +111,12 @@ struct Analyzer::Pipeline {
     if (head.cpu) note_cpu(head, who);
     // What is told when all is over has no CPU: its thread may have left since.
     const bool is_running = head.cpu || !head.is_derived;
-    if (head.tid && is_running && recording.has_kernel(who.host) && is_known_to_kernel(who)) {
+    if (head.tid && is_running && recording.has_kernel(who.host) &&
+        (!who.thread || registry.facts_of(who).is_known_to_kernel)) {
       timeline.on_user_event(who.host, *head.tid, head.cpu, head.time);
     }
     if (who.thread) enforcement.on_user_event(head, *who.thread);
     return who;
-  }
-
-  bool is_known_to_kernel(const Emitter& who) {
-    return !who.thread || registry.facts_of(who).is_known_to_kernel;
   }
 
   bool is_kernel_evidence(const EventHead& head) const {
@@ -133,6 +130,15 @@ struct Analyzer::Pipeline {
     if (!thread.ran_unrecorded) thread.ran_unrecorded = ref(head);
   }
 
+  void lose(const EventHead& head, Timestamp begin, Timestamp end) {
+    if (is_kernel_evidence(head)) {
+      timeline.add_hole(registry.host_of(head),
+                        {.begin = begin, .end = end, .cpu = head.cpu.value_or(-1)});
+    } else {
+      instances->lose();
+    }
+  }
+
   // A snapshot's window begins with the channel of its callbacks, which the first of their events
   // will tell: it may have begun long before.
   void note_possible_begin(const EventHead& head) {
@@ -144,44 +150,33 @@ struct Analyzer::Pipeline {
   void structural(const Event& event) {
     const auto& head = event.head;
     std::visit(
-        Overloaded{
-            [&](const StreamBegin& e) {
-              recording.apply(head, e);
-              // The kernel's trace measured the same clocks once more, or others.
-              if (e.domain == Domain::user) clocks.apply(registry.host_of(head), e);
-              if (!e.is_snapshot) return;
-              if (!cut) {
-                cut.emplace(options.window.value_or(TimeWindow{}), model, registry, *instances);
-              }
-              cut->await_begin();
-              note_possible_begin(head);
-            },
-            [&](const StreamEnd& e) { recording.apply(head, e); },
-            [&](const PacketBegin& e) {
-              recording.apply(head, e);
-              note_possible_begin(head);
-            },
-            [&](const PacketEnd& e) { recording.apply(head, e); },
-            [&](const Discarded& e) {
-              recording.apply(head, e);
-              if (is_kernel_evidence(head)) {
-                timeline.add_hole(registry.host_of(head),
-                                  {.begin = e.begin, .end = e.end, .cpu = head.cpu.value_or(-1)});
-              } else {
-                instances->lose();
-              }
-            },
-            [&](const DamagedPacket& e) {
-              recording.apply(head, e);
-              if (is_kernel_evidence(head)) {
-                timeline.add_hole(registry.host_of(head), {.begin = e.begin.value_or(head.time),
-                                                           .end = e.end.value_or(head.time),
-                                                           .cpu = head.cpu.value_or(-1)});
-              } else {
-                instances->lose();
-              }
-            },
-            [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
+        Overloaded{[&](const StreamBegin& e) {
+                     recording.apply(head, e);
+                     // The kernel's trace measured the same clocks once more, or others.
+                     if (e.domain == Domain::user) clocks.apply(registry.host_of(head), e);
+                     if (!e.is_snapshot) return;
+                     if (!cut) {
+                       cut.emplace(options.window.value_or(TimeWindow{}), model, registry,
+                                   *instances);
+                     }
+                     cut->await_begin();
+                     note_possible_begin(head);
+                   },
+                   [&](const StreamEnd& e) { recording.apply(head, e); },
+                   [&](const PacketBegin& e) {
+                     recording.apply(head, e);
+                     note_possible_begin(head);
+                   },
+                   [&](const PacketEnd& e) { recording.apply(head, e); },
+                   [&](const Discarded& e) {
+                     recording.apply(head, e);
+                     lose(head, e.begin, e.end);
+                   },
+                   [&](const DamagedPacket& e) {
+                     recording.apply(head, e);
+                     lose(head, e.begin.value_or(head.time), e.end.value_or(head.time));
+                   },
+                   [&](const TimeRegression& e) { recording.apply(head, e); }, [](const auto&) {}},
         event.body);
   }
 

@@ -38,4 +38,9 @@ bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
   return a.priority == b.priority && a.nice == b.nice;
 }
 
+std::optional<Timestamp> birth_of(const ThreadFacts& thread) {
+  if (thread.start_ns) return Timestamp{*thread.start_ns};
+  return thread.first_seen ? std::optional(thread.first_seen->time) : std::nullopt;
+}
+
 }  // namespace cie::analysis

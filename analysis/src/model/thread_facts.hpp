@@ -270,6 +270,9 @@ std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read
   return began && *began != *value ? value : std::nullopt;
 }
 
+// When it began, as far as it is known.
+std::optional<Timestamp> birth_of(const ThreadFacts& thread);
+
 // A child created by a real-time thread (S5), seen through fork events.
 struct ForkFacts {
   EventRef at{};

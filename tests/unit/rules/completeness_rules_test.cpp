@@ -217,10 +217,10 @@ TEST(RunComplete, NeedsTheBeginning) {
   EXPECT_EQ(Verified(trace).of("T4", "process 100"), Verdict::inconclusive);
 }
 
-constexpr const char* kSpec = "callback_groups:\n  - id: fusion\n  - id: plan\n";
+constexpr const char* kSpecOfBoth = "callback_groups:\n  - id: fusion\n  - id: plan\n";
 
 TEST(SpecifiedCallbackSeen, FailsForACallbackThatWasNeverRegistered) {
-  const Verified verified(kThreeInstances, kSpec);
+  const Verified verified(kThreeInstances, kSpecOfBoth);
   EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
   EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
   EXPECT_THAT(verified.evidence("M1", "callback plan"),
@@ -251,7 +251,7 @@ TEST(SpecifiedCallbackSeen, FindsATimerWithANameByItAndByItsPeriod) {
 }
 
 TEST(SpecifiedCallbackSeen, FailsForACallbackThatNeverRan) {
-  const Verified verified(std::string(kThreeInstances) + "\ncallback plan timer", kSpec);
+  const Verified verified(std::string(kThreeInstances) + "\ncallback plan timer", kSpecOfBoth);
   EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
   EXPECT_THAT(verified.evidence("M1", "callback plan"), HasSubstr("started 0 times"));
 }
@@ -282,8 +282,8 @@ TEST(SpecifiedCallbackSeen, AsksForEachTimerThatAnEntryMeans) {
 TEST(SpecifiedCallbackSeen, IsInconclusiveWithoutProofOfCompleteness) {
   auto trace = trace_of(kThreeInstances);
   trace.erase<PublisherFini>();
-  EXPECT_EQ(Verified(trace, kSpec).of("M1", "callback plan"), Verdict::inconclusive);
-  EXPECT_EQ(Verified(trace, kSpec).of("M1", "callback fusion"), Verdict::pass);
+  EXPECT_EQ(Verified(trace, kSpecOfBoth).of("M1", "callback plan"), Verdict::inconclusive);
+  EXPECT_EQ(Verified(trace, kSpecOfBoth).of("M1", "callback fusion"), Verdict::pass);
 }
 
 TEST(SpecifiedCallbackSeen, AcceptsWhatRanBeforeTheRecorderAttached) {
@@ -291,7 +291,7 @@ TEST(SpecifiedCallbackSeen, AcceptsWhatRanBeforeTheRecorderAttached) {
     process app attached
     callback fusion subscription next=3
     callback plan timer next=0)",
-                          kSpec);
+                          kSpecOfBoth);
   EXPECT_EQ(verified.of("M1", "callback fusion"), Verdict::pass);
   EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::fail);
 }
@@ -346,15 +346,16 @@ TEST(SpecifiedCallbackSeen, DoesNotAskForWildcards) {
 }
 
 TEST(SpecifiedCallbackSeen, SaysWhereParametersAreAppliedToNoThread) {
-  constexpr const char* kSpec =
+  constexpr const char* kFifo10 =
       "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 10}\n";
   const Verified pooled(
-      "thread t1 pool\ncallback fusion pooled\n10 start fusion on=t1\n12 end fusion on=t1", kSpec);
+      "thread t1 pool\ncallback fusion pooled\n10 start fusion on=t1\n12 end fusion on=t1",
+      kFifo10);
   EXPECT_EQ(pooled["M1"], Verdict::pass);
   EXPECT_EQ(pooled["S1"], Verdict::not_applicable);
   EXPECT_THAT(pooled.evidence("M1", "callback fusion"),
               HasSubstr("10 not applied no thread is its own"));
-  const Verified isolated("callback fusion\n10 start fusion\n12 end fusion", kSpec);
+  const Verified isolated("callback fusion\n10 start fusion\n12 end fusion", kFifo10);
   EXPECT_EQ(isolated.evidence("M1", "callback fusion"), "");
 }
 

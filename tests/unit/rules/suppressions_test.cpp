@@ -19,7 +19,7 @@ using ::testing::HasSubstr;
 constexpr Date kToday{2026y / 6 / 15};
 
 // "/lidar@a" and "/radar@b" skip periods (R2 fails); "/plan@c" does not.
-constexpr const char* kTrace = R"(
+constexpr const char* kSuppressed = R"(
   callback lidar timer period=10 id=/lidar@a
   callback radar timer period=10 id=/radar@b
   callback plan timer period=10 id=/plan@c
@@ -36,7 +36,7 @@ std::string entry(const std::string& rule, const std::string& subject, const std
 }
 
 VerdictReport suppressed(const std::string& entries, Date today = kToday) {
-  auto verdicts = Verified(kTrace).result.verdicts;
+  auto verdicts = Verified(kSuppressed).result.verdicts;
   Suppressions::parse("suppressions:\n" + entries, "accepted.yaml").apply(verdicts, today);
   return verdicts;
 }
@@ -123,7 +123,7 @@ TEST(Suppressions, ThatAreUnusedAreTold) {
 }
 
 TEST(Suppressions, OfRulesThatAreNotJudgedAreNotUnused) {
-  auto verdicts = Verified(kTrace).result.verdicts;
+  auto verdicts = Verified(kSuppressed).result.verdicts;
   std::erase_if(verdicts.rules, [](const RuleVerdict& rule) { return rule.id == "M2"; });
   Suppressions::parse("suppressions:\n" + entry("M2", "*", "never"), "a").apply(verdicts, kToday);
   EXPECT_TRUE(verdicts.suppressions->uses.empty());
@@ -172,7 +172,7 @@ TEST(Suppressions, AStarIsAnyTextAndNothingElseIsSpecial) {
 
 TEST(Suppressions, AnEmptyFileSuppressesNothing) {
   EXPECT_EQ(suppressed("").verdict, Verdict::fail);
-  auto verdicts = Verified(kTrace).result.verdicts;
+  auto verdicts = Verified(kSuppressed).result.verdicts;
   Suppressions::parse("suppressions: []", "a").apply(verdicts, kToday);
   EXPECT_TRUE(verdicts.suppressions->uses.empty());
 }
