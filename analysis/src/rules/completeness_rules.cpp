@@ -83,10 +83,9 @@ std::vector<SubjectVerdict> judge_run_complete(const RuleContext& context) {
           is_of_ros2
               ? evidence("sched_process_exit", last,
                          "ROS 2's events do not tell when a process ends; this is its last one")
-              : evidence(
-                    "run_end", last,
-                    "no run_end: it was still running when the recording ended, or it crashed; "
-                    "this is its last event");
+              : evidence("run_end", last,
+                         "no run_end: interrupted by the end of the recording, while it was still "
+                         "running, or by a crash; this is its last event");
       if (context.options.allow_crash || outlives_window) {
         judgement.remark(std::move(note));
       } else {

@@ -116,7 +116,8 @@ class Output(Folder):
         large = self.path("large")
         shutil.copytree(TRACE, large)
         stream = next(file for file in sorted(pathlib.Path(large).rglob("*")) if file.is_file())
-        (stream.parent / "damaged").write_bytes(bytes(16 << 20))
+        with open(stream.parent / "damaged", "wb") as file:
+            file.truncate(64 << 20)
         commands = [("report", large), ("instances", large), ("events", large), ("verify", large), ("diff", large, large),
                     ("analyze", "schedulability", large), ("spec", "template", large), ("export", large, "--to", "chrome")]
 

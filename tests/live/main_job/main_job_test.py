@@ -207,7 +207,8 @@ class Demo(unittest.TestCase):
                 "missed_releases", "longest_queue", "release_source", "response_time_ns", "response_time_lower_ns",
                 "response_time_upper_ns", "start_latency_ns", "duration_ns", "inter_arrival_ns",
                 "execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns",
-                "wakeup_latency_ns", "isolation", "index", "process", "deadline_ns", "response_deadline_ns", "late", "preempted_by"])
+                "wakeup_latency_ns", "isolation", "index", "process", "deadline_ns", "response_deadline_ns", "late", "preempted_by",
+                "cut", "runs_not_seen"])
             self.assertTrue(callback["isolated"], callback["logical_id"])
             self.assertEqual(callback["release_source"], "exact", callback["logical_id"])
         self.assertTrue(report["trace"]["complete"])

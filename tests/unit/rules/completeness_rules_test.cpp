@@ -171,7 +171,7 @@ TEST(RunComplete, AsksForTheEndOfTheLastRun) {
   const Verified verified(trace);
   EXPECT_EQ(verified.of("T4", "process 100"), Verdict::inconclusive);
   EXPECT_THAT(verified.evidence("T4", "process 100"),
-              HasSubstr("run_end no run_end: it was still running when the recording ended"));
+              HasSubstr("run_end no run_end: interrupted by the end of the recording"));
 }
 
 TEST(RunComplete, ComparesReleases) {
