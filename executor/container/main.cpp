@@ -208,9 +208,10 @@ int command_line(int argc, char** argv) {
       ->allow_extra_args(false);
   try {
     app.parse(argc, argv);
-    if (arguments.file.empty() && order.empty())
+    if (arguments.file.empty() && order.empty()) {
       throw CLI::ParseError("nothing to run: name an application file",
                             CLI::ExitCodes::RequiredError);
+    }
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help
     std::fprintf(stderr, "cie run: %s (see cie run --help)\n", error.what());
