@@ -92,11 +92,6 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
   return trace;
 }
 
-Duration shift_of(const Model& model, HostIndex host) {
-  const auto* reference = reference_host(model);
-  return reference == nullptr ? Duration{} : clock_shift(model.hosts[at(host)], *reference);
-}
-
 // From the first begin to the last end of what user space told there, else the kernel.
 std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
   for (const auto domain : {Domain::user, Domain::kernel}) {
@@ -271,7 +266,6 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
   return edge;
 }
 
-// Each pair once, in the order of its names.
 std::vector<HostReport> hosts_of(const Model& model) {
   std::vector<HostReport> hosts;
   hosts.reserve(model.hosts.size());
@@ -283,6 +277,7 @@ std::vector<HostReport> hosts_of(const Model& model) {
   return hosts;
 }
 
+// Each pair once, in the order of its names.
 std::vector<HostClockReport> clocks_of(const Model& model) {
   std::map<std::pair<std::string, std::string>, HostClockReport> pairs;
   for (const auto& [from_to, facts] : model.host_clocks) {
@@ -413,6 +408,10 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   Report report;
   report.trace = summary_of(model, verdicts);
   report.defects = trace_defects(model);
+  report.hosts = hosts_of(model);
+  std::vector<std::optional<Duration>> recorded;  // by host
+  for (std::size_t i = 0; i < model.hosts.size(); ++i)
+    recorded.push_back(recorded_of(model, HostIndex{static_cast<std::uint32_t>(i)}));
 
   const auto telling = tell_messages(model);
   const auto runs = verdicts_on_runs(verdicts);
@@ -430,8 +429,8 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .executor = std::nullopt,
                         .complete = is_complete(context, runs, index),
                         .host_index = process.host,
-                        .clock_shift = shift_of(model, process.host),
-                        .recorded = recorded_of(model, process.host)};
+                        .clock_shift = report.hosts[at(process.host)].shift,
+                        .recorded = recorded[at(process.host)]};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_told_by_ros2_alone(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;
@@ -463,7 +462,6 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   report.chains.reserve(model.chains.size());
   for (std::size_t i = 0; i < model.chains.size(); ++i)
     report.chains.push_back(report_of(model, ChainIndex{static_cast<std::uint32_t>(i)}));
-  report.hosts = hosts_of(model);
   report.clocks = clocks_of(model);
   report.recordings = recording_reports(model);
   report.edges.reserve(model.edges.size());

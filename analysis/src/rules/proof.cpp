@@ -245,9 +245,7 @@ void Proof::compare(ProcessIndex process, const Evidence& total, std::uint64_t e
 }
 
 std::optional<Evidence> Proof::user_loss_since(ProcessIndex process, Timestamp time) const {
-  const auto* last = user_losses_.last(model_.processes[at(process)].host);
-  if (last == nullptr || last->end < time) return std::nullopt;
-  return evidence_of(*last);
+  return user_loss(process, time, Timestamp{std::numeric_limits<std::int64_t>::max()});
 }
 
 std::optional<Evidence> Proof::user_loss(ProcessIndex process, Timestamp begin,

@@ -140,11 +140,11 @@ std::vector<SubjectVerdict> judge_no_loss(const RuleContext& context) {
     if (context.options.require_lossless) judgement.fail(missing);
     judgement.remark(missing);
   }
-  for (const auto& loss : losses_of_manifests(model)) {
-    if (context.options.require_lossless) judgement.fail(loss);
+  if (context.options.require_lossless) {
+    for (const auto& loss : losses_of_manifests(model))
+      judgement.fail(loss);
+    doubt_files(model, judgement);  // a loss may be told by the file that is gone
   }
-  // A loss may be told by the file that is gone.
-  if (context.options.require_lossless) doubt_files(model, judgement);
   for (const auto& part : unseen_parts(model)) {
     judgement.doubt(
         evidence("unseen_" + std::string(label(part.kind)), begin_of(model), part.note));

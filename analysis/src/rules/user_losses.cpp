@@ -20,11 +20,6 @@ UserLosses::UserLosses(const Model& model) {
   }
 }
 
-const Loss* UserLosses::last(HostIndex host) const {
-  const auto found = losses_.find(host);
-  return found != losses_.end() ? found->second.back().last : nullptr;
-}
-
 const Loss* UserLosses::between(HostIndex host, Timestamp begin, Timestamp end) const {
   const auto found = losses_.find(host);
   if (found == losses_.end()) return nullptr;

@@ -12,8 +12,6 @@ namespace cie::analysis {
 class UserLosses {
  public:
   explicit UserLosses(const Model& model);
-  // The one that ended last; null: there is none.
-  const Loss* last(HostIndex host) const;
   // One that overlaps the two, edges included; null: there is none.
   const Loss* between(HostIndex host, Timestamp begin, Timestamp end) const;
 

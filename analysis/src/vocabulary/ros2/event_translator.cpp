@@ -69,7 +69,8 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
 }
 
 // A callable was called, or may have been: what lies at its address next is another one.
-void forget_callable(Address address, ros2::Process& process) {
+inline void forget_callable(Address address, ros2::Process& process) {
+  if (process.callables.empty()) return;  // most often
   if (process.callables.erase(address) != 0) process.directory.forget_address(address);
 }
 
@@ -174,8 +175,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
   thread.last = detail::wrapping_add(head.time.ns, stream_of(head).offset_ns);
   thread.handed_over.reset();
   thread.open.pop_back();
-  auto& process = *begun.emitting->process;
-  if (!process.callables.empty()) forget_callable(begun.address, process);
+  forget_callable(begun.address, *begun.emitting->process);
   batch.take_back();
   return true;
 }
@@ -413,7 +413,7 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
   body.seq = seq;
   // Those begun inside it cannot end any more.
   if (is_open) thread.open.erase(std::prev(found.base()), thread.open.end());
-  if (!process.callables.empty()) forget_callable(address, context.process);
+  forget_callable(address, context.process);
 }
 
 void EventTranslator::finish(EventBatch& batch) {
