@@ -143,11 +143,13 @@ void overrule_incomplete(const RuleContext& context, Judgement& judgement) {
 }
 
 // `event` announces what is missing; run_end has its total.
-void fail_missing(const Model& model, const char* event, const std::string& note,
+void fail_missing(const RuleContext& context, const char* event, const std::string& note,
                   std::uint32_t RunTotals::*total, const char* seen, Judgement& judgement) {
+  const auto& model = context.model;
   judgement.fail(evidence(event, moment(model.begin.value_or(Timestamp{})), note));
-  for (const auto& process : model.processes) {
-    if (!process.run_end) continue;
+  for (std::size_t i = 0; i < model.processes.size(); ++i) {
+    const auto& process = model.processes[i];
+    if (!context.proof.is_complete(ProcessIndex{static_cast<std::uint32_t>(i)})) continue;
     judgement.fail([&] {
       return evidence("run_end", process.run_end->at,
                       std::to_string((*process.run_end).*total) + seen);
@@ -202,7 +204,7 @@ void judge_specified(const RuleContext& context, const Asked& asked,
         judgement.fail(evidence("callback_fini", callback->fini->at, "started 0 times"));
       }
     } else {
-      fail_missing(model, "callback_init",
+      fail_missing(context, "callback_init",
                    asked.place + ", which was never registered" + suggestions.of(asked.id),
                    &RunTotals::callbacks, " callbacks were registered, all of them seen",
                    judgement);
@@ -303,7 +305,7 @@ void judge_threads_specified(const RuleContext& context, std::vector<SubjectVerd
     Judgement judgement(NamedSubject::without_row(SubjectKind::thread, entry.id));
     judgement.check();
     if (!announced.contains(entry.id)) {
-      fail_missing(model, "thread_init",
+      fail_missing(context, "thread_init",
                    place(context, entry.line) + " specifies thread " + entry.id +
                        ", which was never announced" + suggestions.of(entry.id),
                    &RunTotals::threads, " threads were announced, all of them seen", judgement);

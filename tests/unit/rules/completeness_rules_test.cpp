@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +13,7 @@ namespace {
 using namespace analysis;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 constexpr const char* kThreeInstances = R"(
   publisher out topic=/out
@@ -226,6 +228,22 @@ TEST(SpecifiedCallbackSeen, FailsForACallbackThatWasNeverRegistered) {
   EXPECT_THAT(verified.evidence("M1", "callback plan"),
               AllOf(HasSubstr("spec.yaml:3 specifies plan, which was never registered"),
                     HasSubstr("1 callbacks were registered, all of them seen")));
+}
+
+TEST(SpecifiedCallbackSeen, DoesNotSayThatAllWereSeenWhereOneIsMissing) {
+  auto trace =
+      trace_of(std::string(kThreeInstances) + "\ncallback plan\n40 start plan\n41 end plan");
+  const auto is_of_plan = [](const auto& event, const EventHead&) {
+    return to_number(event.callback) == 1;
+  };
+  trace.erase<CallbackInit>(is_of_plan);
+  trace.erase<CallbackFini>(is_of_plan);
+  trace.erase<CallbackStart>(is_of_plan);
+  trace.erase<CallbackEnd>(is_of_plan);
+  const Verified verified(trace, kSpecOfBoth);
+  EXPECT_EQ(verified.of("M1", "callback plan"), Verdict::inconclusive);
+  EXPECT_THAT(verified.evidence("M1", "callback plan"),
+              AllOf(HasSubstr("2 counted, 1 seen"), Not(HasSubstr("all of them seen"))));
 }
 
 // Periods, releases and deadlines are the timer's, whatever it is called.
