@@ -292,7 +292,7 @@ std::vector<Mutant> owners() {
        {},
        [](Case& c) { lose_callback(c, F); },
        {},
-       {"T4", "M1", "M2", "M7", "M8"}},
+       {"T4", "M1", "M2", "M6", "M7", "M8", "M9", "E3"}},
       {"M8", "a reentrant group", {}, [](Case& c) { make_reentrant(c, F); }, {"M8"}, {}},
       {"M8", "another reentrant group", {}, [](Case& c) { make_reentrant(c, B); }, {"M8"}, {}},
       {"M8",

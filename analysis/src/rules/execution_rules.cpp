@@ -130,6 +130,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     for (const auto* pair : thread.ran)
       judgement.check(pair->starts);
     judgement.overrule(losses.on(index));
+    if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
     judgement.doubt(context.hidden.on(index));
     if (thread.nesting) {
       report(model, *thread.nesting, judgement);
@@ -185,8 +186,8 @@ const Rule kNoNesting{
     "code spins an executor inside a callback.\n"
     "Why it matters: The inner callback runs at the outer one's priority and its time is "
     "counted twice.\n"
-    "Inconclusive when events of a callback on that thread were lost, the context vtid is "
-    "absent, or the thread may have served what ROS 2's events do not show (M2).\n"
+    "Inconclusive when events of a callback on that thread were lost, another callback may have been "
+    "lost with all of its runs, the context vtid is absent, or the thread may have served what ROS 2's events do not show (M2).\n"
     "Remedy: do not spin, and do not wait for a future by spinning, inside a callback; use a "
     "callback of the client instead.",
     judge_no_nesting,

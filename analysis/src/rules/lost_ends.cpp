@@ -8,7 +8,10 @@
 
 namespace cie::analysis {
 
-LostEnds::LostEnds(const Model& model) : model_(model) {
+LostEnds::LostEnds(const Model& model) : model_(model), announced_(model.processes.size()) {
+  for (const auto& thread : model.threads) {
+    if (thread.announced) ++announced_[at(thread.process)];
+  }
   last_activities_.reserve(model.callbacks.size());
   for (const auto& callback : model.callbacks) {
     auto& last = last_activities_.emplace_back(Timestamp{std::numeric_limits<std::int64_t>::min()});
@@ -20,7 +23,13 @@ LostEnds::LostEnds(const Model& model) : model_(model) {
 std::optional<Evidence> LostEnds::of(ThreadIndex index) const {
   const auto& thread = model_.threads[at(index)];
   const auto& run_end = model_.processes[at(thread.process)].run_end;
-  if (!thread.announced || thread.fini || !run_end) return std::nullopt;
+  if (thread.fini || !run_end) return std::nullopt;
+  if (!thread.announced) {
+    if (announced_[at(thread.process)] >= run_end->threads) return std::nullopt;
+    return evidence("thread_init", run_end->at,
+                    "thread " + std::to_string(thread.tid) +
+                        " was not seen to be announced: it may have ended and begun anew");
+  }
   // A callback that went on elsewhere may have left a thread that was replaced.
   const bool has_stayed = std::ranges::any_of(thread.ran, [this](const CallbackOnThread* pair) {
     return last_activities_[at(pair->callback)] <= pair->last_activity.time;

@@ -204,7 +204,15 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
       });
 }
 
-void judge_move(const RuleContext& context, const Move& move, Judgement& judgement) {
+// Else an end whose start was not seen tells of it.
+bool is_known_by_start(const CallbackFacts& callback, const Move& move) {
+  const auto pair = std::ranges::find(callback.ran_on, move.to, &CallbackOnThread::thread);
+  return pair != callback.ran_on.end() && (*pair)->starts != 0 &&
+         (*pair)->first_start.time == move.first_on_to.time;
+}
+
+void judge_move(const RuleContext& context, const CallbackFacts& callback, const Move& move,
+                Judgement& judgement) {
   const auto& lives = context.lives;
   const auto& proof = context.proof;
   const auto& from = thread_of(context.model, move.from);
@@ -235,7 +243,8 @@ void judge_move(const RuleContext& context, const Move& move, Judgement& judgeme
       if (to.announced) {
         judgement.fail(evidence("thread_init", *to.announced, thread_name(to) + " begins"));
       }
-      judgement.fail(evidence("callback_start", move.first_on_to,
+      judgement.fail(evidence(is_known_by_start(callback, move) ? "callback_start" : "callback_end",
+                              move.first_on_to,
                               "went on on " + thread_name(to) + " without a new callback_init"));
       break;
     case Succession::unknown:
@@ -260,9 +269,13 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         }
         judgement.doubt(context.hidden.on_thread_of(callback));
         for (const auto& move : callback.moves)
-          judge_move(context, move, judgement);
-        for (const auto* pair : callback.ran_on)
+          judge_move(context, callback, move, judgement);
+        for (const auto* pair : callback.ran_on) {
           judgement.doubt(context.lost_ends.of(pair->thread));
+          if (proof.loss(index)) {
+            judgement.doubt(end_after_fini(thread_of(context.model, pair->thread), *pair));
+          }
+        }
       });
   note_missing_vtid(context.model, verdicts);
   return verdicts;
@@ -329,7 +342,8 @@ const Rule kOneCallbackPerThread{
     "Why it matters: Callbacks that share a thread wait for each other whatever their "
     "priorities: the urgent one is as late as the slowest before it.\n"
     "Inconclusive when a callback on the thread was never registered, or lost instances that "
-    "may have been another callback's, or when the thread may have served a client or an action "
+    "may have been another callback's, when a callback without a thread may have been lost with all "
+    "of its runs, or when the thread may have served a client or an action "
     "of ROS 2, whose runs its events do not show.\n"
     "Remedy: use the isolated executor (--executor isolated), and give each callback a callback "
     "group of its own.",

@@ -108,6 +108,7 @@ std::vector<SubjectVerdict> judge_foreign_work(const RuleContext& context) {
         if (is_isolated(thread)) {
           judge_foreign_callbacks(context.model, thread, judgement);
           judgement.doubt(context.losses.on(index));
+          if (!thread.ran.empty()) judgement.doubt(context.proof.unseen_callbacks(thread.process));
         }
         if (is_isolated(thread) || is_worker) {
           const auto* entry = spec_entry_of(context, index);
@@ -256,7 +257,13 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
     if (thread.ran.empty()) return;
     for (const auto* pair : thread.ran)
       judgement.check(pair->starts);
+    // Of which no thread is known may have run on one that was never announced.
+    judgement.doubt(context.losses.anywhere(thread.process));
+    judgement.doubt(proof.unseen_callbacks(thread.process));
     if (thread.announced) {
+      for (const auto* pair : thread.ran) {
+        if (proof.loss(pair->callback)) judgement.doubt(end_after_fini(thread, *pair));
+      }
       judgement.doubt(context.lost_ends.of(index));
       return;
     }
@@ -295,7 +302,8 @@ const Rule kNoForeignWork{
     "is not judged).\n"
     "Why it matters: Work that no callback accounts for delays the callback at its own "
     "priority, and no analysis of callbacks sees it.\n"
-    "Inconclusive when a callback on it lost instances, the context vtid is absent, it may have "
+    "Inconclusive when a callback on it lost instances, another one may have been lost with all of "
+    "its runs, the context vtid is absent, it may have "
     "served what ROS 2's events do not show (M2), or (for the "
     "budget) there are no kernel events, their record has a hole, or read-backs or the end of the "
     "thread were lost.\n"
@@ -324,7 +332,8 @@ const Rule kThreadKnown{
     "Why it matters: Of a thread that nobody announced nobody knows the role or applied "
     "parameters: its callbacks run by chance.\n"
     "Inconclusive when no announcement was seen, and there is no proof that nothing is missing, when "
-    "the thread_fini of a thread that was not replaced was lost, or the context vtid is absent.\n"
+    "a callback may have been lost with all of its runs, a start after a thread_fini or the "
+    "thread_fini of a thread that was not replaced was lost, or the context vtid is absent.\n"
     "Remedy: run callbacks from the executor's threads only; call no callback from a thread of "
     "your own.",
     judge_known,

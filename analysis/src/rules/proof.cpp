@@ -226,8 +226,14 @@ std::optional<Evidence> Proof::unseen(ProcessIndex process, std::uint32_t RunTot
 }
 
 std::optional<Evidence> Proof::unseen_callbacks(ProcessIndex process) const {
-  return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
-                "callback_init", "callbacks that ran somewhere unseen: ");
+  const auto& facts = model_.processes[at(process)];
+  if (facts.run_end && has_begun_in_trace(process)) {
+    return unseen(process, &RunTotals::callbacks, processes_[at(process)].callbacks_named,
+                  "callback_init", "callbacks that ran somewhere unseen: ");
+  }
+  auto loss = user_loss_since(process, facts.first_seen ? facts.first_seen->time : Timestamp{});
+  if (loss) loss->note += "; nothing counts the callbacks: one may have been lost whole";
+  return loss;
 }
 
 std::optional<Evidence> Proof::unseen_publishers(ProcessIndex process) const {

@@ -61,7 +61,8 @@ class Proof {
   std::optional<Evidence> kernel_gap(HostIndex host, Timestamp begin, Timestamp end) const {
     return holes_.since(host, begin, end);
   }
-  // Callbacks that `run_end` counts and no event names: they may have run anywhere.
+  // Callbacks that `run_end` counts and no event names: they may have run anywhere. Where nothing
+  // counts them, a loss that may have taken one with all of its runs.
   std::optional<Evidence> unseen_callbacks(ProcessIndex process) const;
 
   // Publishers that `run_end` counts and no event names: whatever they published is unseen.

@@ -4,6 +4,11 @@
 #include "thread_questions.hpp"
 
 namespace cie::analysis {
+namespace {
+
+const std::optional<Evidence> kNone;
+
+}  // namespace
 
 ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated)
     : model_(model), on_threads_(model.threads.size()) {
@@ -18,7 +23,11 @@ ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const Isolate
     const auto announced = isolated.of(callback);
     for (const auto thread : announced)
       lose(thread);
-    bool is_pooled = announced.empty() && callback.ran_on.empty();
+    if (announced.empty() && callback.ran_on.empty()) {
+      anywhere_.try_emplace(callback.process, &loss);
+      continue;
+    }
+    bool is_pooled = false;
     for (const auto* pair : callback.ran_on) {
       lose(pair->thread);
       is_pooled = is_pooled || !is_isolated(model.threads[at(pair->thread)]);
@@ -28,11 +37,16 @@ ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const Isolate
 }
 
 const std::optional<Evidence>& ThreadLosses::on(ThreadIndex index) const {
-  static const std::optional<Evidence> none;
   if (const auto* known = on_threads_[at(index)]; known != nullptr) return *known;
   const auto& thread = model_.threads[at(index)];
-  const auto found = in_pools_.find(thread.process);
-  return is_isolated(thread) || found == in_pools_.end() ? none : *found->second;
+  const auto in_pool = in_pools_.find(thread.process);
+  if (!is_isolated(thread) && in_pool != in_pools_.end()) return *in_pool->second;
+  return anywhere(thread.process);
+}
+
+const std::optional<Evidence>& ThreadLosses::anywhere(ProcessIndex process) const {
+  const auto found = anywhere_.find(process);
+  return found != anywhere_.end() ? *found->second : kNone;
 }
 
 }  // namespace cie::analysis

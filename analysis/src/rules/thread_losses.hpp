@@ -14,16 +14,20 @@
 namespace cie::analysis {
 
 // A lost instance of a callback ran where the callback ran otherwise or where it was announced to
-// run; if that is in a pool, on any thread of the pool. Refers to the proof's losses.
+// run; if that is in a pool, on any thread of the pool. One of a callback of which neither is known
+// may have run on any thread, isolated ones too. Refers to the proof's losses.
 class ThreadLosses {
  public:
   ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated);
   const std::optional<Evidence>& on(ThreadIndex thread) const;
+  // On any thread of the process: of a callback of which none is known.
+  const std::optional<Evidence>& anywhere(ProcessIndex process) const;
 
  private:
   const Model& model_;
   std::vector<const std::optional<Evidence>*> on_threads_;
   std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;
+  std::map<ProcessIndex, const std::optional<Evidence>*> anywhere_;  // in the process
 };
 
 }  // namespace cie::analysis

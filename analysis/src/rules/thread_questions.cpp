@@ -1,5 +1,6 @@
 #include "thread_questions.hpp"
 
+#include "judgement.hpp"
 #include "rule_context.hpp"
 
 #include <algorithm>
@@ -59,6 +60,12 @@ bool has_policy(const ReadBack& read, const ThreadParameters& asked) {
 
 bool has_exited(const ThreadFacts& thread) noexcept {
   return thread.fini.has_value() || thread.kernel_exit.has_value();
+}
+
+std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair) {
+  if (!thread.fini || pair.last_activity.time <= thread.fini->time) return std::nullopt;
+  return evidence("callback_end", pair.last_activity,
+                  "ended on thread " + std::to_string(thread.tid) + " after its thread_fini");
 }
 
 bool is_isolated(const ThreadFacts& thread) noexcept {

@@ -17,6 +17,9 @@ struct RuleContext;
 
 // Its end was recorded.
 bool has_exited(const ThreadFacts& thread) noexcept;
+// An instance that ended after its thread's `thread_fini`: where its start was not seen, that may have
+// been later, too.
+std::optional<Evidence> end_after_fini(const ThreadFacts& thread, const CallbackOnThread& pair);
 // Announced with role callback.
 bool is_isolated(const ThreadFacts& thread) noexcept;
 // The thread was announced for the callback, or for its group without naming a callback.

@@ -204,6 +204,8 @@ CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex t
   auto& threads = callbacks_[callback].ran_on;
   const auto place = static_cast<std::size_t>(std::ranges::find(threads, thread) - threads.begin());
   if (place < threads.size()) return *pairs[place];
+  const auto* before = callbacks_[callback].last_on;
+  if (before != nullptr) note_move(model_.callbacks[at(callback)], *before, thread, where);
   auto& pair = model_.pairs.emplace_back(CallbackOnThread{.callback = callback,
                                                           .thread = thread,
                                                           .starts = 0,
@@ -218,27 +220,25 @@ CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex t
 }
 
 // To a thread that never ran it. Where it ran before, it lived together with where it went meanwhile.
-void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& from,
-                                const LiveInstance& live) {
+void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
+                                const EventRef& first_on_to) {
   const bool is_registered_again =
       facts.last_init && facts.last_init->time > from.last_activity.time;
   if (is_registered_again || facts.moves.size() >= kMaxMoves) return;
   facts.moves.push_back(Move{.from = from.thread,
-                             .to = *live.thread,
+                             .to = to,
                              .last_on_from = from.last_activity,
-                             .first_on_to = live.start});
+                             .first_on_to = first_on_to});
 }
 
 inline void InstanceBuilder::note_on_thread(LiveInstance& live) {
   auto& last = callbacks_[live.callback].last_on;
   if (last == nullptr || last->thread != *live.thread) {
-    const auto* before =
-        std::exchange(last, &pair_of(live.callback, *live.thread, live.start, live.seq));
-    if (last->starts == 0) {
-      if (before != nullptr) note_move(*live.callback_facts, *before, live);
-      last->first_start = live.start;
-      last->first_seq = live.seq;
-    }
+    last = &pair_of(live.callback, *live.thread, live.start, live.seq);
+  }
+  if (last->starts == 0) {  // an end without its start may have come before
+    last->first_start = live.start;
+    last->first_seq = live.seq;
   }
   live.pair = last;
   ++last->starts;
@@ -305,6 +305,7 @@ void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, C
   if (!is_awaited) return;
   auto& pair = pair_of(index, thread, end, seq);
   pair.last_activity = end;
+  callbacks_[index].last_on = &pair;
 }
 
 void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackIndex index,

@@ -106,8 +106,8 @@ class InstanceBuilder {
                                              const CallbackStart& event);
   inline void bound_open(OfThread& thread);
   inline void note_on_thread(LiveInstance& live);
-  static void note_move(CallbackFacts& facts, const CallbackOnThread& from,
-                        const LiveInstance& live);
+  static void note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
+                        const EventRef& first_on_to);
   // A callback on a thread; the first time, a new one, of that event.
   CallbackOnThread& pair_of(CallbackIndex callback, ThreadIndex thread, const EventRef& where,
                             std::uint64_t seq);

@@ -186,6 +186,9 @@ def _threads_of(j: Judge, c: Callback) -> None:
             else:
                 lost = True
     verdict = FAIL if together else INCONCLUSIVE if lost else PASS
+    end = c.process.end
+    if end and sum(t.init is not None for t in c.process.threads) < end.threads:
+        lost |= any(t.init is None and t.fini is None for t in threads)  # its end is lost, too
     j.put("M3", j.callback(c), j.soften(verdict, j.proof.callback_tainted(c), "R"))
     j.put("M4", j.callback(c), FAIL if moved else INCONCLUSIVE if lost else PASS)
 

@@ -204,6 +204,7 @@ def lost_thread_init(s: Scenario) -> None:
            and e.fields.get("tid") == t.tid, declared=False)
     s.expect("T4", f"process {app.pid}", INCONCLUSIVE)  # run_end counts one thread more
     s.expect("M9", s.thread(t), INCONCLUSIVE)
+    s.expect("M4", s.callback(c), INCONCLUSIVE)  # the thread's end is lost as well
     # Where M9 is INCONCLUSIVE for a thread, so are M6, M8, S1, S2.
     s.expect("M6", s.thread(t), INCONCLUSIVE)
     s.expect("M8", f"group {c.group}", INCONCLUSIVE)

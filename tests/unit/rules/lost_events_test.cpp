@@ -179,6 +179,144 @@ TEST(LostEvent, OfAStartHidesNoThread) {
               HasSubstr("fusion"));
 }
 
+// Nor where it moved from or to.
+TEST(LostEvent, OfAStartHidesNoMove) {
+  for (const auto start : {10, 20}) {
+    auto trace = trace_of(R"(
+      callback fusion pooled
+      thread former callback of=fusion tid=101
+      thread latter callback of=fusion tid=102
+      -90 begin former
+      10 start fusion on=former
+      12 end fusion on=former
+      14 finish former
+      18 begin latter
+      20 start fusion on=latter
+      22 end fusion on=latter)");
+    ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+    trace.erase<CallbackStart>(
+        [start](const CallbackStart&, const EventHead& head) { return head.time.ns == start; });
+    const Verified judged(trace);
+    EXPECT_EQ(judged["M4"], Verdict::fail) << start;
+    EXPECT_THAT(judged.evidence("M4", "callback fusion"),
+                HasSubstr(start == 20 ? "22 callback_end went on on thread 102"
+                                      : "20 callback_start went on on thread 102"));
+  }
+}
+
+// One that may have begun after its thread's end.
+TEST(LostEvent, OfAStartLeavesOpenWhetherItsThreadHadEnded) {
+  auto trace = trace_of(R"(
+    callback fusion
+    10 start fusion
+    12 end fusion
+    20 finish fusion
+    30 start fusion
+    32 end fusion)");
+  ASSERT_EQ(Verified(trace)["M9"], Verdict::fail);
+  trace.erase<CallbackStart>(
+      [](const CallbackStart&, const EventHead& head) { return head.time.ns == 30; });
+  const Verified judged(trace);
+  EXPECT_EQ(judged["M9"], Verdict::inconclusive);
+  EXPECT_EQ(judged["M4"], Verdict::inconclusive);
+}
+
+// Its thread_fini is then lost as well.
+TEST(LostEvent, OfAThreadsLifeLeavesOpenWhetherItsCallbackMoved) {
+  auto trace = trace_of(R"(
+    callback fusion
+    10 start fusion
+    12 end fusion
+    20 finish fusion
+    30 start fusion
+    32 end fusion)");
+  ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
+  trace.erase<ThreadInit>();
+  trace.erase<ThreadSched>();
+  trace.erase<ThreadFini>();
+  EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive);
+}
+
+// A callback without a thread of its own of which no run was seen may have run on any.
+TEST(LostEvent, OfTheOnlyRunOfACallbackLeavesOpenWhereItRan) {
+  constexpr const char* kOnThreadOfAnother = R"(
+    callback fusion
+    callback plan pooled
+    10 start fusion
+    18 end fusion
+    20 start plan on=fusion
+    22 end plan on=fusion)";
+  constexpr const char* kInsideAnother = R"(
+    callback fusion
+    callback plan pooled
+    10 start fusion
+    12 start plan on=fusion
+    14 end plan on=fusion
+    18 end fusion)";
+  constexpr const char* kOnAStranger = R"(
+    callback fusion
+    callback plan pooled
+    thread stranger worker silent tid=190
+    10 start fusion
+    18 end fusion
+    20 start plan on=stranger
+    22 end plan on=stranger)";
+  const std::pair<const char*, std::vector<const char*>> cases[] = {
+      {kOnThreadOfAnother, {"M2", "M6"}},
+      {kInsideAnother, {"M2", "M6", "E3"}},
+      {kOnAStranger, {"M9"}},
+  };
+  for (const auto& [text, rules] : cases) {
+    auto trace = trace_of(text);
+    const Verified whole(trace);
+    const auto is_of_plan = [](const auto& event, const EventHead&) {
+      return to_number(event.callback) == 1;
+    };
+    trace.erase<CallbackStart>(is_of_plan);
+    trace.erase<CallbackEnd>(is_of_plan);
+    const Verified judged(trace);
+    trace.erase<CallbackInit>(is_of_plan);
+    trace.erase<CallbackFini>(is_of_plan);
+    const Verified without_all(trace);
+    for (const auto* rule : rules) {
+      ASSERT_EQ(whole[rule], Verdict::fail) << rule;
+      EXPECT_EQ(judged[rule], Verdict::inconclusive) << rule << text;
+      EXPECT_EQ(without_all[rule], Verdict::inconclusive) << rule << text;
+    }
+  }
+}
+
+// Nothing counts the callbacks of a process that crashed.
+TEST(LostEvent, MayHaveTakenAWholeCallbackOfACrashedProcess) {
+  const std::string crash = R"(
+    process app crash
+    callback fusion
+    callback plan pooled
+    10 start fusion
+    12 end fusion
+    20 start plan on=fusion
+    22 end plan on=fusion
+    30 start fusion
+    32 end fusion)";
+  const auto without_plan = [](const std::string& text) {
+    auto trace = trace_of(text);
+    const auto is_of_plan = [](const auto& event, const EventHead&) {
+      return to_number(event.callback) == 1;
+    };
+    trace.erase<CallbackInit>(is_of_plan);
+    trace.erase<CallbackStart>(is_of_plan);
+    trace.erase<CallbackEnd>(is_of_plan);
+    return Verified(trace);
+  };
+  const auto lossy = without_plan(crash + "\n19 discard user until=23 count=3");
+  const auto silent = without_plan(crash);
+  for (const auto* rule : {"M2", "M6"}) {
+    ASSERT_EQ(Verified(crash)[rule], Verdict::fail) << rule;
+    EXPECT_EQ(lossy[rule], Verdict::inconclusive) << rule;
+    EXPECT_EQ(silent[rule], Verdict::pass) << rule << ": nothing tells of a loss";
+  }
+}
+
 TEST(LostEvent, AtTheStartHidesNoGroupOfSeveralCallbacks) {
   auto trace = trace_of(R"(
     group both
