@@ -55,4 +55,10 @@ std::optional<LongestResponse> longest_response(const CallbackReport& callback) 
   return LongestResponse{.ns = exact->max, .is_bound = false};
 }
 
+double times_deadline(const CallbackReport& callback) noexcept {
+  const auto longest = longest_response(callback);
+  if (callback.late.value_or(0) == 0 || !longest || callback.response_deadline->ns <= 0) return 0;
+  return static_cast<double>(longest->ns) / static_cast<double>(callback.response_deadline->ns);
+}
+
 }  // namespace cie::analysis

@@ -150,6 +150,17 @@ TEST(ReportScreen, OfAMissedDeadlineIsAFailWhoeverDeclaredIt) {
   EXPECT_THAT(text, HasSubstr("187.3us   289.4us   289.4us   100.0us     5"));
 }
 
+// Late 5 times by 2.9 times its deadline at most, and once by 25 times.
+TEST(ReportScreen, HasTheWorstAgainstItsDeadlineFirst) {
+  auto report = unclaimed_report();
+  const auto verdicts = with_missed_deadline(report);
+  report.callbacks[1].response_deadline = analysis::Duration{100'000};
+  report.callbacks[1].late = 1;
+  const auto text = screen_of(report, verdicts);
+  EXPECT_LT(text.find("lidar <-"), text.find("plan timer 20 ms"));
+  EXPECT_THAT(text, HasSubstr("  worst: lidar <- "));
+}
+
 TEST(ReportScreen, SaysWhetherIsolationHoldsBesideWhatIsGraver) {
   auto report = test::sample_report();
   report.callbacks.erase(report.callbacks.begin() + 1);

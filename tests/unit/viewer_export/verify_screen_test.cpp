@@ -159,14 +159,92 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
   auto report = test::sample_report();  // seven instances
   report.callbacks[0].response_deadline = analysis::Duration{100'000};
   report.callbacks[0].late = 5;
+  EXPECT_THAT(screen_of(verdicts, report, {.columns = 120}, context),
+              StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
+                         "  R3 deadline                    1 of 1 callback\n"
+                         "     plan timer 20 ms  late 5 of 7, up to 289.4 us > 100.0 us "
+                         "(app.yaml:7)\n"
+                         "      worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us "
+                         "preempted by cc1plus (of 289.4 us)\n"));
+}
+
+// The timer is late more often and takes longest of all, 54.39 ms; that is 1.1 times its deadline.
+// The 45.89 ms of the subscription are 4.6 times its own.
+TEST(VerifyScreen, OfDeadlinesSaysByWhatTheyAreOrderedAndWhoseTheWorstRunIs) {
+  const auto failed = [](std::uint32_t index) {
+    return analysis::SubjectVerdict{
+        .about = {.kind = analysis::SubjectKind::callback, .index = index},
+        .subject = "callback",
+        .verdict = Verdict::fail,
+        .checked = 7,
+        .evidence = {}};
+  };
+  const analysis::VerdictReport verdicts{.verdict = Verdict::fail,
+                                         .rules = {{.id = "R3",
+                                                    .name = "deadline",
+                                                    .verdict = Verdict::fail,
+                                                    .subjects = {failed(0), failed(1)}}}};
+  auto report = test::sample_report();
+  report.callbacks[0].response_deadline = analysis::Duration{50'000'000};
+  report.callbacks[0].response_time = test::summary(1'000'000, 54'390'000, 7);
+  report.callbacks[0].late = 5;
+  report.callbacks[1].response_deadline = analysis::Duration{10'000'000};
+  report.callbacks[1].response_time_lower = test::summary(1'000'000, 45'890'000, 7);
+  report.callbacks[1].late = 2;
+  auto context = kContext;
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    context.worst_runs.push_back({.callback = analysis::CallbackIndex{i},
+                                  .seq = 3,
+                                  .start = {983'001'500'000},
+                                  .response_time = {i == 0 ? 54'390'000 : 45'890'000},
+                                  .blocked = analysis::Duration{40'000'000}});
+  }
   EXPECT_THAT(
       screen_of(verdicts, report, {.columns = 120}, context),
-      StartsWith("FAIL  run 1: 1 of 1 callback missed deadlines: late 5 of 7 runs\n"
-                 "  R3 deadline                    1 of 1 callback\n"
-                 "     plan timer 20 ms  late 5 of 7, up to 289.4 us > 100.0 us "
-                 "(app.yaml:7)\n"
-                 "     worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us preempted by "
-                 "cc1plus (of 289.4 us)\n"));
+      HasSubstr(
+          "  R3 deadline                    2 of 2 callbacks, by times their deadline\n"
+          "     lidar <- /sensing/lidar/top/points_raw  late 2 of 7, up to 45.89 ms > 10.00 ms\n"
+          "      worst: run 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
+          "     plan timer 20 ms                        late 5 of 7, up to 54.39 ms > 50.00 ms\n"));
+}
+
+// By how much of what the spec allows: 300 us of 100 us, and 1 ms of 900 us, which checked more.
+TEST(VerifyScreen, OfBudgetsHasTheWorstFirst) {
+  const auto failed = [](std::uint32_t index, std::uint64_t checked) {
+    return analysis::SubjectVerdict{
+        .about = {.kind = analysis::SubjectKind::callback, .index = index},
+        .subject = "callback",
+        .verdict = Verdict::fail,
+        .checked = checked,
+        .evidence = {
+            {.event = "callback_start", .time = {1}, .cpu = {}, .pid = {}, .tid = {}, .note = {}},
+            {.event = "callback_end",
+             .time = {2},
+             .cpu = {},
+             .pid = {},
+             .tid = {},
+             .note = "of callback " + std::to_string(index)}}};
+  };
+  const analysis::VerdictReport verdicts{.verdict = Verdict::fail,
+                                         .rules = {{.id = "R4",
+                                                    .name = "budget",
+                                                    .verdict = Verdict::fail,
+                                                    .subjects = {failed(1, 70), failed(0, 7)}}}};
+  auto report = test::sample_report();
+  report.callbacks[0].execution_time = test::summary(1'000, 300'000, 7);
+  report.callbacks[1].execution_time = test::summary(1'000, 1'000'000, 70);
+  const auto spec = SchedulingSpec::parse(
+      "callback_groups:\n"
+      "  - {id: '/a/plan@Timer(20000000)', wcet: 100000}\n"
+      "  - {id: '/perception/lidar@Subscription(/sensing/lidar/top/"
+      "points_raw)', wcet: 900000}\n",
+      "app.yaml");
+  auto context = kContext;
+  context.spec = &spec;
+  EXPECT_THAT(screen_of(verdicts, report, {.columns = 120}, context),
+              HasSubstr("2 of 2 callbacks\n"
+                        "     plan timer 20 ms                        of callback 0\n"
+                        "     lidar <- /sensing/lidar/top/points_raw  of callback 1\n"));
 }
 
 // It took up to 289.4 us and was released every 100 us at least, of different instances, unless one

@@ -45,11 +45,12 @@ bool is_start_up(const CallbackReport& callback) {
          callback.source.ends_with("/_container/load_node");
 }
 
-// Late ones, then the slowest; what ran but once or to start others up stands behind.
+// Late ones by how much of their deadline they took, then the slowest; what ran but once or to start
+// others up stands behind.
 auto badness(const CallbackReport& callback) {
   const auto longest = analysis::longest_response(callback).value_or(analysis::LongestResponse{});
-  return std::tuple(callback.late.value_or(0), !is_start_up(callback) && callback.instances > 1,
-                    longest.ns);
+  return std::tuple(analysis::times_deadline(callback),
+                    !is_start_up(callback) && callback.instances > 1, longest.ns);
 }
 
 // What a chain's row tells, and what the spec allows of it.

@@ -150,14 +150,18 @@ std::string_view file_name(std::string_view path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
 }
 
+// Of the spec; null without.
+const SpecEntry* entry_of(const Judged& judged, const CallbackReport& callback) {
+  const auto* spec = judged.context.spec;
+  return spec == nullptr ? nullptr
+                         : spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
+}
+
 // " (app.yaml:7)"; empty: the callback declares its deadline itself.
 std::string place_of_deadline(const Judged& judged, const CallbackReport& callback) {
-  const auto* spec = judged.context.spec;
-  const auto* entry =
-      spec == nullptr ? nullptr
-                      : spec->find_callback(callback.logical_id, callback.period_ns.value_or(0));
+  const auto* entry = entry_of(judged, callback);
   if (entry == nullptr || !entry->response_deadline_ns) return {};
-  return fmt::format(" ({}:{})", printable(file_name(spec->name())), entry->line);
+  return fmt::format(" ({}:{})", printable(file_name(judged.context.spec->name())), entry->line);
 }
 
 std::string late_runs(const Judged& judged, const CallbackReport& callback) {
@@ -177,34 +181,40 @@ std::string overtaken(const SubjectVerdict& subject) {
 }
 
 struct Told {
-  std::int64_t weight = 0;  // larger is worse
-  std::string detail;       // subjects with the same one are told together
-  std::string of_one;       // what follows where it is the only one
+  double weight = 0;   // larger is worse
+  std::string detail;  // subjects with the same one are told together
+  std::string of_one;  // what follows where it is the only one
 };
 
+// How many times what the spec allows a callback's longest execution time is; 0: not known.
+double times_budget(const Judged& judged, const CallbackReport& callback) {
+  const auto* entry = entry_of(judged, callback);
+  if (entry == nullptr || entry->wcet_ns.value_or(0) <= 0 || !callback.execution_time) return 0;
+  return static_cast<double>(callback.execution_time->max) / static_cast<double>(*entry->wcet_ns);
+}
+
 Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict& subject) {
-  const auto checked = static_cast<std::int64_t>(subject.checked);
   const auto* thread = reported_thread(judged, subject);
   const auto* callback = reported_callback(judged, subject);
   const auto* late = late_callback(judged, subject);
   if (rule.id == "M2" && thread != nullptr && thread->ran.size() > 1) {
-    return {.weight = static_cast<std::int64_t>(thread->ran.size()),
+    return {.weight = static_cast<double>(thread->ran.size()),
             .detail = counted(thread->ran.size(), "callback"),
             .of_one = runs_of_callbacks(judged, *thread)};
   }
   if (rule.id == "M3" && callback != nullptr && callback->threads.size() > 1) {
-    return {.weight = static_cast<std::int64_t>(callback->threads.size()),
+    return {.weight = static_cast<double>(callback->threads.size()),
             .detail = runs_on_threads(*callback),
             .of_one = {}};
   }
   if (rule.id == analysis::kDeadlineRule && late != nullptr) {
-    return {.weight = static_cast<std::int64_t>(*late->late),
+    return {.weight = analysis::times_deadline(*late),
             .detail = late_runs(judged, *late),
             .of_one = {}};
   }
   if (rule.id == "R1" && callback != nullptr && callback->response_time &&
       callback->inter_arrival) {
-    return {.weight = callback->response_time->max,
+    return {.weight = static_cast<double>(callback->response_time->max),
             .detail = fmt::format("up to {}, releases as close as {}",
                                   format_duration(callback->response_time->max),
                                   format_duration(callback->inter_arrival->min)),
@@ -212,12 +222,15 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
   }
   if (rule.id == "R2" && callback != nullptr && callback->missed_releases.value_or(0) > 0) {
     const auto missed = *callback->missed_releases;
-    return {.weight = static_cast<std::int64_t>(missed),
+    return {.weight = static_cast<double>(missed),
             .detail = fmt::format("{} skipped, {}", counted(missed, "period"),
                                   counted(callback->instances, "run")),
             .of_one = {}};
   }
-  return {.weight = checked, .detail = told_by_evidence(judged, rule, subject), .of_one = {}};
+  const bool is_budget = rule.id == "R4" && callback != nullptr;
+  return {.weight = is_budget ? times_budget(judged, *callback) : 0,
+          .detail = told_by_evidence(judged, rule, subject),
+          .of_one = {}};
 }
 
 std::string counted_subjects(std::size_t count, std::optional<std::size_t> of,
@@ -242,8 +255,12 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   }
   std::ranges::stable_sort(ranked, std::ranges::greater{},
                            [](const Ranked& item) { return item.told.weight; });
-  Finding finding{
-      .rule = &rule, .violating = ranked.size(), .subjects = {}, .rows = {}, .worst = {}};
+  Finding finding{.rule = &rule,
+                  .violating = ranked.size(),
+                  .subjects = {},
+                  .rows = {},
+                  .order = {},
+                  .worst = {}};
   const auto kind = ranked.empty() ? SubjectKind::trace : ranked.front().subject->about.kind;
   finding.subjects = counted_subjects(ranked.size(), applicable, kind);
   std::map<std::string_view, std::size_t> places;  // of rows, by what they say
@@ -258,9 +275,9 @@ Finding finding_of(const Judged& judged, const RuleVerdict& rule) {
   }
   const auto* late = ranked.empty() ? nullptr : late_callback(judged, *ranked.front().subject);
   const auto* worst = late == nullptr ? nullptr : worst_run_of(judged, *late);
-  if (rule.id == analysis::kDeadlineRule && worst != nullptr)
-    finding.worst = where_time_went(judged, *worst);
-  if (!finding.worst.empty()) finding.worst.insert(0, "worst: ");
+  if (rule.id != analysis::kDeadlineRule) return finding;
+  if (finding.rows.size() > 1) finding.order = "by times their deadline";
+  if (worst != nullptr) finding.worst = where_time_went(judged, *worst);
   return finding;
 }
 

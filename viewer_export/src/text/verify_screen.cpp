@@ -75,9 +75,10 @@ class VerifyScreen {
   }
 
   Lines block(const Finding& finding, std::size_t rows) const {
-    Lines lines{
-        cut(fmt::format("  {:<3}{:<28}{}", finding.rule->id, finding.rule->name, finding.subjects),
-            style_.columns, gap_)};
+    const auto order = rows == 0 || finding.order.empty() ? "" : ", " + finding.order;
+    Lines lines{cut(fmt::format("  {:<3}{:<28}{}{}", finding.rule->id, finding.rule->name,
+                                finding.subjects, order),
+                    style_.columns, gap_)};
     const auto shown = std::min(rows, finding.rows.size());
     std::size_t widest = 0;
     std::size_t details = 0;
@@ -90,12 +91,13 @@ class VerifyScreen {
     }
     const auto width =
         std::min(widest, style_.columns - 7 - std::min(details, style_.columns * 2 / 5));
-    for (std::size_t i = 0; i < shown; ++i)
+    for (std::size_t i = 0; i < shown; ++i) {
       lines.push_back(line_of(finding.rows[i], width));
+      if (i == 0 && !finding.worst.empty())
+        lines.push_back(cut("      worst: " + finding.worst, style_.columns, gap_));
+    }
     if (shown > 0 && told < finding.violating)
       lines.push_back(fmt::format("     {} {} more", gap_, finding.violating - told));
-    if (shown > 0 && !finding.worst.empty())
-      lines.push_back("     " + cut(finding.worst, style_.columns - 5, gap_));
     return lines;
   }
 

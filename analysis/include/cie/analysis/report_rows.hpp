@@ -51,5 +51,8 @@ struct LongestResponse {
 };
 // Empty: none of its instances has a response time or a lower bound of it.
 std::optional<LongestResponse> longest_response(const CallbackReport& callback) noexcept;
+// How many times its deadline that is, of a callback that missed it; 0 of others. By this callbacks
+// are worse than others.
+double times_deadline(const CallbackReport& callback) noexcept;
 
 }  // namespace cie::analysis
