@@ -269,10 +269,12 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
 std::vector<HostReport> hosts_of(const Model& model) {
   std::vector<HostReport> hosts;
   hosts.reserve(model.hosts.size());
-  for (const auto& host : model.hosts) {
+  for (std::size_t i = 0; i < model.hosts.size(); ++i) {
+    const auto& host = model.hosts[i];
     hosts.push_back({.name = host.name,
                      .clock_offset_ns = host.clock_offset_ns,
-                     .shift = clock_shift(host, *reference_host(model))});
+                     .shift = clock_shift(host, *reference_host(model)),
+                     .recorded = recorded_of(model, HostIndex{static_cast<std::uint32_t>(i)})});
   }
   return hosts;
 }
@@ -409,9 +411,6 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
   report.trace = summary_of(model, verdicts);
   report.defects = trace_defects(model);
   report.hosts = hosts_of(model);
-  std::vector<std::optional<Duration>> recorded;  // by host
-  for (std::size_t i = 0; i < model.hosts.size(); ++i)
-    recorded.push_back(recorded_of(model, HostIndex{static_cast<std::uint32_t>(i)}));
 
   const auto telling = tell_messages(model);
   const auto runs = verdicts_on_runs(verdicts);
@@ -428,9 +427,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
                         .name = process.name,
                         .executor = std::nullopt,
                         .complete = is_complete(context, runs, index),
-                        .host_index = process.host,
-                        .clock_shift = report.hosts[at(process.host)].shift,
-                        .recorded = recorded[at(process.host)]};
+                        .host_index = process.host};
     if (!process.executor.empty()) entry.executor = process.executor;
     if (is_told_by_ros2_alone(process)) {
       if (!process.tracetools.empty()) entry.tracetools = process.tracetools;

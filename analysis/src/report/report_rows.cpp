@@ -46,6 +46,12 @@ const ProcessReport& ReportRows::process(ProcessIndex index) const noexcept {
   return row != nullptr ? *row : none;
 }
 
+const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept {
+  static const HostReport none;
+  const auto number = at(process.host_index);
+  return number < report.hosts.size() ? report.hosts[number] : none;
+}
+
 std::optional<LongestResponse> longest_response(const CallbackReport& callback) noexcept {
   const auto& exact = callback.response_time;
   const auto& lower = callback.response_time_lower;

@@ -323,7 +323,7 @@ TEST(ReportScreen, SaysHowMuchOfThePreemptionTheNamedOneTook) {
 TEST(ReportScreen, OfSeveralHostsTellsTimesByOneClock) {
   auto report = shared_report();
   report.trace.hosts = {"desk", "robot"};
-  report.processes[0].clock_shift = {8'000'000'000};
+  report.hosts[0].shift = {8'000'000'000};
   auto later = usual_context();
   later.verify.worst_runs[0].start = {983'001'500'000 - 8'000'000'000};
   EXPECT_THAT(screen_of(report, {}, {.columns = 200}, later), HasSubstr("run 3 at +1.500 ms: "));
@@ -344,7 +344,9 @@ TEST(ReportScreen, OfSeveralHostsHasTheLengthOfEach) {
   report.processes.push_back(report.processes[0]);
   report.processes[1].index = analysis::ProcessIndex{1};
   report.processes[1].host = "desk";
-  report.processes[0].recorded = analysis::Duration{1'000'000'000};
+  report.processes[1].host_index = analysis::HostIndex{1};
+  report.hosts.push_back({.name = "desk", .recorded = report.hosts[0].recorded});
+  report.hosts[0].recorded = analysis::Duration{1'000'000'000};
   const auto text = screen_of(report, {});
   EXPECT_THAT(text, HasSubstr("  130.0 ms on desk, 1.000 s on robot: 2 processes"));
   EXPECT_THAT(text, HasSubstr("45.0%")) << "of the host that it ran on";

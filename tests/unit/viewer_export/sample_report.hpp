@@ -50,7 +50,7 @@ inline analysis::Report sample_report() {
                      .advice = "the wall clock was set twice; times here do not depend on it"}};
   report.processes = {
       {.host = "robot", .pid = 4001, .name = "demo", .executor = "isolated", .complete = true}};
-  report.processes[0].recorded = *report.trace.end - *report.trace.begin;
+  report.hosts = {{.name = "robot", .recorded = *report.trace.end - *report.trace.begin}};
 
   auto timer = callback("/a/plan@Timer(20000000)", CallbackKind::timer);
   timer.period_ns = 20'000'000;

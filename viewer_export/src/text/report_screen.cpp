@@ -1,3 +1,4 @@
+#include <cie/analysis/report_rows.hpp>
 #include <cie/analysis/rule_pages.hpp>
 #include <cie/viewer_export/report_writers.hpp>
 
@@ -209,7 +210,7 @@ class ReportScreen {
 
   // How much of what was recorded of its host it ran, where that is the most that is known.
   TextCell busy_cell(const CallbackReport& callback) const {
-    const auto& recorded = judged_.rows.process_of(callback).recorded;
+    const auto& recorded = analysis::host_of(report_, judged_.rows.process_of(callback)).recorded;
     if (!has_durations_alone_ || !callback.duration || !recorded) return not_measured();
     return {fmt::format("{:.1f}%", 100 * static_cast<double>(callback.duration->sum) /
                                        static_cast<double>(recorded->ns))};

@@ -1,5 +1,7 @@
 #include "worst_run_words.hpp"
 
+#include <cie/analysis/report_rows.hpp>
+
 #include "words/text_layout.hpp"
 
 #include <algorithm>
@@ -17,8 +19,8 @@ std::string title_of(const Judged& judged, const WorstRun& worst) {
   const auto* callback = judged.rows.find(worst.callback);
   const auto& begin = judged.report.trace.begin;
   if (!begin || callback == nullptr) return text;
-  const auto& process = judged.rows.process_of(*callback);
-  const auto since = worst.start + process.clock_shift - *begin;
+  const auto& host = analysis::host_of(judged.report, judged.rows.process_of(*callback));
+  const auto since = worst.start + host.shift - *begin;
   return text + fmt::format(" at {}{}", since.ns < 0 ? "" : "+", format_duration(since.ns));
 }
 

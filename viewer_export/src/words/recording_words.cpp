@@ -1,5 +1,7 @@
 #include "recording_words.hpp"
 
+#include <cie/analysis/report_rows.hpp>
+
 #include "text_layout.hpp"
 
 #include <algorithm>
@@ -30,7 +32,8 @@ namespace {
 std::map<std::string_view, std::int64_t> recorded_by_host(const analysis::Report& report) {
   std::map<std::string_view, std::int64_t> lengths;
   for (const auto& process : report.processes) {
-    if (process.recorded) lengths.emplace(process.host, process.recorded->ns);
+    const auto& recorded = analysis::host_of(report, process).recorded;
+    if (recorded) lengths.emplace(process.host, recorded->ns);
   }
   return lengths;
 }

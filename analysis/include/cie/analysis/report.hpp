@@ -110,16 +110,18 @@ struct TraceSummary {
   bool complete = false;
 };
 
-// The clock of a host; not part of the JSON.
+// A host: its clock, and how long it was recorded; not part of the JSON.
 struct HostReport {
   std::string name;
   std::optional<std::int64_t> clock_offset_ns{};  // CLOCK_REALTIME - CLOCK_MONOTONIC
   // To a time of its CLOCK_MONOTONIC for one of the clock of TraceSummary::begin, as far as their
   // wall clocks agree.
   Duration shift{};
+  std::optional<Duration> recorded{};  // how long it was; empty: not known
 };
 
-// The one place of a process's host and pid: other rows name it by its number.
+// The one place of a process's host and pid: other rows name it by its number. Of the host itself
+// Report::hosts tells.
 struct ProcessReport {
   ProcessIndex index{};
   std::string host;
@@ -133,9 +135,7 @@ struct ProcessReport {
   // Of one that only ROS 2's tracers tell of; empty: another one, or not known.
   std::optional<std::string> tracetools{};  // their version
   std::optional<bool> tells_messages{};     // whether which one a callback took; none took any
-  HostIndex host_index{};                   // as observers are told it; these not part of the JSON
-  Duration clock_shift{};                   // what its times lack to those of TraceSummary::begin
-  std::optional<Duration> recorded{};       // how long its host was recorded; empty: not known
+  HostIndex host_index{};                   // as observers are told it; not part of the JSON
 };
 
 struct CallbackThread {

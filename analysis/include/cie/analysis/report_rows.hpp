@@ -43,6 +43,9 @@ class ReportRows {
   Places callbacks_;
 };
 
+// The host of a process; where a report made by hand has no row for it, this one is empty.
+const HostReport& host_of(const Report& report, const ProcessReport& process) noexcept;
+
 // The longest of a callback's response times. A bound: it is that of an instance whose release is
 // not known, which took at least that long.
 struct LongestResponse {
