@@ -2,19 +2,17 @@
 
 #include <cie/tracepoints/scheduling_spec.hpp>
 
-#include "model/callback_questions.hpp"
+#include "callback_report.hpp"
 #include "model/host_clocks.hpp"
 #include "model/recorded_parts.hpp"
 #include "model/sort_rows.hpp"
 #include "model/subjects.hpp"
 #include "model/wall_clock.hpp"
 #include "rules/completeness_rules.hpp"
-#include "rules/proof.hpp"
 #include "rules/trace_rules.hpp"
 #include "trace_defects.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <map>
 #include <string>
 #include <tuple>
@@ -22,8 +20,6 @@
 
 namespace cie::analysis {
 namespace {
-
-constexpr std::size_t kMaxPreemptorsShown = 16;
 
 // Null unless it was judged.
 const RuleVerdict* verdict_of(const VerdictReport& verdicts, const Rule& rule) {
@@ -106,115 +102,6 @@ std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
     if (begin && *begin < *end) return *end - *begin;
   }
   return std::nullopt;
-}
-
-std::optional<ReleaseSource> release_source_of(const CallbackFacts& facts) {
-  std::optional<ReleaseSource> source;
-  for (std::size_t i = 0; i < facts.by_release_source.size(); ++i) {
-    if (facts.by_release_source[i] == 0) continue;
-    source = source ? ReleaseSource::mixed : static_cast<ReleaseSource>(i);
-  }
-  return source;
-}
-
-bool are_periods_known(const CallbackFacts& facts) {
-  return facts.kind == CallbackKind::timer &&
-         (facts.is_accounted || (facts.has_grid_releases() && facts.grid.unresolved == 0));
-}
-
-// Empty: some run's thread is unknown, or its thread may have served what nobody can see; and what
-// is seen shows no sharing.
-std::optional<Isolation> isolation_of(const Model& model, const HiddenCallbacks& hidden,
-                                      const CallbackFacts& facts) {
-  const bool is_shared = facts.ran_on.size() > 1 ||
-                         std::ranges::any_of(facts.ran_on, [&model](const CallbackOnThread* pair) {
-                           return model.threads[at(pair->thread)].ran.size() > 1;
-                         });
-  if (is_shared) return Isolation::not_isolated;
-  if (facts.starts_without_tid > 0 || hidden.on_thread_of(facts)) return std::nullopt;
-  return facts.ran_on.empty() ? Isolation::never_ran : Isolation::isolated;
-}
-
-// Empty where a release or a start that is missing would change it.
-std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proof,
-                                           CallbackIndex index) {
-  const auto& facts = model.callbacks[at(index)];
-  if (facts.kind != CallbackKind::subscription || proof.loss(index)) return std::nullopt;
-  if (!model.events.by_name.contains("callback_release")) return std::nullopt;
-  const auto numbered = facts.first_release ? facts.last_release - *facts.first_release + 1 : 0;
-  if (numbered != facts.releases) return std::nullopt;
-  return facts.longest_queue;
-}
-
-std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& facts) {
-  std::optional<OpenRun> longest;
-  for (const auto& open : facts.open) {
-    const auto end = end_of_window(model, open.start.stream);
-    if (!end || *end < open.start.time) continue;
-    const auto until_end = *end - open.start.time;
-    if (!longest || longest->until_end < until_end)
-      longest = OpenRun{.seq = open.seq, .until_end = until_end};
-  }
-  return longest;
-}
-
-CallbackReport report_of(const RuleContext& context, CallbackIndex index, bool keep_buckets) {
-  const auto& model = context.model;
-  const auto& facts = model.callbacks[at(index)];
-  CallbackReport report;
-  report.index = index;
-  report.process = facts.process;
-  report.logical_id = facts.logical_id;
-  report.node = facts.node;
-  report.kind = facts.kind;
-  report.source = facts.source;
-  report.symbol = facts.symbol;
-  if (facts.period_ns > 0) report.period_ns = facts.period_ns;
-  if (facts.deadline_ns > 0) report.deadline_ns = facts.deadline_ns;
-  report.response_deadline = facts.response_deadline;
-  if (facts.response_deadline)
-    report.late = facts.are_releases_certain() ? facts.late : facts.late_by_duration;
-  if (facts.group) report.group = to_number(*facts.group);
-  for (const auto* pair : facts.ran_on) {
-    const auto& thread = model.threads[at(pair->thread)];
-    report.threads.push_back(CallbackThread{.thread = pair->thread,
-                                            .tid = thread.tid,
-                                            .name = thread.name,
-                                            .instances = pair->instances});
-  }
-  std::stable_sort(report.threads.begin(), report.threads.end(),
-                   [](const auto& a, const auto& b) { return a.tid < b.tid; });
-  report.isolation = isolation_of(model, context.hidden, facts);
-  report.instances = facts.instances;
-  report.incomplete = facts.open_count;
-  report.cut = facts.cut_instances;
-  const auto known = known_instances(model, facts);
-  report.runs_not_seen = known - std::min(known, facts.starts.count);
-  report.longest_open = longest_open(model, facts);
-  if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
-  report.longest_queue = longest_queue(model, context.proof, index);
-  if (are_periods_known(facts)) report.missed_releases = facts.missed;
-  report.release_source = release_source_of(facts);
-  report.has_calculated_releases = facts.has_grid_releases();
-  report.response_time = facts.response_time.summary(keep_buckets);
-  report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
-  report.start_latency = facts.start_latency.summary(keep_buckets);
-  report.duration = facts.duration.summary(keep_buckets);
-  report.response_time_lower =
-      facts.is_lower_duration ? report.duration : facts.response_time_lower.summary(keep_buckets);
-  report.inter_arrival = facts.inter_arrival.summary(keep_buckets);
-  report.execution_time = facts.execution_time.summary(keep_buckets);
-  report.preempted = facts.preempted.summary(keep_buckets);
-  for (const auto& [tid, preemptor] : facts.preempted_by)
-    report.preempted_by.push_back(preemptor);
-  std::ranges::stable_sort(report.preempted_by, std::ranges::greater{}, &Preemptor::time);
-  if (report.preempted_by.size() > kMaxPreemptorsShown) {
-    report.preempted_by.resize(kMaxPreemptorsShown);
-  }
-  report.blocked = facts.blocked.summary(keep_buckets);
-  report.wake_delay = facts.wake_delay.summary(keep_buckets);
-  report.wakeup_latency = facts.wakeup_latency.summary(keep_buckets);
-  return report;
 }
 
 ThreadReport report_of(const Model& model, ThreadIndex index) {
@@ -443,7 +330,7 @@ Report build_report(const RuleContext& context, const VerdictReport& verdicts) {
 
   report.callbacks.reserve(context.callbacks.size());
   for (const auto index : context.callbacks) {
-    report.callbacks.push_back(report_of(context, index, keep_buckets));
+    report.callbacks.push_back(callback_report(context, index, keep_buckets));
   }
   report.threads.reserve(model.threads.size());
   for (std::size_t i = 0; i < model.threads.size(); ++i) {
