@@ -47,6 +47,8 @@ struct OpenInstance {
   bool release_exact = false;
   std::uint32_t missed = 0;
   ThreadIndex thread{};
+  std::optional<Timestamp> next_release{};  // exact, of the instance numbered one more
+  EventRef next_start{};                    // of that one
 };
 
 // A callback went on on another thread, where it had not run before, without a callback_init in between.

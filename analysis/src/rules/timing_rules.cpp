@@ -86,14 +86,34 @@ bool specifies_any(const RuleContext& context, const Predicate& predicate) {
          std::ranges::any_of(context.options.spec->callbacks(), predicate);
 }
 
+// Of an instance that never ended, as the totals say, and the next one was released all the same.
+const OpenInstance* released_after(const CallbackFacts& callback) {
+  const auto& fini = callback.fini;
+  if (!fini || fini->ended >= fini->started) return nullptr;
+  const auto found = std::ranges::find_if(
+      callback.open, [](const OpenInstance& open) { return open.next_release.has_value(); });
+  return found != callback.open.end() ? &*found : nullptr;
+}
+
 std::vector<SubjectVerdict> judge_arrival(const RuleContext& context) {
   return for_each_callback(context, [](const CallbackFacts& callback,
                                        const std::optional<Evidence>& loss, Judgement& judgement) {
-    if (callback.instances < 2 && !loss) return;
+    const auto* hung = released_after(callback);
+    const bool is_several =
+        callback.instances >= 2 || callback.release_before_end || hung != nullptr;
+    if (!is_several && !loss) return;
     judgement.overrule(loss);
     judgement.doubt(inexact_releases(callback));
     judgement.doubt(calculated_releases(callback));
-    if (callback.inter_arrival.count() != 0) judgement.check(callback.instances);
+    if (callback.min_inter_arrival) judgement.check(callback.instances);
+    if (hung != nullptr) {
+      const auto seq = "seq " + std::to_string(hung->seq);
+      judgement.fail(evidence("callback_start", hung->start, seq + " starts and never ends"));
+      judgement.fail(
+          evidence("callback_start", hung->next_start,
+                   "the next instance was released at " + std::to_string(hung->next_release->ns)));
+      return;
+    }
     if (callback.release_before_end) {
       const auto& witness = *callback.release_before_end;
       const auto seq = "seq " + std::to_string(witness.seq);
@@ -273,7 +293,9 @@ std::vector<SubjectVerdict> judge_rate(const RuleContext& context) {
     const auto& min = entry->min_inter_arrival_ns;
     const auto& max = entry->max_inter_arrival_ns;
     if (!min && !max) return;
-    judgement.check(callback.inter_arrival.count());
+    // Before an instance that never ended, too.
+    const std::uint64_t judged = callback.min_inter_arrival ? 1 : 0;
+    judgement.check(std::max(callback.inter_arrival.count(), judged));
     judgement.overrule(loss);
     if (callback.instances >= 2) {
       judgement.doubt(inexact_releases(callback));
@@ -310,7 +332,8 @@ const Rule kArrivalExceedsTurnaround{
     "R1",
     "arrival-exceeds-turnaround",
     "Each instance ends before the next one is released: the shortest inter-arrival time "
-    "exceeds the longest response time. Fewer than two instances are not judged.\n"
+    "exceeds the longest response time. Fewer than two instances are not judged. One that never "
+    "ended was released as well: that counts, and so does the release after it.\n"
     "Why it matters: This is the assumption under which one thread per callback needs no queue: "
     "when it does not hold, instances wait for the one before them and delays add up.\n"
     "Inconclusive when releases are not known exactly, or instances were lost.\n"
@@ -367,7 +390,7 @@ const Rule kRate{
     "R5",
     "rate",
     "Inter-arrival times lie between min_inter_arrival and max_inter_arrival. Only consecutive "
-    "instances are compared.\n"
+    "instances are compared, those that never ended as well.\n"
     "Why it matters: Sources that send faster than declared overload everything behind them; "
     "slower ones starve it.\n"
     "Inconclusive when releases are not known exactly, or instances were lost.\n"

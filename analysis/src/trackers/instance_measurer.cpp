@@ -183,13 +183,15 @@ void InstanceMeasurer::measure(const LiveInstance& live) {
     case InstanceState::open:
       ++facts.open_count;
       if (facts.open.size() < kMaxOpenListed) {
-        facts.open.push_back(
+        auto& open = facts.open.emplace_back(
             OpenInstance{.start = live.start,
                          .seq = live.seq,
                          .release = measured.release,
                          .release_exact = measured.release_source == ReleaseSource::exact,
                          .missed = live.missed,
-                         .thread = live.thread.value_or(ThreadIndex{kNoId})});
+                         .thread = live.thread.value_or(ThreadIndex{kNoId}),
+                         .next_release = std::nullopt});
+        if (open.release_exact && live.is_in_window) note_open_arrival(live, open);
       }
       break;
   }
@@ -330,6 +332,11 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
 void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap,
                                 const Arrival& later) {
   facts.inter_arrival.add(gap);
+  note_extremes(facts, bounds, gap, later);
+}
+
+inline void InstanceMeasurer::note_extremes(CallbackFacts& facts, Bounds& bounds, Duration gap,
+                                            const Arrival& later) {
   const auto extreme = [&later, gap] {
     return Extreme<Duration>{.value = gap,
                              .seq = later.seq,
@@ -341,9 +348,29 @@ void InstanceMeasurer::note_gap(CallbackFacts& facts, Bounds& bounds, Duration g
   if (bounds.max_inter_arrival.rise(gap)) facts.max_inter_arrival = extreme();
 }
 
-void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
-                                 const Arrival& later) {
-  note_gap(facts, bounds, later.release - earlier.release, later);
+void InstanceMeasurer::note_open_arrival(const LiveInstance& live, OpenInstance& open) {
+  auto& facts = *live.callback_facts;
+  auto& bounds = bounds_[live.callback];
+  const Arrival begun{
+      .seq = live.seq, .start = live.start, .end = live.start, .release = *open.release};
+  const auto pair_with = [&](const Arrival& other) {
+    if (other.seq + 1 == begun.seq) {
+      note_extremes(facts, bounds, begun.release - other.release, begun);
+      note_release_before_end(facts, other, begun);
+    }
+    if (begun.seq + 1 == other.seq) {
+      note_extremes(facts, bounds, other.release - begun.release, other);
+      open.next_release = other.release;
+      open.next_start = other.start;
+    }
+  };
+  auto& arrivals = arrivals_[live.callback];
+  arrivals.lonely.for_each(pair_with);
+  if (arrivals.has_latest) pair_with(arrivals.latest);
+}
+
+inline void InstanceMeasurer::note_release_before_end(CallbackFacts& facts, const Arrival& earlier,
+                                                      const Arrival& later) {
   const bool is_after_end = later.release > earlier.end.time;
   if (is_after_end || facts.release_before_end || facts.has_grid_releases()) return;
   facts.release_before_end = CallbackFacts::ReleaseBeforeEnd{.seq = earlier.seq,
@@ -351,6 +378,12 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
                                                              .end = earlier.end,
                                                              .next_release = later.release,
                                                              .next_start = later.start};
+}
+
+void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
+                                 const Arrival& later) {
+  note_gap(facts, bounds, later.release - earlier.release, later);
+  note_release_before_end(facts, earlier, later);
 }
 
 inline void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured) {

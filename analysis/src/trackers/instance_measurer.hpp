@@ -167,6 +167,12 @@ class InstanceMeasurer {
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);
   static void note_gap(CallbackFacts& facts, Bounds& bounds, Duration gap, const Arrival& later);
+  static void note_extremes(CallbackFacts& facts, Bounds& bounds, Duration gap,
+                            const Arrival& later);
+  static void note_release_before_end(CallbackFacts& facts, const Arrival& earlier,
+                                      const Arrival& later);
+  // Of an instance that never ended: no number of the report, but evidence.
+  void note_open_arrival(const LiveInstance& live, OpenInstance& open);
 
   Model& model_;
   const Registry& registry_;

@@ -71,6 +71,37 @@ TEST(ArrivalExceedsTurnaround, NeedsTwoInstancesAndExactReleases) {
   EXPECT_EQ(Verified(trace)["R1"], Verdict::inconclusive);
 }
 
+// An instance that never ended was released all the same.
+TEST(ArrivalExceedsTurnaround, CountsTheReleaseOfAnInstanceThatNeverEnded) {
+  constexpr const char* kOne = R"(
+    callback fusion timer period=10
+    12 start fusion release=10
+    25 end fusion)";
+  EXPECT_EQ(Verified(kOne)["R1"], Verdict::not_applicable);
+  const Verified before_end(std::string(kOne) + "\n26 start fusion release=20");
+  EXPECT_EQ(before_end["R1"], Verdict::fail);
+  EXPECT_THAT(before_end.evidence("R1", "callback fusion"),
+              AllOf(HasSubstr("25 callback_end seq 0 ends"), HasSubstr("released at 20")));
+  EXPECT_EQ(Verified(std::string(kOne) + "\n32 start fusion release=30")["R1"],
+            Verdict::not_applicable)
+      << "of one instance alone the response time is known";
+  // Inter-arrival times 10 and 4; response times 5 and 8.
+  const Verified shortest(std::string(kRun) + "\n29 start fusion release=24");
+  EXPECT_EQ(shortest["R1"], Verdict::fail);
+  // Its own end was not before the next release, whenever that was.
+  const Verified hung(R"(
+    callback fusion timer period=10 pooled
+    thread a pool
+    thread b pool
+    12 start fusion release=10 on=a
+    22 start fusion release=20 on=b
+    24 end fusion on=b seq=1)");
+  EXPECT_EQ(hung["R1"], Verdict::fail);
+  EXPECT_THAT(hung.evidence("R1", "callback fusion"),
+              AllOf(HasSubstr("12 callback_start seq 0 starts and never ends"),
+                    HasSubstr("22 callback_start the next instance was released at 20")));
+}
+
 TEST(NoMissedRelease, CountsSkippedPeriodsOverTheRun) {
   constexpr auto kMissed = R"(
     callback fusion timer period=10
@@ -251,6 +282,25 @@ TEST(Rate, BoundsInterArrivalTimes) {
               HasSubstr("22 callback_start seq 1 was released 10 ns after the one before it; "
                         "spec.yaml:2 declares at least 11 ns"));
   EXPECT_EQ(Verified(kRun, spec("max_inter_arrival: 9"))["R5"], Verdict::fail);
+}
+
+TEST(Rate, CountsTheReleaseOfAnInstanceThatNeverEnded) {
+  constexpr const char* kBounds = "min_inter_arrival: 10\n    max_inter_arrival: 12";
+  const auto open_at = [&](const char* release) {
+    return Verified(std::string(kRun) + "\n42 start fusion release=" + release, spec(kBounds));
+  };
+  EXPECT_EQ(open_at("32")["R5"], Verdict::pass);
+  EXPECT_EQ(open_at("33")["R5"], Verdict::fail);
+  EXPECT_EQ(open_at("29")["R5"], Verdict::fail);
+  EXPECT_THAT(open_at("29").evidence("R5", "callback fusion"),
+              HasSubstr("42 callback_start seq 2 was released 9 ns after the one before it"));
+  EXPECT_EQ(open_at("29").result.report.callbacks.front().inter_arrival->count, 1U)
+      << "the report's numbers are of complete instances";
+  constexpr const char* kOne =
+      "callback fusion timer period=10\n12 start fusion release=10\n15 end fusion\n"
+      "22 start fusion release=20";
+  EXPECT_EQ(Verified(kOne, spec("min_inter_arrival: 11"))["R5"], Verdict::fail);
+  EXPECT_EQ(Verified(kOne, spec("min_inter_arrival: 10"))["R5"], Verdict::pass);
 }
 
 TEST(Rate, IsInconclusiveUnderLossAndWithoutReleases) {
