@@ -17,9 +17,18 @@
 namespace cie::analysis {
 namespace {
 
+// The recording was attached to its process, so that running totals stand for those of an end that
+// was never awaited. Not so if it began here, and its first run_begin was lost.
+bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
+  const auto& process = context.model.processes[at(callback.process)];
+  if (process.first_moment != RunMoment::announce) return false;
+  if (callback.registered->time < process.run_begin->time) return false;
+  const Timestamp start{process.start_ns.value_or(0)};
+  return !context.proof.user_loss(callback.process, start, callback.registered->time);
+}
+
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
-  const bool is_attached =
-      context.model.processes[at(callback.process)].first_moment == RunMoment::announce;
+  const bool is_attached = is_attached_to(context, callback);
   const auto* entry = spec_entry(context, callback);
   const auto allowed = entry != nullptr ? entry->overwrites_allowed.value_or(0) : 0;
   const auto lost = std::max(callback.lost, callback.fini ? callback.fini->lost : 0);

@@ -40,6 +40,29 @@ TEST(LostEvent, OfAnAttachedQueueMayHaveToldOfALostSample) {
   EXPECT_EQ(Verified(trace + "\n14 discard user until=15 count=1")["Q1"], Verdict::inconclusive);
 }
 
+// Running totals stand for those that a crash took only where the process was attached to.
+TEST(LostEvent, OfTheFirstRunBeginMakesNoAttachedProcess) {
+  const std::string crash = R"(
+    process app crash
+    callback fusion subscription topic=/a
+    -20 reload
+    -15 init fusion
+    10 release fusion
+    11 start fusion
+    12 end fusion)";
+  ASSERT_EQ(Verified(crash)["Q1"], Verdict::inconclusive);
+  const auto before = [](std::int64_t time) {
+    return [time](const auto&, const EventHead& head) { return head.time.ns < time; };
+  };
+  auto trace = trace_of(crash);
+  trace.erase<RunBegin>(before(-20));
+  EXPECT_EQ(Verified(trace)["Q1"], Verdict::inconclusive);
+  auto lossy = trace_of(crash + "\n-9000 discard user until=-8990 count=9");
+  lossy.erase<RunBegin>(before(-20));
+  lossy.erase<CallbackInit>(before(-20));
+  EXPECT_EQ(Verified(lossy)["Q1"], Verdict::inconclusive);
+}
+
 TEST(LostEvent, RunEndHidesNoInstanceThatTheTotalsSayNeverEnded) {
   auto trace = trace_of(R"(
     callback plan timer period=100
