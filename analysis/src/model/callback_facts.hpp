@@ -59,6 +59,12 @@ struct Move {
   EventRef first_on_to{};
 };
 
+// The same with a callback_init in between, which may be a mere announcement whose run_begin was lost.
+struct RegisteredMove {
+  Move move{};
+  EventRef registered{};
+};
+
 // What every instance reads or writes comes first and together, so that it takes few cache lines.
 struct alignas(64) CallbackFacts {
   ProcessIndex process{};
@@ -161,7 +167,8 @@ struct alignas(64) CallbackFacts {
     EventRef second{};
   };
   Rare<SecondEnd> first_second_end{};
-  std::vector<Move> moves{};  // the first 1024
+  std::vector<Move> moves{};                       // the first 1024
+  std::vector<RegisteredMove> registered_moves{};  // the first 64
   std::uint64_t starts_without_tid = 0;
 
   Rare<std::pair<std::uint64_t, EventRef>> first_exception{};  // seq, its end

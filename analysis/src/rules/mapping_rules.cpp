@@ -257,6 +257,24 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
   }
 }
 
+// A callback_init registers anew, unless it follows a run_begin that announces what there is: that may
+// be what was lost.
+void judge_registered_move(const RuleContext& context, const RegisteredMove& registered,
+                           Judgement& judgement) {
+  const auto& [move, init] = registered;
+  const auto& lives = context.lives;
+  const bool is_later = lives.of(move.to).begin >= lives.of(move.from).begin;
+  if (!is_later || succession(context, move.from, move.to) == Succession::together) return;
+  const auto process = thread_of(context.model, move.to).process;
+  const auto& facts = context.model.processes[at(process)];
+  judgement.doubt(context.proof.user_loss(process, move.last_on_from.time, init.time));
+  if (facts.run_begin || facts.is_told_by_ros2) return;
+  judgement.doubt(
+      evidence("callback_init", init,
+               "no run_begin: whether this registered it anew or announced it, before it "
+               "went on on another thread, is unknown"));
+}
+
 std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
   const auto& proof = context.proof;
   const PossibleMoves moves(context);
@@ -270,6 +288,8 @@ std::vector<SubjectVerdict> judge_persistent(const RuleContext& context) {
         judgement.doubt(context.hidden.on_thread_of(callback));
         for (const auto& move : callback.moves)
           judge_move(context, callback, move, judgement);
+        for (const auto& move : callback.registered_moves)
+          judge_registered_move(context, move, judgement);
         for (const auto* pair : callback.ran_on) {
           judgement.doubt(context.lost_ends.of(pair->thread));
           if (proof.loss(index)) {
@@ -370,9 +390,9 @@ const Rule kMappingPersistent{
     "A callback stays with its thread: it did not go on on a thread that replaced an earlier "
     "one (or reused its tid) without being registered anew.\n"
     "Why it matters: Parameters belong to threads, and a replaced thread starts without them.\n"
-    "Inconclusive when the exit of a thread was lost, a new thread_init after a thread_fini or a "
-    "callback_init in between may have been, or a thread may have served what ROS 2's events do not show "
-    "(M2).\n"
+    "Inconclusive when the exit of a thread was lost, a new thread_init after a thread_fini, a "
+    "callback_init in between or the run_begin by which one only repeats what is known may have "
+    "been, or a thread may have served what ROS 2's events do not show (M2).\n"
     "Remedy: keep the thread for the life of the callback; where a thread must be replaced, "
     "register the callback again and apply its parameters before it runs.",
     judge_persistent,

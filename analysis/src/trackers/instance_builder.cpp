@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::size_t kMaxOpenPerThread = 64;
 constexpr std::size_t kMaxMoves = 1024;
+constexpr std::size_t kMaxRegisteredMoves = 64;
 constexpr std::size_t kMaxAnswering = 64;
 
 // Of an instance that another one of its callback began in, or that another one began inside of.
@@ -224,11 +225,15 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
                                 const EventRef& first_on_to) {
   const bool is_registered_again =
       facts.last_init && facts.last_init->time > from.last_activity.time;
-  if (is_registered_again || facts.moves.size() >= kMaxMoves) return;
-  facts.moves.push_back(Move{.from = from.thread,
-                             .to = to,
-                             .last_on_from = from.last_activity,
-                             .first_on_to = first_on_to});
+  const Move move{.from = from.thread,
+                  .to = to,
+                  .last_on_from = from.last_activity,
+                  .first_on_to = first_on_to};
+  if (!is_registered_again) {
+    if (facts.moves.size() < kMaxMoves) facts.moves.push_back(move);
+  } else if (facts.registered_moves.size() < kMaxRegisteredMoves) {
+    facts.registered_moves.push_back({.move = move, .registered = *facts.last_init});
+  }
 }
 
 inline void InstanceBuilder::note_on_thread(LiveInstance& live) {

@@ -304,9 +304,10 @@ void Registry::apply(const EventHead& head, const CallbackInit& event) {
   const auto index = callback(*process, event.callback);
   auto& facts = model_.callbacks[at(index)];
   ++facts.inits;
-  // Repeated state follows a run_begin(announce); an init without one registers the callback anew.
+  // Repeated state follows a run_begin(announce), also of what was not seen to be registered; an init
+  // without one registers the callback anew.
   const auto announcements = model_.processes[at(*process)].announcements;
-  const bool is_announcement = facts.registered && announcements != facts.announcements_at_init;
+  const bool is_announcement = announcements != facts.announcements_at_init;
   facts.announcements_at_init = announcements;
   if (!is_announcement) facts.last_init = ref(head);
   if (facts.registered) return;

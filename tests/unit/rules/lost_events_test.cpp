@@ -227,6 +227,26 @@ TEST(LostEvent, OfAStartHidesNoMove) {
   }
 }
 
+// Whether a callback_init registers its callback anew depends on it.
+TEST(LostEvent, OfARunBeginMayHaveAnnouncedACallbackThatMovedOn) {
+  const std::string announced = std::string(kReplacedThread) + "\n15 reload";
+  const auto is_reload = [](const RunBegin&, const EventHead& head) { return head.time.ns == 15; };
+  ASSERT_EQ(Verified(announced)["M4"], Verdict::fail);
+  auto lossy = trace_of(announced + "\n14 discard user until=15 count=1");
+  lossy.erase<RunBegin>(is_reload);
+  EXPECT_EQ(Verified(lossy)["M4"], Verdict::inconclusive);
+  auto elsewhere = trace_of(std::string(kReplacedThread) + "\n30 discard user until=31 count=1");
+  EXPECT_EQ(Verified(elsewhere)["M4"], Verdict::pass);
+  auto without_any = trace_of(announced);
+  without_any.erase<RunBegin>();
+  EXPECT_EQ(Verified(without_any)["M4"], Verdict::inconclusive);
+  // The first callback_init that was seen.
+  const auto is_first = [](const CallbackInit&, const EventHead& head) { return head.time.ns < 0; };
+  auto attached = trace_of(announced);
+  attached.erase<CallbackInit>(is_first);
+  EXPECT_EQ(Verified(attached)["M4"], Verdict::fail);
+}
+
 // One that may have begun after its thread's end.
 TEST(LostEvent, OfAStartLeavesOpenWhetherItsThreadHadEnded) {
   auto trace = trace_of(R"(
