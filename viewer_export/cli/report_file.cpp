@@ -64,7 +64,9 @@ analysis::CallbackSample sample_of(const CallbackReport& callback) {
           .response_time = order_statistics(callback.response_time),
           .start_latency = order_statistics(callback.start_latency),
           .duration = order_statistics(callback.duration),
-          .lateness = analysis::Lateness::of(callback)};
+          .lateness = analysis::Lateness::of(callback),
+          .lost_samples = callback.lost_samples,
+          .overwritten_samples = callback.overwritten_samples};
 }
 
 // Messages of the JSON library begin with a number of their own: "[json.exception.parse_error.101] ".

@@ -50,6 +50,18 @@ std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proo
   return facts.longest_queue;
 }
 
+// Empty for a timer, and where totals are unknown or later ones may be missing.
+std::optional<QueueLosses> known_queue_losses(const RuleContext& context, CallbackIndex index) {
+  const auto& facts = context.model.callbacks[at(index)];
+  if (facts.kind == CallbackKind::timer || !facts.registered) return std::nullopt;
+  const auto losses = queue_losses(context.model, facts);
+  const auto& proof = context.proof;
+  const bool may_lack_later =
+      !facts.fini &&
+      (proof.loss(index) || proof.user_loss_since(facts.process, facts.registered->time));
+  return losses.are_totals_seen && !may_lack_later ? std::optional(losses) : std::nullopt;
+}
+
 std::optional<OpenRun> longest_open(const Model& model, const CallbackFacts& facts) {
   std::optional<OpenRun> longest;
   for (const auto& open : facts.open) {
@@ -99,6 +111,10 @@ CallbackReport callback_report(const RuleContext& context, CallbackIndex index, 
   report.longest_open = longest_open(model, facts);
   if (facts.is_accounted && facts.without_status == 0) report.exceptions = facts.exceptions;
   report.longest_queue = longest_queue(model, context.proof, index);
+  if (const auto losses = known_queue_losses(context, index)) {
+    report.lost_samples = losses->lost;
+    report.overwritten_samples = losses->overwritten;
+  }
   if (are_periods_known(facts)) report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
   report.has_calculated_releases = facts.has_grid_releases();

@@ -2,6 +2,7 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
+#include "model/callback_questions.hpp"
 #include "model/host_clocks.hpp"
 #include "thread_questions.hpp"
 
@@ -28,12 +29,11 @@ bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
 }
 
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
-  const bool is_attached = is_attached_to(context, callback);
   const auto* entry = spec_entry(context, callback);
   const auto allowed = entry != nullptr ? entry->overwrites_allowed.value_or(0) : 0;
-  const auto lost = std::max(callback.lost, callback.fini ? callback.fini->lost : 0);
-  const auto overwritten =
-      std::max(callback.overwritten, callback.fini ? callback.fini->overwritten : 0);
+  const auto losses = queue_losses(context.model, callback);
+  const auto lost = losses.lost;
+  const auto overwritten = losses.overwritten;
   judgement.check(std::max(callback.releases, callback.starts.count));
   const auto where = [&callback](const std::optional<EventRef>& running) {
     return running ? *running : callback.fini->at;
@@ -50,9 +50,7 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
                                 " overwritten in the queue before being taken; " +
                                 std::to_string(allowed) + " are allowed"));
   }
-  const bool has_totals =
-      callback.fini ? callback.are_totals_told : is_attached && callback.releases > 0;
-  if (!has_totals) {
+  if (!losses.are_totals_seen || !(callback.fini || is_attached_to(context, callback))) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
     judgement.doubt(evidence("callback_fini", last,
                              "the totals of lost and overwritten samples were not seen"));

@@ -17,6 +17,10 @@ std::optional<Isolation> worst_of(std::optional<Isolation> a, std::optional<Isol
   return a && b ? a : std::nullopt;
 }
 
+void add(std::optional<std::uint64_t>& into, const std::optional<std::uint64_t>& other) {
+  if (other) into = into.value_or(0) + *other;
+}
+
 void merge(CallbackSample& into, const CallbackSample& other) {
   into.processes += other.processes;
   if (!other.processes_at_once) into.processes_at_once.reset();
@@ -25,10 +29,11 @@ void merge(CallbackSample& into, const CallbackSample& other) {
   into.response_time = merged(into.response_time, other.response_time);
   into.start_latency = merged(into.start_latency, other.start_latency);
   into.duration = merged(into.duration, other.duration);
-  if (other.exceptions) into.exceptions = into.exceptions.value_or(0) + *other.exceptions;
+  add(into.exceptions, other.exceptions);
   into.isolation = worst_of(into.isolation, other.isolation);
-  if (other.missed_releases)
-    into.missed_releases = into.missed_releases.value_or(0) + *other.missed_releases;
+  add(into.missed_releases, other.missed_releases);
+  add(into.lost_samples, other.lost_samples);
+  add(into.overwritten_samples, other.overwritten_samples);
   if (!into.lateness || !other.lateness) {
     if (other.lateness) into.lateness = other.lateness;
     return;
@@ -134,7 +139,9 @@ std::vector<CallbackSample> SampleCollector::samples(const Report& report) const
                           .response_time = {},
                           .start_latency = {},
                           .duration = {},
-                          .lateness = Lateness::of(callback)};
+                          .lateness = Lateness::of(callback),
+                          .lost_samples = callback.lost_samples,
+                          .overwritten_samples = callback.overwritten_samples};
     // The first one of an id has what all of them measured.
     if (const auto found = by_id.find(callback.logical_id); found != by_id.end()) {
       const auto& measured = found->second;

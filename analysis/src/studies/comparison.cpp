@@ -85,6 +85,13 @@ Change change_of(const std::optional<std::uint64_t>& before, std::uint64_t runs_
   return compare(Rate{*before, runs_before}, Rate{*after, runs_after}, tolerance);
 }
 
+// Of what comes on top of the runs: the share of all.
+Change change_of(std::optional<std::uint64_t> CallbackSample::*count, const CallbackSample& before,
+                 const CallbackSample& after, double tolerance) {
+  return change_of(before.*count, before.instances + (before.*count).value_or(0), after.*count,
+                   after.instances + (after.*count).value_or(0), tolerance);
+}
+
 CallbackChange change_of(const CallbackSample& before, const CallbackSample& after,
                          const Records& records, double tolerance) {
   constexpr double kHalf = 0.5;
@@ -110,14 +117,17 @@ CallbackChange change_of(const CallbackSample& before, const CallbackSample& aft
                                   after.instances, tolerance),
           .missed_before = before.missed_releases,
           .missed_after = after.missed_releases,
-          .missed = change_of(before.missed_releases,
-                              before.instances + before.missed_releases.value_or(0),
-                              after.missed_releases,
-                              after.instances + after.missed_releases.value_or(0), tolerance),
+          .missed = change_of(&CallbackSample::missed_releases, before, after, tolerance),
           .lost_isolation =
               before.isolation == Isolation::isolated && after.isolation == Isolation::not_isolated,
           .lateness_before = before.lateness,
-          .lateness_after = after.lateness};
+          .lateness_after = after.lateness,
+          .lost_before = before.lost_samples,
+          .lost_after = after.lost_samples,
+          .lost = change_of(&CallbackSample::lost_samples, before, after, tolerance),
+          .overwritten_before = before.overwritten_samples,
+          .overwritten_after = after.overwritten_samples,
+          .overwritten = change_of(&CallbackSample::overwritten_samples, before, after, tolerance)};
 }
 
 CallbackChange one_sided(const CallbackSample& sample, bool is_before, const Records& records) {
@@ -233,7 +243,8 @@ ComparedRecord ComparedRecord::of(const TraceSummary& trace,
 bool CallbackChange::is_regression() const {
   const auto is_worse = [](const auto& each) { return each.change == Change::worse; };
   return is_absence_proved || never_ends || lost_isolation || missed == Change::worse ||
-         exceptions == Change::worse || std::ranges::any_of(quantities, is_worse);
+         exceptions == Change::worse || lost == Change::worse || overwritten == Change::worse ||
+         std::ranges::any_of(quantities, is_worse);
 }
 
 Outcome Comparison::outcome() const {

@@ -450,7 +450,7 @@ class Diff(Folder):
             for rows in (report["processes"], report["callbacks"], report["threads"]):
                 for row in rows:
                     for key in ("index", "process", "ran", "deadline_ns", "exceptions", "longest_queue", "preempted_by",
-                                "isolation", "response_deadline_ns", "late"):
+                                "isolation", "response_deadline_ns", "late", "lost_samples", "overwritten_samples"):
                         row.pop(key, None)
             for callback in report["callbacks"]:
                 for thread in callback["threads"]:
@@ -462,7 +462,7 @@ class Diff(Folder):
         same = cie("diff", self.report("same.json"), self.report("new.json"), "-f", "json")
 
         def compared(diff):
-            return [{key: value for key, value in callback.items() if not key.startswith("exceptions")}
+            return [{key: value for key, value in callback.items() if not key.startswith(("exceptions", "lost_samples", "overwritten_samples"))}
                     for callback in json.loads(diff.stdout)["callbacks"]]
         self.assertEqual(compared(done), compared(same))
 

@@ -208,7 +208,7 @@ class Demo(unittest.TestCase):
                 "response_time_upper_ns", "start_latency_ns", "duration_ns", "inter_arrival_ns",
                 "execution_time_ns", "preempted_ns", "blocked_ns", "wake_delay_ns",
                 "wakeup_latency_ns", "isolation", "index", "process", "deadline_ns", "response_deadline_ns", "late", "preempted_by",
-                "cut", "runs_not_seen"])
+                "cut", "runs_not_seen", "lost_samples", "overwritten_samples"])
             self.assertTrue(callback["isolated"], callback["logical_id"])
             self.assertEqual(callback["release_source"], "exact", callback["logical_id"])
         self.assertTrue(report["trace"]["complete"])

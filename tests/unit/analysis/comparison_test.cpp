@@ -222,6 +222,24 @@ TEST(Compare, NoticesWhatNeverEndsAndExceptions) {
   EXPECT_FALSE(change(ended, ended).is_regression());
 }
 
+// As Q1 does, by their share of all samples.
+TEST(Compare, NoticesMoreLostAndOverwrittenSamples) {
+  auto whole = sample(0, 1'000);
+  EXPECT_EQ(change(whole, whole).lost, Change::undecided) << "not told";
+  whole.lost_samples = 0;
+  whole.overwritten_samples = 2;
+  auto losing = whole;
+  losing.lost_samples = 60;
+  EXPECT_EQ(change(whole, losing).lost, Change::worse);
+  EXPECT_TRUE(change(whole, losing).is_regression());
+  EXPECT_EQ(change(losing, whole).lost, Change::better);
+  auto overwriting = whole;
+  overwriting.overwritten_samples = 90;
+  EXPECT_EQ(change(whole, overwriting).overwritten, Change::worse);
+  EXPECT_TRUE(change(whole, overwriting).is_regression());
+  EXPECT_FALSE(change(overwriting, overwriting).is_regression());
+}
+
 // Half as many runs as before is 500 and not less; 300 are, beyond chance.
 TEST(Compare, NoticesFarFewerRuns) {
   EXPECT_TRUE(change(sample(0, 1'000), sample(0, 300)).runs_less);

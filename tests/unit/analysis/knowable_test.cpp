@@ -173,6 +173,36 @@ TEST(Knowable, HowManySamplesWaitedAtMost) {
   EXPECT_EQ(longest_queue(test::trace_of("callback t timer\n5 start t\n6 end t")), std::nullopt);
 }
 
+using SampleLosses = std::pair<std::optional<std::uint64_t>, std::optional<std::uint64_t>>;
+
+// Lost before the queue, and overwritten in it.
+SampleLosses sample_losses(const test::TextTrace& trace) {
+  const auto& callback = test::analyze(trace).report.callbacks.at(0);
+  return {callback.lost_samples, callback.overwritten_samples};
+}
+
+TEST(Knowable, HowManySamplesWereLostAndOverwritten) {
+  const auto text = std::string(kQueue) + "\n19 lost fusion count=3\n29 lost fusion count=2";
+  EXPECT_EQ(sample_losses(test::trace_of(text)), (SampleLosses{3 + 2, 1}));
+  EXPECT_EQ(sample_losses(test::trace_of("callback fusion subscription\n5 release fusion")),
+            (SampleLosses{0, 0}));
+  EXPECT_EQ(sample_losses(test::trace_of("callback t timer\n5 start t\n6 end t")), SampleLosses())
+      << "a timer has no samples";
+}
+
+TEST(Knowable, SampleLossesByTotalsThatWereSeen) {
+  const auto text = std::string(kQueue) + "\n29 lost fusion count=2";
+  EXPECT_EQ(sample_losses(test::trace_of("process app crash" + text)), SampleLosses())
+      << "there may have been more";
+  EXPECT_EQ(sample_losses(test::trace_of("process app attached crash" + text)),
+            (SampleLosses{2, 1}))
+      << "running totals";
+  auto after_a_loss = test::trace_of("process app attached crash" + text);
+  after_a_loss.erase<CallbackStart>(
+      [](const CallbackStart& e, const EventHead&) { return e.seq == 1; });
+  EXPECT_EQ(sample_losses(after_a_loss), SampleLosses());
+}
+
 // Attached to a process that has handled seven samples and had two overwritten.
 TEST(Knowable, HowManySamplesWaitedAtMostSinceTheRecorderAttached) {
   auto trace = test::trace_of(R"(

@@ -195,6 +195,17 @@ TEST(DiffText, NamesWhatRunsOtherwise) {
                         "  runs less than half as often: lidar <- /points (100 -> 3 runs)\n"));
 }
 
+TEST(DiffText, TellsOfLostAndOverwrittenSamples) {
+  auto losing = kSame;
+  losing.lost = losing.overwritten = Change::worse;
+  losing.lost_before = losing.overwritten_before = 0;
+  losing.lost_after = 60;
+  losing.overwritten_after = 90;
+  EXPECT_THAT(diff_text_of({losing}),
+              HasSubstr("\n  more samples are lost: map timer 1 us (0 -> 60)\n"
+                        "  more samples are overwritten: map timer 1 us (0 -> 90)\n"));
+}
+
 TEST(DiffText, OfWhatARecordDoesNotProveSaysThatItMayBe) {
   auto gone = kSame;
   gone.is_after = false;

@@ -94,7 +94,9 @@ TEST(ReportJson, HasEveryKeyOfTheContractInItsOrder) {
                       "late",
                       "preempted_by",
                       "cut",
-                      "runs_not_seen"};
+                      "runs_not_seen",
+                      "lost_samples",
+                      "overwritten_samples"};
   for (const auto& c : report["callbacks"]) {
     EXPECT_EQ(keys(c), callback);
   }

@@ -150,6 +150,18 @@ TEST(ReportScreen, OfAMissedDeadlineIsAFailWhoeverDeclaredIt) {
   EXPECT_THAT(text, HasSubstr("187.3us   289.4us   289.4us   100.0us     5"));
 }
 
+TEST(ReportScreen, TellsOfLostAndOverwrittenSamples) {
+  auto report = shared_report();
+  report.callbacks[1].lost_samples = 0;
+  report.callbacks[1].overwritten_samples = 0;
+  EXPECT_THAT(screen_of(report, {}), Not(HasSubstr("samples")));
+  report.callbacks[1].lost_samples = 2;
+  report.callbacks[1].overwritten_samples = 5;
+  EXPECT_THAT(screen_of(report, {}),
+              HasSubstr("  samples lost: 2 of lidar <- /sensing/lidar/top/points_raw\n"
+                        "  samples overwritten: 5 of lidar <- /sensing/lidar/top/points_raw\n"));
+}
+
 // Late 5 times by 2.9 times its deadline at most, and once by 25 times.
 TEST(ReportScreen, HasTheWorstAgainstItsDeadlineFirst) {
   auto report = unclaimed_report();

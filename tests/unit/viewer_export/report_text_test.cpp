@@ -77,18 +77,24 @@ TEST(ReportText, NamesTheWorstOffenders) {
   EXPECT_THAT(text, HasSubstr("never ran                  1 of 3  callbacks\n"));
 }
 
-TEST(ReportText, NamesTheLongestQueueAndTheMostExceptions) {
+TEST(ReportText, NamesTheLongestQueueAndTheMostExceptionsAndLosses) {
   auto report = test::sample_report();
   EXPECT_THAT(report_text_of(report), Not(HasSubstr("longest queue")));
   report.callbacks[1].longest_queue = 1;
   EXPECT_THAT(report_text_of(report), Not(HasSubstr("longest queue"))) << "nothing waits behind it";
   report.callbacks[1].longest_queue = 12;
   report.callbacks[0].exceptions = 3;
+  report.callbacks[1].lost_samples = 4;
+  report.callbacks[1].overwritten_samples = 5;
   const auto text = report_text_of(report);
   EXPECT_THAT(text,
               HasSubstr("longest queue          12 samples  " + report.callbacks[1].logical_id));
   EXPECT_THAT(text,
               HasSubstr("most exceptions                 3  " + report.callbacks[0].logical_id));
+  EXPECT_THAT(text,
+              HasSubstr("most lost samples               4  " + report.callbacks[1].logical_id));
+  EXPECT_THAT(text,
+              HasSubstr("most overwritten        5 samples  " + report.callbacks[1].logical_id));
 }
 
 TEST(ReportText, SaysWhoRanInsteadOfThePreempted) {

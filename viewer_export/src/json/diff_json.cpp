@@ -58,7 +58,13 @@ Json json_of(const CallbackChange& change) {
           {"regression", change.is_regression()},
           {"deadline_before", json_of(change.lateness_before)},
           {"deadline_after", json_of(change.lateness_after)},
-          {"quantities", std::move(quantities)}};
+          {"quantities", std::move(quantities)},
+          {"lost_samples_before", optional_json(change.lost_before)},
+          {"lost_samples_after", optional_json(change.lost_after)},
+          {"lost_samples", analysis::label(change.lost)},
+          {"overwritten_samples_before", optional_json(change.overwritten_before)},
+          {"overwritten_samples_after", optional_json(change.overwritten_after)},
+          {"overwritten_samples", analysis::label(change.overwritten)}};
 }
 
 Json json_of(const analysis::ComparedRecord& record) {

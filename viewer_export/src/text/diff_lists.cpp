@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -81,6 +82,25 @@ void add_absences(NameLists& lists, const TextStyle& style) {
   lists.say("may never run any more", Look::doubtful, has(Absence::never_runs, false), runs);
 }
 
+void add_worse_counts(NameLists& lists, const TextStyle& style) {
+  using Count = std::optional<std::uint64_t> CallbackChange::*;
+  const auto say = [&](std::string_view what, analysis::Change CallbackChange::*change,
+                       Count before, Count after) {
+    lists.say(
+        what, Look::bad, [change](const auto& c) { return c.*change == analysis::Change::worse; },
+        [&style, before, after](const CallbackChange& c) {
+          return fmt::format(
+              " ({})", before_to_after((c.*before).value_or(0), (c.*after).value_or(0), style));
+        });
+  };
+  say("more runs end by an exception", &CallbackChange::exceptions,
+      &CallbackChange::exceptions_before, &CallbackChange::exceptions_after);
+  say("more samples are lost", &CallbackChange::lost, &CallbackChange::lost_before,
+      &CallbackChange::lost_after);
+  say("more samples are overwritten", &CallbackChange::overwritten,
+      &CallbackChange::overwritten_before, &CallbackChange::overwritten_after);
+}
+
 }  // namespace
 
 Lines record_lines(const analysis::Comparison& comparison, const TextStyle& style) {
@@ -110,13 +130,7 @@ Lines structural_changes(const std::vector<CallbackChange>& changes, const Callb
   lists.say("no longer has a thread of its own", Look::bad,
             [](const auto& c) { return c.lost_isolation; });
   lists.say("has a run that never ends", Look::bad, [](const auto& c) { return c.never_ends; });
-  lists.say(
-      "more runs end by an exception", Look::bad,
-      [](const auto& c) { return c.exceptions == analysis::Change::worse; },
-      [&style](const CallbackChange& c) {
-        return fmt::format(" ({})", before_to_after(c.exceptions_before.value_or(0),
-                                                    c.exceptions_after.value_or(0), style));
-      });
+  add_worse_counts(lists, style);
   lists.say(
       "runs less than half as often", Look::doubtful, [](const auto& c) { return c.runs_less; },
       [&style](const CallbackChange& c) {

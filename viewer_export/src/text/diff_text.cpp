@@ -84,6 +84,7 @@ const QuantityChange* largest(const CallbackChange& callback, Change kind) {
 bool is_better(const CallbackChange& change) {
   return !change.is_regression() &&
          (change.missed == Change::better || change.exceptions == Change::better ||
+          change.lost == Change::better || change.overwritten == Change::better ||
           largest(change, Change::better) != nullptr);
 }
 
@@ -143,6 +144,9 @@ void add_quantities(TextTable& table, const CallbackChange& change, const Callba
   };
   add_count("missed releases", change.missed_before, change.missed_after, change.missed);
   add_count("exceptions", change.exceptions_before, change.exceptions_after, change.exceptions);
+  add_count("lost samples", change.lost_before, change.lost_after, change.lost);
+  add_count("overwritten samples", change.overwritten_before, change.overwritten_after,
+            change.overwritten);
 }
 
 TextTable table_of(const std::vector<CallbackChange>& changes, const CallbackNames& names,
@@ -339,7 +343,9 @@ Tally tally_of(const std::vector<CallbackChange>& changes) {
       add_to(tally, each);
     for (const bool is_undecided :
          {is_open(change.missed_before, change.missed_after, change.missed),
-          is_open(change.exceptions_before, change.exceptions_after, change.exceptions)}) {
+          is_open(change.exceptions_before, change.exceptions_after, change.exceptions),
+          is_open(change.lost_before, change.lost_after, change.lost),
+          is_open(change.overwritten_before, change.overwritten_after, change.overwritten)}) {
       tally.undecided += is_undecided ? 1U : 0U;
     }
   }

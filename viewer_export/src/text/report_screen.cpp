@@ -352,19 +352,28 @@ class ReportScreen {
       append(lines,
              paragraph("  worst: ", judged_.names.of(*callbacks_.front()) + ", " + why, 2, style_));
     }
-    std::string missing;
-    for (const auto* callback : callbacks_) {
-      if (callback->missed_releases.value_or(0) == 0) continue;
-      missing += fmt::format("{}{} of {}", missing.empty() ? "" : ", ", *callback->missed_releases,
-                             judged_.names.of(*callback));
-    }
-    if (!missing.empty()) append(lines, paragraph("  releases missed: ", missing, 1, style_));
+    append(lines, counts("releases missed", &CallbackReport::missed_releases));
+    append(lines, counts("samples lost", &CallbackReport::lost_samples));
+    append(lines, counts("samples overwritten", &CallbackReport::overwritten_samples));
     append(lines, open_runs());
     append(lines, without_runs("no run seen", [](const CallbackReport& callback) {
              return !has_run(callback) && !never_ran(callback);
            }));
     append(lines, without_runs("never ran", never_ran));
     return lines;
+  }
+
+  // "  releases missed: 3 of plan timer 20 ms, 1 of map timer 1 s".
+  Lines counts(std::string_view what, std::optional<std::uint64_t> CallbackReport::*count) const {
+    std::string text;
+    for (const auto* callback : callbacks_) {
+      const auto number = (callback->*count).value_or(0);
+      if (number == 0) continue;
+      text +=
+          fmt::format("{}{} of {}", text.empty() ? "" : ", ", number, judged_.names.of(*callback));
+    }
+    if (text.empty()) return {};
+    return paragraph(fmt::format("  {}: ", what), text, 1, style_);
   }
 
   template <typename Is>

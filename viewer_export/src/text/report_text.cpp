@@ -204,6 +204,16 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   if (const auto* c = worst(report, waited); c != nullptr && *c->longest_queue > 1) {
     add("longest queue", counted(*c->longest_queue, "sample"), *c);
   }
+  const auto lost = [](const auto& x) { return static_cast<double>(x.lost_samples.value_or(0)); };
+  if (const auto* c = worst(report, lost)) {
+    add("most lost samples", fmt::format("{}", *c->lost_samples), *c);
+  }
+  const auto overwritten = [](const auto& x) {
+    return static_cast<double>(x.overwritten_samples.value_or(0));
+  };
+  if (const auto* c = worst(report, overwritten)) {
+    add("most overwritten", counted(*c->overwritten_samples, "sample"), *c);
+  }
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
   const auto unmapped = callbacks_with(report, analysis::Isolation::never_ran);
   const auto unseen = std::ranges::count_if(report.callbacks, [](const auto& callback) {

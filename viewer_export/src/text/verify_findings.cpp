@@ -227,10 +227,13 @@ Told told_of(const Judged& judged, const RuleVerdict& rule, const SubjectVerdict
                                   counted(callback->instances, "run")),
             .of_one = {}};
   }
-  const bool is_budget = rule.id == "R4" && callback != nullptr;
-  return {.weight = is_budget ? times_budget(judged, *callback) : 0,
-          .detail = told_by_evidence(judged, rule, subject),
-          .of_one = {}};
+  double weight = 0;
+  if (rule.id == "R4" && callback != nullptr) weight = times_budget(judged, *callback);
+  if (rule.id == "Q1" && callback != nullptr) {
+    weight = static_cast<double>(callback->lost_samples.value_or(0) +
+                                 callback->overwritten_samples.value_or(0));
+  }
+  return {.weight = weight, .detail = told_by_evidence(judged, rule, subject), .of_one = {}};
 }
 
 std::string counted_subjects(std::size_t count, std::optional<std::size_t> of,

@@ -97,6 +97,8 @@ struct CallbackSample {
   OrderStatistics start_latency;
   OrderStatistics duration;
   std::optional<Lateness> lateness{};
+  std::optional<std::uint64_t> lost_samples{};
+  std::optional<std::uint64_t> overwritten_samples{};
 
   bool has_run() const noexcept { return instances + incomplete > 0; }
 };
@@ -191,9 +193,15 @@ struct CallbackChange {
   bool lost_isolation = false;
   std::optional<Lateness> lateness_before{};
   std::optional<Lateness> lateness_after{};
+  std::optional<std::uint64_t> lost_before{};
+  std::optional<std::uint64_t> lost_after{};
+  Change lost = Change::undecided;
+  std::optional<std::uint64_t> overwritten_before{};
+  std::optional<std::uint64_t> overwritten_after{};
+  Change overwritten = Change::undecided;
 
-  // Of what is certain: gone, never running or never ending, slower, missing more releases, ending
-  // by exceptions more often, or no longer isolated.
+  // Of what is certain: gone, never running or never ending, slower, missing more releases, losing
+  // or overwriting more samples, ending by exceptions more often, or no longer isolated.
   bool is_regression() const;
 };
 

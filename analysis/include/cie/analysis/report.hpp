@@ -185,6 +185,9 @@ struct CallbackReport {
   // Of a subscription: the most samples that waited at once, arrived and not overwritten, for their
   // instance to start.
   std::optional<std::uint64_t> longest_queue;
+  // Of samples, in the recording: before the queue, and in it by later ones. Empty: not told.
+  std::optional<std::uint64_t> lost_samples{};
+  std::optional<std::uint64_t> overwritten_samples{};
   std::optional<ReleaseSource> release_source;
   bool has_calculated_releases = false;  // response times are up to kTimerError too long
   std::optional<Summary> response_time;

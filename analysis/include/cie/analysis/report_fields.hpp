@@ -121,6 +121,8 @@ void fields(auto& visit, Is<CallbackReport> auto& c) {
   visit.added("preempted_by", c.preempted_by);
   visit.added("cut", c.cut);
   visit.added("runs_not_seen", c.runs_not_seen);
+  visit.added("lost_samples", c.lost_samples);
+  visit.added("overwritten_samples", c.overwritten_samples);
 }
 
 void fields(auto& visit, Is<ThreadSchedReport> auto& s) {
