@@ -11,7 +11,8 @@
 namespace cie::analysis {
 namespace {
 
-// As the kernel counts (see ScheduledAs): -1, 99 - priority, 120 + nice.
+// As the kernel counts (see ScheduledAs): -1, 99 - priority, 120 + nice. SCHED_IDLE keeps a nice value
+// that nobody asked for (proc(5): priority): 120 is what it has without one.
 std::int32_t kernel_priority(const ThreadParameters& asked) {
   switch (*asked.policy) {
     case Policy::fifo:
@@ -29,11 +30,19 @@ std::int32_t kernel_priority(const ThreadParameters& asked) {
 }
 
 bool is_as_asked(const ScheduledAs& scheduled, const ThreadParameters& asked) {
-  return !asked.policy || scheduled.first.prio == kernel_priority(asked);
+  if (!asked.policy) return true;
+  if (asked.policy == Policy::idle) return !is_real_time_priority(scheduled.first.prio);
+  return scheduled.first.prio == kernel_priority(asked);
+}
+
+// Threads that nobody configured are SCHED_OTHER, and have the same priority.
+bool is_policy_untold(const ThreadParameters& asked) noexcept {
+  return asked.policy == Policy::batch || asked.policy == Policy::idle;
 }
 
 // What is asked for and sched_switch cannot tell.
 std::optional<std::string> untold(const ThreadParameters& asked) {
+  if (is_policy_untold(asked)) return "SCHED_OTHER, SCHED_BATCH and SCHED_IDLE apart";
   if (asked.policy == Policy::deadline) return "runtime, deadline and period";
   if (asked.slice_ns) return "time slices";
   if (asked.util_min || asked.util_max) return "utilization clamps";
@@ -121,7 +130,8 @@ void judge_thread(const RuleContext& context, ThreadIndex index, const SpecEntry
   }
   judgement.remark(evidence("sampled", begin,
                             "by the priority and the CPUs of its switches: FIFO and RR are one "
-                            "there, and CPUs that it did not use are not seen"));
+                            "there, OTHER, BATCH and IDLE another, and CPUs that it did not use "
+                            "are not seen"));
 }
 
 }  // namespace
@@ -156,15 +166,17 @@ void judge_scheduled_unchanged(const RuleContext& context, ThreadIndex index,
   judgement.check();
   const auto later = std::next(kept);
   if (later == thread.scheduled.end()) {
-    judgement.remark(
-        evidence("sampled", begin,
-                 "by the priority of its switches: it had " + priority_text(kept->first.prio) +
-                     " throughout; FIFO and RR are one there, and the CPUs that it may "
-                     "use are not told"));
+    judgement.remark(evidence("sampled", begin,
+                              "by the priority of its switches: it had " +
+                                  priority_text(kept->first.prio) +
+                                  " throughout; FIFO and RR are one there, OTHER, BATCH and IDLE "
+                                  "another, and the CPUs that it may use are not told"));
     return;
   }
-  const bool is_asked =
-      entry != nullptr && entry->parameters.policy && is_as_asked(*kept, entry->parameters);
+  // Another nice value under SCHED_IDLE is what was asked for, too.
+  const bool is_asked = entry != nullptr && entry->parameters.policy &&
+                        is_as_asked(*kept, entry->parameters) &&
+                        !is_as_asked(*later, entry->parameters);
   const auto was = evidence("sched_switch", kept->last,
                             "scheduled with " + priority_text(kept->first.prio) +
                                 (is_asked ? ", as " + asks(context, *entry) : ""));
@@ -225,6 +237,10 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   if (match == scheduled.end()) return;        // never: S1's concern
   judgement.doubt(context.proof.loss(index));  // there may have been an earlier instance
   const auto start = first->first_start.time;
+  if (is_policy_untold(entry.parameters)) {
+    judgement.doubt(evidence("sched_switch", match->first.at,
+                             "sched_switch does not tell " + *untold(entry.parameters)));
+  }
   if (match->first.at.time <= start) {
     judgement.check();
     return;

@@ -54,6 +54,39 @@ TEST(SwitchedParameters, FailWithTheLastPrioritySeen) {
                         "kernel schedules thread 7 with nice 0"));
 }
 
+std::string spec_of(const std::string& policy) {
+  return "callback_groups:\n  - id: /n@Timer(1)\n    policy: " + policy + "\n    nice: 0\n";
+}
+
+// SCHED_IDLE keeps the nice value that its process was started with: 120 + 5 here (nice -n 5 chrt -i 0).
+TEST(SwitchedParameters, OfTheIdlePolicyMayHaveAnyNiceValue) {
+  const std::string idle = "callback_groups:\n  - id: /n@Timer(1)\n    policy: SCHED_IDLE\n";
+  for (const int prio : {120, 125}) {
+    const auto result = judged_by(instance(10, prio) + instance(20, prio), idle);
+    for (const auto* rule : {"S1", "S2"}) {
+      EXPECT_EQ(result.verdict(rule), Verdict::inconclusive) << rule << ' ' << prio;
+      EXPECT_THAT(result.evidence(rule), HasSubstr("SCHED_OTHER, SCHED_BATCH and SCHED_IDLE apart"))
+          << rule << ' ' << prio;
+    }
+  }
+  const auto reniced = judged_by(instance(10, 125) + instance(20, 120), idle);
+  EXPECT_EQ(reniced.verdict("S3"), Verdict::inconclusive);
+  const auto raised = judged_by(instance(10, 120) + instance(20, 79), idle);
+  EXPECT_EQ(raised.verdict("S1"), Verdict::fail);
+  EXPECT_EQ(raised.verdict("S3"), Verdict::fail);
+}
+
+// Whom nobody configured has that priority, too.
+TEST(SwitchedParameters, DoNotTellTheBatchPolicyFromTheUsualOne) {
+  const auto events = instance(10, 120) + instance(20, 120);
+  EXPECT_EQ(judged_by(events, spec_of("SCHED_BATCH")).verdict("S1"), Verdict::inconclusive);
+  const auto other = judged_by(events, spec_of("SCHED_OTHER"));
+  EXPECT_EQ(other.verdict("S1"), Verdict::pass);
+  EXPECT_THAT(other.evidence("S1"), HasSubstr("OTHER, BATCH and IDLE another"));
+  const auto reniced = judged_by(instance(10, 120) + instance(20, 125), spec_of("SCHED_BATCH"));
+  EXPECT_EQ(reniced.verdict("S1"), Verdict::fail);
+}
+
 TEST(SwitchedParameters, AreJudgedByTheLastPriorityHoweverOftenItChanged) {
   constexpr int kChanges = 1'500;
   for (const bool is_first_good : {false, true}) {
