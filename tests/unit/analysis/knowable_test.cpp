@@ -177,7 +177,8 @@ using SampleLosses = std::pair<std::optional<std::uint64_t>, std::optional<std::
 
 // Lost before the queue, and overwritten in it.
 SampleLosses sample_losses(const test::TextTrace& trace) {
-  const auto& callback = test::analyze(trace).report.callbacks.at(0);
+  const auto result = test::analyze(trace);
+  const auto& callback = result.report.callbacks.at(0);
   return {callback.lost_samples, callback.overwritten_samples};
 }
 
