@@ -13,16 +13,6 @@ std::uint64_t known_instances(const Model& model, const CallbackFacts& callback)
   return count;
 }
 
-QueueLosses queue_losses(const Model& model, const CallbackFacts& callback) {
-  const auto& fini = callback.fini;
-  const bool is_attached =
-      model.processes[at(callback.process)].first_moment == RunMoment::announce;
-  return {
-      .lost = std::max(callback.lost, fini ? fini->lost : 0),
-      .overwritten = std::max(callback.overwritten, fini ? fini->overwritten : 0),
-      .are_totals_seen = fini ? callback.are_totals_told : is_attached && callback.releases > 0};
-}
-
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream) {
   if (at(stream) >= model.streams.size()) return std::nullopt;
   const auto channel = model.channels.find(model.streams[at(stream)].channel);

@@ -13,14 +13,6 @@ namespace cie::analysis {
 // Instances of the callback that are known to have run, seen or counted.
 std::uint64_t known_instances(const Model& model, const CallbackFacts& callback);
 
-// What was lost of a callback's samples, before its queue and in it.
-struct QueueLosses {
-  std::uint64_t lost = 0;
-  std::uint64_t overwritten = 0;
-  bool are_totals_seen = false;  // else at least that many
-};
-QueueLosses queue_losses(const Model& model, const CallbackFacts& callback);
-
 // Of the channel that the stream belongs to, by its host's clock.
 std::optional<Timestamp> end_of_window(const Model& model, StreamIndex stream);
 

@@ -2,6 +2,7 @@
 
 #include "model/callback_questions.hpp"
 #include "rules/proof.hpp"
+#include "rules/queue_losses.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -54,7 +55,7 @@ std::optional<std::uint64_t> longest_queue(const Model& model, const Proof& proo
 std::optional<QueueLosses> known_queue_losses(const RuleContext& context, CallbackIndex index) {
   const auto& facts = context.model.callbacks[at(index)];
   if (facts.kind == CallbackKind::timer || !facts.registered) return std::nullopt;
-  const auto losses = queue_losses(context.model, facts);
+  const auto losses = queue_losses(context, facts);
   const auto& proof = context.proof;
   const bool may_lack_later =
       !facts.fini &&

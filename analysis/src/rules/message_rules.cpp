@@ -2,8 +2,8 @@
 
 #include "each_subject.hpp"
 #include "judgement.hpp"
-#include "model/callback_questions.hpp"
 #include "model/host_clocks.hpp"
+#include "queue_losses.hpp"
 #include "thread_questions.hpp"
 
 #include <algorithm>
@@ -18,22 +18,10 @@
 namespace cie::analysis {
 namespace {
 
-// The recording was attached to its process, so that running totals stand for those of an end that
-// was never awaited. Not so if it began here, and its first run_begin was lost.
-bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
-  const auto& process = context.model.processes[at(callback.process)];
-  if (process.first_moment != RunMoment::announce) return false;
-  if (callback.registered->time < process.run_begin->time) return false;
-  const Timestamp start{process.start_ns.value_or(0)};
-  return !context.proof.user_loss(callback.process, start, callback.registered->time);
-}
-
 void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judgement& judgement) {
   const auto* entry = spec_entry(context, callback);
   const auto allowed = entry != nullptr ? entry->overwrites_allowed.value_or(0) : 0;
-  const auto losses = queue_losses(context.model, callback);
-  const auto lost = losses.lost;
-  const auto overwritten = losses.overwritten;
+  const auto [lost, overwritten, are_totals_seen] = queue_losses(context, callback);
   judgement.check(std::max(callback.releases, callback.starts.count));
   const auto where = [&callback](const std::optional<EventRef>& running) {
     return running ? *running : callback.fini->at;
@@ -50,7 +38,7 @@ void judge_queue(const RuleContext& context, const CallbackFacts& callback, Judg
                                 " overwritten in the queue before being taken; " +
                                 std::to_string(allowed) + " are allowed"));
   }
-  if (!losses.are_totals_seen || !(callback.fini || is_attached_to(context, callback))) {
+  if (!are_totals_seen) {
     const auto& last = callback.starts.count > 0 ? callback.starts.last_at : *callback.registered;
     judgement.doubt(evidence("callback_fini", last,
                              "the totals of lost and overwritten samples were not seen"));

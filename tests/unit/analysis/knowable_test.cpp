@@ -198,6 +198,10 @@ TEST(Knowable, SampleLossesByTotalsThatWereSeen) {
   EXPECT_EQ(sample_losses(test::trace_of("process app attached crash" + text)),
             (SampleLosses{2, 1}))
       << "running totals";
+  auto announced_later = test::trace_of("process app crash" + text + "\n36 reload");
+  announced_later.erase<RunBegin>(
+      [](const RunBegin&, const EventHead& head) { return head.time.ns < 36; });
+  EXPECT_EQ(sample_losses(announced_later), SampleLosses()) << "recorded from its begin";
   auto after_a_loss = test::trace_of("process app attached crash" + text);
   after_a_loss.erase<CallbackStart>(
       [](const CallbackStart& e, const EventHead&) { return e.seq == 1; });

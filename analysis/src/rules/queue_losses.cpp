@@ -1,0 +1,30 @@
+#include "queue_losses.hpp"
+
+#include "rule_context.hpp"
+
+#include <algorithm>
+
+namespace cie::analysis {
+namespace {
+
+// The recording was attached to its process, so that running totals stand for those of an end that
+// was never awaited. Not so if it began here, and its first run_begin was lost.
+bool is_attached_to(const RuleContext& context, const CallbackFacts& callback) {
+  const auto& process = context.model.processes[at(callback.process)];
+  if (process.first_moment != RunMoment::announce) return false;
+  if (callback.registered->time < process.run_begin->time) return false;
+  const Timestamp start{process.start_ns.value_or(0)};
+  return !context.proof.user_loss(callback.process, start, callback.registered->time);
+}
+
+}  // namespace
+
+QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callback) {
+  const auto& fini = callback.fini;
+  return {.lost = std::max(callback.lost, fini ? fini->lost : 0),
+          .overwritten = std::max(callback.overwritten, fini ? fini->overwritten : 0),
+          .are_totals_seen = fini ? callback.are_totals_told
+                                  : callback.releases > 0 && is_attached_to(context, callback)};
+}
+
+}  // namespace cie::analysis

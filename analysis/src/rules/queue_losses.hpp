@@ -1,0 +1,21 @@
+// What was lost of a callback's samples.
+#pragma once
+
+#include "model/facts.hpp"
+
+#include <cstdint>
+
+namespace cie::analysis {
+
+struct RuleContext;
+
+struct QueueLosses {
+  std::uint64_t lost = 0;         // before its queue
+  std::uint64_t overwritten = 0;  // in it
+  bool are_totals_seen = false;   // else at least that many
+};
+
+// Of a callback that was registered.
+QueueLosses queue_losses(const RuleContext& context, const CallbackFacts& callback);
+
+}  // namespace cie::analysis
