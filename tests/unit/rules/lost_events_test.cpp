@@ -76,14 +76,16 @@ TEST(LostEvent, RunEndHidesNoInstanceThatTheTotalsSayNeverEnded) {
   EXPECT_EQ(Verified(trace, kDeadline)["R3"], Verdict::fail);
 }
 
-TEST(LostEvent, OfAThreadsEndLeavesOpenWhereItsCallbacksRanAfterwards) {
-  auto trace = trace_of(R"(
+constexpr const char* kRanAfterItsThreadsEnd = R"(
     callback fusion
     10 start fusion
     12 end fusion
     20 finish fusion
     30 start fusion
-    32 end fusion)");
+    32 end fusion)";
+
+TEST(LostEvent, OfAThreadsEndLeavesOpenWhereItsCallbacksRanAfterwards) {
+  auto trace = trace_of(kRanAfterItsThreadsEnd);
   ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
   trace.erase<ThreadFini>();
   EXPECT_EQ(Verified(trace)["M4"], Verdict::inconclusive);
@@ -98,23 +100,23 @@ constexpr const char* kReplacedThread = R"(
     10 start fusion on=former
     12 end fusion on=former
     14 finish former
-    16 init fusion
     18 begin latter
     20 start fusion on=latter
     22 end fusion on=latter)";
+std::string registered_anew() { return std::string(kReplacedThread) + "\n16 init fusion"; }
 
 TEST(LostEvent, MayHaveRegisteredACallbackAgainThatMovedOn) {
-  auto trace = trace_of(kReplacedThread);
+  auto trace = trace_of(registered_anew());
   ASSERT_EQ(Verified(trace)["M4"], Verdict::pass);
   const auto is_second = [](const CallbackInit&, const EventHead& head) {
     return head.time.ns == 16;
   };
   trace.erase<CallbackInit>(is_second);
   EXPECT_EQ(Verified(trace)["M4"], Verdict::fail) << "nothing was lost";
-  auto lossy = trace_of(std::string(kReplacedThread) + "\n15 discard user until=17 count=1");
+  auto lossy = trace_of(registered_anew() + "\n15 discard user until=17 count=1");
   lossy.erase<CallbackInit>(is_second);
   EXPECT_EQ(Verified(lossy)["M4"], Verdict::inconclusive);
-  auto elsewhere = trace_of(std::string(kReplacedThread) + "\n30 discard user until=31 count=1");
+  auto elsewhere = trace_of(registered_anew() + "\n30 discard user until=31 count=1");
   elsewhere.erase<CallbackInit>(is_second);
   EXPECT_EQ(Verified(elsewhere)["M4"], Verdict::fail);
 }
@@ -205,17 +207,7 @@ TEST(LostEvent, OfAStartHidesNoThread) {
 // Nor where it moved from or to.
 TEST(LostEvent, OfAStartHidesNoMove) {
   for (const auto start : {10, 20}) {
-    auto trace = trace_of(R"(
-      callback fusion pooled
-      thread former callback of=fusion tid=101
-      thread latter callback of=fusion tid=102
-      -90 begin former
-      10 start fusion on=former
-      12 end fusion on=former
-      14 finish former
-      18 begin latter
-      20 start fusion on=latter
-      22 end fusion on=latter)");
+    auto trace = trace_of(kReplacedThread);
     ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
     trace.erase<CallbackStart>(
         [start](const CallbackStart&, const EventHead& head) { return head.time.ns == start; });
@@ -229,13 +221,13 @@ TEST(LostEvent, OfAStartHidesNoMove) {
 
 // Whether a callback_init registers its callback anew depends on it.
 TEST(LostEvent, OfARunBeginMayHaveAnnouncedACallbackThatMovedOn) {
-  const std::string announced = std::string(kReplacedThread) + "\n15 reload";
+  const std::string announced = registered_anew() + "\n15 reload";
   const auto is_reload = [](const RunBegin&, const EventHead& head) { return head.time.ns == 15; };
   ASSERT_EQ(Verified(announced)["M4"], Verdict::fail);
   auto lossy = trace_of(announced + "\n14 discard user until=15 count=1");
   lossy.erase<RunBegin>(is_reload);
   EXPECT_EQ(Verified(lossy)["M4"], Verdict::inconclusive);
-  auto elsewhere = trace_of(std::string(kReplacedThread) + "\n30 discard user until=31 count=1");
+  auto elsewhere = trace_of(registered_anew() + "\n30 discard user until=31 count=1");
   EXPECT_EQ(Verified(elsewhere)["M4"], Verdict::pass);
   auto without_any = trace_of(announced);
   without_any.erase<RunBegin>();
@@ -249,13 +241,7 @@ TEST(LostEvent, OfARunBeginMayHaveAnnouncedACallbackThatMovedOn) {
 
 // One that may have begun after its thread's end.
 TEST(LostEvent, OfAStartLeavesOpenWhetherItsThreadHadEnded) {
-  auto trace = trace_of(R"(
-    callback fusion
-    10 start fusion
-    12 end fusion
-    20 finish fusion
-    30 start fusion
-    32 end fusion)");
+  auto trace = trace_of(kRanAfterItsThreadsEnd);
   ASSERT_EQ(Verified(trace)["M9"], Verdict::fail);
   trace.erase<CallbackStart>(
       [](const CallbackStart&, const EventHead& head) { return head.time.ns == 30; });
@@ -266,13 +252,7 @@ TEST(LostEvent, OfAStartLeavesOpenWhetherItsThreadHadEnded) {
 
 // Its thread_fini is then lost as well.
 TEST(LostEvent, OfAThreadsLifeLeavesOpenWhetherItsCallbackMoved) {
-  auto trace = trace_of(R"(
-    callback fusion
-    10 start fusion
-    12 end fusion
-    20 finish fusion
-    30 start fusion
-    32 end fusion)");
+  auto trace = trace_of(kRanAfterItsThreadsEnd);
   ASSERT_EQ(Verified(trace)["M4"], Verdict::fail);
   trace.erase<ThreadInit>();
   trace.erase<ThreadSched>();
