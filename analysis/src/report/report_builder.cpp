@@ -156,11 +156,12 @@ GraphEdge report_of(const Model& model, const MessageEdgeFacts& facts) {
 std::vector<HostReport> hosts_of(const Model& model) {
   std::vector<HostReport> hosts;
   hosts.reserve(model.hosts.size());
+  const auto* reference = reference_host(model);
   for (std::size_t i = 0; i < model.hosts.size(); ++i) {
     const auto& host = model.hosts[i];
     hosts.push_back({.name = host.name,
                      .clock_offset_ns = host.clock_offset_ns,
-                     .shift = clock_shift(host, *reference_host(model)),
+                     .shift = clock_shift(host, *reference),
                      .recorded = recorded_of(model, HostIndex{static_cast<std::uint32_t>(i)})});
   }
   return hosts;

@@ -35,14 +35,15 @@ bool is_as_asked(const ScheduledAs& scheduled, const ThreadParameters& asked) {
   return scheduled.first.prio == kernel_priority(asked);
 }
 
-// Threads that nobody configured are SCHED_OTHER, and have the same priority.
-bool is_policy_untold(const ThreadParameters& asked) noexcept {
-  return asked.policy == Policy::batch || asked.policy == Policy::idle;
+// Which policy it is. Threads that nobody configured are SCHED_OTHER, and have the same priority.
+std::optional<std::string> untold_policy(const ThreadParameters& asked) {
+  if (asked.policy != Policy::batch && asked.policy != Policy::idle) return std::nullopt;
+  return "SCHED_OTHER, SCHED_BATCH and SCHED_IDLE apart";
 }
 
 // What is asked for and sched_switch cannot tell.
 std::optional<std::string> untold(const ThreadParameters& asked) {
-  if (is_policy_untold(asked)) return "SCHED_OTHER, SCHED_BATCH and SCHED_IDLE apart";
+  if (auto policy = untold_policy(asked)) return policy;
   if (asked.policy == Policy::deadline) return "runtime, deadline and period";
   if (asked.slice_ns) return "time slices";
   if (asked.util_min || asked.util_max) return "utilization clamps";
@@ -237,9 +238,9 @@ void judge_scheduled_before(const RuleContext& context, CallbackIndex index, con
   if (match == scheduled.end()) return;        // never: S1's concern
   judgement.doubt(context.proof.loss(index));  // there may have been an earlier instance
   const auto start = first->first_start.time;
-  if (is_policy_untold(entry.parameters)) {
-    judgement.doubt(evidence("sched_switch", match->first.at,
-                             "sched_switch does not tell " + *untold(entry.parameters)));
+  if (const auto what = untold_policy(entry.parameters)) {
+    judgement.doubt(
+        evidence("sched_switch", match->first.at, "sched_switch does not tell " + *what));
   }
   if (match->first.at.time <= start) {
     judgement.check();
