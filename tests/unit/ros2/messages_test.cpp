@@ -299,6 +299,44 @@ TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {
   EXPECT_THAT(result.evidence("Q1"), testing::HasSubstr("1 sample was overwritten"));
 }
 
+// A subscription that is made late is handed what publishers of its topic keep (transient local): no event tells who
+// published that, and when. It need not be what the callback that makes it has published last.
+TEST(Ros2Messages, AStoredMessageIsOfNoPublicationThatIsKnown) {
+  for (const auto* topic : {"/t", "/status"}) {
+    const auto result = analyze_ros2(std::string(kInside) + R"(
+    3 rcl_publisher_init publisher_handle=0x61 node_handle=0x10 topic_name=)" +
+                                     topic + R"(
+    10 callback_start callback=0x30
+    11 rclcpp_intra_publish publisher_handle=0x61 message=0x99
+    12 rcl_subscription_init subscription_handle=0x22 node_handle=0x10 topic_name=/t queue_depth=1
+    12 rclcpp_buffer_to_ipb buffer=0x90 ipb=0x91
+    12 rclcpp_ipb_to_subscription ipb=0x91 subscription=0x42
+    12 rclcpp_subscription_callback_added subscription=0x42 callback=0x52
+    12 rclcpp_subscription_init subscription_handle=0x22 subscription=0x42
+    13 rclcpp_ring_buffer_enqueue buffer=0x90 index=0 size=1 overwritten=0
+    15 callback_end callback=0x30
+    18 rclcpp_ring_buffer_dequeue tid=2 buffer=0x90 index=0 size=0
+    20 callback_start tid=2 callback=0x52 is_intra_process=1
+    23 callback_end tid=2 callback=0x52)");
+    EXPECT_THAT(result.chains(), IsEmpty()) << topic;
+    EXPECT_TRUE(result.analysis.report.edges.empty()) << topic;
+    EXPECT_EQ(result.callback("/a@Subscription(/t)#2").response_time->max, 23 - 13) << topic;
+  }
+}
+
+TEST(Ros2Messages, AMessageOfAnotherTopicWasNotHandedOver) {
+  const auto result = analyze_ros2(std::string(kInside) + R"(
+    3 rcl_publisher_init publisher_handle=0x61 node_handle=0x10 topic_name=/status
+    10 callback_start callback=0x30
+    11 rclcpp_intra_publish publisher_handle=0x61 message=0x99
+    12 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=0
+    15 callback_end callback=0x30
+    18 rclcpp_ring_buffer_dequeue tid=2 buffer=0x80 index=0 size=0
+    20 callback_start tid=2 callback=0x51 is_intra_process=1
+    23 callback_end tid=2 callback=0x51)");
+  EXPECT_THAT(result.chains(), IsEmpty());
+}
+
 TEST(Ros2Messages, AgnocastNumbersMessages) {
   const auto result = analyze_ros2(R"(
     0 agnocast:agnocast_node_init pid=1 node_handle=0x10 node_name=a namespace=/

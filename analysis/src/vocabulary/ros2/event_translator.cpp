@@ -173,7 +173,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
   begun.emitting->process->last.time = head.time;
   auto& thread = *begun.emitting->thread;
   thread.last = detail::wrapping_add(head.time.ns, stream_of(head).offset_ns);
-  thread.handed_over.reset();
+  thread.handed_over = {};
   thread.open.pop_back();
   forget_callable(begun.address, *begun.emitting->process);
   batch.take_back();
@@ -305,15 +305,21 @@ void EventTranslator::take(Ros2Event event, const Payload& p, Context& context) 
     case Ros2Event::message_copy:
       if (const auto original = process.handed_over.find(p.number<Address>(0));
           original != process.handed_over.end()) {
-        const auto origin = original->second;
-        process.handed_over[p.number<Address>(1)] = origin;
+        const auto message = original->second;
+        process.handed_over[p.number<Address>(1)] = message;
       }
       break;
     case Ros2Event::intra_dispatch:
       if (const auto message = process.handed_over.find(p.number<Address>(0));
           message != process.handed_over.end()) {
-        thread.dequeued = QueuedMessage{.origin = message->second, .release = std::nullopt};
+        thread.dequeued = QueuedMessage{.message = message->second, .release = std::nullopt};
       }
+      break;
+    case Ros2Event::subscription_init:
+    case Ros2Event::buffer_of_object:
+    case Ros2Event::object_of_subscription:
+      // A subscription is made: what it is handed first was kept, by whomever.
+      thread.handed_over = {};
       break;
     case Ros2Event::enqueue:
       enqueue(p, context);
@@ -335,8 +341,7 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
   auto& process = context.process;
   const auto buffer = p.number<Address>(0);
   process.queues[{buffer, p.number<std::uint64_t>(1)}] =
-      QueuedMessage{.origin = context.thread.handed_over.value_or(MessageLinks::Origin{}),
-                    .release = context.head.time};
+      QueuedMessage{.message = context.thread.handed_over, .release = context.head.time};
   auto* callback = process.directory.callback_of_buffer(buffer);
   if (callback == nullptr) return;
   announce(*callback, context.head, process, context.sink);
@@ -349,8 +354,9 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 }
 
 // The message that a callback which starts was given; none if it is unknown.
-inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, Address address,
-                                               const Payload& start, Context& context) {
+inline EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
+                                                        Address address, const Payload& start,
+                                                        Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
@@ -365,7 +371,10 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
   if (callback.kind == CallbackKind::service) {
     return {.origin = services_.requested(callback, context)};
   }
-  if (thread.dequeued) return *thread.dequeued;
+  if (thread.dequeued) {
+    return {.origin = thread.dequeued->message.origin_on(callback.source),
+            .release = thread.dequeued->release};
+  }
   if (!thread.taken) return {};
   // A message from within the process was taken from no writer: that was another one.
   const bool is_intra_process = start.number<int>(1) != 0;
@@ -381,7 +390,7 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
   const auto message = taken_by(callback, address, p, context);
   thread.taken.reset();
   thread.dequeued.reset();
-  thread.handed_over.reset();
+  thread.handed_over = {};
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
   thread.open.push_back(RunningCallback{.address = address, .callback = &callback, .seq = seq});
@@ -400,7 +409,7 @@ inline QueuedMessage EventTranslator::taken_by(const ros2::Callback& callback, A
 
 [[gnu::always_inline]] inline void EventTranslator::end(Address address, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
-  thread.handed_over.reset();
+  thread.handed_over = {};
   auto found = thread.open.rbegin();  // most often it is this one
   while (found != thread.open.rend() && found->address != address)
     ++found;

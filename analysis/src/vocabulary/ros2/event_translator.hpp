@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -90,9 +91,13 @@ class EventTranslator final : public Translator {
                     ros2::Context& context);
   static inline void end(ros2::Address address, ros2::Context& context);
   static void enqueue(const Payload& p, ros2::Context& context);
+  struct Taken {
+    ros2::MessageLinks::Origin origin{};
+    std::optional<Timestamp> release{};
+  };
   // `start`: its fields.
-  inline ros2::QueuedMessage taken_by(const ros2::Callback& callback, ros2::Address address,
-                                      const Payload& start, ros2::Context& context);
+  inline Taken taken_by(const ros2::Callback& callback, ros2::Address address, const Payload& start,
+                        ros2::Context& context);
   Stream& stream_of(const EventHead& head) {
     const auto index = static_cast<std::size_t>(head.stream);
     const bool is_known = index < streams_.size() && streams_[index].host != nullptr;

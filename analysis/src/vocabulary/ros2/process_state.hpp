@@ -50,17 +50,30 @@ struct Request {
   CallKey call{};
 };
 
+// A message that its publisher hands to subscriptions of its own process.
+struct HandedOver {
+  // What a subscription to the topic takes; of any other topic no message.
+  MessageLinks::Origin origin_on(const std::string& topic) const {
+    const bool is_its = publisher != nullptr && publisher->gid == origin.gid &&  // not a later one
+                        publisher->topic == topic;
+    return is_its ? origin : MessageLinks::Origin{};
+  }
+
+  MessageLinks::Origin origin{};
+  const Publisher* publisher = nullptr;  // null: unknown; of the directory, where they stay
+};
+
 // A message between callbacks of one process.
 struct QueuedMessage {
-  MessageLinks::Origin origin{};
+  HandedOver message{};
   std::optional<Timestamp> release{};
 };
 
 struct Thread {
   std::vector<RunningCallback> open{};
   std::optional<Publishing> publishing{};
-  std::shared_ptr<WrittenMessage> writing{};          // until the thread's next event
-  std::optional<MessageLinks::Origin> handed_over{};  // being put into queues
+  std::shared_ptr<WrittenMessage> writing{};  // until the thread's next event
+  HandedOver handed_over{};                   // being put into queues
   // What the next callback to start has taken.
   std::optional<std::int64_t> taken{};
   std::optional<QueuedMessage> dequeued{};
@@ -75,7 +88,7 @@ struct Process {
   Directory directory{};
   std::unordered_map<std::int64_t, Thread> threads{};
   std::map<std::pair<Address, std::uint64_t>, QueuedMessage> queues{};  // by buffer and index
-  std::unordered_map<Address, MessageLinks::Origin> handed_over{};      // by message
+  std::unordered_map<Address, HandedOver> handed_over{};                // by message
   std::unordered_map<std::uint64_t, Address> agnocast_subscriptions{};  // by its own number
   std::unordered_map<Address, std::int64_t> agnocast_entries{};         // by callable
   std::unordered_set<Address>

@@ -45,11 +45,13 @@ bool Publications::apply(Ros2Event event, const Payload& p, Context& context) {
       return true;
     }
     case Ros2Event::intra_publish: {
-      const auto origin = tell_at_once(p.number<Address>(0), {}, context);
-      thread.handed_over = origin;
+      const auto publisher = p.number<Address>(0);
+      const auto origin = tell_at_once(publisher, {}, context);
+      thread.handed_over = {.origin = origin,
+                            .publisher = &context.process.directory.publisher(publisher)};
       auto& by_message = context.process.handed_over;
       if (by_message.size() >= kMaxHandedOver) by_message.clear();
-      by_message[p.number<Address>(1)] = origin;
+      by_message[p.number<Address>(1)] = thread.handed_over;
       return true;
     }
     case Ros2Event::agnocast_publish: {
@@ -79,7 +81,7 @@ void Publications::complete(Context& context) {
 
 void Publications::begin(Address message, std::optional<Address> publisher, Context& context) {
   settle(context);
-  context.thread.handed_over.reset();
+  context.thread.handed_over = {};
   context.thread.publishing = Publishing{.head = context.head,
                                          .realtime = context.realtime,
                                          .message = message,
