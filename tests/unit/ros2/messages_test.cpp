@@ -102,6 +102,72 @@ TEST(Ros2Messages, WhatWasTakenForAnotherIsNotTheCallbacks) {
       bounded("220 rclcpp_executor_wait_for_work pid=2 tid=2 timeout=-1", " is_intra_process=0"));
 }
 
+// Two subscriptions in process 2; rmw calls them 0xa1 and 0xa2.
+constexpr const char* kTwoTopics = R"(
+  0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/
+  0 rcl_publisher_init pid=1 publisher_handle=0x61 node_handle=0x10 topic_name=/one
+  0 rcl_publisher_init pid=1 publisher_handle=0x62 node_handle=0x10 topic_name=/two
+  1 rcl_timer_init pid=1 timer_handle=0x20 period=100
+  1 rclcpp_timer_callback_added pid=1 timer_handle=0x20 callback=0x30
+  1 rclcpp_timer_link_node pid=1 timer_handle=0x20 node_handle=0x10
+  2 rcl_node_init pid=2 node_handle=0x10 node_name=b namespace=/
+  2 rcl_subscription_init pid=2 subscription_handle=0x21 node_handle=0x10 rmw_subscription_handle=0xa1 topic_name=/one
+  2 rclcpp_subscription_init pid=2 subscription_handle=0x21 subscription=0x41
+  2 rclcpp_subscription_callback_added pid=2 subscription=0x41 callback=0x51
+  2 rcl_subscription_init pid=2 subscription_handle=0x22 node_handle=0x10 rmw_subscription_handle=0xa2 topic_name=/two
+  2 rclcpp_subscription_init pid=2 subscription_handle=0x22 subscription=0x42
+  2 rclcpp_subscription_callback_added pid=2 subscription=0x42 callback=0x52
+  10 callback_start pid=1 callback=0x30
+  12 rcl_publish pid=1 publisher_handle=0x61 message=0x91
+  13 rmw_publish pid=1 message=0x91 timestamp=1000013
+  62 rcl_publish pid=1 publisher_handle=0x62 message=0x92
+  63 rmw_publish pid=1 message=0x92 timestamp=1000063
+  65 callback_end pid=1 callback=0x30
+)";
+
+// As who uses a rclcpp::WaitSet may do it.
+TEST(Ros2Messages, AThreadMayTakeOfManySubscriptionsBeforeItHandlesThem) {
+  const auto result = analyze_ros2(std::string(kTwoTopics) + R"(
+    70 rmw_take pid=2 tid=2 rmw_subscription_handle=0xa1 source_timestamp=1000013 taken=1
+    71 rmw_take pid=2 tid=2 rmw_subscription_handle=0xa2 source_timestamp=1000063 taken=1
+    72 callback_start pid=2 tid=2 callback=0x51
+    73 callback_end pid=2 tid=2 callback=0x51
+    74 callback_start pid=2 tid=2 callback=0x52
+    75 callback_end pid=2 tid=2 callback=0x52)");
+  EXPECT_THAT(result.chains(), ElementsAre("/a@Timer(100) -> /b@Subscription(/one): 1",
+                                           "/a@Timer(100) -> /b@Subscription(/two): 1"));
+  EXPECT_EQ(result.callback("/b@Subscription(/one)").response_time_upper->max, 73 - 13);
+  EXPECT_EQ(result.callback("/b@Subscription(/two)").response_time_upper->max, 75 - 63);
+}
+
+// The callback of /two asks for the newest message of /one itself.
+TEST(Ros2Messages, WhatWasTakenOfASubscriptionIsNoOthersMessage) {
+  const auto result = analyze_ros2(std::string(kTwoTopics) + R"(
+    70 rmw_take pid=2 tid=2 rmw_subscription_handle=0xa1 source_timestamp=1000013 taken=1
+    72 callback_start pid=2 tid=2 callback=0x52
+    73 callback_end pid=2 tid=2 callback=0x52)");
+  EXPECT_THAT(result.chains(), IsEmpty());
+  EXPECT_FALSE(result.callback("/b@Subscription(/two)").response_time_upper);
+}
+
+// Neither does a timer's callback between take it away, nor what the thread did before it waited give one.
+TEST(Ros2Messages, WhatWasTakenIsKeptUntilTheThreadWaits) {
+  const auto chains = [](const std::string& between) {
+    return analyze_ros2(std::string(kTwoTopics) + R"(
+    66 rcl_timer_init pid=2 timer_handle=0x20 period=50
+    66 rclcpp_timer_callback_added pid=2 timer_handle=0x20 callback=0x30
+    70 rmw_take pid=2 tid=2 rmw_subscription_handle=0xa1 source_timestamp=1000013 taken=1
+    )" + between + R"(
+    76 callback_start pid=2 tid=2 callback=0x51
+    77 callback_end pid=2 tid=2 callback=0x51)")
+        .chains();
+  };
+  EXPECT_THAT(chains("71 callback_start pid=2 tid=2 callback=0x30\n"
+                     "72 callback_end pid=2 tid=2 callback=0x30"),
+              ElementsAre("/a@Timer(100) -> /b@Subscription(/one): 1"));
+  EXPECT_THAT(chains("71 rclcpp_executor_wait_for_work pid=2 tid=2 timeout=-1"), IsEmpty());
+}
+
 TEST(Ros2Messages, TheCommunicationLatencyOfATopicIsThatOfTheGraphsEdge) {
   const auto result = analyze_ros2(std::string(kPair) + kTwoRuns);
   ASSERT_EQ(result.analysis.report.edges.size(), 1U);
@@ -284,6 +350,30 @@ TEST(Ros2Messages, ABufferInsideTheProcessGivesExactReleases) {
   EXPECT_THAT(result.chains(), ElementsAre("/a@Timer(100) -> /a@Subscription(/t): 1"));
   EXPECT_EQ(result.instances[1].release, 12);
   EXPECT_EQ(result.callback("/a@Subscription(/t)").response_time->max, 23 - 12);
+}
+
+// A second subscription of kInside, to the same topic.
+constexpr const char* kSecondInside = R"(
+  2 rcl_subscription_init subscription_handle=0x22 node_handle=0x10 topic_name=/t queue_depth=1
+  2 rclcpp_buffer_to_ipb buffer=0x90 ipb=0x91
+  2 rclcpp_ipb_to_subscription ipb=0x91 subscription=0x42
+  2 rclcpp_subscription_callback_added subscription=0x42 callback=0x52
+  2 rclcpp_subscription_init subscription_handle=0x22 subscription=0x42
+)";
+
+TEST(Ros2Messages, WhatLeftABufferIsOfTheSubscriptionThatItFeeds) {
+  const auto result = analyze_ros2(std::string(kInside) + kSecondInside + R"(
+    11 rclcpp_intra_publish publisher_handle=0x60 message=0x99
+    12 rclcpp_ring_buffer_enqueue buffer=0x80 index=0 size=1 overwritten=0
+    13 rclcpp_ring_buffer_enqueue buffer=0x90 index=0 size=1 overwritten=0
+    18 rclcpp_ring_buffer_dequeue tid=2 buffer=0x80 index=0 size=0
+    19 rclcpp_ring_buffer_dequeue tid=2 buffer=0x90 index=0 size=0
+    20 callback_start tid=2 callback=0x51 is_intra_process=1
+    21 callback_end tid=2 callback=0x51
+    22 callback_start tid=2 callback=0x52 is_intra_process=1
+    23 callback_end tid=2 callback=0x52)");
+  EXPECT_EQ(result.instances[0].release, 12);
+  EXPECT_EQ(result.instances[1].release, 13);
 }
 
 TEST(Ros2Messages, AnOverwrittenMessageIsALoss) {

@@ -21,8 +21,11 @@ void enter_agnocast(Ros2Event event, const Payload& p, Process& process) {
   };
   switch (event) {
     case Ros2Event::agnocast_subscription:
-      directory.add_subscription(handle, p.number<Address>(1), p.text(4),
-                                 p.number<std::uint32_t>(5), false);
+      directory.add_subscription({.handle = handle,
+                                  .node = p.number<Address>(1),
+                                  .topic = p.text(4),
+                                  .queue_depth = p.number<std::uint32_t>(5)},
+                                 false);
       enter_callback(CallbackKind::subscription);
       process.agnocast_subscriptions[p.number<std::uint64_t>(6)] = handle;
       break;
@@ -78,7 +81,12 @@ void enter_description(Ros2Event event, bool repeats, const Payload& p, Process&
       enter_publisher(repeats, p, directory, links);
       break;
     case Ros2Event::subscription_init:
-      directory.add_subscription(first, second, p.text(2), p.number<std::uint32_t>(3), repeats);
+      directory.add_subscription({.handle = first,
+                                  .node = second,
+                                  .topic = p.text(2),
+                                  .queue_depth = p.number<std::uint32_t>(3),
+                                  .rmw_handle = p.number<Address>(4)},
+                                 repeats);
       break;
     case Ros2Event::subscription_object:
       directory.add_object(first, second);

@@ -101,11 +101,11 @@ Directory::Entity& Directory::renew(Address handle, CallbackKind kind, std::stri
   return entity;
 }
 
-void Directory::add_subscription(Address handle, Address node, std::string_view topic,
-                                 std::uint32_t queue_depth, bool repeats) {
-  auto& entity = renew(handle, CallbackKind::subscription, topic, repeats);
-  set_node(entity, node);
-  entity.queue_depth = queue_depth;
+void Directory::add_subscription(const SubscriptionInit& init, bool repeats) {
+  auto& entity = renew(init.handle, CallbackKind::subscription, init.topic, repeats);
+  set_node(entity, init.node);
+  entity.queue_depth = init.queue_depth;
+  entity.rmw_subscription = init.rmw_handle;
   refresh(entity);
 }
 
@@ -260,6 +260,7 @@ void Directory::describe(Callback& callback, const Entity& entity) const {
   callback.period_ns = entity.period_ns;
   callback.first_expiry = entity.first_expiry;
   callback.queue_depth = entity.queue_depth;
+  callback.rmw_subscription = entity.rmw_subscription;
   callback.group = entity.group;
   const bool is_timer = entity.kind == CallbackKind::timer;
   const bool lacks_node = entity.is_node_unknown || (is_timer && links_timers_ && !entity.node);

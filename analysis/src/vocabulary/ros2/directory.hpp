@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -51,6 +52,7 @@ struct Callback {
   std::optional<CallbackKind> kind{};  // empty: made before the recording began
   bool is_told = false;
   std::uint64_t next_seq = 0;
+  Address rmw_subscription = 0;  // rmw's handle; 0: it has none, or that is not told
   std::optional<NodeId> node{};
   std::string source{};
   std::string symbol{};
@@ -63,14 +65,22 @@ struct Callback {
   std::uint64_t overwritten = 0;
 };
 
+// What rcl_subscription_init says.
+struct SubscriptionInit {
+  Address handle = 0;
+  Address node = 0;
+  std::string_view topic;
+  std::uint32_t queue_depth = 0;
+  Address rmw_handle = 0;  // 0: not told
+};
+
 class Directory {
  public:
   // What the events of the same names say. `repeats`: by a tracer that may say it a second time.
   void add_node(Address handle, std::string_view name, std::string_view name_space);
   void add_publisher(Address handle, Address node, std::string_view topic, std::uint64_t gid,
                      bool repeats);
-  void add_subscription(Address handle, Address node, std::string_view topic,
-                        std::uint32_t queue_depth, bool repeats);
+  void add_subscription(const SubscriptionInit& init, bool repeats);
   void add_service(Address handle, Address node, std::string_view service, bool repeats);
   void add_client(Address handle, Address node, std::string_view service, Address rmw_handle,
                   bool repeats);
@@ -139,6 +149,7 @@ class Directory {
     std::uint64_t period_ns = 0;
     std::optional<Timestamp> first_expiry{};
     std::uint32_t queue_depth = 0;
+    Address rmw_subscription = 0;
     std::optional<Address> group{};
     bool is_announced = false;
     bool is_node_unknown = false;  // it has one that was never announced

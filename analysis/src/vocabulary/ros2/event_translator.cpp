@@ -274,7 +274,8 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       break;
     case Ros2Event::executor_wait:
       context.thread.is_waiting = p.number<std::int64_t>(0, -1) != 0;
-      context.thread.taken.reset();  // whoever took that was done with it
+      context.thread.taken.clear();  // whoever took that was done with it
+      context.thread.dequeued.clear();
       break;
     case Ros2Event::executor_ready:
       if (context.thread.is_waiting) {
@@ -297,10 +298,11 @@ void EventTranslator::take(Ros2Event event, const Payload& p, Context& context) 
   auto& process = context.process;
   switch (event) {
     case Ros2Event::rmw_take:
-      if (p.number<int>(1, 1) != 0) thread.taken = p.integer(0);
+      if (const auto stamp = p.integer(1); stamp && p.number<int>(2, 1) != 0)
+        thread.taken.add(p.number<Address>(0), *stamp);
       break;
     case Ros2Event::dispatch:
-      thread.taken = p.integer(1);
+      if (const auto stamp = p.integer(1)) thread.taken.add(Address{}, *stamp);
       break;
     case Ros2Event::message_copy:
       if (const auto original = process.handed_over.find(p.number<Address>(0));
@@ -312,7 +314,7 @@ void EventTranslator::take(Ros2Event event, const Payload& p, Context& context) 
     case Ros2Event::intra_dispatch:
       if (const auto message = process.handed_over.find(p.number<Address>(0));
           message != process.handed_over.end()) {
-        thread.dequeued = QueuedMessage{.message = message->second, .release = std::nullopt};
+        thread.dequeued.add(nullptr, QueuedMessage{.message = message->second});
       }
       break;
     case Ros2Event::subscription_init:
@@ -328,7 +330,7 @@ void EventTranslator::take(Ros2Event event, const Payload& p, Context& context) 
       if (const auto queued =
               process.queues.find({p.number<Address>(0), p.number<std::uint64_t>(1)});
           queued != process.queues.end()) {
-        thread.dequeued = queued->second;
+        thread.dequeued.add(queued->second.receiver, queued->second);
         process.queues.erase(queued);
       }
       break;
@@ -340,9 +342,9 @@ void EventTranslator::take(Ros2Event event, const Payload& p, Context& context) 
 void EventTranslator::enqueue(const Payload& p, Context& context) {
   auto& process = context.process;
   const auto buffer = p.number<Address>(0);
-  process.queues[{buffer, p.number<std::uint64_t>(1)}] =
-      QueuedMessage{.message = context.thread.handed_over, .release = context.head.time};
   auto* callback = process.directory.callback_of_buffer(buffer);
+  process.queues[{buffer, p.number<std::uint64_t>(1)}] = QueuedMessage{
+      .message = context.thread.handed_over, .receiver = callback, .release = context.head.time};
   if (callback == nullptr) return;
   announce(*callback, context.head, process, context.sink);
   if (p.number<int>(2) != 0) ++callback->overwritten;
@@ -371,16 +373,16 @@ inline EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& ca
   if (callback.kind == CallbackKind::service) {
     return {.origin = services_.requested(callback, context)};
   }
-  if (thread.dequeued) {
-    return {.origin = thread.dequeued->message.origin_on(callback.source),
-            .release = thread.dequeued->release};
+  if (const auto queued = thread.dequeued.give(&callback)) {
+    return {.origin = queued->message.origin_on(callback.source), .release = queued->release};
   }
-  if (!thread.taken) return {};
   // A message from within the process was taken from no writer: that was another one.
   const bool is_intra_process = start.number<int>(1) != 0;
   if (is_intra_process) return {};
-  return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *thread.taken}
-                                            : links_.find(callback.source, *thread.taken)};
+  const auto stamp = thread.taken.give(callback.rmw_subscription);
+  if (!stamp) return {};
+  return {.origin = callback.source.empty() ? MessageLinks::Origin{.gid = 0, .stamp = *stamp}
+                                            : links_.find(callback.source, *stamp)};
 }
 
 [[gnu::always_inline]] inline void EventTranslator::start(Address address, ros2::Callback& callback,
@@ -388,8 +390,8 @@ inline EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& ca
   auto& [head, realtime, before, process, thread, sink] = context;
   const auto seq = callback.next_seq++;
   const auto message = taken_by(callback, address, p, context);
-  thread.taken.reset();
-  thread.dequeued.reset();
+  thread.taken.start();
+  thread.dequeued.start();
   thread.handed_over = {};
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());

@@ -5,6 +5,7 @@
 
 #include "directory.hpp"
 #include "message_links.hpp"
+#include "taken_messages.hpp"
 #include "vocabulary/event_batch.hpp"
 
 #include <cstdint>
@@ -66,17 +67,17 @@ struct HandedOver {
 // A message between callbacks of one process.
 struct QueuedMessage {
   HandedOver message{};
+  const Callback* receiver = nullptr;  // null: unknown
   std::optional<Timestamp> release{};
 };
 
 struct Thread {
   std::vector<RunningCallback> open{};
   std::optional<Publishing> publishing{};
-  std::shared_ptr<WrittenMessage> writing{};  // until the thread's next event
-  HandedOver handed_over{};                   // being put into queues
-  // What the next callback to start has taken.
-  std::optional<std::int64_t> taken{};
-  std::optional<QueuedMessage> dequeued{};
+  std::shared_ptr<WrittenMessage> writing{};     // until the thread's next event
+  HandedOver handed_over{};                      // being put into queues
+  TakenMessages<Address, std::int64_t> taken{};  // source timestamps, by rmw's subscription
+  TakenMessages<const Callback*, QueuedMessage> dequeued{};
   std::optional<Request> requested{};
   std::optional<std::int64_t> last{};  // CLOCK_REALTIME of its last event
   bool is_waiting = false;

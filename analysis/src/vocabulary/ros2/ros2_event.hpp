@@ -12,7 +12,8 @@ enum class Ros2Event : std::uint32_t {
   begin,                   // context_handle, version, procname
   node_init,               // node_handle, node_name, namespace
   publisher_init,          // publisher_handle, node_handle, topic_name
-  subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth
+  subscription_init,       // subscription_handle, node_handle, topic_name, queue_depth,
+                           // rmw_subscription_handle
   subscription_object,     // subscription_handle, subscription
   subscription_callback,   // subscription, callback
   service_init,            // service_handle, node_handle, service_name, rmw_service_handle
@@ -30,7 +31,7 @@ enum class Ros2Event : std::uint32_t {
   rcl_publish,             // publisher_handle, message
   rmw_publish,             // message, timestamp (of the source; since Iron)
   bind_stamp,              // addr, source_stamp: CARET's word for a message's source timestamp
-  rmw_take,                // source_timestamp, taken
+  rmw_take,                // rmw_subscription_handle, source_timestamp, taken
   send_request,            // rmw_client_handle, sequence_number
   take_request,            // rmw_service_handle, client_gid, sequence_number, taken
   send_response,           // rmw_service_handle, client_gid, sequence_number, timestamp

@@ -39,7 +39,8 @@ void add_entities(std::vector<Translation>& table) {
       {"publisher_handle", "node_handle", "topic_name"});
   add(table, Ros2Event::subscription_init,
       {"ros2:rcl_subscription_init", "ros2_caret:rcl_subscription_init"},
-      {"subscription_handle", "node_handle", "topic_name", "queue_depth"});
+      {"subscription_handle", "node_handle", "topic_name", "queue_depth",
+       "rmw_subscription_handle"});
   add(table, Ros2Event::subscription_object,
       {"ros2:rclcpp_subscription_init", "ros2_caret:rclcpp_subscription_init"},
       {"subscription_handle", "subscription"});
@@ -89,7 +90,8 @@ void add_running(std::vector<Translation>& table) {
   add(table, Ros2Event::rmw_publish, {"ros2:rmw_publish"}, {"message", "timestamp"});
   add(table, Ros2Event::bind_stamp, {"ros2_caret:dds_bind_addr_to_stamp"},
       {"addr", "source_stamp"});
-  add(table, Ros2Event::rmw_take, {"ros2:rmw_take"}, {"source_timestamp", "taken"});
+  add(table, Ros2Event::rmw_take, {"ros2:rmw_take"},
+      {"rmw_subscription_handle", "source_timestamp", "taken"});
   add(table, Ros2Event::send_request, {"ros2:rmw_send_request"},
       {"rmw_client_handle", "sequence_number"});
   add(table, Ros2Event::take_request, {"ros2:rmw_take_request"},
