@@ -187,6 +187,30 @@ TEST(Ros2Identity, EqualNamesAreNumberedInOrderOfCreation) {
   EXPECT_EQ(result.durations(), "/a@Timer(5): 1 of 2 to 2\n/a@Timer(5)#2: 1 of 1 to 1\n");
 }
 
+// Whether the second one takes the first one's place or lives beside it.
+TEST(Ros2Identity, CallbacksOfTwoNodesOfOneNameAreNumbered) {
+  for (const auto* second : {"0x10", "0x11"}) {
+    const auto result = analyze_ros2(R"(
+    0 rcl_node_init node_handle=0x10 node_name=a namespace=/
+    1 rcl_timer_init timer_handle=0x20 period=5
+    2 rclcpp_timer_callback_added timer_handle=0x20 callback=0x30
+    3 rclcpp_timer_link_node timer_handle=0x20 node_handle=0x10
+    4 rcl_node_init node_name=a namespace=/ node_handle=)" +
+                                     std::string(second) + R"(
+    5 rcl_timer_init timer_handle=0x21 period=5
+    6 rclcpp_timer_callback_added timer_handle=0x21 callback=0x31
+    7 rclcpp_timer_link_node timer_handle=0x21 node_handle=)" +
+                                     second + R"(
+    10 callback_start tid=1 callback=0x30
+    11 callback_end tid=1 callback=0x30
+    20 callback_start tid=2 callback=0x31
+    22 callback_end tid=2 callback=0x31)");
+    EXPECT_EQ(result.durations(), "/a@Timer(5): 1 of 1 to 1\n/a@Timer(5)#2: 1 of 2 to 2\n");
+    EXPECT_NE(result.verdict("M7"), analysis::Verdict::fail) << second;
+    EXPECT_EQ(result.verdict("M5"), analysis::Verdict::not_applicable) << second;
+  }
+}
+
 TEST(Ros2Identity, ProcessesHaveTheirOwnAddresses) {
   const auto result = analyze_ros2(R"(
     0 rcl_node_init pid=1 node_handle=0x10 node_name=a namespace=/

@@ -310,21 +310,25 @@ Callback* Directory::callback_of_buffer(Address buffer) const {
   return nullptr;
 }
 
+std::string_view Directory::node_name(const Callback& callback) const {
+  return callback.node ? std::string_view(nodes_[to_number(*callback.node) - kFirstId].name) : "?";
+}
+
 std::string Directory::plain_id(const Callback& callback) const {
-  const std::string node = callback.node ? nodes_[to_number(*callback.node) - kFirstId].name : "?";
   const bool is_timer = callback.kind == CallbackKind::timer;
   const std::string source = callback.source.empty() ? "?" : callback.source;
-  return cie::logical_id(node, callback.kind.value_or(CallbackKind::waitable),
+  return cie::logical_id(node_name(callback), callback.kind.value_or(CallbackKind::waitable),
                          is_timer ? std::to_string(callback.period_ns) : source);
 }
 
 std::string Directory::logical_id(const Callback& callback) const {
   auto text = plain_id(callback);
+  const auto node = node_name(callback);  // several nodes may have it
   std::size_t same = 1;
   for (const auto& other : callbacks_) {
     if (&other == &callback) break;
-    if (other.kind == callback.kind && other.node == callback.node &&
-        other.source == callback.source && other.period_ns == callback.period_ns) {
+    if (other.kind == callback.kind && other.period_ns == callback.period_ns &&
+        other.source == callback.source && node_name(other) == node) {
       ++same;
     }
   }

@@ -191,6 +191,7 @@ class Directory {
   Callback& new_callback();
   std::optional<NodeId> node_of(Address handle) const;
   void set_node(Entity& entity, Address node) const;
+  std::string_view node_name(const Callback& callback) const;  // "?": unknown
   std::string plain_id(const Callback& callback) const;
 
   std::array<Asked, kAsked> asked_{};
