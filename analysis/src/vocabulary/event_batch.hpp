@@ -54,6 +54,11 @@ class EventBatch {
     auto* const earlier = events_.get() + (&event - events_.get() - 1);
     return derived_.empty() || derived_.back().cause != earlier ? earlier : nullptr;
   }
+  // Whether it means nothing itself and nothing follows from it. Of the event that was added last.
+  bool is_silent(const Event& event) const noexcept {
+    return std::holds_alternative<OtherEvent>(event.body) &&
+           (derived_.empty() || derived_.back().cause != &event);
+  }
   // Forgets the event that was added last, from which nothing follows.
   void take_back() noexcept { new_ = --next_; }
   // Once an event of the batch is complete: has it view copies of what it views.

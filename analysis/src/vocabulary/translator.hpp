@@ -17,8 +17,8 @@ class Translator {
   // What the batch's last event means, whose translation has no more than a kind; all of it
   // is_derived. Its head is complete; its body becomes what it means, if that is one thing, else an
   // OtherEvent, and the rest is added to the batch. Heeds the batch's events before it. `fields` are
-  // read during the call only.
-  virtual void translate(Event& event, const Translation& translation, const Payload& fields,
+  // read during the call only. False: it tells nothing, and the batch need not keep it.
+  virtual bool translate(Event& event, const Translation& translation, const Payload& fields,
                          EventBatch& batch) = 0;
   // Learns from the batch's new events, which are complete, and completes what they say.
   virtual void heed(EventBatch& batch) = 0;
@@ -32,14 +32,14 @@ class Translator {
 };
 
 // Completes the batch's last event, which has its head: by its translation, or by the translator if
-// that has no more than a kind. Null: nobody asks what such events mean.
-inline void translate(Event& event, const Translation& translation, const Payload& fields,
+// that has no more than a kind. Null: nobody asks what such events mean. False: see Translator.
+inline bool translate(Event& event, const Translation& translation, const Payload& fields,
                       VocabularyState& state, EventBatch& batch, Translator* translator) {
   if (translation.translate == nullptr && translator != nullptr) {
-    translator->translate(event, translation, fields, batch);
-  } else {
-    batch.translate(event, translation, fields, state);
+    return translator->translate(event, translation, fields, batch);
   }
+  batch.translate(event, translation, fields, state);
+  return true;
 }
 
 }  // namespace cie::analysis

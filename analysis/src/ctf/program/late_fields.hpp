@@ -35,16 +35,16 @@ class LateFields {
                    Event& event, EventBatch& batch);
     // `event`: complete but for what its thread and its fields are; `body`: those, of fixed layout.
     // Both stay where they are until fill().
-    // Those that wait for none are filled at once.
-    [[gnu::always_inline]] void add(const EventPlan& plan, Event& event, const std::uint8_t* body,
+    // Those that wait for none are filled at once. False: it tells nothing, see Translator.
+    [[gnu::always_inline]] bool add(const EventPlan& plan, Event& event, const std::uint8_t* body,
                                     EventBatch& batch) {
       if (plan.is_filled_at_once) {
-        fill(plan, {&event, body}, batch);
-        return;
+        return fill(plan, {&event, body}, batch);
       }
       auto& events = classes_[plan.number];
       if (events.empty()) all_.waiting_.push_back({this, &plan});
       events.push_back({&event, body});
+      return true;
     }
 
    private:
@@ -53,9 +53,9 @@ class LateFields {
       Event* event;
       const std::uint8_t* body;
     };
-    void fill(const EventPlan& plan, const Late& late, EventBatch& batch);
+    bool fill(const EventPlan& plan, const Late& late, EventBatch& batch);
     void fill(const EventPlan& plan, EventBatch& batch);
-    [[gnu::always_inline]] void translate(const EventPlan& plan, const Payload& payload,
+    [[gnu::always_inline]] bool translate(const EventPlan& plan, const Payload& payload,
                                           Event& event, EventBatch& batch);
 
     LateFields& all_;
@@ -83,28 +83,28 @@ class LateFields {
   std::vector<Waiting> waiting_;
 };
 
-[[gnu::always_inline]] inline void LateFields::OfTrace::fill(const EventPlan& plan,
+[[gnu::always_inline]] inline bool LateFields::OfTrace::fill(const EventPlan& plan,
                                                              const Late& late, EventBatch& batch) {
   const auto& layout = *plan.fixed;
   auto& head = late.event->head;
   layout.context[slot(ContextSlot::pid)].get(late.body, head.pid);
   layout.context[slot(ContextSlot::tid)].get(late.body, head.tid);
   const Payload fields(late.body, layout.fields.data());
-  translate(plan, fields, *late.event, batch);
+  return translate(plan, fields, *late.event, batch);
 }
 
-[[gnu::always_inline]] inline void LateFields::OfTrace::translate(const EventPlan& plan,
+[[gnu::always_inline]] inline bool LateFields::OfTrace::translate(const EventPlan& plan,
                                                                   const Payload& payload,
                                                                   Event& event, EventBatch& batch) {
   const auto* translation = plan.translation;
   if (translation == nullptr) {
     event.body.emplace<OtherEvent>(plan.other);
     batch.keep(event);
-  } else {
-    // The translator heeds those before it, which must be complete then.
-    if (translation->translate == nullptr && !all_.waiting_.empty()) all_.fill(batch);
-    analysis::translate(event, *translation, payload, state_, batch, all_.translator_);
+    return true;
   }
+  // The translator heeds those before it, which must be complete then.
+  if (translation->translate == nullptr && !all_.waiting_.empty()) all_.fill(batch);
+  return analysis::translate(event, *translation, payload, state_, batch, all_.translator_);
 }
 
 }  // namespace cie::analysis::ctf

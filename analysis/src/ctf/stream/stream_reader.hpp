@@ -74,7 +74,8 @@ class StreamReader {
     event.head.time = found.time;
     event.head.stream = identity_.index;
     event.head.cpu = packet_->cpu;
-    trace_->add(*found.plan, event, found.body, writer.batch());
+    const bool is_told = trace_->add(*found.plan, event, found.body, writer.batch());
+    if (!is_told && identity_.counts_others) count_instead(writer.batch());
     if (events_ahead() > 0) key_ = ahead_[next_ahead_].key;
   }
   // Finds events ahead if there are any.
@@ -114,6 +115,11 @@ class StreamReader {
   void emit_packet_begin(EventWriter& writer);
   void emit_packet_end(EventWriter& writer);
   void emit_counted(EventWriter& writer, Timestamp time);
+  // The batch's last event tells nothing.
+  void count_instead(EventBatch& batch) noexcept {
+    batch.take_back();
+    ++counted_;
+  }
   // An event of no thread.
   void emit(EventWriter& writer, Timestamp time, const EventBody& body) const;
   // Notes when something happens, and tells if that is before what happened last.

@@ -15,6 +15,7 @@ namespace cie::analysis {
 using ros2::Address;
 using ros2::Context;
 using ros2::emit;
+using ros2::LastEvent;
 using ros2::MessageLinks;
 using ros2::QueuedMessage;
 using ros2::Ros2Event;
@@ -66,6 +67,10 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
     default:
       return false;
   }
+}
+
+Ros2Event event_of(const Translation& translation) noexcept {
+  return static_cast<Ros2Event>(translation.kind & ~ros2::kRepeats);
 }
 
 // A callable was called, or may have been: what lies at its address next is another one.
@@ -162,7 +167,7 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
                                                                 const Event& event,
                                                                 const Payload& fields,
                                                                 EventBatch& batch) {
-  if (begun.event == nullptr || batch.before(event) != begun.event) return false;
+  if (batch.before(event) != begun.event) return false;
   const auto& head = event.head;
   auto& start = *begun.event;
   const bool is_its = fields.number<Address>(0) == begun.address && start.head.tid == head.tid &&
@@ -180,23 +185,33 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
   return true;
 }
 
-void EventTranslator::translate(Event& event, const Translation& translation, const Payload& fields,
+bool EventTranslator::translate(Event& event, const Translation& translation, const Payload& fields,
                                 EventBatch& batch) {
-  const auto begun = std::exchange(begun_, {});
-  const auto ros2_event = static_cast<Ros2Event>(translation.kind & ~ros2::kRepeats);
-  if (ros2_event == Ros2Event::callback_end && end_at_once(begun, event, fields, batch)) return;
+  if (begun_.event != nullptr) {
+    const auto begun = std::exchange(begun_, {});
+    const bool is_end = event_of(translation) == Ros2Event::callback_end;
+    if (is_end && end_at_once(begun, event, fields, batch)) return true;
+  }
+  return translate_other(event, translation, fields, batch);
+}
+
+bool EventTranslator::translate_other(Event& event, const Translation& translation,
+                                      const Payload& fields, EventBatch& batch) {
+  const auto ros2_event = event_of(translation);
   if (const auto earlier = batch.take_new_before(event); !earlier.empty()) heed(earlier, batch);
   const auto& head = event.head;
   if (!head.pid) {
     EventBatch::leave_other(event, translation);
-    return;
+    return false;
   }
   const auto& stream = stream_of(head);
   const auto realtime = detail::wrapping_add(head.time.ns, stream.offset_ns);
   auto& host = *stream.host;
   const auto& emitting = emitting_thread(host, head);
   auto& process = *emitting.process;
-  process.last = head;
+  process.last.time = head.time;
+  process.last.stream = head.stream;
+  process.last.tid = emitting.tid;
   const bool has_spoken = std::exchange(process.has_spoken, true);
   const ros2::EventSink sink{.batch = batch, .cause = &event};
   Context context{.head = head,
@@ -209,14 +224,17 @@ void EventTranslator::translate(Event& event, const Translation& translation, co
     if (ros2_event == Ros2Event::callback_start) {
       begun_ = {.event = &event, .address = fields.number<Address>(0), .emitting = &emitting};
     }
-    return;
+    return true;
   }
   EventBatch::leave_other(event, translation);
+  if (host.has_clock && take_note(ros2_event, fields, context)) return false;
   if (!host.has_clock) {
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
   }
-  translate(translation.kind, has_spoken, fields, context);
+  auto copy = context;
+  translate(translation.kind, has_spoken, fields, copy);
+  return !batch.is_silent(event);
 }
 
 [[gnu::always_inline]] inline bool EventTranslator::run(Ros2Event event, const Payload& p,
@@ -236,6 +254,24 @@ void EventTranslator::translate(Event& event, const Translation& translation, co
   if (!callback.is_told) return false;
   start(address, callback, p, context);
   return true;
+}
+
+[[gnu::always_inline]] inline void EventTranslator::wait(const Payload& p, ros2::Thread& thread) {
+  thread.is_waiting = p.number<std::int64_t>(0, -1) != 0;
+  thread.taken.clear();  // whoever took that was done with it
+  thread.dequeued.clear();
+}
+
+[[gnu::always_inline]] inline bool EventTranslator::take_note(Ros2Event event, const Payload& p,
+                                                              Context& context) {
+  auto& thread = context.thread;
+  const bool is_usual = !thread.writing && !thread.publishing && !context.process.has_own_events;
+  if (!is_usual) return false;
+  if (event == Ros2Event::executor_wait) {
+    wait(p, thread);
+    return true;
+  }
+  return event == Ros2Event::executor_ready && !thread.is_waiting;
 }
 
 void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
@@ -273,13 +309,11 @@ void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Paylo
       end(p.number<Address>(0), context);
       break;
     case Ros2Event::executor_wait:
-      context.thread.is_waiting = p.number<std::int64_t>(0, -1) != 0;
-      context.thread.taken.clear();  // whoever took that was done with it
-      context.thread.dequeued.clear();
+      wait(p, context.thread);
       break;
     case Ros2Event::executor_ready:
       if (context.thread.is_waiting) {
-        emit(head, ThreadWakeup{.callback = kNoCallback, .reason = std::nullopt}, sink);
+        sink.batch.derive_instead<ThreadWakeup>(sink.cause, head).callback = kNoCallback;
       }
       context.thread.is_waiting = false;
       break;
@@ -356,9 +390,9 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 }
 
 // The message that a callback which starts was given; none if it is unknown.
-inline EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
-                                                        Address address, const Payload& start,
-                                                        Context& context) {
+// It has a copy of the context, which whoever calls it can keep in registers then.
+EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback, Address address,
+                                                 const Payload& start, Context context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   if (!process.agnocast_entries.empty()) {
     const auto entry = process.agnocast_entries.find(address);
@@ -389,14 +423,23 @@ inline EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& ca
                                                           const Payload& p, Context& context) {
   auto& [head, realtime, before, process, thread, sink] = context;
   const auto seq = callback.next_seq++;
-  const auto message = taken_by(callback, address, p, context);
-  thread.taken.start();
-  thread.dequeued.start();
+  Taken message;
+  const bool may_have_taken = !thread.taken.is_empty() || !thread.dequeued.is_empty() ||
+                              callback.kind == CallbackKind::service ||
+                              !process.agnocast_entries.empty();
+  if (may_have_taken) {
+    message = taken_by(callback, address, p, context);
+    thread.taken.start();
+    thread.dequeued.start();
+  }
   thread.handed_over = {};
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
   thread.open.push_back(RunningCallback{.address = address, .callback = &callback, .seq = seq});
-  if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
+  if (callback.kind == CallbackKind::service) {
+    auto copy = context;
+    services_.note_instance(thread.open.back(), copy);
+  }
   thread.requested.reset();
   auto& body = sink.batch.derive_instead<CallbackStart>(sink.cause, head);
   body.callback = callback.id;
@@ -431,12 +474,14 @@ void EventTranslator::finish(EventBatch& batch) {
   for (auto& [name, host] : hosts_) {
     for (auto& [pid, process] : host.processes) {
       if (process.has_own_events) continue;
-      process.last.cpu.reset();  // nobody runs there any more
+      const auto& [time, stream, tid] = process.last;
+      EventHead head{.time = time, .stream = stream, .cpu = {}, .pid = pid, .tid = {}};
+      if (tid != LastEvent{}.tid) head.tid = tid;
       for (auto& callback : process.directory.callbacks())
-        announce(callback, process.last, process, {.batch = batch});
+        announce(callback, head, process, {.batch = batch});
       for (std::uint32_t i = 0; i < process.directory.hidden_callbacks(); ++i) {
         if (!process.directory.hidden(i).group) continue;  // which may have been told since
-        announce_hidden(i, process.last, process, {.batch = batch});
+        announce_hidden(i, head, process, {.batch = batch});
       }
     }
   }

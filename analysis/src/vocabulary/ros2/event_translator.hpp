@@ -32,7 +32,7 @@ class EventTranslator final : public Translator {
   EventTranslator(const EventTranslator&) = delete;
   EventTranslator& operator=(const EventTranslator&) = delete;
 
-  void translate(Event& event, const Translation& translation, const Payload& fields,
+  bool translate(Event& event, const Translation& translation, const Payload& fields,
                  EventBatch& batch) override;
   void heed(EventBatch& batch) override {
     begun_ = {};
@@ -81,11 +81,18 @@ class EventTranslator final : public Translator {
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
                           EventBatch& batch);
+  // What the batch's last event means if it is no such end.
+  bool translate_other(Event& event, const Translation& translation, const Payload& fields,
+                       EventBatch& batch);
   // Whatever it is, and whoever else tells of it.
   void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context& context);
   // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.
   // False: it may be something else.
   inline bool run(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
+  // An executor waits, or has something ready without having waited, of which the thread takes note.
+  // False: it may be something else.
+  static inline bool take_note(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
+  static inline void wait(const Payload& p, ros2::Thread& thread);
   static void take(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
   inline void start(ros2::Address address, ros2::Callback& callback, const Payload& p,
                     ros2::Context& context);
@@ -96,8 +103,8 @@ class EventTranslator final : public Translator {
     std::optional<Timestamp> release{};
   };
   // `start`: its fields.
-  inline Taken taken_by(const ros2::Callback& callback, ros2::Address address, const Payload& start,
-                        ros2::Context& context);
+  Taken taken_by(const ros2::Callback& callback, ros2::Address address, const Payload& start,
+                 ros2::Context context);
   Stream& stream_of(const EventHead& head) {
     const auto index = static_cast<std::size_t>(head.stream);
     const bool is_known = index < streams_.size() && streams_[index].host != nullptr;

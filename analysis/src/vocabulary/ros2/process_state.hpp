@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -72,6 +73,8 @@ struct QueuedMessage {
 };
 
 struct Thread {
+  static constexpr auto kLongAgo = std::numeric_limits<std::int64_t>::min();
+
   std::vector<RunningCallback> open{};
   std::optional<Publishing> publishing{};
   std::shared_ptr<WrittenMessage> writing{};     // until the thread's next event
@@ -79,13 +82,21 @@ struct Thread {
   TakenMessages<Address, std::int64_t> taken{};  // source timestamps, by rmw's subscription
   TakenMessages<const Callback*, QueuedMessage> dequeued{};
   std::optional<Request> requested{};
-  std::optional<std::int64_t> last{};  // CLOCK_REALTIME of its last event
+  std::int64_t last = kLongAgo;  // CLOCK_REALTIME of its last event
   bool is_waiting = false;
   bool is_named = false;  // it was told what the tracer calls it
 };
 
+// Of a process. Written member by member: a copy of a whole head waits for the reader that wrote
+// that in parts.
+struct LastEvent {
+  Timestamp time{};
+  StreamIndex stream{};
+  std::int64_t tid = -1;  // it names no thread
+};
+
 struct Process {
-  EventHead last{};  // event of it
+  LastEvent last{};
   Directory directory{};
   std::unordered_map<std::int64_t, Thread> threads{};
   std::map<std::pair<Address, std::uint64_t>, QueuedMessage> queues{};  // by buffer and index
@@ -108,8 +119,8 @@ struct Process {
 // One event on its way: where it happened and where its consequences go.
 struct Context {
   const EventHead& head;
-  std::int64_t realtime;               // CLOCK_REALTIME of the event
-  std::optional<std::int64_t> before;  // of the thread's event before it
+  std::int64_t realtime;  // CLOCK_REALTIME of the event
+  std::int64_t before;    // of the thread's event before it
   Process& process;
   Thread& thread;
   const EventSink& sink;

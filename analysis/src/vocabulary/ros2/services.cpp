@@ -102,8 +102,8 @@ void Services::send_request(const Payload& p, Context& context) {
   MessageLinks::Origin origin{.gid = client->gid, .stamp = 0};
   if (const auto* taken = requests_.find(call)) {
     origin = *taken;
-  } else if (context.before && *context.before > client->last_stamp) {
-    origin.stamp = client->last_stamp = *context.before;
+  } else if (context.before > client->last_stamp) {
+    origin.stamp = client->last_stamp = context.before;
   } else {
     origin.stamp = new_name();
   }

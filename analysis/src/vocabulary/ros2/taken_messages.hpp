@@ -36,6 +36,7 @@ class TakenMessages {
     if (!taken_.empty()) remove(Receiver{});
   }
   void clear() noexcept { taken_.clear(); }
+  bool is_empty() const noexcept { return taken_.empty(); }
 
  private:
   struct Entry {
