@@ -118,7 +118,7 @@ CallbackReport callback_report(const RuleContext& context, CallbackIndex index, 
   }
   if (are_periods_known(facts)) report.missed_releases = facts.missed;
   report.release_source = release_source_of(facts);
-  report.has_calculated_releases = facts.has_grid_releases();
+  if (facts.has_grid_releases()) report.release_error = facts.release_error();
   report.response_time = facts.response_time.summary(keep_buckets);
   report.response_time_upper = facts.response_time_upper.summary(keep_buckets);
   report.start_latency = facts.start_latency.summary(keep_buckets);

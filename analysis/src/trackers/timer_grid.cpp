@@ -65,6 +65,7 @@ bool TimerGrid::is_believed(Timestamp expiry, const Start& start) {
     is_confirmed_ = true;
     is_steady_ = true;
     last_prompt_ = latency;
+    step_.add(start.time - std::max(expiry, start.after.value_or(expiry)));  // no one's doing
     floor_ = std::min(floor_, latency);
     if (prompt_ % kEnoughPrompt == 0) {
       highest_floor_ = std::max(highest_floor_, floor_);

@@ -4,12 +4,14 @@
 //
 // Nor does any event tell of a reset, or of the timer's clock. So an expiry is believed only if it
 // is the one that can be meant and the start follows at once, or as soon as what ran before it
-// lets it; and a grid before whose expiry an instance starts, or that too many instances are late
-// for without a reason, is refuted.
+// lets it; and a grid before whose expiry an instance starts, that too many instances are late for
+// without a reason, or that prompt starts have left for good, is refuted.
 #pragma once
 
 #include <cie/analysis/report.hpp>
 #include <cie/analysis/time.hpp>
+
+#include "latency_step.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -28,6 +30,8 @@ class TimerGrid {
     Timestamp time;
     std::optional<Timestamp> called_after;  // the timer was called since then
     std::optional<Timestamp> busy_since;    // what let it start only now; empty: nothing did
+    // When an instance before it started or ended on its thread.
+    std::optional<Timestamp> after{};
   };
   struct Release {
     Timestamp expiry;
@@ -40,7 +44,7 @@ class TimerGrid {
 
   bool is_refuted() const noexcept { return is_refuted_; }
   // Whether, all instances seen, it is believed.
-  bool holds() const noexcept { return !is_refuted_ && !is_mostly_late(); }
+  bool holds() const noexcept { return !is_refuted_ && !is_mostly_late() && !step_.is_open(); }
   // Whether the latest start was prompt: had the timer been reset it was not, unless that moved the
   // grid by no more than error().
   bool is_steady() const noexcept { return is_steady_; }
@@ -77,6 +81,7 @@ class TimerGrid {
   Duration floor_ = prompt();  // of the latest prompt starts, up to kEnoughPrompt of them
   Duration highest_floor_;
   Duration last_prompt_;
+  LatencyStep step_{kTimerError};  // of prompt starts
   bool is_steady_ = false;
   std::uint64_t late_ = 0;  // without a reason
   bool is_refuted_ = false;

@@ -375,6 +375,75 @@ TEST(Ros2Timers, AResetThatNearlyKeepsTheGridAccusesNobody) {
   EXPECT_EQ(result.callback(kId).late, 0U);
 }
 
+// `after`: behind the expiries, of the 20 starts that come after 20 others, which lie 100 or 100 + `scatter` behind.
+Text shifted(std::int64_t scatter_us, std::int64_t after_us) {
+  Text text;
+  for (std::int64_t k = 1; k <= 20; ++k)
+    text.run(expiry(k) + (100 + k % 2 * scatter_us) * kUs);
+  for (std::int64_t k = 50; k < 70; ++k)
+    text.run(expiry(k) + after_us * kUs);
+  return text;
+}
+
+// Cancelled for 30 periods and reset where the grid is nearly the same: no start comes as near any more.
+TEST(Ros2Timers, AGridThatAllStartsHaveLeftIsRefuted) {
+  for (const std::int64_t after : {111, 600, 950}) {
+    const auto result = shifted(0, after).analyze();
+    const auto& timer = result.callback(kId);
+    EXPECT_EQ(timer.release_source, ReleaseSource::start) << after;
+    EXPECT_FALSE(timer.response_time) << after;
+    EXPECT_FALSE(timer.start_latency) << after;
+    EXPECT_EQ(timer.response_time_lower->count, 40U) << after;
+    EXPECT_EQ(result.verdict("R1"), Verdict::inconclusive) << after;
+    EXPECT_EQ(result.verdict("R2"), Verdict::inconclusive) << after;
+  }
+}
+
+// One start that comes as near shows that it was not the grid that moved.
+TEST(Ros2Timers, ALoadThatPassesRefutesNoGrid) {
+  auto text = shifted(0, 600);
+  for (std::int64_t k = 70; k < 80; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  const auto result = text.analyze();
+  EXPECT_EQ(result.callback(kId).response_time->count, 49U);  // all but the first after the pause
+  EXPECT_EQ(result.callback(kId).response_time->max, 1'600 * kUs);
+}
+
+// A few starts that lag behind, or starts that scatter as much anyway, show nothing.
+TEST(Ros2Timers, StartsThatScatterRefuteNoGrid) {
+  EXPECT_EQ(shifted(0, 110).analyze().callback(kId).response_time->count, 39U);
+  EXPECT_EQ(shifted(300, 700).analyze().callback(kId).response_time->count, 39U);
+  EXPECT_FALSE(shifted(300, 701).analyze().callback(kId).response_time);
+  Text text;
+  for (std::int64_t k = 1; k <= 20; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  for (std::int64_t k = 21; k <= 35; ++k)
+    text.run(expiry(k) + 600 * kUs);
+  EXPECT_EQ(text.analyze().callback(kId).response_time->count, 35U);
+  text.run(expiry(36) + 600 * kUs);
+  EXPECT_FALSE(text.analyze().callback(kId).response_time);
+}
+
+TEST(Ros2Timers, WhatRunsBeforeATimersCallbackRefutesNoGrid) {
+  Text text;
+  for (std::int64_t k = 1; k <= 20; ++k)
+    text.run(expiry(k) + 100 * kUs);
+  for (std::int64_t k = 21; k <= 40; ++k) {
+    text.wait(expiry(k) + 90 * kUs).add(expiry(k) + 100 * kUs, "callback_start callback=0x70");
+    text.add(expiry(k) + 590 * kUs, "callback_end callback=0x70").run_next(expiry(k) + 600 * kUs);
+  }
+  EXPECT_EQ(text.analyze().callback(kId).response_time->count, 40U);
+}
+
+// What the releases are good to is what all of some starts lie behind them, had a reset moved them unnoticed.
+TEST(Ros2Timers, TheReportTellsHowGoodReleasesAre) {
+  const auto result = shifted(300, 700).analyze();
+  EXPECT_EQ(result.callback(kId).release_error, analysis::Duration{700 * kUs});
+  Text text;
+  EXPECT_EQ(text.run(expiry(1) + 4 * kUs).analyze().callback(kId).release_error,
+            analysis::Duration{10 * kUs});
+}
+
 TEST(Ros2Timers, WhatMayHaveBeenAResetAccusesNobody) {
   // The fourth instance takes 23 ms, the fifth seems to have waited 13 ms for its end.
   const auto verdict_of = [](std::int64_t moved) {

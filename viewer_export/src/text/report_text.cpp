@@ -262,6 +262,13 @@ bool any_callback(const Report& report, Missing missing) {
                      [&](const auto& c) { return c.instances > 0 && missing(c); });
 }
 
+std::optional<analysis::Duration> largest_release_error(const Report& report) {
+  std::optional<analysis::Duration> largest;
+  for (const auto& callback : report.callbacks)
+    largest = std::max(largest, callback.release_error);  // an empty one is the least
+  return largest;
+}
+
 // What the words and the dashes above mean; only what this report needs.
 std::string notes(const Report& report, const TextStyle& style) {
   std::vector<std::string> lines{
@@ -282,11 +289,13 @@ std::string notes(const Report& report, const TextStyle& style) {
         "the source timestamp of its message. Where some releases are known, p50 and p99 are those "
         "of their instances.");
   }
-  if (any_callback(report, [](const auto& c) { return c.has_calculated_releases; })) {
+  if (const auto error = largest_release_error(report)) {
     lines.emplace_back(
         "Releases of ROS 2's timers follow from when the timer was made: response times and "
-        "start latencies of these are up to 10 us too long. Skipped periods count from the first "
-        "instance on. A timer that looks reset, or kept by another clock, has bounds.");
+        "start latencies of these are up to 10 us too long, and up to " +
+        format_duration(error->ns) +
+        " if a timer was reset unnoticed. Skipped periods count from the first instance on. A "
+        "timer that looks reset, or kept by another clock, has bounds.");
   }
   if (any_callback(report, [](const auto& c) { return !c.missed_releases; })) {
     lines.emplace_back("Missed releases exist for timers only.");

@@ -69,7 +69,7 @@ struct TraceDefect {
 };
 
 // Where the releases of a callback's instances come from. timer_grid: calculated from when a timer
-// of ROS 2 was made, at most kTimerError too early.
+// of ROS 2 was made, at most kTimerError too early if it was never reset.
 enum class ReleaseSource : std::uint8_t {
   exact,
   timer_grid,
@@ -189,7 +189,9 @@ struct CallbackReport {
   std::optional<std::uint64_t> lost_samples{};
   std::optional<std::uint64_t> overwritten_samples{};
   std::optional<ReleaseSource> release_source;
-  bool has_calculated_releases = false;  // response times are up to kTimerError too long
+  // By how much calculated releases may be early, had a reset of the timer moved them unnoticed:
+  // what all of some consecutive starts lie behind them. Empty: there are none.
+  std::optional<Duration> release_error{};
   std::optional<Summary> response_time;
   std::optional<Summary> response_time_lower;
   std::optional<Summary> response_time_upper;
