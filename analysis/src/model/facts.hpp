@@ -41,6 +41,7 @@ struct Model {
   std::deque<PublisherFacts> publishers{};
   std::vector<ForkFacts> forks{};
   std::vector<ChainFacts> chains{};
+  std::uint64_t unlisted_chain_instances = 0;  // of paths that are too long, or too many
   std::vector<MessageEdgeFacts> edges{};
   EventCounts events{};
   TimeRegressionFacts time_regressions{};

@@ -16,7 +16,7 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::array<std::string_view, 35> kLabels{"damaged-manifest",
+constexpr std::array<std::string_view, 36> kLabels{"damaged-manifest",
                                                    "missing-files",
                                                    "unseen-process",
                                                    "unseen-chunk",
@@ -47,6 +47,7 @@ constexpr std::array<std::string_view, 35> kLabels{"damaged-manifest",
                                                    "identity-failures",
                                                    "incomplete-chains",
                                                    "reads-not-kept",
+                                                   "chains-not-listed",
                                                    "missing-run-begin",
                                                    "missing-run-end",
                                                    "shared-pid",
@@ -235,6 +236,10 @@ std::vector<TraceDefect> trace_defects(const Model& model) {
       total_of(model.chains, [](const auto& c) { return c.reads_not_kept; }),
       "too many reads of a chain's first callback had no answer yet: they are in no reaction "
       "time, but for the longest, which is exact");
+  add_defect(defects, DefectKind::chains_not_listed, Severity::info, model.unlisted_chain_instances,
+             "instances end a path of more than 32 callbacks (callbacks that feed each other?) or "
+             "one of too many paths: they are in no chain; a chain that a spec names is measured "
+             "all the same");
   const auto missing_marker = [&model](auto has) {
     return total_of(model.processes, [has](const ProcessFacts& p) {
       return std::uint64_t{p.has_cie_events && !has(p)};

@@ -56,7 +56,7 @@ struct ChainNode {
   // outside: published outside any callback, or before the first seen; forgotten: its parent, as
   // what lies further back than chains are long
   Link link = Link::source;
-  std::uint32_t depth = 0;
+  std::uint32_t depth = 0;  // instances before it; lags where one of them was resolved after it
   // The message it took: writer and source timestamp; parent and published are resolved from them.
   std::uint64_t writer_gid = 0;
   std::int64_t source_timestamp = 0;
@@ -82,6 +82,14 @@ class ChainNodePool {
 
   // A node as new.
   ChainNodeRef take();
+  // Copies of the node and of those before it, `count` in all if there are so many. They alone
+  // forget what lies further back: others that descend from the same instances do not.
+  ChainNodeRef copy_of_last(const ChainNode& node, std::uint32_t count);
+  // How many somebody refers to.
+  std::size_t in_use() const noexcept {
+    if (blocks_.empty()) return 0;
+    return (blocks_.size() - 1) * kBlock + blocks_.back().size() - free_.size();
+  }
 
  private:
   friend class ChainNodeRef;
@@ -122,6 +130,29 @@ inline ChainNodeRef ChainNodePool::take() {
   ::new (static_cast<void*>(node)) ChainNode;
   node->pool_ = this;
   return ChainNodeRef(*node);
+}
+
+inline ChainNodeRef ChainNodePool::copy_of_last(const ChainNode& node, std::uint32_t count) {
+  const auto copy_of = [this](const ChainNode& from) {
+    auto to = take();
+    *to = from;
+    to->references_ = 1;
+    return to;
+  };
+  auto last = copy_of(node);
+  last->depth = count - 1;
+  auto* copy = last.get();
+  for (const auto* from = node.parent.get(); from != nullptr; from = from->parent.get()) {
+    if (copy->depth == 0) {
+      copy->parent.reset();
+      copy->link = ChainNode::Link::forgotten;
+      break;
+    }
+    copy->parent = copy_of(*from);
+    copy->parent->depth = copy->depth - 1;
+    copy = copy->parent.get();
+  }
+  return last;
 }
 
 }  // namespace cie::analysis

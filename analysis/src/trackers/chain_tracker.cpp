@@ -109,14 +109,12 @@ void ChainTracker::resolve(ChainNode& node) {
     return;
   }
   node.link = ChainNode::Link::resolved;
+  auto& parent = *found->node;
+  if (parent.parent) parent.depth = std::max(parent.depth, parent.parent->depth + 1);
+  // A loop of callbacks: who takes this message, too, needs no more of it.
+  if (parent.depth >= 2 * most_hops_) found->node = nodes_.copy_of_last(parent, most_hops_);
   node.parent = found->node;
   node.depth = node.parent->depth + 1;
-  if (node.depth < most_hops_) return;
-  auto* ancestor = &node;  // a cycle of callbacks: forget what lies further back
-  for (std::uint32_t i = 1; i < most_hops_ && ancestor->parent; ++i)
-    ancestor = ancestor->parent.get();
-  ancestor->parent.reset();
-  if (ancestor->link == ChainNode::Link::resolved) ancestor->link = ChainNode::Link::forgotten;
 }
 
 void ChainTracker::link(ChainNode& node) {
@@ -142,9 +140,23 @@ void ChainTracker::on_complete(ChainNode& node, const EventRef& end) {
   if (has_spec_) {
     for (auto& chain : specified_)
       on_specified(node, end, chain);
-  } else if (walk(node)) {
-    if (auto* chain = chain_of(scratch_)) measure(*chain, scratch_, end);
+  } else {
+    on_path(node, end);
   }
+}
+
+void ChainTracker::on_path(const ChainNode& node, const EventRef& end) {
+  const auto walked = walk(node);
+  if (walked != Walk::whole && walked != Walk::too_long) return;
+  if (walked == Walk::whole) {
+    if (auto* chain = chain_of(scratch_)) {
+      measure(*chain, scratch_, end);
+      return;
+    }
+  } else if (node.parent && walk(*node.parent) == Walk::whole) {
+    if (auto* chain = chain_of(scratch_)) chain->goes_on = true;
+  }
+  ++model_.unlisted_chain_instances;
 }
 
 void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Timestamp taken) {
@@ -162,7 +174,7 @@ void ChainTracker::on_response(HostIndex host, const ResponseTaken& event, Times
     for (auto& chain : specified_) {
       if (walk(node, chain) == Walk::whole) add(chain);
     }
-  } else if (walk(node)) {
+  } else if (walk(node) == Walk::whole) {
     if (auto* chain = chain_of(scratch_)) add(*chain);
   }
 }
@@ -201,9 +213,7 @@ ChainTracker::Walk ChainTracker::walk(const ChainNode& node, const Chain& chain)
     if (model_.callbacks[at(current->callback)].logical_id != hops[i]) return Walk::other;
     nodes[i] = current;
     if (i == 0) break;
-    const bool is_missing =
-        current->link == ChainNode::Link::unseen || current->link == ChainNode::Link::forgotten;
-    if (is_missing) {
+    if (current->link == ChainNode::Link::unseen) {
       nodes.front() = current;
       return Walk::missing;
     }
@@ -216,6 +226,7 @@ ChainTracker::Walk ChainTracker::walk(const ChainNode& node, const Chain& chain)
 void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chain& chain) {
   switch (walk(node, chain)) {
     case Walk::other:
+    case Walk::too_long:
       break;
     case Walk::missing:
       ++chain.facts.incomplete;
@@ -227,18 +238,19 @@ void ChainTracker::on_specified(const ChainNode& node, const EventRef& end, Chai
   }
 }
 
-bool ChainTracker::walk(const ChainNode& node) {
+ChainTracker::Walk ChainTracker::walk(const ChainNode& node) {
   auto& nodes = scratch_;
   nodes.clear();
   for (const auto* current = &node; current != nullptr; current = current->parent.get()) {
+    const bool is_too_long =
+        nodes.size() == most_hops_ || current->link == ChainNode::Link::forgotten;
+    if (is_too_long) return Walk::too_long;
     nodes.push_back(current);
-    if (!current->parent && current->link != ChainNode::Link::source &&
-        current->link != ChainNode::Link::outside && current->link != ChainNode::Link::forgotten) {
-      return false;  // an unseen publish: where the path begins is unknown
-    }
+    // An unseen publish: where the path begins is unknown.
+    if (current->link == ChainNode::Link::unseen) return Walk::missing;
   }
   std::reverse(nodes.begin(), nodes.end());
-  return nodes.size() >= 2 && nodes.front()->is_in_window;
+  return nodes.size() >= 2 && nodes.front()->is_in_window ? Walk::whole : Walk::other;
 }
 
 ChainTracker::Chain* ChainTracker::chain_of(const Nodes& nodes) {
@@ -472,7 +484,7 @@ void ChainTracker::fill_model(Take take) {
     });
     const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
                          std::equal(path.begin(), path.end(), next->first.begin());
-    if (goes_on) continue;
+    if (goes_on || entry->second.goes_on) continue;
     auto facts = take(entry->second.facts);
     for (const auto hop : path) {
       const auto& id = model_.callbacks[at(hop)].logical_id;

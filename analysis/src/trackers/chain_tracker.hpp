@@ -30,6 +30,8 @@ class ChainTracker {
     reads_[callback].keep_all();
     return nodes_.take();
   }
+  // Instances that are kept, for what may still descend from them.
+  std::size_t nodes_in_use() const noexcept { return nodes_.in_use(); }
   // `node` is the open instance that publishes, null outside callbacks.
   void on_publish(std::uint32_t publisher, const EventRef& where, std::int64_t source_timestamp,
                   ChainNodeRef node);
@@ -64,7 +66,7 @@ class ChainTracker {
   struct Message {
     std::int64_t source_timestamp = 0;
     Timestamp time;
-    ChainNodeRef node;
+    mutable ChainNodeRef node;  // a copy takes its place when too much lies behind it
   };
   struct OfPublisher {
     Recent<Message, kMaxMessages> messages;
@@ -115,6 +117,7 @@ class ChainTracker {
     std::vector<CallbackIndex> hops;                          // of the last instance
     Progress progress;                                        // of its callbacks
     std::map<std::vector<CallbackIndex>, Progress> others{};  // of other callbacks with their ids
+    bool goes_on = false;                                     // in paths that are too long
   };
   using Path = std::vector<CallbackIndex>;
   using Paths = std::map<Path, Chain>;
@@ -125,10 +128,12 @@ class ChainTracker {
   const Message* find_message(std::uint32_t publisher, std::int64_t source_timestamp) const;
   // The instances that led to this one, first to last: whether they are one of the chain that the
   // spec names. Missing: a publication between them is unseen without excuse.
-  enum class Walk : std::uint8_t { other, missing, whole };
+  enum class Walk : std::uint8_t { other, missing, whole, too_long };
   Walk walk(const ChainNode& node, const Chain& chain);
-  // Likewise, as far back as anything is known. Whether that is a chain.
-  bool walk(const ChainNode& node);
+  // Likewise, as far back as anything is known. Too long: there are more than are kept.
+  Walk walk(const ChainNode& node);
+  // An instance was completed, where no spec names chains.
+  void on_path(const ChainNode& node, const EventRef& end);
   void on_specified(const ChainNode& node, const EventRef& end, Chain& chain);
   // The chain of a path, new if it is; null if there are too many.
   Chain* chain_of(const Nodes& nodes);

@@ -52,6 +52,7 @@ enum class DefectKind : std::uint8_t {
   identity_failures,
   incomplete_chains,
   reads_not_kept,
+  chains_not_listed,
   missing_run_begin,
   missing_run_end,
   shared_pid,
