@@ -9,6 +9,7 @@
 #include "model/subjects.hpp"
 #include "model/wall_clock.hpp"
 #include "rules/completeness_rules.hpp"
+#include "rules/thread_questions.hpp"
 #include "rules/trace_rules.hpp"
 #include "trace_defects.hpp"
 
@@ -104,6 +105,23 @@ std::optional<Duration> recorded_of(const Model& model, HostIndex host) {
   return std::nullopt;
 }
 
+ThreadSchedReport report_of(const ThreadFacts& thread, const ReadBack& read_back) {
+  return {.moment = read_back.moment,
+          .policy = read_back.policy,
+          .policy_name = std::string(policy_name(static_cast<Policy>(read_back.policy))),
+          .flags = read_back.flags,
+          .nice = read_back.nice,
+          .priority = read_back.priority,
+          .runtime_ns = read_back.runtime_ns,
+          .deadline_ns = read_back.deadline_ns,
+          .period_ns = read_back.period_ns,
+          .cpus = read_back.cpus,
+          .error = read_back.error,
+          .slice_ns = asked_for(thread, read_back, &ReadBack::slice_ns),
+          .util_min = asked_for(thread, read_back, &ReadBack::util_min),
+          .util_max = asked_for(thread, read_back, &ReadBack::util_max)};
+}
+
 ThreadReport report_of(const Model& model, ThreadIndex index) {
   const auto& facts = model.threads[at(index)];
   ThreadReport report;
@@ -120,23 +138,8 @@ ThreadReport report_of(const Model& model, ThreadIndex index) {
   std::ranges::stable_sort(report.ran, {}, id_of);
   for (const auto callback : report.ran)
     report.callbacks.push_back(id_of(callback));
-  if (const auto& last = facts.last_read_back) {
-    report.sched = ThreadSchedReport{
-        .moment = last->moment,
-        .policy = last->policy,
-        .policy_name = std::string(policy_name(static_cast<Policy>(last->policy))),
-        .flags = last->flags,
-        .nice = last->nice,
-        .priority = last->priority,
-        .runtime_ns = last->runtime_ns,
-        .deadline_ns = last->deadline_ns,
-        .period_ns = last->period_ns,
-        .cpus = last->cpus,
-        .error = last->error,
-        .slice_ns = asked_for(facts, *last, &ReadBack::slice_ns),
-        .util_min = asked_for(facts, *last, &ReadBack::util_min),
-        .util_max = asked_for(facts, *last, &ReadBack::util_max)};
-  }
+  if (const auto& last = facts.last_read_back) report.sched = report_of(facts, *last);
+  if (const auto* applied = last_applied(model, facts)) report.applied = report_of(facts, *applied);
   report.busy_ns = facts.busy_ns;
   return report;
 }

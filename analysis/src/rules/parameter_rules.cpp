@@ -74,12 +74,18 @@ void judge_as_specified(const RuleContext& context, ThreadIndex index, const Spe
     return;
   }
   if (*is_right) return;
-  std::string note = asks(context, entry) + "; the thread runs " + describe(*applied);
+  const auto runs = describe(*applied);
+  const auto is_unlike = [&runs](const ReadBack& later) { return describe(later) != runs; };
+  const auto& last = thread.last_read_back;
+  const bool differs_later = last && last->n > applied->n && is_unlike(*last);
+  std::string note = asks(context, entry) + (differs_later ? "; applied to the thread was " + runs
+                                                           : "; the thread runs " + runs);
   if (applied->change != 0) {
     note += " (since change " + std::to_string(applied->change) + " of its parameters)";
   }
   if (applied->error != 0)
     note += " (the request failed with errno " + std::to_string(applied->error) + ")";
+  if (differs_later) note += ", and read back later was " + describe(*last);
   judgement.fail(evidence("thread_sched", applied->at, std::move(note)));
 }
 

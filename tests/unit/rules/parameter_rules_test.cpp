@@ -90,6 +90,27 @@ TEST(ParametersAsSpecifiedEvidence, JudgesTheLastApplied) {
             Verdict::pass);
 }
 
+TEST(ParametersAsSpecifiedEvidence, TellsALaterReadBackApartFromWhatWasApplied) {
+  const std::string applied = "-90 applied fusion policy=fifo priority=10 cpus=1\n";
+  const auto evidence = [&](const std::string& later) {
+    return Verified(run_with(applied + later), kFifo80).evidence("S1", "callback fusion");
+  };
+  EXPECT_THAT(evidence("30 audit fusion policy=fifo priority=80 cpus=1"),
+              HasSubstr("asks for SCHED_FIFO 80 on CPUs 1; applied to the thread was SCHED_FIFO 10 "
+                        "on CPUs 1, and read back later was SCHED_FIFO 80 on CPUs 1"));
+  EXPECT_THAT(evidence("30 audit fusion policy=fifo priority=10 cpus=1"),
+              HasSubstr("; the thread runs SCHED_FIFO 10 on CPUs 1\n"));
+}
+
+TEST(ParametersAsSpecifiedEvidence, IsOfWhatTheReportSaysWasApplied) {
+  const auto report = analyze(trace_of(run_with("-90 applied fusion policy=fifo priority=10\n"
+                                                "30 audit fusion policy=fifo priority=20")))
+                          .report;
+  ASSERT_EQ(report.threads.size(), 1U);
+  EXPECT_EQ(report.threads[0].applied->priority, 10U);
+  EXPECT_EQ(report.threads[0].sched->priority, 20U);
+}
+
 TEST(ParametersAsSpecifiedEvidence, IsInconclusiveWithoutReadBack) {
   EXPECT_EQ(Verified(run_with(""), kFifo80)["S1"], Verdict::inconclusive);
 }

@@ -211,7 +211,7 @@ struct CallbackReport {
   std::uint64_t partly_seen() const noexcept { return incomplete + cut; }
 };
 
-// Parameters last read back of a thread.
+// Parameters of a thread, as they were read back.
 struct ThreadSchedReport {
   std::optional<SchedMoment> moment{};
   std::int32_t policy = 0;
@@ -239,6 +239,8 @@ struct ThreadReport {
   std::vector<std::string> callbacks;  // logical ids that ran on it, sorted
   std::vector<CallbackIndex> ran{};    // the same by their numbers, in that order
   std::optional<ThreadSchedReport> sched;
+  // What S1 judges, applied before that, if anything was; not part of the JSON.
+  std::optional<ThreadSchedReport> applied{};
   std::optional<std::int64_t> busy_ns;  // on-CPU time; empty: not recorded without a hole
 };
 
