@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -22,6 +23,7 @@ namespace cie::cli {
 namespace {
 
 using analysis::CallbackReport;
+using analysis::ProcessIndex;
 using analysis::Report;
 using analysis::ReportRows;
 using analysis::Summary;
@@ -88,14 +90,15 @@ std::string policy_lines(const ThreadSchedReport& sched) {
 }
 
 Parameters parameters_of(const ThreadReport& thread) {
-  if (!thread.sched) return unknown("its parameters are not in the trace");
-  const std::string policy = policy_lines(*thread.sched);
+  const auto& read_back = thread.applied ? thread.applied : thread.sched;
+  if (!read_back) return unknown("its parameters are not in the trace");
+  const std::string policy = policy_lines(*read_back);
   if (policy.empty()) return unknown("a spec cannot ask for the policy that was read back");
-  auto cpus = thread.sched->cpus;
+  auto cpus = read_back->cpus;
   std::ranges::sort(cpus);
   cpus.erase(std::unique(cpus.begin(), cpus.end()), cpus.end());
   const bool are_usable = !cpus.empty() && cpus.back() <= kMaxCpu;
-  return {.lines = policy + slice_and_clamp_lines(*thread.sched) +
+  return {.lines = policy + slice_and_clamp_lines(*read_back) +
                    (are_usable ? fmt::format("    affinity: [{}]\n", fmt::join(cpus, ", "))
                                : "    affinity: ~\n"),
           .remark = {}};
@@ -114,7 +117,7 @@ Parameters parameters_of(const CallbackReport& callback, const ReportRows& rows)
     if (thread->callbacks.size() > 1) return unknown("it shared a thread with other callbacks");
     found = merged(found, parameters_of(*thread));
   }
-  return found ? *found : unknown("it did not run");
+  return found ? *found : unknown("the threads that it ran on are not in the trace");
 }
 
 void keep_most(std::optional<std::int64_t>& most, const std::optional<Summary>& summary) {
@@ -123,9 +126,11 @@ void keep_most(std::optional<std::int64_t>& most, const std::optional<Summary>& 
 
 // All callbacks of one id: of several processes, or of one that was restarted.
 struct CallbackEntry {
-  std::optional<Parameters> parameters;
+  std::optional<Parameters> parameters;  // empty: it never ran
   std::uint64_t instances = 0;
   std::uint64_t missed_releases = 0;
+  std::uint64_t overwritten_samples = 0;
+  std::map<ProcessIndex, bool> has_run;  // in one of its lifetimes there
   std::optional<std::int64_t> response_time;
   std::optional<std::int64_t> execution_time;
   std::optional<std::int64_t> duration;
@@ -133,8 +138,11 @@ struct CallbackEntry {
   std::optional<std::int64_t> most_inter_arrival;
 
   void add(const CallbackReport& callback, const ReportRows& rows) {
-    parameters = merged(parameters, parameters_of(callback, rows));
+    const bool ran = !callback.never_ran();
+    if (ran) parameters = merged(parameters, parameters_of(callback, rows));
     instances += callback.instances;
+    has_run[callback.process] |= ran;
+    overwritten_samples = std::max(overwritten_samples, callback.overwritten_samples.value_or(0));
     missed_releases = std::max(missed_releases, callback.missed_releases.value_or(0));
     keep_most(response_time, callback.response_time);
     keep_most(execution_time, callback.execution_time);
@@ -186,6 +194,40 @@ void write_parameters(std::ostream& out, const Parameters& parameters) {
   if (!parameters.remark.empty()) out << fmt::format("    # {}\n", parameters.remark);
 }
 
+void write_allowed(std::ostream& out, std::string_view key, std::uint64_t seen) {
+  if (seen > 0) out << fmt::format("    {}: {}   # as many as were seen; 0 if absent\n", key, seen);
+}
+
+// The lines of an entry, each in its place if `# ` is taken away.
+void write_commented(std::ostream& out, const std::string& entry) {
+  std::istringstream lines(entry);
+  for (std::string line; std::getline(lines, line);)
+    out << "  # " << line.substr(2) << '\n';
+}
+
+void write_entry(std::ostream& out, const std::string& id, const CallbackEntry& entry) {
+  std::ostringstream lines;
+  if (!begin_entry(lines, "id", id)) {
+    out << lines.str();
+    return;
+  }
+  write_parameters(lines, entry.parameters.value_or(unknown({})));
+  write_allowed(lines, "missed_releases_allowed", entry.missed_releases);
+  write_allowed(lines, "overwrites_allowed", entry.overwritten_samples);
+  lines << observed(entry);
+  const auto ran_in =
+      std::ranges::count_if(entry.has_run, [](const auto& in) { return in.second; });
+  if (ran_in == std::ssize(entry.has_run)) {
+    out << lines.str();
+    return;
+  }
+  out << fmt::format(
+      "  # It did not run{}, and verify fails entries of such (M1). If it is meant to run, "
+      "uncomment:\n",
+      ran_in == 0 ? "" : " in each of its processes");
+  write_commented(out, lines.str());
+}
+
 void write_callbacks(std::ostream& out, const Report& report) {
   const ReportRows rows(report);
   std::vector<std::pair<std::string, CallbackEntry>> entries;  // in the report's order
@@ -196,15 +238,8 @@ void write_callbacks(std::ostream& out, const Report& report) {
     entries[place->second].second.add(callback, rows);
   }
   out << (entries.empty() ? "callback_groups: []\n" : "callback_groups:\n");
-  for (const auto& [id, entry] : entries) {
-    if (!begin_entry(out, "id", id)) continue;
-    write_parameters(out, *entry.parameters);
-    if (entry.missed_releases > 0) {
-      out << fmt::format("    missed_releases_allowed: {}   # as many as were seen; 0 if absent\n",
-                         entry.missed_releases);
-    }
-    out << observed(entry);
-  }
+  for (const auto& [id, entry] : entries)
+    write_entry(out, id, entry);
 }
 
 void write_workers(std::ostream& out, const Report& report, std::string_view section,

@@ -90,6 +90,17 @@ class Template(unittest.TestCase):
                     check = cie("spec", "check", self.spec)
                     self.assertEqual(check.returncode, 0, check.stderr)
 
+    def test_violates_no_rule_that_the_trace_alone_does_not(self):
+        def failed(*arguments):
+            verdict = json.loads(cie("verify", *arguments, "--format", "json").stdout)
+            return {rule["id"] for rule in verdict["rules"] if rule["verdict"] == "FAIL"}
+
+        for example in sorted(os.listdir(EXAMPLES)):
+            if os.path.isdir(os.path.join(EXAMPLES, example, "trace")):
+                with self.subTest(example):
+                    trace, _ = self.write(example)
+                    self.assertLessEqual(failed(trace, "--spec", self.spec), failed(trace))
+
     def test_of_no_trace_fails(self):
         self.assertEqual(cie("spec", "template", EXAMPLES + "/absent", "-o", self.spec).returncode, 4)
         self.assertFalse(os.path.exists(self.spec))

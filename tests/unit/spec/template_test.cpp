@@ -25,6 +25,7 @@ class Template : public testing::Test {
     CallbackReport callback;
     callback.logical_id = id;
     callback.process = process(pid);
+    callback.instances = 1;
     for (ThreadReport& thread : report_.threads) {
       if (thread.tid != tid || thread.process != callback.process) continue;
       callback.threads.push_back({.thread = thread.index, .tid = tid, .name = {}, .instances = 1});
@@ -103,13 +104,77 @@ TEST_F(Template, AsksForNothingThatItDidNotSee) {
   callback("/shared@Timer(2)", 2);
   callback("/odd@Timer(1)", 3);
   callback("/zero@Timer(1)", 4);
-  callback("/idle@Timer(1)", 0);
+  callback("/nowhere@Timer(1)", 0);
   const auto read = spec();
   EXPECT_EQ(read.callbacks().size(), 6U);
   for (const SpecEntry& entry : read.callbacks()) {
     EXPECT_FALSE(entry.parameters.policy || entry.parameters.cpus) << entry.id;
   }
   EXPECT_THAT(text(), HasSubstr("# it shared a thread with other callbacks"));
+  EXPECT_THAT(text(), HasSubstr("# the threads that it ran on are not in the trace"));
+}
+
+// M1 fails entries of callbacks that never ran.
+TEST_F(Template, HasOnlyCommentsOfWhatDidNotRun) {
+  callback("/never@Timer(1)", 0).instances = 0;
+  EXPECT_TRUE(spec().callbacks().empty());
+  EXPECT_THAT(text(),
+              HasSubstr("  # It did not run, and verify fails entries of such (M1). If it is "
+                        "meant to run, uncomment:\n"
+                        "  # - id: \"/never@Timer(1)\"\n"
+                        "  #   policy: ~\n"
+                        "  #   affinity: ~\n"
+                        "  #   # seen: 0 instances\n"));
+  auto uncommented = text();
+  for (auto at = uncommented.find("\n  # - id"); at != std::string::npos;
+       at = uncommented.find("\n  #  ", at))
+    uncommented.erase(at + 3, 2);
+  EXPECT_EQ(SchedulingSpec::parse(uncommented, "uncommented.yaml").callbacks().size(), 1U);
+}
+
+TEST_F(Template, HasEntriesOfWhatRanWithoutBeingSeenWhole) {
+  for (const std::string id : {"/open", "/cut", "/before"})
+    callback(id, 0).instances = 0;
+  report_.callbacks[0].incomplete = 1;
+  report_.callbacks[1].cut = 1;
+  report_.callbacks[2].runs_not_seen = 1;
+  EXPECT_EQ(spec().callbacks().size(), 3U);
+}
+
+// One that ran in one lifetime need not have run in another of the same process; in each of two
+// processes, which may live together, it must have.
+TEST_F(Template, AsksForWhatRanInEachProcess) {
+  auto fifo = sched(Policy::fifo);
+  fifo.priority = 80;
+  thread(1, fifo);
+  callback("/again@Timer(1)", 0).instances = 0;
+  callback("/again@Timer(1)", 1);
+  callback("/again@Timer(1)", 0).instances = 0;
+  callback("/here@Timer(1)", 0, 1);
+  callback("/here@Timer(1)", 0, 2).instances = 0;
+  ASSERT_TRUE(spec().find_callback("/again@Timer(1)") != nullptr);
+  EXPECT_EQ(spec().find_callback("/again@Timer(1)")->parameters.priority, 80U);
+  EXPECT_TRUE(spec().find_callback("/here@Timer(1)") == nullptr);
+  EXPECT_THAT(text(), HasSubstr("  # It did not run in each of its processes, and"));
+}
+
+TEST_F(Template, AllowsTheMissesAndOverwritesThatWereSeen) {
+  callback("/n@Subscription(/t)", 0, 1).overwritten_samples = 3;
+  callback("/n@Subscription(/t)", 0, 2).overwritten_samples = 2;
+  callback("/m@Subscription(/t)", 0).overwritten_samples = 0;
+  EXPECT_EQ(spec().find_callback("/n@Subscription(/t)")->overwrites_allowed, 3U);
+  EXPECT_FALSE(spec().find_callback("/m@Subscription(/t)")->overwrites_allowed);
+}
+
+// As S1 judges: what an audit says later is S3's.
+TEST_F(Template, AsksForWhatWasApplied) {
+  auto audited = sched(Policy::fifo);
+  audited.priority = 20;
+  thread(1, audited);
+  report_.threads.back().applied = sched(Policy::fifo);
+  report_.threads.back().applied->priority = 10;
+  callback("/n@Timer(1)", 1);
+  EXPECT_EQ(spec().find_callback("/n@Timer(1)")->parameters.priority, 10U);
 }
 
 TEST_F(Template, JoinsWhatRanInSeveralProcesses) {

@@ -341,14 +341,6 @@ TextCell at_most_cell(const CallbackReport& callback, std::string (*format)(std:
   return most ? TextCell{"<" + format(*most), Look::doubtful} : not_measured();
 }
 
-bool has_run(const CallbackReport& callback) noexcept {
-  return callback.instances + callback.partly_seen() > 0;
-}
-
-bool never_ran(const CallbackReport& callback) noexcept {
-  return !has_run(callback) && callback.runs_not_seen == 0;
-}
-
 std::ptrdiff_t callbacks_with(const Report& report, analysis::Isolation isolation) {
   return std::ranges::count(report.callbacks, std::optional(isolation), &CallbackReport::isolation);
 }
@@ -358,10 +350,10 @@ std::string callback_tables(const Report& report, const TextStyle& style) {
   std::vector<std::string> unseen;  // nothing of their runs is in the recording
   std::vector<std::string> others;
   for (const auto& callback : report.callbacks) {
-    if (has_run(callback)) {
+    if (callback.has_run()) {
       that_ran.push_back(callback);
     } else {
-      (never_ran(callback) ? others : unseen).push_back(callback_title(report, callback));
+      (callback.never_ran() ? others : unseen).push_back(callback_title(report, callback));
     }
   }
   const bool has_bounds_alone = std::ranges::none_of(

@@ -29,10 +29,6 @@ std::optional<std::int64_t> longest_at_most(const analysis::CallbackReport& call
 TextCell at_most_cell(const analysis::CallbackReport& callback,
                       std::string (*format)(std::int64_t ns));
 
-// Whether a part of an instance of it was seen.
-bool has_run(const analysis::CallbackReport& callback) noexcept;
-// No instance of it was seen, and nothing proves that there was one.
-bool never_ran(const analysis::CallbackReport& callback) noexcept;
 // How many callbacks are isolated, not isolated, or never ran.
 std::ptrdiff_t callbacks_with(const analysis::Report& report, analysis::Isolation isolation);
 

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <set>
 #include <sstream>
@@ -101,7 +102,7 @@ class ReportScreen {
         claims_(report_head(judged, context)),
         head_(judged_, claims_.findings, style_) {
     for (const auto& callback : report_.callbacks) {
-      if (has_run(callback)) callbacks_.push_back(&callback);
+      if (callback.has_run()) callbacks_.push_back(&callback);
     }
     std::ranges::stable_sort(callbacks_, std::ranges::greater{},
                              [](const auto* callback) { return badness(*callback); });
@@ -357,9 +358,9 @@ class ReportScreen {
     append(lines, counts("samples overwritten", &CallbackReport::overwritten_samples));
     append(lines, open_runs());
     append(lines, without_runs("no run seen", [](const CallbackReport& callback) {
-             return !has_run(callback) && !never_ran(callback);
+             return !callback.has_run() && !callback.never_ran();
            }));
-    append(lines, without_runs("never ran", never_ran));
+    append(lines, without_runs("never ran", &CallbackReport::never_ran));
     return lines;
   }
 
@@ -381,7 +382,7 @@ class ReportScreen {
     std::string names;
     std::size_t count = 0;
     for (const auto& callback : report_.callbacks) {
-      if (!is(callback)) continue;
+      if (!std::invoke(is, callback)) continue;
       names += (names.empty() ? "" : ", ") + judged_.names.of(callback);
       ++count;
     }

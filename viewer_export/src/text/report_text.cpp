@@ -217,9 +217,9 @@ std::string worst_offenders(const Report& report, const TextStyle& style) {
   const auto all = static_cast<std::ptrdiff_t>(report.callbacks.size());
   const auto unmapped = callbacks_with(report, analysis::Isolation::never_ran);
   const auto unseen = std::ranges::count_if(report.callbacks, [](const auto& callback) {
-    return !has_run(callback) && !never_ran(callback);
+    return !callback.has_run() && !callback.never_ran();
   });
-  const auto idle = std::ranges::count_if(report.callbacks, never_ran);
+  const auto idle = std::ranges::count_if(report.callbacks, &CallbackReport::never_ran);
   if (const auto shared = callbacks_with(report, analysis::Isolation::not_isolated); shared > 0) {
     text += fmt::format("  {:<22}{:>11}  callbacks{} do not have a thread of their own\n",
                         "not isolated", fmt::format("{} of {}", shared, all - unmapped),

@@ -381,10 +381,11 @@ std::string isolation_fact(const analysis::Report& report) {
   const auto ran = static_cast<std::ptrdiff_t>(report.callbacks.size()) -
                    callbacks_with(report, Isolation::never_ran);
   if (ran == 0) {
-    if (std::ranges::any_of(report.callbacks, has_run))
+    if (std::ranges::any_of(report.callbacks, &analysis::CallbackReport::has_run))
       return "no whole run of a callback was seen";
-    return std::ranges::all_of(report.callbacks, never_ran) ? "no callback ran"
-                                                            : "no run of a callback was seen";
+    return std::ranges::all_of(report.callbacks, &analysis::CallbackReport::never_ran)
+               ? "no callback ran"
+               : "no run of a callback was seen";
   }
   if (const auto shared = callbacks_with(report, Isolation::not_isolated); shared > 0)
     return share_of_callbacks(shared, ran) + " share threads";

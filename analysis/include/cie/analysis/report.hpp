@@ -209,6 +209,10 @@ struct CallbackReport {
   bool is_isolated() const noexcept { return isolation == Isolation::isolated; }
   // Those of which a part was seen.
   std::uint64_t partly_seen() const noexcept { return incomplete + cut; }
+  // Whether a part of an instance was seen.
+  bool has_run() const noexcept { return instances + partly_seen() > 0; }
+  // No instance was seen, and nothing proves that there was one.
+  bool never_ran() const noexcept { return !has_run() && runs_not_seen == 0; }
 };
 
 // Parameters of a thread, as they were read back.
