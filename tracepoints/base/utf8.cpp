@@ -38,6 +38,11 @@ bool is_invisible(char32_t c) {
          is_between(c, 0xFFF9, 0xFFFB) || is_between(c, 0xE0000, 0xE0FFF);
 }
 
+// Set aside by Unicode; XML 1.0 has none of the first two.
+bool is_noncharacter(char32_t c) {
+  return (c & 0xFFFEU) == 0xFFFE || is_between(c, 0xFDD0, 0xFDEF);
+}
+
 // Appends the number in hexadecimal, with at least so many digits.
 void append_hex(std::string& text, char32_t number, std::size_t digits) {
   std::array<char, 8> buffer{};
@@ -99,7 +104,7 @@ std::string printable(std::string_view text) {
       result += "\xEF\xBF\xBD";
     } else if (is_control(point.value)) {
       append_hex(result += "\\x", point.value, 2);
-    } else if (is_invisible(point.value)) {
+    } else if (is_invisible(point.value) || is_noncharacter(point.value)) {
       append_hex(result += "\\u{", point.value, 1);
       result += '}';
     } else {

@@ -1,7 +1,10 @@
+#include <cie/tracepoints/utf8.hpp>
 #include <cie/viewer_export/graph_writer.hpp>
 
 #include "sample_report.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <sstream>
 #include <string>
 
@@ -63,6 +66,36 @@ TEST(GraphDot, LetsNoNameSayMoreThanANameMay) {
   EXPECT_THAT(text, HasSubstr("[label=\"a\\\"]; b [label=\\\"x\\\\\\nresponse"));
   EXPECT_THAT(text, HasSubstr("[label=\"\\\\x0a}\\\"\\\\x1b\\n6 messages"));
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
+}
+
+// Graphviz refuses strings of 16384 bytes and more.
+TEST(GraphDot, ShortensLongNames) {
+  auto report = with_edges();
+  const std::string umlauts = [] {
+    std::string text;
+    for (int i = 0; i < 10'000; ++i)
+      text += "\xC3\xA4";
+    return text;
+  }();
+  report.callbacks[0].logical_id = "/first" + umlauts + std::string(20'000, '"') + "/last";
+  report.processes[0].name = umlauts;
+  report.edges[0].topic = "/t" + umlauts;
+  report.edges[1].topic = "/one" + umlauts + "/end";  // alike where they are shown
+  auto other = report.edges[1];
+  other.topic = "/one" + umlauts + umlauts + "/end";
+  report.edges.push_back(other);
+  const auto text = dot_of(report);
+  EXPECT_TRUE(valid_utf8(text) == text);
+  for (std::size_t begin = 0; begin < text.size();) {
+    const auto end = std::min(text.find('\n', begin), text.size());
+    EXPECT_LT(end - begin, 8'000U) << "at most three names of 512 bytes, escaped";
+    begin = end + 1;
+  }
+  EXPECT_THAT(text, HasSubstr("\"0 /first\xC3\xA4"));
+  EXPECT_THAT(text, HasSubstr("\xC3\xA4\xE2\x80\xA6\\\""));
+  EXPECT_THAT(text, HasSubstr("\\\"/last\" [label="));
+  EXPECT_THAT(text, HasSubstr("\"topic 0 /one\xC3\xA4"));
+  EXPECT_THAT(text, HasSubstr("\"topic 1 /one\xC3\xA4"));
 }
 
 TEST(GraphDot, OfNothingIsAnEmptyGraph) {

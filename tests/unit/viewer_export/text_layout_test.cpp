@@ -17,6 +17,7 @@ TEST(Printable, MakesControlCharactersVisible) {
             "\\x9b2J")
       << "C1 control sequence introducer";
   EXPECT_EQ(printable("\xE2\x80\xAE"), "\\u{202e}") << "right-to-left override";
+  EXPECT_EQ(printable("\xEF\xBF\xBE\xEF\xBF\xBF"), "\\u{fffe}\\u{ffff}") << "not of XML 1.0";
   EXPECT_EQ(printable("caf\xC3\xA9"), "caf\xC3\xA9");
   EXPECT_EQ(printable("\xFF"), "\xEF\xBF\xBD");
 }

@@ -4,8 +4,8 @@
 #include "words/callback_names.hpp"
 #include "words/text_layout.hpp"
 
+#include <cstddef>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,10 +21,29 @@ using analysis::ProcessIndex;
 using analysis::Report;
 using analysis::ReportRows;
 
+bool is_continued_at(std::string_view utf8, std::size_t byte) {
+  return (static_cast<unsigned char>(utf8[byte]) & 0xC0U) == 0x80U;
+}
+
+// Of valid UTF-8: the middle of a long text becomes an ellipsis. Graphviz refuses strings of 16384
+// bytes and more, and a box with a name that long shows nothing.
+std::string shortened(std::string text) {
+  constexpr std::size_t kMost = 512;
+  constexpr std::string_view kEllipsis = "\xE2\x80\xA6";
+  if (text.size() <= kMost) return text;
+  auto head = (kMost - kEllipsis.size()) / 2;
+  auto tail = text.size() - head;
+  while (is_continued_at(text, head))
+    --head;
+  while (is_continued_at(text, tail))
+    ++tail;
+  return text.replace(head, tail - head, kEllipsis);
+}
+
 // The inside of a quoted string; "\n" is DOT's own line break and comes from us alone.
 std::string dot_escaped(std::string_view text) {
   std::string result;
-  for (const char c : printable(text)) {
+  for (const char c : shortened(printable(text))) {
     if (c == '"' || c == '\\') result += '\\';
     result += c;
   }
@@ -37,8 +56,15 @@ std::string node_name(const ReportRows& rows, analysis::CallbackIndex callback) 
   return fmt::format("\"{} {}\"", at(callback), row != nullptr ? dot_escaped(row->logical_id) : "");
 }
 
-std::string topic_name(const std::string& topic) {
-  return fmt::format("\"topic {}\"", dot_escaped(topic));
+// Published outside callbacks, numbered.
+using Topics = std::map<std::string, std::size_t>;
+
+// Two that are shortened may look alike.
+std::string topic_name(const Topics& topics, const std::string& topic) {
+  const auto whole = printable(topic);
+  const bool is_whole = shortened(whole) == whole;
+  const auto number = is_whole ? std::string() : std::to_string(topics.at(topic)) + ' ';
+  return fmt::format("\"topic {}{}\"", number, dot_escaped(topic));
 }
 
 std::string label_of(const CallbackReport& callback, const CallbackNames& names) {
@@ -80,7 +106,8 @@ bool is_within_process(const ReportRows& rows, const GraphEdge& edge) {
   return from != nullptr && to != nullptr && from->process == to->process;
 }
 
-void write_edge(std::ostream& out, const ReportRows& rows, const GraphEdge& edge) {
+void write_edge(std::ostream& out, const ReportRows& rows, const Topics& outside,
+                const GraphEdge& edge) {
   auto label = fmt::format("{}\\n{}", dot_escaped(edge.topic), counted(edge.messages, "message"));
   if (const auto& latency = edge.communication) {
     label += fmt::format("\\nlatency p50 {}, max {}", format_duration(latency->p50),
@@ -90,7 +117,7 @@ void write_edge(std::ostream& out, const ReportRows& rows, const GraphEdge& edge
     label += fmt::format("\\nclocks: {}", format_clock_error(*edge.clock_error));
   }
   out << fmt::format("  {} -> {} [label=\"{}\"{}];\n",
-                     edge.from ? node_name(rows, *edge.from) : topic_name(edge.topic),
+                     edge.from ? node_name(rows, *edge.from) : topic_name(outside, edge.topic),
                      node_name(rows, edge.to), label,
                      is_within_process(rows, edge) ? "" : " style=dashed");
 }
@@ -102,16 +129,16 @@ void write_graph_dot(std::ostream& out, const Report& report) {
          "  edge [fontname=\"sans-serif\" fontsize=10];\n";
   const ReportRows rows(report);
   write_processes(out, report, rows);
-  std::set<std::string> outside;
+  Topics outside;
   for (const auto& edge : report.edges) {
-    if (!edge.from) outside.insert(edge.topic);
+    if (!edge.from) outside.try_emplace(edge.topic, outside.size());
   }
-  for (const auto& topic : outside) {
+  for (const auto& [topic, number] : outside) {
     out << fmt::format("  {} [shape=ellipse label=\"{}\\npublished outside callbacks\"];\n",
-                       topic_name(topic), dot_escaped(topic));
+                       topic_name(outside, topic), dot_escaped(topic));
   }
   for (const auto& edge : report.edges)
-    write_edge(out, rows, edge);
+    write_edge(out, rows, outside, edge);
   out << "}\n";
 }
 

@@ -24,7 +24,8 @@ bool is_ascii(std::string_view text) noexcept;
 std::string valid_utf8(std::string_view text);
 
 // Valid UTF-8 without anything that moves a cursor or reorders text: control characters become
-// \xNN, invisible and bidirectional controls \u{NNNN}, invalid bytes U+FFFD.
+// \xNN, invisible and bidirectional controls and what is no character \u{NNNN}, invalid bytes
+// U+FFFD.
 std::string printable(std::string_view text);
 
 }  // namespace cie
