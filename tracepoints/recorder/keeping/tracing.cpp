@@ -3,6 +3,7 @@
 #include <cie/tracepoints/schema.hpp>
 
 #include "keeping/attempt.hpp"
+#include "system/disk_room.hpp"
 #include "system/error.hpp"
 #include "system/instant.hpp"
 
@@ -164,10 +165,20 @@ bool Tracing::has_checked_daemon() {
 void Tracing::check_space() {
   std::error_code error;
   const fs::space_info space = fs::space(options().directory, error);
-  if (!error && space.available < kLowSpace && !has_warned_of_space_) {
+  if (error) return;
+  if (space.available < kLowSpace && !has_warned_of_space_) {
     has_warned_of_space_ = true;
     console.warn(fmt::format("only {} MiB left for {}", space.available >> 20U,
                              options().directory.string()));
+  }
+  // A stream that the consumer daemon could not write once it does not write any more, and tells
+  // nobody. Snapshots are written when they are saved, which tells how that went.
+  const bool is_written_all_the_time = !options().snapshot;
+  if (is_written_all_the_time && is_full(space, geteuid() == 0) && !has_noted_full_disk_) {
+    has_noted_full_disk_ = true;
+    manifest.problems.emplace_back(
+        "the disk was full: what LTTng could not write is missing, also where there was room "
+        "again later");
   }
 }
 

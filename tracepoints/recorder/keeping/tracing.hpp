@@ -46,6 +46,7 @@ class Tracing {
   void look_for_applications(Target& target);
   // Whether the daemon is alive is looked at every second: true then, if it is.
   bool has_checked_daemon();
+  // Warns of a disk that is almost full; a full one is a problem of the manifest.
   void check_space();
   // Shows how it goes on. What is attached to is over when nothing is recorded of it any more.
   void end_tick(Target& target);
@@ -90,6 +91,7 @@ class Tracing {
   bool has_noted_first_ = false;   // of those that registered
   bool is_daemon_lost_ = false;
   bool has_warned_of_space_ = false;
+  bool has_noted_full_disk_ = false;
   Clock::time_point next_check_ = Clock::now();
 };
 
