@@ -164,7 +164,7 @@ TEST(VerifyScreen, OfADeadlineSaysHowOftenHowMuchAndWhy) {
                          "  R3 deadline                    1 of 1 callback\n"
                          "     plan timer 20 ms  late 5 of 7, up to 289.4 us > 100.0 us "
                          "(app.yaml:7)\n"
-                         "      worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us "
+                         "     worst: run 3 at +1.500 ms: 14.88 us waiting to start, 200.0 us "
                          "preempted by cc1plus (of 289.4 us)\n"));
 }
 
@@ -204,7 +204,7 @@ TEST(VerifyScreen, OfDeadlinesSaysByWhatTheyAreOrderedAndWhoseTheWorstRunIs) {
       HasSubstr(
           "  R3 deadline                    2 of 2 callbacks, by times their deadline\n"
           "     lidar <- /sensing/lidar/top/points_raw  late 2 of 7, up to 45.89 ms > 10.00 ms\n"
-          "      worst: run 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
+          "     worst: run 3 at +1.500 ms: 40.00 ms blocked (of 45.89 ms)\n"
           "     plan timer 20 ms                        late 5 of 7, up to 54.39 ms > 50.00 ms\n"));
 }
 

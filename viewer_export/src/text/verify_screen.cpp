@@ -94,7 +94,7 @@ class VerifyScreen {
     for (std::size_t i = 0; i < shown; ++i) {
       lines.push_back(line_of(finding.rows[i], width));
       if (i == 0 && !finding.worst.empty())
-        lines.push_back(cut("      worst: " + finding.worst, style_.columns, gap_));
+        lines.push_back(cut("     worst: " + finding.worst, style_.columns, gap_));
     }
     if (shown > 0 && told < finding.violating)
       lines.push_back(fmt::format("     {} {} more", gap_, finding.violating - told));
