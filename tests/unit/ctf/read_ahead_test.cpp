@@ -201,6 +201,33 @@ TEST(EventTranslator, HeedsWhatComesBeforeAnEvent) {
   EXPECT_EQ(starts, (std::vector<bool>{true, false}));
 }
 
+// Whoever reads files only counts them.
+TEST(EventTranslator, SaysWhichEventsTellNothing) {
+  const auto& wait = *analysis::find_translation("ros2:rclcpp_executor_wait_for_work");
+  const auto& ready = *analysis::find_translation("ros2:rclcpp_executor_get_next_ready");
+  analysis::EventTranslator translator;
+  analysis::EventBatch batch(8);
+  std::array<analysis::Field, analysis::kMaxSlots> fields{};
+  fields[0].kind = analysis::Field::Kind::integer;
+  fields[0].number = -1;  // the timeout
+  const auto tells = [&](const analysis::Translation& translation) {
+    auto& event = batch.add();
+    event.head = {.time = {1}, .cpu = 0, .pid = 10, .tid = 10};
+    return translator.translate(event, translation, analysis::Payload(fields.data()), batch);
+  };
+  EXPECT_TRUE(tells(wait));   // the clocks, with the host's first event
+  EXPECT_TRUE(tells(ready));  // the end of the wait
+  EXPECT_FALSE(tells(ready));
+  EXPECT_FALSE(tells(wait));
+  EXPECT_FALSE(tells(wait));
+  EXPECT_TRUE(tells(ready));
+  std::size_t wakeups = 0;
+  batch.each([&wakeups](const analysis::Event& event) {
+    if (std::holds_alternative<analysis::ThreadWakeup>(event.body)) ++wakeups;
+  });
+  EXPECT_EQ(wakeups, 2);
+}
+
 TEST(EventBatch, GivesWhatFollowsRightAfterItsCause) {
   analysis::EventBatch batch(3);
   for (const std::int64_t time : {1, 2, 3}) {
