@@ -140,7 +140,8 @@ class Verdicts(unittest.TestCase):
                     if s["verdict"] == "FAIL"]
         self.assertEqual(subjects, [f"callback {MAP}"])
         self.assert_says(text, r"FAIL S1 parameters-as-specified: callback " + re.escape(MAP),
-                         rf"other\.yaml:{line} asks for SCHED_OTHER nice 3\b[^;]*; the thread runs SCHED_OTHER nice 5")
+                         rf"other\.yaml:{line} asks for SCHED_OTHER nice 3\b[^;]*; applied to the thread was SCHED_OTHER nice 5",
+                         r"and read back later was SCHED_OTHER nice 9")
 
     def test_a_callback_that_does_not_exist(self):
         spec = self.mended_spec("missing.yaml", MAP, "/sensing/mop@Timer(200000000)")
