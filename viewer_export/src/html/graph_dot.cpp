@@ -26,7 +26,8 @@ bool is_continued_at(std::string_view utf8, std::size_t byte) {
 }
 
 // Of valid UTF-8: the middle of a long text becomes an ellipsis. Graphviz refuses strings of 16384
-// bytes and more, and a box with a name that long shows nothing.
+// bytes and more, and a box with a name that long shows nothing. elide() counts columns, of which
+// combining characters take none.
 std::string shortened(std::string text) {
   constexpr std::size_t kMost = 512;
   constexpr std::string_view kEllipsis = "\xE2\x80\xA6";

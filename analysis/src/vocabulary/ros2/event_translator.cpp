@@ -69,8 +69,8 @@ bool is_told_by_own(Ros2Event event, const Payload& p, const ros2::Thread& threa
   }
 }
 
-Ros2Event event_of(const Translation& translation) noexcept {
-  return static_cast<Ros2Event>(translation.kind & ~ros2::kRepeats);
+Ros2Event event_of(std::uint32_t kind) noexcept {
+  return static_cast<Ros2Event>(kind & ~ros2::kRepeats);
 }
 
 // A callable was called, or may have been: what lies at its address next is another one.
@@ -189,7 +189,7 @@ bool EventTranslator::translate(Event& event, const Translation& translation, co
                                 EventBatch& batch) {
   if (begun_.event != nullptr) {
     const auto begun = std::exchange(begun_, {});
-    const bool is_end = event_of(translation) == Ros2Event::callback_end;
+    const bool is_end = event_of(translation.kind) == Ros2Event::callback_end;
     if (is_end && end_at_once(begun, event, fields, batch)) return true;
   }
   return translate_other(event, translation, fields, batch);
@@ -197,7 +197,7 @@ bool EventTranslator::translate(Event& event, const Translation& translation, co
 
 bool EventTranslator::translate_other(Event& event, const Translation& translation,
                                       const Payload& fields, EventBatch& batch) {
-  const auto ros2_event = event_of(translation);
+  const auto ros2_event = event_of(translation.kind);
   if (const auto earlier = batch.take_new_before(event); !earlier.empty()) heed(earlier, batch);
   const auto& head = event.head;
   if (!head.pid) {
@@ -232,8 +232,7 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
     host.has_clock = true;
     emit(head, ClockSync{.monotonic_ns = head.time.ns, .realtime_ns = realtime}, sink);
   }
-  auto copy = context;
-  translate(translation.kind, has_spoken, fields, copy);
+  translate(translation.kind, has_spoken, fields, context);
   return !batch.is_silent(event);
 }
 
@@ -275,10 +274,10 @@ bool EventTranslator::translate_other(Event& event, const Translation& translati
 }
 
 void EventTranslator::translate(std::uint32_t kind, bool has_spoken, const Payload& p,
-                                Context& context) {
+                                Context context) {
   const auto& [head, realtime, before, process_of_event, thread_of_event, sink] = context;
   auto& process = context.process;
-  const auto event = static_cast<Ros2Event>(kind & ~ros2::kRepeats);
+  const auto event = event_of(kind);
   if (is_told_better(event, p, process)) return;
   if (publications_.apply(event, p, context)) return;
   publications_.settle(context);
@@ -390,7 +389,6 @@ void EventTranslator::enqueue(const Payload& p, Context& context) {
 }
 
 // The message that a callback which starts was given; none if it is unknown.
-// It has a copy of the context, which whoever calls it can keep in registers then.
 EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback, Address address,
                                                  const Payload& start, Context context) {
   auto& [head, realtime, before, process, thread, sink] = context;
@@ -436,10 +434,7 @@ EventTranslator::Taken EventTranslator::taken_by(const ros2::Callback& callback,
   thread.is_waiting = false;
   if (thread.open.size() >= kMaxOpen) thread.open.erase(thread.open.begin());
   thread.open.push_back(RunningCallback{.address = address, .callback = &callback, .seq = seq});
-  if (callback.kind == CallbackKind::service) {
-    auto copy = context;
-    services_.note_instance(thread.open.back(), copy);
-  }
+  if (callback.kind == CallbackKind::service) services_.note_instance(thread.open.back(), context);
   thread.requested.reset();
   auto& body = sink.batch.derive_instead<CallbackStart>(sink.cause, head);
   body.callback = callback.id;
@@ -476,7 +471,7 @@ void EventTranslator::finish(EventBatch& batch) {
       if (process.has_own_events) continue;
       const auto& [time, stream, tid] = process.last;
       EventHead head{.time = time, .stream = stream, .cpu = {}, .pid = pid, .tid = {}};
-      if (tid != LastEvent{}.tid) head.tid = tid;
+      if (tid != LastEvent::kNoThread) head.tid = tid;
       for (auto& callback : process.directory.callbacks())
         announce(callback, head, process, {.batch = batch});
       for (std::uint32_t i = 0; i < process.directory.hidden_callbacks(); ++i) {

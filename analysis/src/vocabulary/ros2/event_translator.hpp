@@ -85,7 +85,7 @@ class EventTranslator final : public Translator {
   bool translate_other(Event& event, const Translation& translation, const Payload& fields,
                        EventBatch& batch);
   // Whatever it is, and whoever else tells of it.
-  void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context& context);
+  void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context context);
   // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.
   // False: it may be something else.
   inline bool run(ros2::Ros2Event event, const Payload& p, ros2::Context& context);
@@ -114,7 +114,7 @@ class EventTranslator final : public Translator {
   // Of an event that has a pid.
   const EmittingThread& emitting_thread(Host& host, const EventHead& head) {
     const auto pid = *head.pid;
-    const auto tid = head.tid.value_or(-1);
+    const auto tid = head.tid.value_or(ros2::LastEvent::kNoThread);
     auto& emitting = emitting_[static_cast<std::uint64_t>(tid) % kEmitting];
     const bool is_it = emitting.host == &host && emitting.pid == pid && emitting.tid == tid;
     if (!is_it) find(emitting, host, pid, tid);

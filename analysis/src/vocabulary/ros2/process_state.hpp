@@ -90,9 +90,11 @@ struct Thread {
 // Of a process. Written member by member: a copy of a whole head waits for the reader that wrote
 // that in parts.
 struct LastEvent {
+  static constexpr std::int64_t kNoThread = -1;
+
   Timestamp time{};
   StreamIndex stream{};
-  std::int64_t tid = -1;  // it names no thread
+  std::int64_t tid = kNoThread;
 };
 
 struct Process {
@@ -116,7 +118,8 @@ struct Process {
   bool has_ros2_profile = false;  // says the same in ROS 2's words too
 };
 
-// One event on its way: where it happened and where its consequences go.
+// One event on its way: where it happened and where its consequences go. Who is seldom called from a
+// hot path takes a copy, so that it stays in registers there.
 struct Context {
   const EventHead& head;
   std::int64_t realtime;  // CLOCK_REALTIME of the event

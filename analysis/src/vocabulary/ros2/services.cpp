@@ -132,7 +132,7 @@ MessageLinks::Origin Services::requested(const Callback& callback, Context& cont
   return *requests_.find(requested->call);
 }
 
-void Services::note_instance(const RunningCallback& instance, Context& context) {
+void Services::note_instance(const RunningCallback& instance, Context context) {
   auto& requested = context.thread.requested;
   if (!requested) return;
   auto& served = context.process.served;

@@ -23,7 +23,7 @@ class Services {
   // What the service's instance that begins now has taken.
   MessageLinks::Origin requested(const Callback& callback, Context& context);
   // It is that instance: its response will be told.
-  void note_instance(const RunningCallback& instance, Context& context);
+  void note_instance(const RunningCallback& instance, Context context);
 
  private:
   // The last few calls, by what names them.

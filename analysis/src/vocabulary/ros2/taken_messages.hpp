@@ -1,5 +1,5 @@
-// What a thread has taken and not handled yet: most often a message that its next callback is given, but
-// several may be taken (rclcpp::WaitSet) before the first one is handled.
+// What a thread has taken and not handled yet: most often a message that its next callback is given,
+// but several may be taken (rclcpp::WaitSet) before the first one is handled.
 #pragma once
 
 #include <algorithm>
