@@ -23,6 +23,7 @@ namespace cie::analysis {
 
 namespace {
 
+constexpr auto kCallbackStart = EventBody(CallbackStart{}).index();
 constexpr auto kCallbackEnd = EventBody(CallbackEnd{}).index();
 
 // The event that a start tells of.
@@ -191,19 +192,28 @@ struct Analyzer::Pipeline {
     }
   }
 
-  // A start that tells of its end, of a host whose kernel tells nothing. Who emits the end, where,
-  // and what lies between has been looked at then. False: it was not consumed.
-  bool run_at_once(const EventHead& head, const Emitter& who, const CallbackStart& start) {
-    const bool is_usual = !cut && who.known != nullptr && !who.known->thread_facts->fini &&
-                          head.stands_for_cause && !recording.has_kernel(who.host) &&
-                          !enforcement.heeds_events_of(who.known->thread);
+  // A start that tells of its end, of a host whose kernel tells nothing: without a look at most of what
+  // consume() looks at for each of the two. False: it was not consumed.
+  bool run_at_once(const EventHead& head, const CallbackStart& start) {
+    if (cut || !head.stands_for_cause) return false;
+    auto* const known = registry.known_emitter_of(head);
+    const bool is_usual = known != nullptr && !known->thread_facts->fini &&
+                          !recording.has_kernel(known->host) &&
+                          !enforcement.heeds_events_of(known->thread);
     if (!is_usual) return false;
+    const bool is_elsewhere = known->last_cpu != head.cpu;
+    const auto who = registry.see_again(*known, head.cpu, *start.end);
+    if (is_elsewhere && head.cpu) note_cpu(head, who);
+    constexpr std::uint64_t kBoth = 2;
+    ++by_class[kCallbackStart];
     ++by_class[kCallbackEnd];
-    count_recorded(head.stream, 1);
-    ++model.events.cie;
+    count_recorded(head.stream, kBoth);
+    model.events.cie += kBoth;
     now = *start.end;
-    registry.see_again(who, now);
     instances->apply_with_end(head, who, start, now);
+    auto end = head;
+    end.time = now;
+    instances->advance(end);
     return true;
   }
 
@@ -413,6 +423,9 @@ Analyzer& Analyzer::operator=(Analyzer&&) noexcept = default;
 
 void Analyzer::consume(const Event& event) {
   auto& pipeline = *pipeline_;
+  const auto* start = std::get_if<CallbackStart>(&event.body);
+  const bool has_end = start != nullptr && start->end;
+  if (has_end && pipeline.run_at_once(event.head, *start)) return;
   const auto phase = phase_of(event.body);
   if (phase == EventPhase::structure) {
     pipeline.structural(event);
@@ -435,14 +448,6 @@ void Analyzer::consume(const Event& event) {
     pipeline.hot(event, who);
   } else {
     const auto who = pipeline.note_user(event.head);
-    const auto* start = std::get_if<CallbackStart>(&event.body);
-    const bool has_end = start != nullptr && start->end;
-    if (has_end && pipeline.run_at_once(event.head, who, *start)) {
-      auto head = event.head;
-      head.time = *start->end;
-      pipeline.instances->advance(head);
-      return;
-    }
     if (is_passing_by) {
       pipeline.pass_by(event, who);
     } else if (phase == EventPhase::state) {

@@ -57,7 +57,7 @@ void set_tid(Event& e, std::int64_t from, std::int64_t to) {
   const auto replace = [&](auto& tid) {
     if (static_cast<std::int64_t>(tid) == from) tid = static_cast<std::decay_t<decltype(tid)>>(to);
   };
-  if (e.head.tid) replace(*e.head.tid);
+  if (e.head.tid == from) e.head.tid = to;
   std::visit(
       [&replace](auto& body) {
         if constexpr (requires { body.prev_tid; }) {

@@ -84,9 +84,9 @@ test::TextTrace changed(const test::TextTrace& trace, const Change& change) {
     // A packet that begins at 0 covers whatever came before.
     if (!is_begin(event) || head.time.ns != 0) head.time.ns += change.time;
     head.stream = StreamIndex{static_cast<std::uint32_t>(head.stream) + change.stream};
-    if (head.cpu) *head.cpu += change.cpu;
-    if (head.pid) *head.pid += change.pid;
-    if (head.tid) *head.tid += change.pid;
+    if (head.cpu) head.cpu = *head.cpu + change.cpu;
+    if (head.pid) head.pid = *head.pid + change.pid;
+    if (head.tid) head.tid = *head.tid + change.pid;
     std::visit(
         [&changer](auto& body) {
           changer(body);

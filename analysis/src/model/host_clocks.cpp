@@ -77,11 +77,6 @@ void HostClocks::apply(HostIndex host, const ClockSync& event) {
   offsets_[host].of_process = detail::wrapping_sub(event.realtime_ns, event.monotonic_ns);
 }
 
-std::optional<std::int64_t> HostClocks::synced(HostIndex host) const noexcept {
-  const auto* offsets = offsets_.find(host);
-  return offsets == nullptr ? std::nullopt : offsets->of_process;
-}
-
 std::optional<Timestamp> HostClocks::local(HostIndex host,
                                            std::int64_t realtime_ns) const noexcept {
   const auto* offsets = offsets_.find(host);

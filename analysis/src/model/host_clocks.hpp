@@ -25,7 +25,10 @@ class HostClocks {
   void apply(HostIndex host, const ClockSync& event);
 
   // What a process of the host read last. Empty: none did.
-  std::optional<std::int64_t> synced(HostIndex host) const noexcept;
+  std::optional<std::int64_t> synced(HostIndex host) const noexcept {
+    const auto* offsets = offsets_.find(host);
+    return offsets == nullptr ? std::nullopt : offsets->of_process;
+  }
   // When the host's own clock, CLOCK_MONOTONIC, showed a time that CLOCK_REALTIME showed somewhere.
   // Empty: nothing relates the host's two clocks.
   std::optional<Timestamp> local(HostIndex host, std::int64_t realtime_ns) const noexcept;

@@ -1,10 +1,9 @@
 // Facts about the recording itself, and what facts of every kind are made of: references to events.
 #pragma once
 
+#include <cie/analysis/context_number.hpp>
 #include <cie/analysis/event.hpp>
 #include <cie/analysis/identity.hpp>
-
-#include "context_number.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,6 @@
 #include "ended_instances.hpp"
 
 #include <cstddef>
-#include <new>
 #include <utility>
 
 namespace cie::analysis {
@@ -10,17 +9,6 @@ namespace {
 constexpr std::size_t kMaxWaiting = 100'000;
 
 }  // namespace
-
-std::unique_ptr<LiveInstance> EndedInstances::new_instance() {
-  if (spare_.empty()) return std::make_unique<LiveInstance>();
-  auto live = std::move(spare_.back());
-  spare_.pop_back();
-  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
-  // be by std::construct_at() as well.
-  std::destroy_at(live.get());
-  ::new (static_cast<void*>(live.get())) LiveInstance;
-  return live;
-}
 
 bool EndedInstances::is_message_awaited(const LiveInstance& live) const {
   if (live.source_timestamp <= 0) return false;

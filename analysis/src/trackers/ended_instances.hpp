@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <deque>
 #include <memory>
+#include <new>
 #include <utility>
 #include <vector>
 
@@ -33,7 +34,7 @@ class EndedInstances {
 
   // An instance of which nothing is known yet, in the memory of one that was measured if there is
   // any.
-  std::unique_ptr<LiveInstance> new_instance();
+  inline std::unique_ptr<LiveInstance> new_instance();
   // It has ended. They come in order of their ends.
   [[gnu::always_inline]] void add(std::unique_ptr<LiveInstance>&& live) {
     // Without the way through the queue if nothing is to be waited for.
@@ -84,6 +85,17 @@ class EndedInstances {
   std::vector<std::unique_ptr<LiveInstance>> spare_;  // measured, to be used again
 };
 
+[[gnu::always_inline]] inline std::unique_ptr<LiveInstance> EndedInstances::new_instance() {
+  if (spare_.empty()) return std::make_unique<LiveInstance>();
+  auto live = std::move(spare_.back());
+  spare_.pop_back();
+  // Cheaper than assigning LiveInstance{}: what is optional and absent is not written, as it would
+  // be by std::construct_at() as well.
+  std::destroy_at(live.get());
+  ::new (static_cast<void*>(live.get())) LiveInstance;
+  return live;
+}
+
 inline bool EndedInstances::is_settled(const LiveInstance& live, Timestamp now,
                                        HostIndex there) const {
   const auto shift = there == live.host
@@ -104,7 +116,7 @@ inline bool EndedInstances::is_announced(const LiveInstance& live) const {
   if (live.thread_facts == nullptr || live.thread_facts->announced) return true;
   // Nobody announces threads of what follows from other events, unless the process has own ones.
   // A message may be taken before its publication is put together, with which the publisher comes.
-  return !callback.is_accounted && !model_.processes[at(callback.process)].run_begin &&
+  return !callback.is_accounted && !live.process_facts->run_begin &&
          (live.writer_gid == 0 || live.written ||
           (live.source_timestamp < 0
                ? chains_.is_published(*live.node)

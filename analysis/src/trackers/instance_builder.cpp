@@ -40,7 +40,7 @@ void InstanceBuilder::thread_began(HostIndex host, ThreadIndex thread) {
   const auto& facts = model_.threads[at(thread)];
   const Timestamp begin{facts.start_ns.value_or(0)};
   auto& wakeup = of_thread(thread).wakeup;
-  if (wakeup && *wakeup < begin) wakeup.reset();
+  if (wakeup && *wakeup < begin) wakeup = {};
   if (!facts.is_known_to_kernel) return;
   const auto wake = timeline_.last_wake(host, facts.tid);
   if (wake.waking && *wake.waking < begin) timeline_.forget_wake(host, facts.tid);
@@ -86,11 +86,15 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
 }
 
 [[gnu::always_inline]] inline std::unique_ptr<LiveInstance> InstanceBuilder::begin(
-    const EventHead& head, const Emitter& who, const CallbackStart& event) {
-  registry_.note_speaker(head, *who.process);
+    const EventHead& head, const Emitter& who, const CallbackStart& event, CallbackIndex index,
+    OfThread& on_thread, OfCallback& callback) {
+  auto& process = registry_.process_facts_of(who);
+  Registry::note_speaker(head, process);
   auto live = ended_.new_instance();
-  live->callback = registry_.callback(who, event.callback);
-  live->callback_facts = &registry_.facts_of(who, live->callback);
+  auto& facts = registry_.facts_of(who, index);
+  live->callback = index;
+  live->callback_facts = &facts;
+  live->process_facts = &process;
   live->thread = who.thread;
   if (who.thread) live->thread_facts = &registry_.facts_of(who);
   live->host = who.host;
@@ -104,30 +108,27 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
   live->missed = event.missed;
   live->source_timestamp = event.source_timestamp_realtime_ns;
   live->writer_gid = event.writer_gid;
-  live->realtime_offset = clocks_.synced(live->host);
+  live->realtime_offset = clocks_.synced(who.host);
 
-  auto& on_thread = of_thread(live->thread);
-  auto& callback = callbacks_[live->callback];
-  auto& facts = *live->callback_facts;
   if (head.is_derived) facts.is_accounted = false;
-  registry_.starts(live->callback).observe(event.seq, live->start, facts.starts);
+  registry_.note_start(event.seq, live->start, index, facts.starts);
   if (facts.first_expiry) follow_grid(*live);
   if (facts.kind == CallbackKind::timer || release_kind == ReleaseKind::timer) {
     note_missed(*live);
   }
-  if (live->thread) {
+  if (who.thread) {
     live->wakeup = on_thread.wakeup;
     if (has_kernel(*live)) {
-      live->wake = timeline_.last_wake(live->host, *head.tid);
-      live->mark = timeline_.mark(live->host, *head.tid, head.time);
-      timeline_.begin_watch(live->host, *head.tid);
+      live->wake = timeline_.last_wake(who.host, *head.tid);
+      live->mark = timeline_.mark(who.host, *head.tid, head.time);
+      timeline_.begin_watch(who.host, *head.tid);
       live->is_confined = is_confined(*live);
     }
-    note_on_thread(*live);
+    note_on_thread(*live, callback);
     if (!on_thread.open.empty()) {
       live->is_nested = true;
       auto& outer = *on_thread.open.back();
-      if (!outer.first_inner) outer.first_inner = {live->callback, live->start};
+      if (!outer.first_inner) outer.first_inner = {index, live->start};
     }
   } else {
     ++facts.starts_without_tid;
@@ -138,7 +139,7 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
 
   const auto& window = recording_.window_of(head.stream);
   live->is_in_window = window.begin && *window.begin <= head.time;
-  if (live->is_in_window) live->read = chains_.add_read(live->callback, head.time);
+  if (live->is_in_window) live->read = chains_.add_read(index, head.time);
   if (chains_.may_be_of_chain(live->writer_gid, live->source_timestamp))
     chains_.link(*node_of(*live));
   const bool is_pause =
@@ -151,26 +152,29 @@ void InstanceBuilder::expect(const KnownEmitter& runner) const noexcept {
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const CallbackStart& event) {
   if (!who.process) return;
-  auto live = begin(head, who, event);
+  const auto index = registry_.callback(who, event.callback);
+  auto& on_thread = of_thread(who.thread);
+  auto& callback = callbacks_[index];
+  auto live = begin(head, who, event, index, on_thread, callback);
   measurer_.expect(*live);
-  auto& on_thread = of_thread(live->thread);
   bound_open(on_thread);
-  callbacks_[live->callback].open.push_back(live.get());
+  callback.open.push_back(live.get());
   on_thread.open.push_back(std::move(live));
 }
 
 void InstanceBuilder::apply_with_end(const EventHead& head, const Emitter& who,
                                      const CallbackStart& event, Timestamp end) {
-  if (!who.process) return;
-  auto live = begin(head, who, event);
-  auto& on_thread = of_thread(live->thread);
+  const auto index = registry_.callback(who, event.callback);
+  auto& on_thread = of_thread(who.thread);
+  auto& callback = callbacks_[index];
+  auto live = begin(head, who, event, index, on_thread, callback);
   bound_open(on_thread);
   on_thread.last_activity = end;
+  on_thread.wakeup = {};  // that of the kernel was not seen
   auto& here = live->end.emplace(live->start);
   here.time = end;
-  registry_.ends(live->callback).observe(live->seq, here, live->callback_facts->ended);
-  forget_wakes(on_thread, who, head);
-  close(std::move(live));
+  registry_.note_end(live->seq, here, index, live->callback_facts->ended);
+  close(std::move(live), callback);
 }
 
 // Another one begins.
@@ -236,8 +240,8 @@ void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& fr
   }
 }
 
-inline void InstanceBuilder::note_on_thread(LiveInstance& live) {
-  auto& last = callbacks_[live.callback].last_on;
+inline void InstanceBuilder::note_on_thread(LiveInstance& live, OfCallback& callback) {
+  auto& last = callback.last_on;
   if (last == nullptr || last->thread != *live.thread) {
     last = &pair_of(live.callback, *live.thread, live.start, live.seq);
   }
@@ -258,7 +262,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   on_thread.last_activity = head.time;
   auto& facts = registry_.facts_of(who, index);
   const auto here = ref(head);
-  registry_.ends(index).observe(event.seq, here, facts.ended);
+  registry_.note_end(event.seq, here, index, facts.ended);
   auto& open = on_thread.open;
   auto found = open.rbegin();  // most often it is this one
   while (found != open.rend() && !((*found)->callback == index && (*found)->seq == event.seq))
@@ -272,7 +276,8 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
   }
   auto live = std::move(*found);
   open.erase(std::next(found).base());
-  std::erase(callbacks_[index].open, live.get());
+  auto& callback = callbacks_[index];
+  std::erase(callback.open, live.get());
   live->end = here;
   live->status = event.status;
   if (thread && has_kernel(*live)) {
@@ -290,7 +295,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
     }
   }
   forget_wakes(on_thread, who, head);
-  close(std::move(live));
+  close(std::move(live), callback);
 }
 
 // Even if its start was not seen.
@@ -299,7 +304,7 @@ void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Cal
                                                                  const EventHead& head) {
   if (!who.thread) return;
   if (registry_.facts_of(who).is_known_to_kernel) timeline_.forget_wake(who.host, *head.tid);
-  thread.wakeup.reset();
+  thread.wakeup = {};
 }
 
 void InstanceBuilder::note_unseen_run(ThreadIndex thread, const EventRef& end, CallbackIndex index,
@@ -339,8 +344,8 @@ void InstanceBuilder::note_end_without_start(const EventHead& head, CallbackInde
   if (!facts.first_end_without_start) facts.first_end_without_start = {seq, ref(head)};
 }
 
-[[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance>&& live) {
-  auto& callback = callbacks_[live->callback];
+[[gnu::always_inline]] inline void InstanceBuilder::close(std::unique_ptr<LiveInstance>&& live,
+                                                          OfCallback& callback) {
   auto& facts = *live->callback_facts;
   // One that starts in the very nanosecond that this one ends in, on another CPU, follows it.
   const bool is_overlapped =
@@ -421,7 +426,7 @@ ChainNodeRef InstanceBuilder::node_of(const Emitter& who, const Publish& event) 
 
 void InstanceBuilder::apply(const EventHead& head, const Emitter& who, const Publish& event) {
   if (!who.process) return;
-  registry_.note_speaker(head, *who.process);
+  Registry::note_speaker(head, registry_.process_facts_of(who));
   const auto index = registry_.publisher(who, event.publisher);
   auto& facts = model_.publishers[index];
   facts.is_accounted = !head.is_derived;

@@ -10,6 +10,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "model/host_clocks.hpp"
+#include "model/optional_time.hpp"
 #include "recent.hpp"
 #include "recording_tracker.hpp"
 #include "registry.hpp"
@@ -41,7 +42,8 @@ class InstanceBuilder {
 
   // `who`: of the registry, for this event.
   void apply(const EventHead& head, const Emitter& who, const CallbackStart& event);
-  // The same of one whose end is told with it, at that time, on a host whose kernel tells nothing.
+  // The same of a thread's whose end is told with it, at that time, on a host whose kernel tells
+  // nothing.
   void apply_with_end(const EventHead& head, const Emitter& who, const CallbackStart& event,
                       Timestamp end);
   void apply(const EventHead& head, const Emitter& who, const CallbackEnd& event);
@@ -72,13 +74,13 @@ class InstanceBuilder {
 
   struct OfThread {
     std::vector<std::unique_ptr<LiveInstance>> open;  // a stack: nested starts lie above
-    std::optional<Timestamp> wakeup;
+    OptionalTime wakeup;
     Duration inside;  // on-CPU time inside outermost instances that ended
     bool is_inside_known = true;
-    std::uint32_t unseen = 0;  // instances that began before the window and have not ended
-    std::optional<Timestamp> last_activity;  // the latest start or end
-    Timestamp busy_since;  // until then: that instances followed each other at once
-    std::optional<Timestamp> waited_since;  // its executor looked for work then, before it did last
+    std::uint32_t unseen = 0;    // instances that began before the window and have not ended
+    OptionalTime last_activity;  // the latest start or end
+    Timestamp busy_since;        // until then: that instances followed each other at once
+    OptionalTime waited_since;   // its executor looked for work then, before it did last
     bool has_waited = false;  // an executor runs on it that looks for work in the order it does it
   };
   struct Ended {  // recently ended instances of a callback
@@ -102,10 +104,12 @@ class InstanceBuilder {
   const ChainNodeRef& node_of(LiveInstance& live);
   // The instance that a publication is of; null: of none.
   ChainNodeRef node_of(const Emitter& who, const Publish& event);
+  // `index`: of its callback. The last two: what is kept of where it runs and of the callback.
   inline std::unique_ptr<LiveInstance> begin(const EventHead& head, const Emitter& who,
-                                             const CallbackStart& event);
+                                             const CallbackStart& event, CallbackIndex index,
+                                             OfThread& on_thread, OfCallback& callback);
   inline void bound_open(OfThread& thread);
-  inline void note_on_thread(LiveInstance& live);
+  inline void note_on_thread(LiveInstance& live, OfCallback& callback);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
                         const EventRef& first_on_to);
   // A callback on a thread; the first time, a new one, of that event.
@@ -127,7 +131,7 @@ class InstanceBuilder {
   // What was woken up and what ran on the thread before belongs to what ended here.
   inline void forget_wakes(OfThread& thread, const Emitter& who, const EventHead& head);
   // It has its end, and is not among those that are open any more.
-  inline void close(std::unique_ptr<LiveInstance>&& live);
+  inline void close(std::unique_ptr<LiveInstance>&& live, OfCallback& callback);
   void abandon(std::unique_ptr<LiveInstance> live);
 
   Model& model_;

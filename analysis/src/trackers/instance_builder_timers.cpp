@@ -23,7 +23,8 @@ void InstanceBuilder::follow_grid(LiveInstance& live) {
   if (live.thread) {
     const auto& thread = of_thread(live.thread);
     // Whatever the thread did last, the timer was called afterwards.
-    if (thread.has_waited) start.called_after = std::max(thread.last_activity, thread.wakeup);
+    if (thread.has_waited)
+      start.called_after = std::max<std::optional<Timestamp>>(thread.last_activity, thread.wakeup);
     start.after = thread.last_activity;
     const bool is_busy =
         !thread.open.empty() || (thread.last_activity && follows(*thread.last_activity));

@@ -87,7 +87,7 @@ inline void InstanceMeasurer::find_release(const LiveInstance& live, Measured& m
 }
 
 inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance& live,
-                                                             const Window& window) const {
+                                                             bool is_inside) const {
   Measured measured;
   if (is_woken_last(live)) measured.waking = live.wake.waking;
   find_release(live, measured);
@@ -95,9 +95,7 @@ inline InstanceMeasurer::Measured InstanceMeasurer::measured(const LiveInstance&
     measured.state = InstanceState::open;
     return measured;
   }
-  if (!window.contains(live.start.time, live.end->time)) {
-    measured.state = InstanceState::cut_by_window;
-  }
+  if (!is_inside) measured.state = InstanceState::cut_by_window;
   if (live.parts && model_.hosts[at(live.host)].has_switches && is_recorded(live)) {
     const auto& parts = *live.parts;
     measured.parts = &parts;
@@ -168,9 +166,12 @@ void InstanceMeasurer::expect(const LiveInstance& live) const noexcept {
 
 void InstanceMeasurer::measure(const LiveInstance& live) {
   const auto& window = recording_.window_of(live.stream);
-  if (live.end && window.excludes(live.start.time, live.end->time)) return;
-  if (!live.end && window.end && live.start.time > *window.end) return;
-  const auto measured = this->measured(live, window);
+  const bool is_inside = live.end && window.contains(live.start.time, live.end->time);
+  if (!is_inside) [[unlikely]] {
+    if (live.end && window.excludes(live.start.time, live.end->time)) return;
+    if (!live.end && window.end && live.start.time > *window.end) return;
+  }
+  const auto measured = this->measured(live, is_inside);
   auto& facts = *live.callback_facts;
   switch (measured.state) {
     case InstanceState::complete:
@@ -252,15 +253,16 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
     if (!facts.first_exception) facts.first_exception = {live.seq, *live.end};
   }
   if (live.pair != nullptr) ++live.pair->instances;
-  note_response_time(live, measured);
-  note_parts(live, measured);
-  note_arrival(live, measured);
+  auto& bounds = bounds_[live.callback];
+  note_response_time(live, measured, bounds);
+  note_parts(live, measured, bounds);
+  note_arrival(live, measured, bounds);
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_response_time(const LiveInstance& live,
-                                                                        const Measured& measured) {
+                                                                        const Measured& measured,
+                                                                        Bounds& bounds) {
   auto& facts = *live.callback_facts;
-  auto& bounds = bounds_[live.callback];
   const auto [source, release] = std::pair(measured.release_source, measured.release);
   const auto start = live.start.time;
   const auto end = live.end->time;
@@ -298,9 +300,9 @@ void InstanceMeasurer::forget_releases(CallbackIndex index) {
 }
 
 [[gnu::always_inline]] inline void InstanceMeasurer::note_parts(const LiveInstance& live,
-                                                                const Measured& measured) {
+                                                                const Measured& measured,
+                                                                Bounds& bounds) {
   auto& facts = *live.callback_facts;
-  auto& bounds = bounds_[live.callback];
   const auto duration = live.end->time - live.start.time;
   facts.duration.add(duration);
   if (bounds.duration.rise(duration)) {
@@ -386,10 +388,10 @@ void InstanceMeasurer::note_pair(CallbackFacts& facts, Bounds& bounds, const Arr
   note_release_before_end(facts, earlier, later);
 }
 
-inline void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured) {
+inline void InstanceMeasurer::note_arrival(const LiveInstance& live, const Measured& measured,
+                                           Bounds& bounds) {
   if (!is_known(measured.release_source)) return;
   auto& facts = *live.callback_facts;
-  auto& bounds = bounds_[live.callback];
   auto& arrivals = arrivals_[live.callback];
   Arrival arrived{
       .seq = live.seq, .start = live.start, .end = *live.end, .release = measured.release};

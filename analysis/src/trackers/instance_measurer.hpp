@@ -27,7 +27,8 @@ struct LiveInstance {
   CallbackIndex callback{};
   std::optional<ThreadIndex> thread;
   CallbackFacts* callback_facts = nullptr;  // the model's
-  ThreadFacts* thread_facts = nullptr;      // null without a thread
+  const ProcessFacts* process_facts = nullptr;
+  ThreadFacts* thread_facts = nullptr;  // null without a thread
   HostIndex host{};
   StreamIndex stream{};
   std::uint64_t seq = 0;
@@ -149,7 +150,8 @@ class InstanceMeasurer {
     bool has_wake_parts = false;                   // of these, blocked and wake delay are known
   };
 
-  inline Measured measured(const LiveInstance& live, const Window& window) const;
+  // `is_inside`: it began and ended in the window.
+  inline Measured measured(const LiveInstance& live, bool is_inside) const;
   // What observers are told.
   Instance instance_of(const LiveInstance& live, const Measured& measured) const;
   inline void find_release(const LiveInstance& live, Measured& measured) const;
@@ -160,9 +162,10 @@ class InstanceMeasurer {
   // Its wake is what woke the thread last before the instance: no later wake-up may be missing.
   inline bool is_woken_last(const LiveInstance& live) const;
   inline void count(const LiveInstance& live, const Measured& measured);
-  inline void note_response_time(const LiveInstance& live, const Measured& measured);
-  inline void note_parts(const LiveInstance& live, const Measured& measured);
-  inline void note_arrival(const LiveInstance& live, const Measured& measured);
+  inline void note_response_time(const LiveInstance& live, const Measured& measured,
+                                 Bounds& bounds);
+  inline void note_parts(const LiveInstance& live, const Measured& measured, Bounds& bounds);
+  inline void note_arrival(const LiveInstance& live, const Measured& measured, Bounds& bounds);
   // Two instances with consecutive numbers.
   static void note_pair(CallbackFacts& facts, Bounds& bounds, const Arrival& earlier,
                         const Arrival& later);

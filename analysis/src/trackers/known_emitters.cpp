@@ -12,11 +12,12 @@ KnownEmitter& KnownEmitters::keep(const EventHead& head, HostIndex host, Process
   auto& known = places_[place(head.pid, head.tid)];
   forget(known);
   known = KnownEmitter{.thread_facts = &model_.threads[at(thread)],
+                       .process_facts = &model_.processes[at(process)],
                        .host = host,
                        .process = process,
                        .thread = thread,
-                       .pid = *head.pid,
-                       .tid = *head.tid,
+                       .pid = head.pid,
+                       .tid = head.tid,
                        .last_time = head.time,
                        .last_cpu = head.cpu,
                        .last_turn = turn_,

@@ -2,6 +2,7 @@
 // look-ups in three tables of the registry, and of writing to the facts.
 #pragma once
 
+#include <cie/analysis/context_number.hpp>
 #include <cie/analysis/event.hpp>
 
 #include "flat_map.hpp"
@@ -12,6 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 namespace cie::analysis {
@@ -29,14 +31,15 @@ struct LastNamed {
 
 struct KnownEmitter {
   ThreadFacts* thread_facts = nullptr;  // null: nothing
+  ProcessFacts* process_facts = nullptr;
   HostIndex host{};
   ProcessIndex process{};
   ThreadIndex thread{};
-  std::int64_t pid = 0;
-  std::int64_t tid = 0;
+  ContextNumber<std::int64_t> pid;
+  ContextNumber<std::int64_t> tid;
   // Its last event, not yet in its facts and its process's; and which of all it was.
   Timestamp last_time;
-  std::optional<std::int32_t> last_cpu;
+  ContextNumber<std::int32_t> last_cpu;
   std::uint64_t last_turn = 0;
   LastNamed<CallbackId, CallbackIndex> ran;
   CallbackFacts* ran_facts = nullptr;             // of that callback
@@ -63,20 +66,24 @@ class KnownEmitters {
     prefetch_to_write(&places_[place(head.pid, head.tid)]);
   }
   // Null: not known.
-  const KnownEmitter* peek(const EventHead& head, HostIndex host) const noexcept {
+  [[gnu::always_inline]] const KnownEmitter* peek(const EventHead& head,
+                                                  HostIndex host) const noexcept {
     const auto& known = places_[place(head.pid, head.tid)];
     return known.is_of(head, host) ? &known : nullptr;
   }
+  [[gnu::always_inline]] KnownEmitter* peek(const EventHead& head, HostIndex host) noexcept {
+    return const_cast<KnownEmitter*>(std::as_const(*this).peek(head, host));
+  }
   // Notes the event; null: its emitter must be looked up. Valid until another one is kept.
   KnownEmitter* find(const EventHead& head, HostIndex host) {
-    auto& known = places_[place(head.pid, head.tid)];
-    if (!known.is_of(head, host)) return nullptr;
-    known.last_cpu = head.cpu;
-    see_again(known, head.time);
-    return &known;
+    auto* const known = peek(head, host);
+    if (known == nullptr) return nullptr;
+    see_again(*known, head.cpu, head.time);
+    return known;
   }
-  // Notes another event of it, on the same CPU.
-  void see_again(KnownEmitter& known, Timestamp time) noexcept {
+  // Notes another event of it.
+  void see_again(KnownEmitter& known, ContextNumber<std::int32_t> cpu, Timestamp time) noexcept {
+    known.last_cpu = cpu;
     known.last_time = time;
     known.last_turn = ++turn_;
   }

@@ -54,16 +54,19 @@ class Registry {
   const KnownEmitter* known_emitter_of(const EventHead& head) const noexcept {
     return emitters_.peek(head, host_of(head));
   }
+  KnownEmitter* known_emitter_of(const EventHead& head) noexcept {
+    return emitters_.peek(head, host_of(head));
+  }
   // Once per event; creates provisional incarnations.
   Emitter emitter_of(const EventHead& head) {
     const auto host = host_of(head);
     auto* const known = emitters_.find(head, host);
-    if (known == nullptr) return find_emitter(head);
-    return {.host = host, .process = known->process, .thread = known->thread, .known = known};
+    return known == nullptr ? find_emitter(head) : emitter_of(*known);
   }
-  // Another event of the emitter that was looked up last, and was known, on the same CPU.
-  void see_again(const Emitter& who, Timestamp time) noexcept {
-    emitters_.see_again(*who.known, time);
+  // Another event of a known emitter.
+  Emitter see_again(KnownEmitter& known, ContextNumber<std::int32_t> cpu, Timestamp time) noexcept {
+    emitters_.see_again(known, cpu, time);
+    return emitter_of(known);
   }
   // The same of a callback's start. A thread may publish after its `thread_fini`, but runs no
   // callback: one that starts there, unless a `thread_init` came since, is on an unknown thread.
@@ -77,7 +80,9 @@ class Registry {
   std::optional<ProcessIndex> speaker_of(const EventHead& head);
   // It did more than keep the time: it is a process of the report.
   void note_speaker(const EventHead& head, ProcessIndex process) {
-    auto& facts = model_.processes[at(process)];
+    note_speaker(head, model_.processes[at(process)]);
+  }
+  static void note_speaker(const EventHead& head, ProcessFacts& facts) noexcept {
     facts.is_told_by_ros2 = head.is_derived && (facts.is_told_by_ros2 || !facts.has_cie_events);
     facts.has_cie_events = true;
   }
@@ -103,6 +108,10 @@ class Registry {
   // The facts of the callback that the last call named, of the same emitter.
   CallbackFacts& facts_of(const Emitter& who, CallbackIndex callback) {
     return who.known != nullptr ? *who.known->ran_facts : model_.callbacks[at(callback)];
+  }
+  // Of an emitter with a process.
+  ProcessFacts& process_facts_of(const Emitter& who) {
+    return who.known != nullptr ? *who.known->process_facts : model_.processes[at(*who.process)];
   }
   // Of an emitter with a thread.
   ThreadFacts& facts_of(const Emitter& who) {
@@ -154,8 +163,18 @@ class Registry {
     if (!publisher.published.is_any()) return;
     prefetch_to_write(&model_.publishers[publisher.published.index]);
   }
-  SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
-  SequenceTracker& ends(CallbackIndex callback) { return end_numbers_[callback]; }
+  const SequenceTracker& starts(CallbackIndex callback) { return start_numbers_[callback]; }
+  // Facts of a callback that an instance of that number begins and ends.
+  void note_start(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
+                  SequenceFacts& starts) {
+    if (SequenceTracker::observe_next(seq, where, starts)) return;
+    start_numbers_[callback].observe(seq, where, starts);
+  }
+  void note_end(std::uint64_t seq, const EventRef& where, CallbackIndex callback,
+                SequenceFacts& ends) {
+    if (SequenceTracker::observe_next(seq, where, ends)) return;
+    end_numbers_[callback].observe(seq, where, ends);
+  }
   SequenceTracker& published(std::uint32_t publisher) { return publish_numbers_[publisher]; }
   void finish();
 
@@ -174,6 +193,9 @@ class Registry {
   using KeyMap = FlatMap<Key, Value, KeyHash>;
 
   Emitter find_emitter(const EventHead& head);
+  static Emitter emitter_of(KnownEmitter& known) noexcept {
+    return {.host = known.host, .process = known.process, .thread = known.thread, .known = &known};
+  }
   // The process lives in another pid namespace than the kernel's events.
   void hide_from_kernel(ProcessIndex process);
   void note_exit(const EventHead& head, ThreadIndex thread, std::string_view event);

@@ -11,17 +11,19 @@ namespace cie::analysis {
 
 class SequenceTracker {
  public:
-  void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
-    // By the facts alone, which whoever counts has at hand.
+  // A number after the last one, of which no tracker needs to know. False: it is another one.
+  static bool observe_next(std::uint64_t number, const EventRef& where,
+                           SequenceFacts& facts) noexcept {
     const bool is_next =
-        facts.last && number > *facts.last && number - *facts.last == 1 && !facts.is_restarted;
-    if (!is_next) {
-      observe_other(number, where, facts);
-      return;
-    }
+        facts.last && !facts.is_restarted && number - *facts.last == 1 && number != 0;
+    if (!is_next) return false;
     ++facts.count;
     facts.last = number;
     facts.last_at = where;
+    return true;
+  }
+  void observe(std::uint64_t number, const EventRef& where, SequenceFacts& facts) {
+    if (!observe_next(number, where, facts)) observe_other(number, where, facts);
   }
   // Whether `number` lies in a hole: between the first and the last one seen, itself not seen.
   bool is_missing(std::uint64_t number) const noexcept;

@@ -1,11 +1,12 @@
 // A field that all events of a class have at one place: it is read from there when it is asked for.
 #pragma once
 
+#include <cie/analysis/context_number.hpp>
+
 #include "label_table.hpp"
 
 #include <cstdint>
 #include <cstring>
-#include <optional>
 #include <string_view>
 
 namespace cie::analysis {
@@ -46,14 +47,14 @@ struct FixedField {
     return raw >> shift & mask;
   }
   // Of an integer; empty if it is none.
-  void get(const std::uint8_t* begin, std::optional<std::int64_t>& value) const noexcept {
+  void get(const std::uint8_t* begin, ContextNumber<std::int64_t>& value) const noexcept {
     // Whole, without a look at what it was: that is in another core's cache.
     if (is_int32) [[likely]] {
-      value = std::optional<std::int64_t>(load_as<std::int32_t>(begin));
+      value = load_as<std::int32_t>(begin);
       return;
     }
-    value = kind == Kind::integer ? std::optional(static_cast<std::int64_t>(load(begin)))
-                                  : std::nullopt;
+    value = {};
+    if (kind == Kind::integer) value = static_cast<std::int64_t>(load(begin));
   }
   std::string_view text(const std::uint8_t* begin) const noexcept {
     const auto* characters = reinterpret_cast<const char*>(begin + offset);

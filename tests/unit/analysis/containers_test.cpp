@@ -1,4 +1,6 @@
 // The containers of the analyzer's hot path.
+#include <cie/analysis/context_number.hpp>
+
 #include <cstdint>
 #include <optional>
 #include <random>
@@ -9,7 +11,6 @@
 
 #include <gtest/gtest.h>
 #include <model/by_index.hpp>
-#include <model/context_number.hpp>
 #include <model/sort_rows.hpp>
 #include <trackers/flat_map.hpp>
 #include <trackers/recent.hpp>

@@ -2,6 +2,7 @@
 // for every vocabulary. Views are valid only during consume(); whoever keeps a string interns it.
 #pragma once
 
+#include <cie/analysis/context_number.hpp>
 #include <cie/analysis/time.hpp>
 #include <cie/tracepoints/schema.hpp>
 
@@ -24,9 +25,9 @@ enum class StreamIndex : std::uint32_t {};
 struct EventHead {
   Timestamp time;
   StreamIndex stream{};
-  std::optional<std::int32_t> cpu;
-  std::optional<std::int64_t> pid;  // vpid, as the tracer knows it
-  std::optional<std::int64_t> tid;  // vtid
+  ContextNumber<std::int32_t> cpu;
+  ContextNumber<std::int64_t> pid;  // vpid, as the tracer knows it
+  ContextNumber<std::int64_t> tid;  // vtid
   bool is_derived = false;          // follows from other events: none of the trace's own
   // Derived, and in the place of the event that it follows from, which counts as the trace's own.
   bool stands_for_cause = false;

@@ -218,8 +218,6 @@ bool StreamReader::look_ahead() {
   std::uint64_t counted = 0;
   const bool counts_others = identity_.counts_others;
   const auto frequency = clock_.frequency;
-  const auto least_key = key_;
-  const auto offset_ns = identity_.merge_offset_ns;
   cursor_->walk_fixed([&](const EventCursor::Fixed& found) {
     const auto time = time_of_cycles(found.clock, frequency);
     if (next == end || time < last) return false;  // what runs backwards is told
@@ -228,17 +226,13 @@ bool StreamReader::look_ahead() {
       ++counted;
       return true;
     }
-    *next++ = {.plan = found.plan,
-               .body = found.body,
-               .time = time,
-               .key = std::max(least_key, saturating_add(time.ns, offset_ns))};
+    *next++ = {.plan = found.plan, .body = found.body, .time = time};
     return true;
   });
   counted_ += counted;
   end_ahead_ = static_cast<std::size_t>(next - ahead_.data());
   if (counted > 0 || end_ahead_ > 0) last_time_ = last;
   if (end_ahead_ == 0) return false;
-  key_ = ahead_.front().key;
   cursor_->prefetch();
   return true;
 }

@@ -58,7 +58,9 @@ class StreamReader {
 
   void emit_begin(EventWriter& writer) const;
   // Where the next step stands on the time line of all streams; never goes back.
-  std::int64_t key() const noexcept { return key_; }
+  std::int64_t key() const noexcept {
+    return events_ahead() > 0 ? key_of(ahead_[next_ahead_].time) : key_;
+  }
   bool has_ended() const noexcept { return step_ == Step::ended; }
   // Emits the next step and finds the one after it. What moves in windows moves here.
   void step(EventWriter& writer);
@@ -66,7 +68,7 @@ class StreamReader {
   // anything.
   std::size_t events_ahead() const noexcept { return end_ahead_ - next_ahead_; }
   // The key of the step after the next one. Requires two events ahead.
-  std::int64_t key_after() const noexcept { return ahead_[next_ahead_ + 1].key; }
+  std::int64_t key_after() const noexcept { return key_of(ahead_[next_ahead_ + 1].time); }
   // Emits the next event. Requires one ahead. If none is left, the step after it has to be found.
   [[gnu::always_inline]] void emit_ahead(EventWriter& writer) {
     const auto& found = ahead_[next_ahead_++];
@@ -76,7 +78,7 @@ class StreamReader {
     event.head.cpu = packet_->cpu;
     const bool is_told = trace_->add(*found.plan, event, found.body, writer.batch());
     if (!is_told && identity_.counts_others) count_instead(writer.batch());
-    if (events_ahead() > 0) key_ = ahead_[next_ahead_].key;
+    if (events_ahead() == 0) stand_at(found.time);
   }
   // Finds events ahead if there are any.
   bool look_ahead();
@@ -151,7 +153,7 @@ class StreamReader {
   bool is_outside_ = false;  // the packet, of the window: its events are passed over
   Gap gap_;
   Step step_ = Step::gap;
-  std::int64_t key_ = INT64_MIN;
+  std::int64_t key_ = INT64_MIN;  // of the next step, or of one before those ahead
 
   // The next events if they are of fixed layout. Looking for several at a time stays within one
   // stream for a while: there it can be predicted what follows on what.
@@ -159,7 +161,6 @@ class StreamReader {
     const EventPlan* plan = nullptr;
     const std::uint8_t* body = nullptr;
     Timestamp time;
-    std::int64_t key = 0;
   };
   static constexpr std::size_t kAhead = 16;
   std::array<Ahead, kAhead> ahead_;

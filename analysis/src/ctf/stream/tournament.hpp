@@ -25,7 +25,9 @@ class Tournament {
       : keys_(keys.begin(), keys.end()),
         is_out_(keys.size(), false),
         stream_bits_(static_cast<unsigned>(std::bit_width(keys.size()))),
+        stream_mask_((std::uint64_t{1} << stream_bits_) - 1),
         farthest_((~std::uint64_t{0} >> stream_bits_) - 1),
+        out_of_reach_(farthest_ << stream_bits_),
         leaves_(std::bit_ceil(std::max<std::size_t>(keys.size(), 1))),
         losers_(leaves_) {
     play_all();
@@ -55,19 +57,20 @@ class Tournament {
     return std::min(distance, farthest_) << stream_bits_ | stream;
   }
   void play(std::size_t stream, std::uint64_t player) {
+    auto* const losers = losers_.data();
     for (auto match = (leaves_ + stream) / 2; match > 0; match /= 2) {
-      const auto opponent = losers_[match];
+      const auto opponent = losers[match];
       // What compilers make of std::min and std::max of the two is a branch, of one alone is none.
       const auto both = opponent ^ player;
       player = std::min(opponent, player);
-      losers_[match] = both ^ player;
+      losers[match] = both ^ player;
     }
     declare(player);
-    if (player >= farthest_ << stream_bits_) play_all();
+    if (player >= out_of_reach_) play_all();
   }
   void declare(std::uint64_t player) noexcept {
     winner_ = player;
-    winning_stream_ = static_cast<std::size_t>(player & ((std::uint64_t{1} << stream_bits_) - 1));
+    winning_stream_ = static_cast<std::size_t>(player & stream_mask_);
   }
   // From the start, with the smallest key as the base.
   void play_all() {
@@ -89,7 +92,9 @@ class Tournament {
   std::vector<std::int64_t> keys_;  // by stream
   std::vector<bool> is_out_;
   unsigned stream_bits_;
+  std::uint64_t stream_mask_;
   std::uint64_t farthest_;             // distance that stands for all that are as far or farther
+  std::uint64_t out_of_reach_;         // the least player at that distance
   std::size_t leaves_;                 // of the tree, some of which are no stream
   std::vector<std::uint64_t> losers_;  // by match; 1 is the final, 0 is unused
   std::uint64_t winner_ = kOut;

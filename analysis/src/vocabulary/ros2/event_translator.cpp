@@ -187,16 +187,22 @@ void EventTranslator::find(EmittingThread& emitting, Host& host, std::int64_t pi
 
 bool EventTranslator::translate(Event& event, const Translation& translation, const Payload& fields,
                                 EventBatch& batch) {
-  if (begun_.event != nullptr) {
-    const auto begun = std::exchange(begun_, {});
-    const bool is_end = event_of(translation.kind) == Ros2Event::callback_end;
-    if (is_end && end_at_once(begun, event, fields, batch)) return true;
+  // No more than a choice of two, so that it takes no frame of its own.
+  if (begun_.event != nullptr && event_of(translation.kind) == Ros2Event::callback_end) {
+    return translate_end(event, translation, fields, batch);
   }
   return translate_other(event, translation, fields, batch);
 }
 
+bool EventTranslator::translate_end(Event& event, const Translation& translation,
+                                    const Payload& fields, EventBatch& batch) {
+  return end_at_once(std::exchange(begun_, {}), event, fields, batch) ||
+         translate_other(event, translation, fields, batch);
+}
+
 bool EventTranslator::translate_other(Event& event, const Translation& translation,
                                       const Payload& fields, EventBatch& batch) {
+  begun_.event = nullptr;
   const auto ros2_event = event_of(translation.kind);
   if (const auto earlier = batch.take_new_before(event); !earlier.empty()) heed(earlier, batch);
   const auto& head = event.head;

@@ -81,9 +81,11 @@ class EventTranslator final : public Translator {
   // The end of a callback whose start is the event before becomes a part of that. False: it is not.
   inline bool end_at_once(const Begun& begun, const Event& event, const Payload& fields,
                           EventBatch& batch);
-  // What the batch's last event means if it is no such end.
-  bool translate_other(Event& event, const Translation& translation, const Payload& fields,
-                       EventBatch& batch);
+  // The end of a callback after a start; and what is no such end.
+  [[gnu::noinline]] bool translate_end(Event& event, const Translation& translation,
+                                       const Payload& fields, EventBatch& batch);
+  [[gnu::noinline]] bool translate_other(Event& event, const Translation& translation,
+                                         const Payload& fields, EventBatch& batch);
   // Whatever it is, and whoever else tells of it.
   void translate(std::uint32_t kind, bool has_spoken, const Payload& p, ros2::Context context);
   // A callback that is announced starts, or one ends, in a process that only ROS 2's events tell of.

@@ -34,6 +34,7 @@ class ContextNumber {
   constexpr Number value_or(Number otherwise) const noexcept {
     return has_value() ? number_ : otherwise;
   }
+  constexpr void reset() noexcept { number_ = kAbsent; }
   // Of two of them: std::optional's own == would find absent and absent different.
   friend constexpr bool operator==(const ContextNumber&, const ContextNumber&) noexcept = default;
   friend constexpr auto operator<=>(const ContextNumber&, const ContextNumber&) noexcept = default;
