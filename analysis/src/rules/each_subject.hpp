@@ -6,10 +6,12 @@
 
 #include "judgement.hpp"
 #include "rule_context.hpp"
+#include "thread_questions.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -50,6 +52,23 @@ inline void note_missing_vtid(const Model& model, std::vector<SubjectVerdict>& v
   judgement.doubt(evidence("vtid", found->starts.first_at,
                            "starts without the context vtid belong to no thread"));
   conclude(std::move(judgement), verdicts);
+}
+
+// A process with a callback that ran nobody knows where, and without a thread that is known to have run
+// any: a rule about threads would judge none.
+inline void note_runs_lost_whole(const RuleContext& context,
+                                 std::vector<SubjectVerdict>& verdicts) {
+  std::set<ProcessIndex> judged;
+  for (const auto& thread : context.model.threads) {
+    if (!thread.ran.empty() || is_isolated(thread)) judged.insert(thread.process);
+  }
+  for (std::size_t i = 0; i < context.model.processes.size(); ++i) {
+    const auto index = ProcessIndex{static_cast<std::uint32_t>(i)};
+    if (judged.contains(index)) continue;
+    Judgement judgement(context.names.process(index));
+    judgement.doubt(context.losses.anywhere(index));
+    conclude(std::move(judgement), verdicts);
+  }
 }
 
 }  // namespace cie::analysis

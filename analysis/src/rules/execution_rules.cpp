@@ -146,6 +146,7 @@ std::vector<SubjectVerdict> judge_no_nesting(const RuleContext& context) {
     }
   });
   note_missing_vtid(context.model, verdicts);
+  note_runs_lost_whole(context, verdicts);
   return verdicts;
 }
 

@@ -84,6 +84,7 @@ std::vector<SubjectVerdict> judge_one_callback(const RuleContext& context) {
         if (!thread.ran.empty()) judgement.doubt(proof.unseen_callbacks(thread.process));
       });
   note_missing_vtid(context.model, verdicts);
+  note_runs_lost_whole(context, verdicts);
   return verdicts;
 }
 

@@ -254,11 +254,12 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
   const auto& proof = context.proof;
   auto verdicts = judge_threads(context, [&](ThreadIndex index, const ThreadFacts& thread,
                                              Judgement& judgement) {
+    if (thread.ran.empty() && !is_isolated(thread)) return;
+    // What was not seen to run may have run on a thread that was never announced.
+    judgement.doubt(context.losses.of_every_run(index));
     if (thread.ran.empty()) return;
     for (const auto* pair : thread.ran)
       judgement.check(pair->starts);
-    // Of which no thread is known may have run on one that was never announced.
-    judgement.doubt(context.losses.anywhere(thread.process));
     judgement.doubt(proof.unseen_callbacks(thread.process));
     if (thread.announced) {
       for (const auto* pair : thread.ran) {
@@ -289,6 +290,7 @@ std::vector<SubjectVerdict> judge_known(const RuleContext& context) {
     }
   });
   note_missing_vtid(context.model, verdicts);
+  note_runs_lost_whole(context, verdicts);
   return verdicts;
 }
 

@@ -21,8 +21,10 @@ ThreadLosses::ThreadLosses(const Model& model, const Proof& proof, const Isolate
     };
     const auto& callback = model.callbacks[at(index)];
     const auto announced = isolated.of(callback);
-    for (const auto thread : announced)
+    for (const auto thread : announced) {
       lose(thread);
+      if (callback.ran_on.empty()) of_every_run_.try_emplace(thread, &loss);
+    }
     if (announced.empty() && callback.ran_on.empty()) {
       anywhere_.try_emplace(callback.process, &loss);
       continue;
@@ -42,6 +44,12 @@ const std::optional<Evidence>& ThreadLosses::on(ThreadIndex index) const {
   const auto in_pool = in_pools_.find(thread.process);
   if (!is_isolated(thread) && in_pool != in_pools_.end()) return *in_pool->second;
   return anywhere(thread.process);
+}
+
+const std::optional<Evidence>& ThreadLosses::of_every_run(ThreadIndex thread) const {
+  const auto found = of_every_run_.find(thread);
+  return found != of_every_run_.end() ? *found->second
+                                      : anywhere(model_.threads[at(thread)].process);
 }
 
 const std::optional<Evidence>& ThreadLosses::anywhere(ProcessIndex process) const {

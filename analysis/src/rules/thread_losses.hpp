@@ -20,12 +20,16 @@ class ThreadLosses {
  public:
   ThreadLosses(const Model& model, const Proof& proof, const IsolatedThreads& isolated);
   const std::optional<Evidence>& on(ThreadIndex thread) const;
+  // Of a callback that is announced to run on the thread and of which no run was seen, so that all of
+  // them may have been elsewhere; or anywhere.
+  const std::optional<Evidence>& of_every_run(ThreadIndex thread) const;
   // On any thread of the process: of a callback of which none is known.
   const std::optional<Evidence>& anywhere(ProcessIndex process) const;
 
  private:
   const Model& model_;
   std::vector<const std::optional<Evidence>*> on_threads_;
+  std::map<ThreadIndex, const std::optional<Evidence>*> of_every_run_;
   std::map<ProcessIndex, const std::optional<Evidence>*> in_pools_;
   std::map<ProcessIndex, const std::optional<Evidence>*> anywhere_;  // in the process
 };

@@ -309,6 +309,65 @@ TEST(LostEvent, OfTheOnlyRunOfACallbackLeavesOpenWhereItRan) {
   }
 }
 
+// Not even one that has a thread of its own, beside which its only run was: or its second one.
+TEST(LostEvent, OfTheOnlyRunOfACallbackLeavesOpenWhetherItsThreadWasKnown) {
+  constexpr const char* kAlone = R"(
+    callback fusion
+    thread stranger worker silent tid=190
+    10 start fusion on=stranger
+    12 end fusion on=stranger)";
+  constexpr const char* kInAGroup = R"(
+    group both
+    callback plan group=both
+    callback fusion group=both pooled
+    thread stranger worker silent tid=190
+    5 start plan
+    6 end plan
+    10 start fusion on=stranger
+    12 end fusion on=stranger)";
+  for (const auto* text : {kAlone, kInAGroup}) {
+    auto trace = trace_of(text);
+    ASSERT_EQ(Verified(trace)["M9"], Verdict::fail);
+    trace.erase<CallbackStart>(
+        [](const CallbackStart&, const EventHead& head) { return head.time.ns == 10; });
+    trace.erase<CallbackEnd>(
+        [](const CallbackEnd&, const EventHead& head) { return head.time.ns == 12; });
+    const Verified judged(trace);
+    EXPECT_EQ(judged["M9"], Verdict::inconclusive) << text;
+    EXPECT_EQ(judged.of("M9", "thread 101"), Verdict::inconclusive) << text;
+  }
+}
+
+// Of a process of which no thread is known to have run anything, the process is in doubt.
+TEST(LostEvent, OfEveryRunLeavesOpenWhereAllOfThemRan) {
+  const auto pooled = trace_of(R"(
+    process app executor=multi_threaded
+    thread t1 pool tid=101
+    thread stranger worker silent tid=190
+    callback fusion pooled
+    callback plan pooled
+    10 start fusion on=t1
+    12 start plan on=t1
+    14 end plan on=t1
+    18 end fusion on=t1
+    20 start plan on=stranger
+    22 end plan on=stranger)");
+  const Verified whole(pooled);
+  auto lossy = pooled;
+  lossy.erase<CallbackStart>();
+  lossy.erase<CallbackEnd>();
+  const Verified judged(lossy);
+  for (const auto* rule : {"M2", "M9", "E3"}) {
+    ASSERT_EQ(whole[rule], Verdict::fail) << rule;
+    EXPECT_EQ(judged[rule], Verdict::inconclusive) << rule;
+    EXPECT_EQ(judged.of(rule, "process 100"), Verdict::inconclusive) << rule;
+  }
+  auto none =
+      trace_of("process app executor=multi_threaded\nthread t1 pool\ncallback fusion pooled");
+  for (const auto* rule : {"M2", "M9", "E3"})
+    EXPECT_EQ(Verified(none)[rule], Verdict::not_applicable) << rule;
+}
+
 // Nothing counts the callbacks of a process that crashed.
 TEST(LostEvent, MayHaveTakenAWholeCallbackOfACrashedProcess) {
   const std::string crash = R"(
