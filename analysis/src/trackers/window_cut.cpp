@@ -35,7 +35,13 @@ void WindowCut::begin_at(Timestamp time) noexcept {
 
 // Of a snapshot, the first release and the first loss inside tell what had been counted before.
 void WindowCut::see_inside(const Emitter& who, const EventBody& body) {
-  if (!is_snapshot_ || !who.process) return;
+  if (!who.process) return;
+  if (const auto* end = std::get_if<CallbackEnd>(&body)) {
+    auto& state = callbacks_[index_of(who, end->callback)];
+    state.ended_inside += state.open.erase(end->seq);
+    return;
+  }
+  if (!is_snapshot_) return;
   if (const auto* release = std::get_if<CallbackRelease>(&body)) {
     auto& state = callbacks_[index_of(who, release->callback)];
     if (state.is_release_known) return;
@@ -59,26 +65,41 @@ void WindowCut::pass_by(const EventHead& head, const Emitter& who, const EventBo
       std::holds_alternative<CallbackStart>(body) || std::holds_alternative<Publish>(body);
   if (is_speech) registry_.note_speaker(head, *who.process);
   if (is_before(head.time)) {
-    before(who, body);
+    before(head, who, body);
   } else {
     after(head, who, body);
   }
 }
 
-void WindowCut::before(const Emitter& who, const EventBody& body) {
+bool WindowCut::is_second_end(CallbackIndex index, std::uint64_t seq) const {
+  const auto is_in = [seq](const SequenceFacts& seqs, const SequenceTracker& starts) {
+    return seqs.first && seq >= *seqs.first && seq <= *seqs.last && !starts.is_missing(seq);
+  };
+  const auto* before = callbacks_.find(index);
+  return (before != nullptr && is_in(before->seqs, before->starts)) ||
+         is_in(model_.callbacks[at(index)].starts, registry_.starts(index));
+}
+
+void WindowCut::before(const EventHead& head, const Emitter& who, const EventBody& body) {
   std::visit(
       Overloaded{[&](const CallbackStart& e) {
                    const auto index = index_of(who, e.callback);
                    auto& facts = model_.callbacks[at(index)];
                    facts.first_next_seq = e.seq + 1;
                    ++facts.starts_outside;
-                   ++callbacks_[index].open_before;
+                   auto& state = callbacks_[index];
+                   state.starts.observe(e.seq, ref(head), state.seqs);
+                   state.open.insert(e.seq);
                    instances_.begin_outside(who.thread);
                  },
                  [&](const CallbackEnd& e) {
-                   auto& open = callbacks_[index_of(who, e.callback)].open_before;
-                   if (open > 0) --open;
-                   instances_.end_outside(who.thread);
+                   const auto index = index_of(who, e.callback);
+                   auto& state = callbacks_[index];
+                   if (state.open.erase(e.seq) != 0) {
+                     instances_.end_outside(who.thread);
+                   } else if (is_second_end(index, e.seq)) {
+                     ++state.second_ends;
+                   }
                  },
                  [&](const CallbackRelease& e) {
                    const auto index = index_of(who, e.callback);
@@ -116,9 +137,10 @@ void WindowCut::after(const EventHead& head, const Emitter& who, const EventBody
                      ++state.ends_after;
                    } else if (instances_.is_open(index, e.seq)) {
                      instances_.apply(head, who, e);  // the window's end cuts it
-                   } else if (state.open_before > 0) {
-                     --state.open_before;
+                   } else if (state.open.erase(e.seq) != 0) {
                      ++state.spanning;
+                   } else if (is_second_end(index, e.seq)) {
+                     ++state.second_ends;
                    }
                  },
                  [&](const CallbackRelease& e) {
@@ -171,6 +193,7 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
     totals.lost = facts.lost;
     return totals;
   }
+  totals.ended -= std::min(totals.ended, state.second_ends);
   if (!is_after(head.time)) return totals;
   const auto started = std::min(state.next_start.value_or(event.started), event.started);
   const auto started_after = event.started - started;
@@ -181,7 +204,7 @@ std::optional<CallbackFini> WindowCut::cut(const EventHead& head, const Callback
   if (!is_told) return std::nullopt;
   totals.started = started;
   totals.ended = state.ends_after == started_after
-                     ? event.ended - std::min(event.ended, started_after)
+                     ? totals.ended - std::min(totals.ended, started_after)
                      : ended;
   totals.released = releases_until(state, facts.releases, event.released);
   totals.overwritten = facts.overwritten;
@@ -270,7 +293,7 @@ bool WindowCut::has_untold_totals(const CallbackFacts& facts, const OfCallback& 
 std::uint64_t WindowCut::cut_by_begin(const CallbackFacts& facts, const OfCallback& state) const {
   const auto& last = model_.processes[at(facts.process)].last_seen;
   const bool is_over = last && last->time < window_.from;  // its process ended before
-  return state.spanning + (is_over ? 0 : state.open_before);
+  return state.spanning + state.ended_inside + (is_over ? 0 : state.open.size());
 }
 
 void WindowCut::finish() {
@@ -294,8 +317,7 @@ void WindowCut::finish() {
     auto& totals = *facts.fini;
     const auto unended = totals.started - std::min(totals.started, totals.ended);
     const auto inside = std::min<std::uint64_t>(unended, instances_.open_count(index));
-    const auto ended_inside = std::min(state.open_before, facts.ends_before_first);
-    totals.ended += std::min(unended - inside, state.open_before - ended_inside);
+    totals.ended += std::min<std::uint64_t>(unended - inside, state.open.size());
     subtract(facts.fini->released, releases_before(state));
     subtract(facts.fini->overwritten, state.overwritten_before);
     subtract(facts.fini->lost, state.lost_before);

@@ -11,6 +11,7 @@
 #include "model/by_index.hpp"
 #include "model/facts.hpp"
 #include "registry.hpp"
+#include "sequence_tracker.hpp"
 
 #include <cstdint>
 #include <map>
@@ -64,12 +65,16 @@ class WindowCut {
     std::optional<std::uint64_t> next_release;  // likewise
     std::optional<std::uint64_t> lost_until;    // total of lost samples before the first one after
     std::uint64_t ends_after = 0;               // of instances that started after it
-    std::uint64_t open_before = 0;              // began before it, and were not seen to end
-    std::uint64_t told_overwritten = 0;         // by its callback_fini, in all of its life
+    std::uint64_t second_ends = 0;              // outside it, of others
+    SequenceTracker starts;                     // before it
+    SequenceFacts seqs;
+    std::set<std::uint64_t> open;        // of them, those that were not seen to end
+    std::uint64_t told_overwritten = 0;  // by its callback_fini, in all of its life
     std::uint64_t told_lost = 0;
-    std::uint64_t spanning = 0;     // began before it and ended after it
-    bool has_lost_inside = false;   // of a snapshot only, these two
-    bool is_release_known = false;  // the first release inside was seen
+    std::uint64_t spanning = 0;      // began before it and ended after it
+    std::uint64_t ended_inside = 0;  // began before it and ended in it
+    bool has_lost_inside = false;    // of a snapshot only, these two
+    bool is_release_known = false;   // the first release inside was seen
   };
 
   using TidOf = std::tuple<HostIndex, std::int64_t, std::int64_t>;  // host, pid, tid
@@ -80,8 +85,10 @@ class WindowCut {
   // Releases up to the window's end, given how many were seen in it and how many there were.
   static std::uint64_t releases_until(const OfCallback& state, std::uint64_t seen,
                                       std::uint64_t total);
-  void before(const Emitter& who, const EventBody& body);
+  void before(const EventHead& head, const Emitter& who, const EventBody& body);
   void after(const EventHead& head, const Emitter& who, const EventBody& body);
+  // An end of an instance that is not open was seen to start, so that it had ended.
+  bool is_second_end(CallbackIndex index, std::uint64_t seq) const;
   // Events of the process's machine may have been lost in the window, until then.
   bool may_lack(ProcessIndex process, Timestamp until) const;
   void conclude_callback(CallbackFacts& facts, OfCallback& state) const;

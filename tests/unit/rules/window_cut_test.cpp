@@ -367,6 +367,52 @@ TEST(Window, AnInstanceThatNeverEndedBeforeItIsNoneOfItsConcern) {
   EXPECT_EQ(in_window(kTrace, 40, 60)["T4"], Verdict::pass);
 }
 
+TEST(Window, ASecondEndOutsideItIsNoneOfItsConcern) {
+  constexpr const char* kTwice = R"(
+    callback plan timer period=20
+    10 start plan release=10
+    12 end plan
+    13 end plan seq=0
+    30 start plan release=30
+    32 end plan
+    50 start plan release=50
+    52 end plan
+    71 end plan seq=1)";
+  EXPECT_EQ(in_window(kTwice, 0, 20)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTwice, 20, 40)["E1"], Verdict::pass);
+  EXPECT_EQ(in_window(kTwice, 20, 60)["E1"], Verdict::pass);
+  EXPECT_EQ(in_window(kTwice, 20, 80)["E1"], Verdict::fail);
+  EXPECT_EQ(in_window(kTwice, 40, 60)["E1"], Verdict::pass);
+}
+
+// Nor does it stand for the end of one that never ended.
+TEST(Window, ASecondEndOutsideItHidesNoInstanceThatNeverEnded) {
+  const auto trace = [](const std::string& twice) {
+    return "callback plan timer period=20\n10 start plan release=10\n12 end plan\n" + twice +
+           " end plan seq=0\n30 start plan release=30\n";
+  };
+  for (const auto* time : {"13", "71"}) {
+    const auto verified = in_window(trace(time) + "80 fini plan", 20, 40);
+    EXPECT_EQ(verified["E1"], Verdict::fail) << time;
+    EXPECT_THAT(verified.evidence("E1", "callback plan"),
+                HasSubstr("30 callback_start seq 1 starts and never ends"))
+        << time;
+  }
+  // One that began before the window and that the other one's second end did not end.
+  constexpr const char* kOpen = R"(
+    callback plan timer period=20
+    thread other pool
+    10 start plan release=10
+    12 start plan release=12 on=other
+    14 end plan seq=0
+    15 end plan seq=0
+    18 end plan seq=1 on=other
+    30 start plan release=30
+    32 end plan)";
+  EXPECT_EQ(callback(in_window(kOpen, 16, 40), "plan").instances, 1U);
+  EXPECT_EQ(in_window(kOpen, 16, 40)["E1"], Verdict::pass);
+}
+
 TEST(Window, ThreadsOfLaterAreCountedThoughTheyHaveOneTid) {
   constexpr const char* kTrace = R"(
     callback plan timer period=20
