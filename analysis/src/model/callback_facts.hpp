@@ -57,6 +57,7 @@ struct Move {
   ThreadIndex to{};
   EventRef last_on_from{};
   EventRef first_on_to{};
+  std::uint64_t first_seq = 0;  // on `to`
 };
 
 // The same with a callback_init in between, which may be a mere announcement whose run_begin was lost.

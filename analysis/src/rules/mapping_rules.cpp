@@ -209,7 +209,14 @@ std::vector<SubjectVerdict> judge_one_thread(const RuleContext& context) {
 bool is_known_by_start(const CallbackFacts& callback, const Move& move) {
   const auto pair = std::ranges::find(callback.ran_on, move.to, &CallbackOnThread::thread);
   return pair != callback.ran_on.end() && (*pair)->starts != 0 &&
-         (*pair)->first_start.time == move.first_on_to.time;
+         (*pair)->first_start.time == move.first_on_to.time && (*pair)->first_seq == move.first_seq;
+}
+
+// Events of two CPUs have no order within a nanosecond.
+Evidence unordered_init(const EventRef& init, const ThreadFacts& thread) {
+  return evidence("callback_init", init,
+                  "in the nanosecond of its run on " + thread_name(thread) +
+                      ": which of the two came first is unknown");
 }
 
 void judge_move(const RuleContext& context, const CallbackFacts& callback, const Move& move,
@@ -233,6 +240,9 @@ void judge_move(const RuleContext& context, const CallbackFacts& callback, const
       // A callback_init in between may be what was lost.
       judgement.overrule(
           proof.user_loss(to.process, move.last_on_from.time, move.first_on_to.time));
+      if (callback.last_init && callback.last_init->time == move.first_on_to.time) {
+        judgement.overrule(unordered_init(*callback.last_init, to));
+      }
       judgement.fail(evidence("callback_start", move.last_on_from,
                               "ran on " + thread_name(from) + ", which has ended since"));
       if (from.fini) {
@@ -268,6 +278,9 @@ void judge_registered_move(const RuleContext& context, const RegisteredMove& reg
   if (!is_later || succession(context, move.from, move.to) == Succession::together) return;
   const auto process = thread_of(context.model, move.to).process;
   const auto& facts = context.model.processes[at(process)];
+  if (init.time == move.last_on_from.time) {
+    judgement.doubt(unordered_init(init, thread_of(context.model, move.from)));
+  }
   judgement.doubt(context.proof.user_loss(process, move.last_on_from.time, init.time));
   if (facts.run_begin || facts.is_told_by_ros2) return;
   judgement.doubt(

@@ -210,7 +210,7 @@ CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex t
   const auto place = static_cast<std::size_t>(std::ranges::find(threads, thread) - threads.begin());
   if (place < threads.size()) return *pairs[place];
   const auto* before = callbacks_[callback].last_on;
-  if (before != nullptr) note_move(model_.callbacks[at(callback)], *before, thread, where);
+  if (before != nullptr) note_move(model_.callbacks[at(callback)], *before, thread, where, seq);
   auto& pair = model_.pairs.emplace_back(CallbackOnThread{.callback = callback,
                                                           .thread = thread,
                                                           .starts = 0,
@@ -226,13 +226,14 @@ CallbackOnThread& InstanceBuilder::pair_of(CallbackIndex callback, ThreadIndex t
 
 // To a thread that never ran it. Where it ran before, it lived together with where it went meanwhile.
 void InstanceBuilder::note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
-                                const EventRef& first_on_to) {
+                                const EventRef& first_on_to, std::uint64_t first_seq) {
   const bool is_registered_again =
-      facts.last_init && facts.last_init->time > from.last_activity.time;
+      facts.last_init && facts.last_init->time >= from.last_activity.time;
   const Move move{.from = from.thread,
                   .to = to,
                   .last_on_from = from.last_activity,
-                  .first_on_to = first_on_to};
+                  .first_on_to = first_on_to,
+                  .first_seq = first_seq};
   if (!is_registered_again) {
     if (facts.moves.size() < kMaxMoves) facts.moves.push_back(move);
   } else if (facts.registered_moves.size() < kMaxRegisteredMoves) {

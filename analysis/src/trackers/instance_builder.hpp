@@ -111,7 +111,7 @@ class InstanceBuilder {
   inline void bound_open(OfThread& thread);
   inline void note_on_thread(LiveInstance& live, OfCallback& callback);
   static void note_move(CallbackFacts& facts, const CallbackOnThread& from, ThreadIndex to,
-                        const EventRef& first_on_to);
+                        const EventRef& first_on_to, std::uint64_t first_seq);
   // A callback on a thread; the first time, a new one, of that event.
   CallbackOnThread& pair_of(CallbackIndex callback, ThreadIndex thread, const EventRef& where,
                             std::uint64_t seq);

@@ -219,6 +219,16 @@ TEST(LostEvent, OfAStartHidesNoMove) {
   }
 }
 
+// Though another one starts in the nanosecond of its end.
+TEST(LostEvent, OfAStartIsNotTakenForTheNextOne) {
+  auto trace = trace_of(std::string(kReplacedThread) +
+                        "\n22 start fusion on=latter\n24 end fusion on=latter");
+  trace.erase<CallbackStart>(
+      [](const CallbackStart&, const EventHead& head) { return head.time.ns == 20; });
+  EXPECT_THAT(Verified(trace).evidence("M4", "callback fusion"),
+              HasSubstr("22 callback_end went on on thread 102"));
+}
+
 // Whether a callback_init registers its callback anew depends on it.
 TEST(LostEvent, OfARunBeginMayHaveAnnouncedACallbackThatMovedOn) {
   const std::string announced = registered_anew() + "\n15 reload";

@@ -146,6 +146,18 @@ TEST(MappingPersistent, AcceptsAMoveAfterANewRegistration) {
   EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::pass);
 }
 
+// Two CPUs' events of one nanosecond have no order.
+TEST(MappingPersistent, IsInconclusiveForARegistrationAtTheTimeOfARunBesideIt) {
+  for (const auto* time : {"12", "30"}) {
+    const Verified verified(std::string(kReplaced) + "\n" + time + " init fusion cpu=1");
+    EXPECT_EQ(verified.of("M4", "callback fusion"), Verdict::inconclusive) << time;
+    EXPECT_THAT(verified.evidence("M4", "callback fusion"),
+                HasSubstr(std::string(time) + " callback_init"));
+  }
+  EXPECT_EQ(Verified(std::string(kReplaced) + "\n11 init fusion cpu=1")["M4"], Verdict::fail);
+  EXPECT_EQ(Verified(std::string(kReplaced) + "\n31 init fusion cpu=1")["M4"], Verdict::fail);
+}
+
 TEST(MappingPersistent, IsInconclusiveWhenTheExitWasLost) {
   auto trace = trace_of(kReplaced);
   trace.erase<ThreadFini>([](const ThreadFini& e, const EventHead&) { return e.tid == 101; });
