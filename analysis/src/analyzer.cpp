@@ -360,7 +360,7 @@ struct Analyzer::Pipeline {
   }
   void on_state(const EventHead& head, const ThreadSched& e) {
     const auto thread = registry.apply(head, e);
-    if (thread) enforcement.on_read_back(*thread, e);
+    if (thread) enforcement.on_read_back(head, *thread, e);
   }
   void on_state(const EventHead& head, const RunEnd& e) {
     registry.apply(head, cut ? cut->cut(head, e) : e);

@@ -3,6 +3,8 @@
 #include <cie/tracepoints/scheduling_spec.hpp>
 
 #include <algorithm>
+#include <cstddef>
+#include <iterator>
 
 namespace cie::analysis {
 
@@ -36,6 +38,17 @@ bool is_same_parameters(const ReadBack& a, const ReadBack& b) {
       return a.nice == b.nice;
   }
   return a.priority == b.priority && a.nice == b.nice;
+}
+
+void note_applied(ThreadFacts& thread, const ReadBack& read_back) {
+  constexpr std::size_t kMostKept = 1024;
+  auto& applied = thread.applied;
+  const bool is_last = applied.empty() || !is_older(read_back, applied.back());
+  if (applied.size() < kMostKept) {
+    applied.insert(is_last ? applied.end() : std::prev(applied.end()), read_back);
+  } else if (is_last) {
+    applied.back() = read_back;
+  }
 }
 
 std::optional<Timestamp> birth_of(const ThreadFacts& thread) {

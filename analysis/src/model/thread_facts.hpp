@@ -118,6 +118,10 @@ struct ReadBack {
   std::uint64_t starts_before = 0;          // callback starts seen on the thread before it
 };
 
+// Events of two CPUs have no order within a nanosecond; read-backs of a thread have their numbers.
+inline bool is_older(const ReadBack& a, const ReadBack& b) {
+  return a.at.time == b.at.time ? a.n < b.n : a.at.time < b.at.time;
+}
 // Whether two read-backs name the same policy, priority or nice, deadline triple and CPUs.
 bool is_same_parameters(const ReadBack& a, const ReadBack& b);
 // The kernel's priority (99 - rt, 120 + nice, -1) that a read-back's policy gives.
@@ -270,6 +274,8 @@ std::optional<Integer> asked_for(const ThreadFacts& thread, const ReadBack& read
   return began && *began != *value ? value : std::nullopt;
 }
 
+// One more of moment applied.
+void note_applied(ThreadFacts& thread, const ReadBack& read_back);
 // When it began, as far as it is known.
 std::optional<Timestamp> birth_of(const ThreadFacts& thread);
 

@@ -78,7 +78,8 @@ const ReadBack* EnforcementTracker::reference(const ThreadFacts& thread) const {
   return is_attached && thread.first_audit ? &*thread.first_audit : nullptr;
 }
 
-void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& event) {
+void EnforcementTracker::on_read_back(const EventHead& head, ThreadIndex index,
+                                      const ThreadSched& event) {
   auto& state = threads_[index];
   state.has_cpus = !event.cpus.empty();
   state.allowed_cpu = -1;
@@ -91,19 +92,51 @@ void EnforcementTracker::on_read_back(ThreadIndex index, const ThreadSched& even
     const auto* tid = tids_[model_.processes[at(thread.process)].host].find(thread.tid);
     state.may_be_boosted = thread.is_known_to_kernel && tid != nullptr && tid->has_inheritance;
   }
-  if (event.moment == SchedMoment::applied) state.is_changing = false;
-  if (event.moment != SchedMoment::audit) return;
-  if (expected == nullptr || !thread.last_read_back || state.is_changing) return;
+  const auto& last = thread.last_read_back;
+  if (event.moment == SchedMoment::applied) {
+    state.is_changing = false;
+    // An audit that is newer, of the same nanosecond, came first.
+    if (last && last->moment == SchedMoment::audit && last->n > event.n) {
+      retract(thread, state, last->n);
+      if (expected != nullptr) compare(thread, state, *expected, *last);
+    }
+  }
+  if (event.moment != SchedMoment::audit || !last) return;
+  if (last->n == event.n) {
+    if (expected != nullptr && !state.is_changing) compare(thread, state, *expected, *last);
+    return;
+  }
+  const auto before = std::find_if(thread.applied.rbegin(), thread.applied.rend(),
+                                   [&event](const ReadBack& read) { return read.n < event.n; });
+  const bool is_changing = std::exchange(state.is_changing, false);
+  if (before != thread.applied.rend() && last->at.time == head.time) {
+    compare(thread, state, *before, read_back_of(head, event));
+  }
+  state.is_changing = is_changing;
+}
+
+void EnforcementTracker::compare(ThreadFacts& thread, OfThread& state, const ReadBack& expected,
+                                 const ReadBack& audit) {
   // The audit that announces a change is the last one to compare with what was applied before.
-  state.is_changing = event.change > expected->change;
-  const auto& audit = *thread.last_read_back;
+  state.is_changing = audit.change > expected.change;
   // The first audit of an attached process stands for what was applied: nothing is compared yet.
-  const bool is_reference = thread.applied.empty() && audit.n == expected->n;
+  const bool is_reference = thread.applied.empty() && audit.n == expected.n;
   if (!is_judging_ || is_reference) return;
   ++thread.audits_checked;
-  const bool is_same = is_same_parameters(*expected, audit) && is_kept(thread, *expected, audit);
-  if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {*expected, audit};
-  note_slice_and_clamps(thread, *expected, audit);
+  state.last_compared = audit.n;
+  const bool is_same = is_same_parameters(expected, audit) && is_kept(thread, expected, audit);
+  if (!thread.audit_mismatch && !is_same) thread.audit_mismatch = {expected, audit};
+  note_slice_and_clamps(thread, expected, audit);
+}
+
+void EnforcementTracker::retract(ThreadFacts& thread, const OfThread& state, std::uint32_t audit) {
+  if (state.last_compared != audit) return;
+  --thread.audits_checked;
+  if (thread.audit_mismatch && thread.audit_mismatch->second.n == audit) {
+    thread.audit_mismatch.reset();
+  }
+  std::erase_if(thread.slice_or_clamp_mismatches,
+                [audit](const auto& mismatch) { return mismatch.second.n == audit; });
 }
 
 void EnforcementTracker::on_later_audit(ThreadIndex index, const ReadBack& audit) {

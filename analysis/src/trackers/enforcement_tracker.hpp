@@ -29,7 +29,7 @@ class EnforcementTracker {
         timeline_(timeline),
         instances_(instances) {}
 
-  void on_read_back(ThreadIndex thread, const ThreadSched& event);
+  void on_read_back(const EventHead& head, ThreadIndex thread, const ThreadSched& event);
   // An audit after the window: where it agrees, nothing changed in the window that lasted.
   void on_later_audit(ThreadIndex thread, const ReadBack& audit);
   // The thread will emit an event soon.
@@ -75,6 +75,7 @@ class EnforcementTracker {
     std::int32_t allowed_cpu = -1;    // of them, the one on which it was seen last; -1: none
     std::uint64_t allowed_again = 0;  // times it was seen there since, not yet in its facts
     bool is_changing = false;  // an audit told that its parameters change; no `applied` since
+    std::optional<std::uint32_t> last_compared;  // number of an audit
     // It ran outside the mask that it inherited, once for each CPU: what is applied first may have
     // sent it there before it was read back.
     std::vector<EventRef> outside_initial;
@@ -115,6 +116,11 @@ class EnforcementTracker {
   // What the thread must run as: its last `applied`, or, on an attached process, its first audit.
   const ReadBack* reference(const ThreadFacts& thread) const;
   void check_priority(const EventHead& head, HostIndex host, std::int64_t tid, std::int32_t prio);
+  // An audit with what was applied before.
+  void compare(ThreadFacts& thread, OfThread& state, const ReadBack& expected,
+               const ReadBack& audit);
+  // The comparison of the audit of this number, which was with another one than that.
+  static void retract(ThreadFacts& thread, const OfThread& state, std::uint32_t audit);
   void check_cpu(const EventHead& head, ThreadIndex index, bool is_switch);
   void note_outside_initial(OfThread& state, const EventRef& where);
   // What the thread's first parameters say of where it ran before.

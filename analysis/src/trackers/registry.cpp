@@ -7,8 +7,6 @@
 namespace cie::analysis {
 namespace {
 
-constexpr std::size_t kMaxApplied = 1024;  // read-backs kept per thread; first and last survive
-
 template <typename Index>
 std::uint64_t scope(Index index) noexcept {
   return static_cast<std::uint64_t>(index);
@@ -426,15 +424,15 @@ std::optional<ThreadIndex> Registry::apply(const EventHead& head, const ThreadSc
   read_back_numbers_[*index].observe(event.n, read_back.at, thread.read_backs);
   if (event.moment == SchedMoment::initial && !thread.initial) thread.initial = read_back;
   if (event.moment == SchedMoment::applied) {
-    if (thread.applied.size() >= kMaxApplied) thread.applied.pop_back();
-    thread.applied.push_back(read_back);
+    note_applied(thread, read_back);
   }
   if (event.moment == SchedMoment::audit) {
     thread.audits = thread.audits.value_or(0) + 1;
     if (!thread.first_audit) thread.first_audit = read_back;
   }
   thread.last_change = std::max(thread.last_change, event.change);
-  thread.last_read_back = std::move(read_back);
+  const bool is_last = !thread.last_read_back || !is_older(read_back, *thread.last_read_back);
+  if (is_last) thread.last_read_back = std::move(read_back);
   return index;
 }
 

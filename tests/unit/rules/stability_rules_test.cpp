@@ -31,6 +31,35 @@ TEST(ParametersUnchanged, ComparesAuditsWithWhatWasApplied) {
       << "the last applied before the audit counts";
 }
 
+// Within a nanosecond, events of two CPUs may come in any order.
+TEST(ParametersUnchanged, OrdersReadBacksByTheirNumbers) {
+  const auto verified = [](const std::string& lines, bool is_swapped, std::string_view spec = {}) {
+    auto trace = trace_of(configured_run(lines));
+    const auto first =
+        std::ranges::find(trace.events, 30, [](const Event& event) { return event.head.time.ns; });
+    if (is_swapped) std::iter_swap(first, std::next(first));
+    return Verified(trace, spec);
+  };
+  const std::string applied = "30 applied fusion policy=fifo priority=79\n";
+  const std::string as_before = "30 audit fusion policy=fifo priority=80\n";
+  const std::string as_applied = "30 audit fusion policy=fifo priority=79\n";
+  for (const bool is_swapped : {false, true}) {
+    EXPECT_EQ(verified(applied + as_applied, is_swapped)["S3"], Verdict::pass) << is_swapped;
+    EXPECT_EQ(verified(as_before + applied, is_swapped)["S3"], Verdict::pass) << is_swapped;
+    EXPECT_EQ(verified(as_applied + applied, is_swapped)["S3"], Verdict::fail) << is_swapped;
+    const auto changed = verified(applied + as_before, is_swapped);
+    EXPECT_EQ(changed["S3"], Verdict::fail) << is_swapped;
+    EXPECT_THAT(changed.evidence("S3", "thread 101"),
+                HasSubstr("30 thread_sched applied: SCHED_FIFO 79"));
+    // S1 judges what was applied last.
+    EXPECT_EQ(
+        verified("30 applied fusion policy=fifo priority=78\n" + applied, is_swapped,
+                 "callback_groups:\n  - {id: fusion, policy: SCHED_FIFO, priority: 79}\n")["S1"],
+        Verdict::pass)
+        << is_swapped;
+  }
+}
+
 // Somebody asked for what is not as the thread began; the kernel's own values follow the machine.
 TEST(ParametersUnchanged, ComparesSlicesThatWereAskedFor) {
   const auto sliced = [](const char* applied, const char* audit) {
