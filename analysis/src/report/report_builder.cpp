@@ -73,11 +73,10 @@ TraceSummary summary_of(const Model& model, const VerdictReport& verdicts) {
     trace.hosts.push_back(host.name);
   std::sort(trace.hosts.begin(), trace.hosts.end());
   for (const auto& loss : model.losses) {
-    if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::damaged_packet ||
-        loss.kind == LossKind::foreign_metadata) {
-      continue;
-    }
-    if (loss.kind == LossKind::discarded_packets || !loss.count) {
+    if (loss.kind == LossKind::switch_mismatch || loss.kind == LossKind::foreign_metadata) continue;
+    const bool is_of_packets =
+        loss.kind == LossKind::discarded_packets || loss.kind == LossKind::damaged_packet;
+    if (is_of_packets || !loss.count) {
       trace.lost_events.reset();
     } else if (trace.lost_events) {
       *trace.lost_events += *loss.count;

@@ -177,7 +177,9 @@ def report(model: Model, spec: dict[str, Any] | None, complete: bool | None) -> 
         "trace": {"begin_ns": whole[0] if whole else None, "end_ns": whole[1] if whole else None,
                   "events": len(model.all_events), "streams": len(model.streams),
                   "hosts": sorted({e.host for e in model.all_events}),
-                  "lost_events": None if None in lost else sum(lost), "complete": complete},
+                  "lost_events": (None if None in lost or any(s.damaged for s in model.streams)
+                                  else sum(lost)),
+                  "complete": complete},
         "processes": [{"host": p.host, "pid": p.pid,
                        "executor": p.begins[0].executor if p.begins else None}
                       for p in sorted(model.processes, key=lambda p: (p.pid, p.start_ns or 0))],

@@ -283,5 +283,17 @@ TEST(Knowable, InterArrivalTimesOfInstancesThatEndInAnyOrder) {
   } while (std::ranges::next_permutation(order).found);
 }
 
+// Nobody counted what a damaged packet held.
+TEST(Knowable, HowManyEventsWereLostIsNotWhereAPacketIsDamaged) {
+  const std::string trace = "callback fusion\n10 start fusion\n12 end fusion";
+  const auto lost = [&trace](const char* line) {
+    return test::analyze(test::trace_of(trace + line)).report.trace.lost_events;
+  };
+  EXPECT_EQ(lost(""), 0U);
+  EXPECT_EQ(lost("\n13 discard user until=14 count=3"), 3U);
+  EXPECT_EQ(lost("\n13 damage user until=14"), std::nullopt);
+  EXPECT_EQ(lost("\n13 discard user until=14 count=3\n15 damage kernel until=16"), std::nullopt);
+}
+
 }  // namespace
 }  // namespace cie::analysis
