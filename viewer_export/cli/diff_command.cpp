@@ -65,8 +65,8 @@ analysis::ComparedSide side_of(const std::filesystem::path& input, const ReaderO
           .callbacks = collector.samples(report)};
 }
 
-int exit_code_of(analysis::Outcome outcome) {
-  switch (outcome) {
+int exit_code_of(const analysis::Comparison& comparison, OnInconclusive on_inconclusive) {
+  switch (comparison.outcome()) {
     case analysis::Outcome::no_regression:
       return ok;
     case analysis::Outcome::regression:
@@ -75,7 +75,10 @@ int exit_code_of(analysis::Outcome outcome) {
     case analysis::Outcome::nothing_compared:
       break;
   }
-  return inconclusive;
+  if (on_inconclusive == OnInconclusive::fail) return violation;
+  // Where nothing was compared, no warning says enough of it.
+  const bool is_waived = on_inconclusive == OnInconclusive::warn && comparison.has_compared();
+  return is_waived ? ok : inconclusive;
 }
 
 }  // namespace
@@ -87,6 +90,7 @@ int diff_command(const Arguments& arguments) {
   std::string format = "text";
   std::string target = "-";
   std::string spec_file;
+  std::string inconclusive_choice;
   bool has_ids = false;
   bool is_all = false;
   CommandLine line({"cie diff BEFORE AFTER [OPTIONS]", kDiffDescription, kDiffFooter});
@@ -95,6 +99,8 @@ int diff_command(const Arguments& arguments) {
   line.option("--spec", "FILE", spec_file,
               "Scheduling spec (YAML): how many runs of recordings were late");
   line.option("--tolerance", "PERCENT", tolerance, "Growth that does not count (5)");
+  line.option("--inconclusive", "HOW", inconclusive_choice,
+              "warn: exit 0 when undecided, if anything was compared; fail: exit 1");
   line.option("-f,--format", "FORMAT", format, "text (default) or json");
   line.option("-o,--output", "FILE", target, "Write to FILE instead of standard output");
   line.flag("--all", is_all, "Text: every change, not only the slowest runs beside deadlines");
@@ -104,6 +110,7 @@ int diff_command(const Arguments& arguments) {
     return ok;
   }
   check_choice("--format", format, {"text", "json"});
+  const auto policy = on_inconclusive(inconclusive_choice);
   if (before.empty() || after.empty()) {
     throw UsageError("two recordings or reports are compared: name both");
   }
@@ -128,7 +135,7 @@ int diff_command(const Arguments& arguments) {
       viewer_export::write_diff_json(out, comparison, context);
     });
   }
-  return exit_code_of(comparison.outcome());
+  return exit_code_of(comparison, policy);
 }
 
 }  // namespace cie::cli

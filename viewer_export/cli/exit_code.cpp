@@ -2,9 +2,19 @@
 
 #include <cie/analysis/rule_pages.hpp>
 
+#include "command_line.hpp"
+
 #include <algorithm>
 
 namespace cie::cli {
+
+OnInconclusive on_inconclusive(const std::string& choice) {
+  if (choice.empty()) {
+    return OnInconclusive::report;
+  }
+  check_choice("--inconclusive", choice, {"warn", "fail"});
+  return choice == "warn" ? OnInconclusive::warn : OnInconclusive::fail;
+}
 
 int exit_code(const analysis::VerdictReport& verdicts, OnInconclusive on_inconclusive) {
   const auto readable =

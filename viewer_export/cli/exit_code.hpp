@@ -4,6 +4,7 @@
 #include <cie/analysis/verdict.hpp>
 
 #include <cstdint>
+#include <string>
 
 namespace cie::cli {
 
@@ -17,6 +18,9 @@ enum ExitCode : std::uint8_t {
 
 // What --inconclusive asks for.
 enum class OnInconclusive : std::uint8_t { report, warn, fail };
+
+// Empty: it does not ask. Throws UsageError for what it does not know.
+OnInconclusive on_inconclusive(const std::string& choice);
 
 // An unreadable trace (T1) wins over everything, and one of which a part was not read is never
 // waived by OnInconclusive::warn.

@@ -42,14 +42,6 @@ constexpr const char* kVerifyFooter =
     "Exit codes: 0 pass, 1 violation, 2 wrong usage or spec, 3 inconclusive, 4 trace unreadable\n"
     "or result not writable.\n";
 
-OnInconclusive on_inconclusive(const std::string& choice) {
-  if (choice.empty()) {
-    return OnInconclusive::report;
-  }
-  check_choice("--inconclusive", choice, {"warn", "fail"});
-  return choice == "warn" ? OnInconclusive::warn : OnInconclusive::fail;
-}
-
 // `--suppressions` and the day they are judged on: today's (UTC) unless `--now` names another.
 class SuppressionOption {
  public:

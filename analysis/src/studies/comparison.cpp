@@ -253,12 +253,15 @@ Outcome Comparison::outcome() const {
     return Outcome::regression;
   const bool has_absence =
       any([](const CallbackChange& change) { return change.absence != Absence::none; });
-  const bool has_compared = any([](const CallbackChange& change) {
-    return change.instances_before > 0 && change.instances_after > 0;
-  });
-  if (!has_compared && !has_absence) return Outcome::nothing_compared;
+  if (!has_compared() && !has_absence) return Outcome::nothing_compared;
   return has_absence || !before.losses.empty() || !after.losses.empty() ? Outcome::undecided
                                                                         : Outcome::no_regression;
+}
+
+bool Comparison::has_compared() const {
+  return std::ranges::any_of(callbacks, [](const CallbackChange& change) {
+    return change.instances_before > 0 && change.instances_after > 0;
+  });
 }
 
 Comparison compare(const ComparedSide& before, const ComparedSide& after, double tolerance) {

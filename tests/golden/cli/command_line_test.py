@@ -501,6 +501,9 @@ class Diff(Folder):
             self.assertEqual(done.returncode, 3, done.stderr)
             self.assertTrue(done.stdout.startswith(b"Undecided: no regression in what was recorded"), done.stdout)
             self.assertIn(said, done.stdout)
+            for how, code in (("warn", 0), ("fail", 1)):
+                done = cie("diff", TRACE, self.report("lossy.json", change), "--inconclusive", how)
+                self.assertEqual(done.returncode, code, done.stderr)
 
     def test_nothing_is_compared(self):
         done = cie("diff", self.report("empty.json", lambda report: report.update(callbacks=[])), TRACE)
@@ -509,6 +512,11 @@ class Diff(Folder):
         done = cie("diff", TRACE, self.report("empty.json", lambda report: report.update(callbacks=[])))
         self.assertEqual(done.returncode, 3, done.stderr)
         self.assertIn(b"may be gone: ", done.stdout)
+        for sides in ((TRACE, "empty.json"), ("empty.json", TRACE)):  # which is no reason to go on
+            for how, code in (("warn", 3), ("fail", 1)):
+                done = cie("diff", *(os.path.join(self.folder, side) for side in sides), "--inconclusive", how)
+                self.assertEqual(done.returncode, code, done.stderr)
+        self.assertEqual(cie("diff", TRACE, TRACE, "--inconclusive", "never").returncode, 2)
 
     def test_what_is_named_and_is_not_there(self):
         with open(os.path.join(self.folder, "spec.yaml"), "w", encoding="utf-8") as spec:

@@ -219,6 +219,7 @@ struct Comparison {
   std::vector<CallbackChange> callbacks;  // of either side, matched and sorted by logical id
 
   Outcome outcome() const;
+  bool has_compared() const;  // a callback ran before and after
 };
 Comparison compare(const ComparedSide& before, const ComparedSide& after, double tolerance);
 
