@@ -42,7 +42,7 @@ constexpr const char* kExportFooter =
   cie export run1 --to dot -o graph.dot                        the same, for Graphviz
   cie export run1 --to sqlite -o run1.db                       all tables, for SQL
   cie export run1 --to parquet --table edges -o edges.parquet  one table (csv, jsonl too)
-  cie export run1 --to clickhouse --label software=1.2 -o run1.ch; run1.ch/load.sh
+  cie export run1 --to clickhouse --label sw=1.2 -o run1.ch; run1.ch/load.sh
   cie export run1 --to parquet --partition -o fleet            beside other recordings there
 
 Open a Perfetto file at https://ui.perfetto.dev (it stays in your browser) or with trace_processor.

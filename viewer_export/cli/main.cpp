@@ -43,8 +43,8 @@ namespace {
 
 std::string overview() {
   std::string text =
-      R"(cie runs callbacks isolated, one thread per callback, and shows from LTTng traces that they
-are, and how long they take to respond.
+      R"(cie runs callbacks isolated, one thread per callback, and shows from LTTng
+traces that they are, and how long they take to respond.
 
 Usage: cie COMMAND [ARGUMENTS]
 
@@ -55,9 +55,9 @@ Commands:
   }
   return text +
          "\nA first session:\n"
-         "  cie record -o demo -- cie run app.yaml     record while it runs; Ctrl-C ends it\n"
-         "  cie report demo                            look at the numbers\n"
-         "  cie verify demo                            is every callback isolated?\n"
+         "  cie record -o demo -- cie run app.yaml    record while it runs; Ctrl-C ends it\n"
+         "  cie report demo                           look at the numbers\n"
+         "  cie verify demo                           is every callback isolated?\n"
          "  cie export demo --to perfetto -o demo.pftrace\n"
          "\ncie COMMAND --help explains a command; cie --version prints the version.\n";
 }
