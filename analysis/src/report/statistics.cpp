@@ -63,16 +63,23 @@ ValueRange values_like(std::int64_t value) noexcept {
 }
 
 // Apart from what it grows, so that counting needs no register saved.
-[[gnu::noinline]] void LogLinearHistogram::Counters::add_block(std::size_t block) {
-  if (block >= places_.size()) {
-    places_.reserve(block + 1);  // no more: there are many histograms
-    places_.resize(block + 1);
+[[gnu::noinline]] std::size_t LogLinearHistogram::Counters::add_block(std::size_t block) {
+  if (places_.empty()) first_block_ = block;
+  if (block < first_block_) {
+    places_.insert(places_.begin(), first_block_ - block, 0);
+    first_block_ = block;
+  }
+  const auto near = block - first_block_;
+  if (near >= places_.size()) {
+    places_.reserve(near + 1);  // no more: there are many histograms
+    places_.resize(near + 1);
   }
   // By a quarter: most have few.
   const auto size = counts_.size() + kBlock;
   if (size > counts_.capacity()) counts_.reserve(size + counts_.size() / 4);
   counts_.resize(size);
-  places_[block] = static_cast<std::uint8_t>(counts_.size() / kBlock);
+  places_[near] = static_cast<std::uint8_t>(counts_.size() / kBlock);
+  return near;
 }
 
 void LogLinearHistogram::Counters::carry(std::size_t bucket) {
@@ -81,11 +88,13 @@ void LogLinearHistogram::Counters::carry(std::size_t bucket) {
 }
 
 void LogLinearHistogram::Counters::merge(const Counters& other) {
-  for (std::size_t block = 0; block < other.places_.size(); ++block) {
-    if (other.places_[block] == 0) continue;
-    if (block >= places_.size() || places_[block] == 0) add_block(block);
-    auto* to = &counts_[(places_[block] - std::size_t{1}) * kBlock];
-    const auto* from = &other.counts_[(other.places_[block] - std::size_t{1}) * kBlock];
+  for (std::size_t theirs = 0; theirs < other.places_.size(); ++theirs) {
+    if (other.places_[theirs] == 0) continue;
+    const auto block = other.first_block_ + theirs;
+    auto near = block - first_block_;
+    if (near >= places_.size() || places_[near] == 0) near = add_block(block);
+    auto* to = &counts_[(places_[near] - std::size_t{1}) * kBlock];
+    const auto* from = &other.counts_[(other.places_[theirs] - std::size_t{1}) * kBlock];
     for (std::size_t i = 0; i < kBlock; ++i) {
       const auto sum = to[i] + from[i];
       if (sum < from[i]) carry(block * kBlock + i);
@@ -102,8 +111,9 @@ std::uint64_t LogLinearHistogram::Counters::carried(std::size_t bucket) const no
   return static_cast<std::uint64_t>(std::ranges::count(*carries_, bucket)) << 32U;
 }
 
-void LogLinearHistogram::add(std::span<const std::int64_t> values) {
-  for (const auto value : values) {
+template <typename Integer>
+void LogLinearHistogram::add_all(std::span<const Integer> values) {
+  for (const std::int64_t value : values) {
     const auto bucket = bucket_of(magnitude(value));
     if (value >= 0) [[likely]] {
       positive_.add(bucket);
@@ -114,6 +124,8 @@ void LogLinearHistogram::add(std::span<const std::int64_t> values) {
   }
   count_ += values.size();
 }
+
+void LogLinearHistogram::add(std::span<const std::int64_t> values) { add_all(values); }
 
 void LogLinearHistogram::merge(const LogLinearHistogram& other) {
   positive_.merge(other.positive_);
@@ -172,14 +184,14 @@ std::vector<HistogramBucket> LogLinearHistogram::buckets() const {
   return all;
 }
 
-void Statistics::Values::settle() {
-  if (waiting_count == 0) return;
-  if (histogram.count() == 0) min = max = waiting.front();
-  const std::span<const std::int64_t> values(waiting.data(), waiting_count);
+template <typename Integer>
+void Statistics::Values::take_all(std::span<const Integer> values) {
+  if (values.empty()) return;
+  if (histogram.count() == 0) min = max = values.front();
   auto least = min;
   auto most = max;
   auto total = sum;
-  for (const auto value : values) {
+  for (const std::int64_t value : values) {
     least = std::min(least, value);
     most = std::max(most, value);
     total += value;
@@ -187,7 +199,15 @@ void Statistics::Values::settle() {
   min = least;
   max = most;
   sum = total;
-  histogram.add(values);
+  histogram.add_all(values);
+}
+
+void Statistics::Values::take(std::int64_t value) {
+  take_all(std::span<const std::int64_t>(&value, 1));
+}
+
+void Statistics::Values::settle() {
+  take_all(std::span<const std::uint32_t>(waiting.data(), waiting_count));
   waiting_count = 0;
 }
 

@@ -31,6 +31,18 @@ TEST(Statistics, CountSumAndExtremesAreExact) {
   EXPECT_DOUBLE_EQ(summary.mean, 1'000'000'023 / 4.0);
 }
 
+TEST(Statistics, LongValuesMayStandAmongShortOnes) {
+  constexpr std::int64_t kLong = std::int64_t{1} << 32U;
+  const auto summary = *of({12, kLong, 7, kLong - 1, -3}).summary();
+  EXPECT_EQ(summary.count, 5U);
+  EXPECT_EQ(summary.min, -3);
+  EXPECT_EQ(summary.max, kLong);
+  EXPECT_EQ(summary.sum, 2 * kLong + 15);
+  EXPECT_EQ(summary.p50, 12);
+  EXPECT_EQ(of({7, kLong}).summary()->min, 7);
+  EXPECT_EQ(of({kLong, 7}).summary()->p50, 7);
+}
+
 TEST(Statistics, OneValueIsEveryQuantile) {
   const auto summary = *of({123'456'789}).summary();
   EXPECT_EQ(summary.p50, 123'456'789);

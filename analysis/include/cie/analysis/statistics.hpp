@@ -49,7 +49,7 @@ struct Summary {
 // A log-linear histogram: 64 sub-buckets per octave, so a value is known within 1/128 of itself
 // (0.8 %) and values below 128 exactly. Negative values are kept by magnitude. Mergeable: adding
 // two histograms equals one histogram of all values. Memory: 64 bytes per quarter of an octave that
-// a value fell into, and one for each below the largest value; at most 30 KB.
+// a value fell into, and one for each between the least and the largest value; at most 30 KB.
 class LogLinearHistogram {
  public:
   void add(std::int64_t value) { add(std::span(&value, 1)); }
@@ -72,48 +72,55 @@ class LogLinearHistogram {
   class Counters {
    public:
     void add(std::size_t bucket) {
-      const auto block = bucket / kBlock;
-      if (block >= places_.size() || places_[block] == 0) [[unlikely]]
-        add_block(block);
-      auto& count = counts_[(places_[block] - std::size_t{1}) * kBlock + bucket % kBlock];
+      auto near = bucket / kBlock - first_block_;  // very large if it lies before
+      if (near >= places_.size() || places_[near] == 0) [[unlikely]]
+        near = add_block(bucket / kBlock);
+      auto& count = counts_[(places_[near] - std::size_t{1}) * kBlock + bucket % kBlock];
       if (++count == 0) [[unlikely]]
         carry(bucket);
     }
     void merge(const Counters& other);
-    std::size_t size() const noexcept { return places_.size() * kBlock; }
+    std::size_t size() const noexcept { return (first_block_ + places_.size()) * kBlock; }
     // `visit` takes a bucket that holds something and how much, ascending, and says whether it wants
     // more.
     template <typename Visit>
     void each(const Visit& visit) const {
-      for (std::size_t block = 0; block < places_.size(); ++block) {
-        if (places_[block] == 0) continue;
-        const auto* counts = &counts_[(places_[block] - std::size_t{1}) * kBlock];
+      for (std::size_t near = 0; near < places_.size(); ++near) {
+        if (places_[near] == 0) continue;
+        const auto* counts = &counts_[(places_[near] - std::size_t{1}) * kBlock];
         for (std::size_t i = 0; i < kBlock; ++i) {
-          const auto bucket = block * kBlock + i;
+          const auto bucket = (first_block_ + near) * kBlock + i;
           const auto count = counts[i] + (carries_ ? carried(bucket) : 0);
           if (count > 0 && !visit(bucket, count)) return;
         }
       }
     }
     std::uint64_t operator[](std::size_t bucket) const noexcept {
-      const auto place = places_[bucket / kBlock];
+      const auto near = bucket / kBlock - first_block_;
+      const std::size_t place = near < places_.size() ? places_[near] : 0;
       if (place == 0) return 0;
-      return counts_[(place - std::size_t{1}) * kBlock + bucket % kBlock] + carried(bucket);
+      return counts_[(place - 1) * kBlock + bucket % kBlock] + carried(bucket);
     }
 
    private:
     static constexpr std::size_t kBlock = 16;
-    void add_block(std::size_t block);
+    // Returns where in `places_` it is.
+    std::size_t add_block(std::size_t block);
     void carry(std::size_t bucket);
     std::uint64_t carried(std::size_t bucket) const noexcept;
 
-    // By block, where its counters are, from 1; 0: nowhere yet. Of 64 bits there are 236 blocks.
+    // From the first block that holds something to the last, where its counters are, from 1; 0:
+    // nowhere yet. Of 64 bits there are 236 blocks.
     std::vector<std::uint8_t> places_;
+    std::size_t first_block_ = 0;
     std::vector<std::uint32_t> counts_;  // there are many, and most stay small
     // Buckets, once for each time that their count ran over.
     Rare<std::vector<std::uint32_t>> carries_;
   };
 
+  friend class Statistics;
+  template <typename Integer>
+  void add_all(std::span<const Integer> values);
   template <typename Visit>
   void each(const Visit& visit) const;
 
@@ -132,7 +139,12 @@ class Statistics {
   void add(Duration value) {
     if (!values_) [[unlikely]]
       values_.emplace();
-    values_->waiting[values_->waiting_count++] = value.ns;
+    const auto small = static_cast<std::uint32_t>(value.ns);
+    if (small != value.ns) [[unlikely]] {
+      values_->take(value.ns);
+      return;
+    }
+    values_->waiting[values_->waiting_count++] = small;
     if (values_->waiting_count == values_->waiting.size()) values_->settle();
   }
   // A value will be added soon: brings what add() writes into the cache.
@@ -152,12 +164,16 @@ class Statistics {
 
  private:
   struct Values {
-    // Adds what waits. Changes nothing that can be seen.
+    void take(std::int64_t value);
+    // Takes what waits. Changes nothing that can be seen.
     void settle();
+    template <typename Integer>
+    void take_all(std::span<const Integer> values);
     // Values wait for some more: consecutive ones are of different quantities, and to reach the
-    // histogram of each is to wait for memory. Together with their number they take two cache lines.
-    std::uint64_t waiting_count = 0;
-    std::array<std::int64_t, 15> waiting{};
+    // histogram of each is to wait for memory. Those of up to 4 s do, which nearly all are: together
+    // with their number they are as large as a cache line.
+    std::uint32_t waiting_count = 0;
+    std::array<std::uint32_t, 15> waiting{};
     LogLinearHistogram histogram;
     std::int64_t min = 0;
     std::int64_t max = 0;
