@@ -214,11 +214,11 @@ struct ThreadFacts {
   std::optional<EventRef> first_seen{};   // events that this thread itself emitted
   std::optional<EventRef> last_seen{};
 
-  SequenceFacts read_backs{};         // their `n`
-  std::optional<ReadBack> initial{};  // first of moment initial
+  SequenceFacts read_backs{};       // their `n`
+  Rare<ReadBack> initial{};         // first of moment initial
   std::vector<ReadBack> applied{};  // all of moment applied, capped at 1024 keeping first and last
-  std::optional<ReadBack> first_audit{};
-  std::optional<ReadBack> last_read_back{};
+  Rare<ReadBack> first_audit{};
+  Rare<ReadBack> last_read_back{};
   std::uint32_t last_change = 0;         // of its parameters, that any read-back tells of
   std::optional<std::int64_t> audits{};  // how many
 

@@ -153,7 +153,7 @@ std::vector<SubjectVerdict> judge_allowed_cpus(const RuleContext& context) {
 }
 
 bool is_ever_real_time(const ThreadFacts& thread) {
-  const auto is = [](const std::optional<ReadBack>& read_back) {
+  const auto is = [](const Rare<ReadBack>& read_back) {
     return read_back && is_real_time(read_back->policy);
   };
   return is(thread.initial) || is(thread.first_audit) || is(thread.last_read_back) ||

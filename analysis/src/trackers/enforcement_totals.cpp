@@ -76,7 +76,7 @@ bool EnforcementTracker::is_recorded(const ThreadFacts& thread, Timestamp begin,
   if (!recording_.kernel_record(host).contains(begin, end)) return false;
   const auto& coverage = recording_.coverage();
   if (coverage.covers_all(host)) return true;
-  const auto is_confined = [&](const std::optional<ReadBack>& read_back) {
+  const auto is_confined = [&](const Rare<ReadBack>& read_back) {
     return !read_back || coverage.covers(host, read_back->cpus);
   };
   return thread.last_read_back && is_confined(thread.initial) && is_confined(thread.first_audit) &&
