@@ -1,6 +1,5 @@
 #include "chain_tracker.hpp"
 
-#include "model/sort_rows.hpp"
 #include "prefetch.hpp"
 
 #include <algorithm>
@@ -437,63 +436,6 @@ void ChainTracker::answer(Chain& chain, const ChainNode& first, const EventRef& 
     facts.reaction_time.add(reaction_to(reads[read]));
   }
   progress.newest_start = first.start;
-}
-
-void ChainTracker::look() {
-  fill_model([](const auto& facts) { return facts; });
-}
-
-void ChainTracker::finish() {
-  fill_model([](auto& facts) { return std::move(facts); });
-}
-
-std::optional<ProcessIndex> ChainTracker::process_of(const Chain& chain) const {
-  if (chain.hops.empty()) return std::nullopt;
-  const auto of = [this](CallbackIndex hop) { return model_.callbacks[at(hop)].process; };
-  const auto process = of(chain.hops.front());
-  const auto is_within = [&](const std::vector<CallbackIndex>& hops) {
-    return std::ranges::all_of(hops, [&](CallbackIndex hop) { return of(hop) == process; });
-  };
-  const bool is_only =
-      is_within(chain.hops) &&
-      std::ranges::all_of(chain.others, [&](const auto& other) { return is_within(other.first); });
-  return is_only ? std::optional(process) : std::nullopt;
-}
-
-template <typename Take>
-void ChainTracker::fill_model(Take take) {
-  model_.chains.clear();
-  model_.edges.clear();
-  const auto add = [this](const Chain& chain, ChainFacts facts) {
-    facts.process = process_of(chain);
-    facts.last_callbacks = chain.hops;
-    model_.chains.push_back(std::move(facts));
-  };
-  model_.edges.reserve(edges_.size());
-  for (auto& [key, edge] : edges_)
-    model_.edges.push_back(take(edge));
-  model_.chains.reserve(specified_.size() + paths_.size());
-  for (auto& chain : specified_)
-    add(chain, take(chain.facts));
-  for (auto entry = paths_.begin(); entry != paths_.end(); ++entry) {
-    if (entry->second.facts.instances == 0) continue;
-    // Paths are in lexical order: the ones that go on from this one follow it directly.
-    const auto& path = entry->first;
-    const auto next = std::find_if(std::next(entry), paths_.end(), [](const auto& other) {
-      return other.second.facts.instances != 0;
-    });
-    const bool goes_on = next != paths_.end() && next->first.size() > path.size() &&
-                         std::equal(path.begin(), path.end(), next->first.begin());
-    if (goes_on || entry->second.goes_on) continue;
-    auto facts = take(entry->second.facts);
-    for (const auto hop : path) {
-      const auto& id = model_.callbacks[at(hop)].logical_id;
-      facts.hops.push_back(id);
-      facts.name += facts.name.empty() ? id : " -> " + id;
-    }
-    add(entry->second, std::move(facts));
-  }
-  if (!has_spec_) sort_rows(model_.chains, {}, &ChainFacts::name);  // else they are in its order
 }
 
 }  // namespace cie::analysis
